@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+
+#include "libhybrid/factors/factor_of.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid {
+
+/// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15.
+template <class Group>
+class Between : public FactorOf<Group::kDim, Group, Group> {
+ public:
+  using Base = FactorOf<Group::kDim, Group, Group>;
+  using Matrix = typename Group::Jacobian;
+
+  Between(Key a, Key b, const Group& measured, const Noise& noise, Loss loss = {})
+      : Base({a, b}, noise, loss), measured_(measured), inverse_(measured.inverse()) {}
+
+  const Group& measured() const { return measured_; }
+  std::string name() const override { return "between"; }
+
+  typename Base::Residual evaluate(const Group& a, const Group& b, Matrix* Ja,
+                                   Matrix* Jb) const override {
+    const Group h = a.inverse() * b;
+    const auto e = (inverse_ * h).log();
+    if (Ja != nullptr) {
+      *Jb = Group::right_jacobian_inverse(e);
+      *Ja = -*Jb * h.inverse().adjoint();
+    }
+    return e;
+  }
+
+ private:
+  Group measured_;
+  Group inverse_;
+};
+
+/// A measured planar motion with the residual of translation in the measured frame and plain angle
+/// difference, (R_z' (t_ab - t_z), wrap(angle_ab - angle_z)). It converges from far worse starts
+/// than the group logarithm, whose translation part mixes with large angle errors; hence the
+/// default of readers.
+class BetweenSE2 : public FactorOf<3, SE2, SE2> {
+ public:
+  BetweenSE2(Key a, Key b, const SE2& measured, const Noise& noise, Loss loss = {})
+      : FactorOf({a, b}, noise, loss), measured_(measured) {}
+
+  const SE2& measured() const { return measured_; }
+  std::string name() const override { return "between"; }
+
+  Residual evaluate(const SE2& a, const SE2& b, Jacobian<SE2>* Ja,
+                    Jacobian<SE2>* Jb) const override;
+
+ private:
+  SE2 measured_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <tuple>
+#include <utility>
+
+#include "libhybrid/core/loss.h"
+#include "libhybrid/core/noise.h"
+#include "libhybrid/factors/factor.h"
+
+namespace hybrid {
+
+/// Base of continuous factors whose residual size and variable types are known at compile time.
+/// Derive, and write `evaluate`: the residual and, where a pointer is not null, its Jacobian with
+/// respect to the tangent of that variable. Whitening, robust loss and storage are done here.
+template <int kRows, class... Variables>
+class FactorOf : public ContinuousFactor {
+ public:
+  static constexpr int kCols = (Variable<Variables>::kDim + ...);
+  using Residual = Eigen::Matrix<double, kRows, 1>;
+  template <class V>
+  using Jacobian = Eigen::Matrix<double, kRows, Variable<V>::kDim>;
+
+  /// Residual at the given variables, not whitened, in the units of the measurement.
+  virtual Residual evaluate(const Variables&... x, Jacobian<Variables>*... jacobians) const = 0;
+
+  double cost(const double* const* x) const final {
+    return cost_at(x, std::index_sequence_for<Variables...>{});
+  }
+  double linearize(const double* const* x, double* r, double* J) const final {
+    return linearize_at(x, r, J, std::index_sequence_for<Variables...>{});
+  }
+  double log_normalizer() const final { return log_normalizer_; }
+
+  const Loss& loss() const { return loss_; }
+  const Eigen::Matrix<double, kRows, kRows>& sqrt_information() const { return sqrt_information_; }
+
+  using ContinuousFactor::cost;
+
+ protected:
+  FactorOf(const std::array<Key, sizeof...(Variables)>& keys, const Noise& noise, Loss loss = {})
+      : ContinuousFactor({keys.begin(), keys.end()}, {Variable<Variables>::type()...}, kRows),
+        loss_(loss),
+        log_normalizer_(noise.log_normalizer()) {
+    if (noise.dim() != kRows) {
+      throw Error("noise of dimension " + std::to_string(noise.dim()) + " for a residual of " +
+                  std::to_string(kRows));
+    }
+    sqrt_information_ = noise.sqrt_information();
+  }
+
+ private:
+  template <std::size_t... I>
+  double cost_at(const double* const* x, std::index_sequence<I...>) const {
+    const Residual e =
+        evaluate(Variable<Variables>::load(x[I])..., static_cast<Jacobian<Variables>*>(nullptr)...);
+    return 0.5 * loss_.value((sqrt_information_ * e).squaredNorm());
+  }
+
+  template <std::size_t... I>
+  double linearize_at(const double* const* x, double* r, double* J,
+                      std::index_sequence<I...>) const {
+    std::tuple<Jacobian<Variables>...> jacobians;
+    const Residual e = evaluate(Variable<Variables>::load(x[I])..., &std::get<I>(jacobians)...);
+    Eigen::Map<Residual> whitened(r);
+    whitened.noalias() = sqrt_information_ * e;
+    (whiten(std::get<I>(jacobians), J), ...);
+    const double s = whitened.squaredNorm();
+    if (loss_.kind == Loss::Kind::kNone) return 0.5 * s;
+    const double root = std::sqrt(loss_.weight(s));
+    whitened *= root;
+    Eigen::Map<Eigen::Matrix<double, kRows, kCols>>(J - kRows * kCols) *= root;
+    return 0.5 * loss_.value(s);
+  }
+
+  /// Writes the whitened Jacobian of one variable at `J` and moves `J` behind it.
+  template <class Block>
+  void whiten(const Block& jacobian, double*& J) const {
+    Eigen::Map<Block>{J}.noalias() = sqrt_information_ * jacobian;
+    J += kRows * Block::ColsAtCompileTime;
+  }
+
+  Eigen::Matrix<double, kRows, kRows> sqrt_information_;
+  Loss loss_;
+  double log_normalizer_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace hybrid {
+
+/// The angle in (-pi, pi] that equals `angle` modulo 2 pi.
+inline double wrap_angle(double angle) {
+  return std::remainder(angle, 2.0 * M_PI);
+}
+
+/// Rotation in the plane, held as cosine and sine. Tangent: the angle [rad].
+class SO2 {
+ public:
+  static constexpr int kDim = 1;   ///< size of the tangent
+  static constexpr int kSize = 2;  ///< doubles in storage: cos, sin
+  using Tangent = Eigen::Matrix<double, 1, 1>;
+  using Jacobian = Eigen::Matrix<double, 1, 1>;
+
+  SO2() = default;
+  explicit SO2(double angle) : c_(std::cos(angle)), s_(std::sin(angle)) {}
+  /// From cosine and sine, which must lie on the unit circle.
+  static SO2 from_cos_sin(double c, double s) {
+    SO2 r;
+    r.c_ = c;
+    r.s_ = s;
+    return r;
+  }
+
+  double cos() const { return c_; }
+  double sin() const { return s_; }
+  /// In (-pi, pi].
+  double angle() const { return std::atan2(s_, c_); }
+  Eigen::Matrix2d matrix() const { return (Eigen::Matrix2d() << c_, -s_, s_, c_).finished(); }
+
+  SO2 inverse() const { return from_cos_sin(c_, -s_); }
+  friend SO2 operator*(const SO2& a, const SO2& b) {
+    return from_cos_sin(a.c_ * b.c_ - a.s_ * b.s_, a.s_ * b.c_ + a.c_ * b.s_);
+  }
+  Eigen::Vector2d operator*(const Eigen::Vector2d& p) const {
+    return {c_ * p.x() - s_ * p.y(), s_ * p.x() + c_ * p.y()};
+  }
+
+  static SO2 exp(const Tangent& v) { return SO2(v[0]); }
+  Tangent log() const { return Tangent(angle()); }
+  Jacobian adjoint() const { return Jacobian::Identity(); }
+  static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
+  static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
+
+  static SO2 load(const double* x) { return from_cos_sin(x[0], x[1]); }
+  void store(double* x) const {
+    x[0] = c_;
+    x[1] = s_;
+  }
+  /// Back on the unit circle after many compositions.
+  void normalize() {
+    const double scale = 0.5 * (3.0 - (c_ * c_ + s_ * s_));
+    c_ *= scale;
+    s_ *= scale;
+  }
+
+ private:
+  double c_ = 1.0;
+  double s_ = 0.0;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace hybrid {
+
+/// The 3 x 3 matrix with hat(a) b = a x b.
+Eigen::Matrix3d hat(const Eigen::Vector3d& v);
+
+/// Rotation in space, held as a unit quaternion. Tangent: rotation vector [rad], in the local
+/// (right) frame.
+class SO3 {
+ public:
+  static constexpr int kDim = 3;   ///< size of the tangent
+  static constexpr int kSize = 4;  ///< doubles in storage: qx, qy, qz, qw
+  using Tangent = Eigen::Vector3d;
+  using Jacobian = Eigen::Matrix3d;
+
+  SO3() : q_(Eigen::Quaterniond::Identity()) {}
+  /// The quaternion must be of unit norm.
+  explicit SO3(const Eigen::Quaterniond& q) : q_(q) {}
+
+  const Eigen::Quaterniond& quaternion() const { return q_; }
+  Eigen::Matrix3d matrix() const { return q_.toRotationMatrix(); }
+
+  SO3 inverse() const { return SO3(q_.conjugate()); }
+  friend SO3 operator*(const SO3& a, const SO3& b) { return SO3(a.q_ * b.q_); }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return q_ * p; }
+
+  static SO3 exp(const Tangent& v);
+  /// Norm at most pi.
+  Tangent log() const;
+  Jacobian adjoint() const { return matrix(); }
+  /// Exp(v + d) = Exp(v) Exp(Jr(v) d) to first order in d.
+  static Jacobian right_jacobian(const Tangent& v);
+  static Jacobian right_jacobian_inverse(const Tangent& v);
+
+  static SO3 load(const double* x) { return SO3(Eigen::Quaterniond(x[3], x[0], x[1], x[2])); }
+  void store(double* x) const { Eigen::Map<Eigen::Vector4d>{x} = q_.coeffs(); }
+  /// Back on the unit sphere after many compositions.
+  void normalize() { q_.coeffs() *= 0.5 * (3.0 - q_.squaredNorm()); }
+
+ private:
+  Eigen::Quaterniond q_;
+};
+
+}  // namespace hybrid

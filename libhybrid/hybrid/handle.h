@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+
+enum class FactorKind : std::uint8_t { kContinuous, kDiscrete, kHybrid };
+
+/// Stable name of a factor in a graph: valid from its addition to its removal, and never again
+/// after that.
+struct Handle {
+  FactorKind kind = FactorKind::kContinuous;
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;  // 0 names no factor
+
+  bool valid() const { return generation != 0; }
+  friend bool operator==(Handle a, Handle b) {
+    return a.kind == b.kind && a.index == b.index && a.generation == b.generation;
+  }
+};
+
+/// Items of one kind by stable handle; places are reused, so that memory follows the number of
+/// items alive.
+template <class T>
+class HandleList {
+ public:
+  explicit HandleList(FactorKind kind) : kind_(kind) {}
+
+  Handle add(T item) {
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::uint32_t>(places_.size()));
+      places_.emplace_back();
+    }
+    const std::uint32_t index = free_.back();
+    free_.pop_back();
+    places_[index].item = std::move(item);
+    places_[index].alive = true;
+    ++places_[index].generation;
+    ++size_;
+    return {kind_, index, places_[index].generation};
+  }
+
+  T remove(Handle handle) {
+    check(handle);
+    Place& place = places_[handle.index];
+    place.alive = false;
+    free_.push_back(handle.index);
+    --size_;
+    return std::exchange(place.item, T{});
+  }
+
+  bool contains(Handle handle) const {
+    return handle.kind == kind_ && handle.index < places_.size() && places_[handle.index].alive &&
+           places_[handle.index].generation == handle.generation;
+  }
+  const T& at(Handle handle) const {
+    check(handle);
+    return places_[handle.index].item;
+  }
+  std::size_t size() const { return size_; }
+
+  /// Places from 0 to capacity() - 1 may hold an item; alive(i) tells.
+  std::uint32_t capacity() const { return static_cast<std::uint32_t>(places_.size()); }
+  bool alive(std::uint32_t index) const { return places_[index].alive; }
+  const T& operator[](std::uint32_t index) const { return places_[index].item; }
+  Handle handle(std::uint32_t index) const { return {kind_, index, places_[index].generation}; }
+
+  template <class Function>
+  void for_each(Function&& function) const {
+    for (std::uint32_t i = 0; i < places_.size(); ++i) {
+      if (places_[i].alive) function(handle(i), places_[i].item);
+    }
+  }
+
+ private:
+  struct Place {
+    T item{};
+    std::uint32_t generation = 0;
+    bool alive = false;
+  };
+
+  void check(Handle handle) const {
+    if (!contains(handle)) throw Error("a factor handle is not, or no longer, in the graph");
+  }
+
+  FactorKind kind_;
+  std::vector<Place> places_;
+  std::vector<std::uint32_t> free_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace hybrid

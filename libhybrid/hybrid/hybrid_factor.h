@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/assignment.h"
+#include "libhybrid/discrete/table.h"
+#include "libhybrid/factors/factor.h"
+
+namespace hybrid {
+
+/// What a hybrid factor is once its discrete variables have values: -log f = factor + constant.
+struct Component {
+  /// Null where no continuous variable matters, e.g. a constant null hypothesis.
+  const ContinuousFactor* factor = nullptr;
+  /// Where the variables of `factor` stand among the keys of the hybrid factor.
+  const int* positions = nullptr;
+  /// -log of the weight of the component; the log-normaliser is the factor's own.
+  double constant = 0.0;
+  /// True for a component so weak beside its siblings (an outlier model) that solvers may leave it
+  /// out of the Hessian: it stays in the objective, and every step is judged by that.
+  bool weak = false;
+  /// Tells components apart: a change means that the linearisation of the factor is stale.
+  int index = 0;
+};
+
+/// A factor over continuous and discrete variables, f_k(C_k, D_k) of eq. 3. The two `given` methods
+/// are what alternating minimisation needs of it. Immutable.
+class HybridFactor {
+ public:
+  virtual ~HybridFactor() = default;
+
+  /// All continuous variables of any component, in the order in which `x` is given below.
+  const std::vector<Key>& keys() const { return keys_; }
+  const std::vector<VariableType>& types() const { return types_; }
+  const std::vector<DiscreteKey>& discrete_keys() const { return discrete_keys_; }
+
+  /// The continuous factor that remains when D is fixed (eq. 8b).
+  virtual Component given(const Assignment& assignment) const = 0;
+
+  /// The discrete factors that remain when C is fixed (eq. 8a): tables whose sum is -log f,
+  /// log-normalisers included. x[i] points to the storage of variable i.
+  virtual std::vector<Table> given(const double* const* x) const = 0;
+  std::vector<Table> given(const Values& values) const;
+
+  /// -log f at the given values of both kinds.
+  double cost(const Values& values, const Assignment& assignment) const;
+
+  /// Name for messages, e.g. "mixture".
+  virtual std::string name() const = 0;
+
+ protected:
+  HybridFactor(std::vector<Key> keys, std::vector<VariableType> types,
+               std::vector<DiscreteKey> discrete_keys);
+
+ private:
+  std::vector<Key> keys_;
+  std::vector<VariableType> types_;
+  std::vector<DiscreteKey> discrete_keys_;
+};
+
+using HybridFactorPtr = std::shared_ptr<const HybridFactor>;
+
+/// -log of a component at x, where x[i] belongs to variable i of the hybrid factor.
+double component_cost(const Component& component, const double* const* x);
+
+}  // namespace hybrid
