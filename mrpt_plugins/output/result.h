@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+/// A pose of the robot in the map, T_map_robot, at a time in seconds.
+struct TimedPose {
+  double time = 0;
+  mrpt::poses::CPose3D pose;
+};
+
+/// Poses in the order of time.
+using Trajectory = std::vector<TimedPose>;
+
+/// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and what it is.
+struct LandmarkEstimate {
+  std::int64_t id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< third row and column zero in 2-D
+  bool is_3d = false;
+  std::optional<int> class_index;           ///< most probable class, into MapResult::class_names
+  std::vector<double> class_probabilities;  ///< one per class name; empty when there are no classes
+  int sightings = 0;
+};
+
+/// What one call of the solver did, one line of steps.csv.
+struct StepRecord {
+  int keyframe = 0;
+  double time = 0;            ///< time stamp of the keyframe, s
+  double solver_ms = 0;       ///< wall time spent in the solver
+  int iterations = 0;         ///< linear solves
+  int flips = 0;              ///< discrete variables that changed their value
+  int relinearized = 0;       ///< continuous variables relinearised
+  double objective = 0;       ///< joint negative log posterior (eq. 6) with normalisers
+  double cost = 0;            ///< half the weighted squared error of the continuous factors
+  std::size_t landmarks = 0;  ///< in the map after the step
+};
+
+/// Everything a replay produces that the writers and the pictures need.
+struct MapResult {
+  std::string title;  ///< name of the log or configuration, for headings
+  bool is_3d = false;
+  std::vector<std::string> class_names;  ///< empty when landmarks have no class
+  Trajectory trajectory;
+  Trajectory dead_reckoning;
+  std::vector<LandmarkEstimate> landmarks;
+  std::vector<StepRecord> steps;
+};
+
+/// A landmark as the ground truth knows it, position in metres.
+struct TrueLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  std::optional<int> class_index;
+};
+
+/// The truth to compare with; either part may be empty.
+struct GroundTruth {
+  Trajectory path;
+  std::vector<TrueLandmark> landmarks;
+};
+
+}  // namespace hybrid

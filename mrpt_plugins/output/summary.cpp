@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const TrajectoryErrors& e) {
+  return {{"mean_m", e.mean_m},
+          {"rmse_m", e.rmse_m},
+          {"max_m", e.max_m},
+          {"rotation_mean_deg", e.rotation_mean_deg},
+          {"rotation_rmse_deg", e.rotation_rmse_deg}};
+}
+
+Json to_json(const TrajectoryReport& report) {
+  Json out = to_json(report.unaligned);
+  out["aligned"] = to_json(report.aligned);
+  return out;
+}
+
+Json to_json(const LandmarkErrors& e) {
+  return {{"matched", e.matched},
+          {"spurious", e.spurious},
+          {"missed", e.missed},
+          {"mean_m", e.mean_m},
+          {"max_m", e.max_m}};
+}
+
+Json to_json(const StepStatistics& s) {
+  return {{"total_s", s.total_s}, {"mean_ms", s.mean_ms}, {"p50_ms", s.p50_ms},
+          {"p95_ms", s.p95_ms},   {"p99_ms", s.p99_ms},   {"max_ms", s.max_ms}};
+}
+
+Json to_json(const TruthSummary& t) {
+  Json out = Json::object();
+  if (t.trajectory) out["trajectory"] = to_json(*t.trajectory);
+  if (t.dead_reckoning) out["dead_reckoning"] = to_json(*t.dead_reckoning);
+  if (t.landmarks) out["landmarks"] = to_json(*t.landmarks);
+  if (t.class_accuracy) out["class_accuracy"] = *t.class_accuracy;
+  if (t.association_accuracy) out["association_accuracy"] = *t.association_accuracy;
+  if (t.nees_pose) out["nees_pose"] = *t.nees_pose;
+  return out;
+}
+
+/// The value below which the fraction `q` of the sorted values lies.
+double percentile(const std::vector<double>& sorted, double q) {
+  const double at = q * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+}  // namespace
+
+StepStatistics step_statistics(const std::vector<StepRecord>& steps) {
+  StepStatistics s;
+  if (steps.empty()) return s;
+  std::vector<double> ms;
+  for (const StepRecord& step : steps) ms.push_back(step.solver_ms);
+  std::sort(ms.begin(), ms.end());
+  double total_ms = 0;
+  for (const double t : ms) total_ms += t;
+  s.total_s = 1e-3 * total_ms;
+  s.mean_ms = total_ms / static_cast<double>(ms.size());
+  s.p50_ms = percentile(ms, 0.50);
+  s.p95_ms = percentile(ms, 0.95);
+  s.p99_ms = percentile(ms, 0.99);
+  s.max_ms = ms.back();
+  return s;
+}
+
+std::string summary_json(const Summary& s) {
+  Json out = {{"status", s.status},       {"mode", s.mode},           {"keyframes", s.keyframes},
+              {"landmarks", s.landmarks}, {"objective", s.objective}, {"cost", s.cost},
+              {"solver_s", s.solver_s},   {"total_s", s.total_s},     {"steps", to_json(s.steps)}};
+  out["dropped"] = Json::object();
+  for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
+  out["warnings"] = s.warnings;
+  if (s.truth) out["truth"] = to_json(*s.truth);
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string steps_csv(const std::vector<StepRecord>& steps) {
+  std::string text =
+      "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks\n";
+  for (const StepRecord& s : steps) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", s.keyframe, s.time,
+                   s.solver_ms, s.iterations, s.flips, s.relinearized, s.objective, s.cost,
+                   s.landmarks);
+  }
+  return text;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/output/landmark_metrics.h"
+#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/output/trajectory_metrics.h"
+
+namespace hybrid {
+
+/// Distribution of the solver's time per step.
+struct StepStatistics {
+  double total_s = 0, mean_ms = 0, p50_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
+};
+
+/// Statistics of the solver times of `steps`; percentiles interpolate linearly, all zero when
+/// empty.
+StepStatistics step_statistics(const std::vector<StepRecord>& steps);
+
+/// Comparison with the truth; what is not known stays empty and is left out of the file.
+struct TruthSummary {
+  std::optional<TrajectoryReport> trajectory;
+  std::optional<TrajectoryReport> dead_reckoning;
+  std::optional<LandmarkErrors> landmarks;
+  std::optional<double> class_accuracy;        ///< fraction of the matched landmarks
+  std::optional<double> association_accuracy;  ///< fraction of the measurements
+  std::optional<double> nees_pose;             ///< mean over poses and degrees of freedom
+};
+
+/// The content of a replay's summary.json.
+struct Summary {
+  std::string status = "ok";
+  std::string mode;
+  std::size_t keyframes = 0;
+  std::size_t landmarks = 0;
+  double objective = 0;
+  double cost = 0;
+  double solver_s = 0;
+  double total_s = 0;
+  StepStatistics steps;
+  std::map<std::string, std::size_t> dropped;  ///< reason -> number of measurements
+  std::vector<std::string> warnings;
+  std::optional<TruthSummary> truth;
+};
+
+/// The summary as JSON text; values that are not finite become null.
+std::string summary_json(const Summary& summary);
+
+/// The steps as CSV: keyframe, time (s), solver_ms, iterations, flips, relinearized, objective,
+/// cost, landmarks.
+std::string steps_csv(const std::vector<StepRecord>& steps);
+
+}  // namespace hybrid

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/trajectory_writer.h"
+
+#include <fmt/format.h>
+#include <mrpt/math/CQuaternion.h>
+
+#include <iterator>
+
+namespace hybrid {
+
+std::string tum_text(const Trajectory& trajectory) {
+  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
+  for (const TimedPose& p : trajectory) {
+    mrpt::math::CQuaternionDouble q;
+    p.pose.getAsQuaternion(q);
+    const double sign = q.r() < 0 ? -1.0 : 1.0;
+    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n", p.time, p.pose.x(),
+                   p.pose.y(), p.pose.z(), sign * q.x(), sign * q.y(), sign * q.z(), sign * q.r());
+  }
+  return text;
+}
+
+std::string kitti_text(const Trajectory& trajectory) {
+  std::string text;
+  for (const TimedPose& p : trajectory) {
+    const auto& rotation = p.pose.getRotationMatrix();
+    const double translation[3] = {p.pose.x(), p.pose.y(), p.pose.z()};
+    for (int row = 0; row < 3; ++row) {
+      fmt::format_to(std::back_inserter(text), "{} {} {} {}{}", rotation(row, 0), rotation(row, 1),
+                     rotation(row, 2), translation[row], row < 2 ? ' ' : '\n');
+    }
+  }
+  return text;
+}
+
+}  // namespace hybrid

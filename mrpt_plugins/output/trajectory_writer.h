@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// The trajectory in TUM form: `timestamp tx ty tz qx qy qz qw` per line (s, m, unit quaternion
+/// with qw >= 0), digits enough to read back the same doubles; `#` starts the heading.
+std::string tum_text(const Trajectory& trajectory);
+
+/// The trajectory in KITTI form: the first three rows of T_map_robot, row by row, 12 numbers per
+/// line.
+std::string kitti_text(const Trajectory& trajectory);
+
+}  // namespace hybrid
