@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+/// Ranges and directions to landmarks with a class score for each, as an object detector on a
+/// robot gives them. A sibling of mrpt::obs::CObservationBearingRange, whose angles it shares: the
+/// point lies at CPose3D(0, 0, 0, yaw, pitch, 0) * (range, 0, 0) in the frame of the sensor, so a
+/// positive pitch points down. All lengths are in metres, all angles in radians.
+class CObservationClassedBearingRange : public mrpt::obs::CObservation {
+  DEFINE_SERIALIZABLE(CObservationClassedBearingRange, hybrid)
+
+ public:
+  struct Detection {
+    float range = 0, yaw = 0, pitch = 0;
+    /// mrpt::obs::INVALID_LANDMARK_ID if the sensor does not identify landmarks.
+    std::int32_t landmark_id = mrpt::obs::INVALID_LANDMARK_ID;
+    /// What a simulator knows and an estimator must not use: the landmark seen, or
+    /// INVALID_LANDMARK_ID for a spurious detection and wherever truth is unknown.
+    std::int32_t true_landmark_id = mrpt::obs::INVALID_LANDMARK_ID;
+    /// Probability of each entry of `class_names`; empty if the detection is not classified.
+    std::vector<float> class_scores;
+  };
+
+  mrpt::poses::CPose3D sensor_pose;    ///< On the robot.
+  float min_range = 0, max_range = 0;  ///< 0: no limit.
+  float fov_yaw = 0, fov_pitch = 0;    ///< Full opening angles.
+  float std_range = 0, std_yaw = 0, std_pitch = 0;
+  bool has_pitch = true;  ///< False for a planar sensor: pitch and std_pitch mean nothing.
+  std::vector<std::string> class_names;
+  std::vector<Detection> detections;
+
+  void getSensorPose(mrpt::poses::CPose3D& pose) const override { pose = sensor_pose; }
+  void setSensorPose(const mrpt::poses::CPose3D& pose) override { sensor_pose = pose; }
+  void getDescriptionAsText(std::ostream& out) const override;
+  bool exportTxtSupported() const override { return true; }
+  std::string exportTxtHeader() const override;
+  /// The number of detections, then six columns for each.
+  std::string exportTxtDataRow() const override;
+};
+
+}  // namespace hybrid
