@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/odometry.h"
+
+#include <mrpt/obs/CActionRobotMovement3D.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
+
+namespace hybrid {
+namespace {
+
+constexpr double kVarianceFloor = 1e-12;
+constexpr double kAddedVariance = 1e-10;
+
+OdometryIncrement planar_increment(const mrpt::poses::CPosePDFGaussian& pdf) {
+  return {mrpt::poses::CPose3D(pdf.mean), planar_to_6d(tangent_covariance(pdf)), true};
+}
+
+double smallest_eigenvalue(const OdometryIncrement& odometry) {
+  if (odometry.is_planar) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(planar_part(odometry.covariance),
+                                                          Eigen::EigenvaluesOnly)
+        .eigenvalues()[0];
+  }
+  return Eigen::SelfAdjointEigenSolver<Matrix6d>(odometry.covariance, Eigen::EigenvaluesOnly)
+      .eigenvalues()[0];
+}
+
+}  // namespace
+
+OdometryIncrement compose(const OdometryIncrement& first, const OdometryIncrement& second) {
+  const Matrix6d Ad = adjoint(-second.mean);
+  return {first.mean + second.mean, Ad * first.covariance * Ad.transpose() + second.covariance,
+          first.is_planar && second.is_planar};
+}
+
+std::optional<OdometryIncrement> odometry_of(const mrpt::obs::CActionCollection& actions) {
+  using mrpt::obs::CActionRobotMovement3D;
+  const auto& all = actions;
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    if (const auto* motion = dynamic_cast<const CActionRobotMovement3D*>(&all.get(i))) {
+      return OdometryIncrement{motion->poseChange.mean, tangent_covariance(motion->poseChange),
+                               false};
+    }
+  }
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    const auto* motion = dynamic_cast<const mrpt::obs::CActionRobotMovement2D*>(&all.get(i));
+    if (motion == nullptr || !motion->poseChange) continue;
+    const auto [covariance, mean] = motion->poseChange->getCovarianceAndMean();
+    return planar_increment({mean, covariance});
+  }
+  return std::nullopt;
+}
+
+OdometryIncrement odometry_between(const mrpt::poses::CPose2D& before,
+                                   const mrpt::poses::CPose2D& after, const MotionModel& model) {
+  mrpt::obs::CActionRobotMovement2D::TMotionModelOptions options;
+  options.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
+  options.gaussianModel = model;
+  mrpt::obs::CActionRobotMovement2D action;
+  action.computeFromOdometry(after - before, options);
+  const auto [covariance, mean] = action.poseChange->getCovarianceAndMean();
+  return planar_increment({mean, covariance});
+}
+
+bool is_sane(const OdometryIncrement& odometry) {
+  const auto& T = odometry.mean;
+  const Eigen::Matrix<double, 6, 1> values(
+      (Eigen::Matrix<double, 6, 1>() << T.x(), T.y(), T.z(), T.yaw(), T.pitch(), T.roll())
+          .finished());
+  if (!values.allFinite() || !odometry.covariance.allFinite()) return false;
+  return smallest_eigenvalue(odometry) > -kVarianceFloor * (1 + odometry.covariance.trace());
+}
+
+bool add_noise_floor(OdometryIncrement& odometry) {
+  if (smallest_eigenvalue(odometry) >= kVarianceFloor) return false;
+  if (odometry.is_planar) {
+    for (const int i : kPlanarIndices) odometry.covariance(i, i) += kAddedVariance;
+  } else {
+    odometry.covariance.diagonal().array() += kAddedVariance;
+  }
+  return true;
+}
+
+}  // namespace hybrid

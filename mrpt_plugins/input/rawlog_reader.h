@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CSensoryFrame.h>
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/input/object_reader.h"
+#include "mrpt_plugins/input/odometry.h"
+
+namespace hybrid {
+
+/// How often something was dropped or repaired, by reason.
+using DropReport = std::map<std::string, std::size_t>;
+
+/// One place of the robot: what was sensed there and how it came there.
+struct LogStep {
+  /// Counts from 0; step i belongs to row i of MRPT's ground truth of the robot path.
+  std::size_t index = 0;
+  double time = 0;  ///< [s] since 1970, or synthesised (see RawlogReader).
+  /// Motion since the previous step. On the first step: motion before it, if the log has any.
+  /// Absent if the log has no odometry there or it was unusable.
+  std::optional<OdometryIncrement> odometry;
+  std::vector<mrpt::obs::CObservation::Ptr> observations;
+};
+
+struct RawlogOptions {
+  /// Noise given to CObservationOdometry, which carries none.
+  MotionModel motion_model;
+  /// Time between frames without a valid timestamp [s].
+  double period = 1.0;
+};
+
+/// Streams a rawlog of either format as steps.
+///
+/// Actions and sensory frames: a step is a sensory frame, reached by the actions since the one
+/// before. A log may begin with a sensory frame, which is step 0 (MRPT's own pair reader drops it);
+/// actions after the last frame lead nowhere and are left out.
+///
+/// Observations only: consecutive observations with one timestamp make a step. Its pose is
+/// interpolated between the CObservationOdometry before and after it; at the ends of the log, the
+/// nearest one is taken.
+///
+/// Frames without a valid timestamp get that of the frame before plus the period, the first one 0.
+class RawlogReader {
+ public:
+  /// Throws Error if the file is missing or cannot be opened.
+  explicit RawlogReader(const std::string& path, const RawlogOptions& options = {});
+
+  /// The next step, or nothing at the end; status() then tells how the log ended.
+  std::optional<LogStep> next();
+
+  LogStatus status() const { return objects_.status(); }
+  /// One line about how the log ended; empty if complete.
+  const std::string& message() const { return objects_.message(); }
+  double progress() const { return objects_.progress(); }
+  std::uint64_t objects() const { return objects_.objects(); }
+  /// Odd things met and got over: bad odometry, missing timestamps, unused objects.
+  const DropReport& warnings() const { return warnings_; }
+
+ private:
+  struct TimedOdometry {
+    double time;
+    mrpt::poses::CPose2D pose;
+  };
+
+  void take(const mrpt::serialization::CSerializable::Ptr& object);
+  void take_actions(const mrpt::obs::CActionCollection& actions);
+  void take_frame(const mrpt::obs::CSensoryFrame& frame);
+  void take_observation(const mrpt::obs::CObservation::Ptr& observation);
+  void take_odometry(const mrpt::obs::CObservationOdometry& odometry);
+  void move_to(LogStep& step, const mrpt::poses::CPose2D& pose);
+  void release_until(double time);
+  void release_front();
+  void emit(LogStep step);
+  double time_of(mrpt::system::TTimeStamp stamp);
+  std::optional<OdometryIncrement> checked(std::optional<OdometryIncrement> odometry);
+
+  ObjectReader objects_;
+  RawlogOptions options_;
+  DropReport warnings_;
+  std::deque<LogStep> ready_;
+  std::size_t emitted_ = 0;
+  double last_time_;
+
+  // Pairs.
+  std::optional<OdometryIncrement> motion_;  // since the last frame
+  mrpt::system::TTimeStamp action_stamp_;
+
+  // Observations only.
+  std::deque<LogStep> waiting_;  // for odometry after them
+  std::optional<TimedOdometry> before_, after_;
+  std::optional<mrpt::poses::CPose2D> last_pose_;  // odometry at the last released step
+};
+
+}  // namespace hybrid
