@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace hybrid {
+
+/// One sighting of a landmark. The point lies at CPose3D(0, 0, 0, yaw, pitch, 0) * (range, 0, 0) in
+/// the frame of the sensor: positive pitch points down.
+struct Detection {
+  double range = 0, yaw = 0, pitch = 0;     ///< [m], [rad]; pitch is 0 for a planar sensor.
+  std::optional<std::int64_t> id;           ///< Landmark, if the sensor identifies it.
+  std::optional<std::int64_t> true_id;      ///< For evaluation only.
+  std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
+  /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// What one sensor saw at one time, whichever MRPT class it came in.
+struct DetectionFrame {
+  double time = 0;  ///< Of the observation [s since 1970]; 0 if it has none.
+  std::string sensor_label;
+  mrpt::poses::CPose3D T_robot_sensor;
+  bool is_3d = true;
+  double min_range = 0, max_range = 0;  ///< [m], 0: no limit.
+  double fov_yaw = 0, fov_pitch = 0;    ///< Full angles [rad].
+  std::vector<std::string> class_names;
+  std::vector<Detection> detections;
+};
+
+/// What is accepted as a measurement, and which noise it is given.
+struct DetectionOptions {
+  double max_range = 1000.0;  ///< Ranges beyond are dropped [m].
+  /// Used in place of the sigmas of the log, where positive [m], [rad].
+  double sigma_range = 0, sigma_yaw = 0, sigma_pitch = 0;
+  /// Used where neither the above nor the log gives a positive, finite sigma [m], [rad].
+  double default_sigma_range = 0.1, default_sigma_angle = 0.02;
+  /// Class probabilities are divided by their sum if it is further than this from 1.
+  double sum_tolerance = 1e-3;
+};
+
+/// The detections in a CObservationBearingRange or a CObservationClassedBearingRange; nothing for
+/// other classes. A bearing-range observation is planar if it claims no uncertainty in pitch and
+/// all its pitches are zero.
+///
+/// Dropped, each counted in `report` by reason: detections with range, yaw or pitch not finite;
+/// range not positive or above the limit; |yaw| above 2 pi or |pitch| above pi/2; an id seen before
+/// in the same observation; a covariance that is not positive definite; whole observations with a
+/// sensor pose that is not finite. Repaired and counted: class scores of a wrong length, negative,
+/// not finite or all zero are removed (the detection counts as not classified); other sums are
+/// normalised; missing sigmas are replaced by the defaults; ids below -1 are taken as none.
+std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& observation,
+                                            const DetectionOptions& options, DropReport& report);
+
+}  // namespace hybrid

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+struct TrueLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m], map frame.
+  std::string class_name;                              ///< Empty if the file does not tell.
+};
+
+struct TimedPose {
+  double time = 0;  ///< [s]
+  mrpt::poses::CPose3D pose;
+};
+
+// All readers skip empty lines and comments (`%` or `#` to the end of the line), and throw Error
+// with file:line on anything else that is not as described, and on a file without any row.
+
+/// MRPT's `_ground_truth.txt`: rows `x y z 5 0 0 ID`, optionally followed by the class, a name or
+/// the index into the names of a comment line `% classes: name name ...`.
+std::vector<TrueLandmark> read_true_landmarks(const std::string& path);
+
+/// MRPT's `_ground_truth_robot_path.txt`: rows `x y z yaw pitch roll` [m, rad]; row i belongs to
+/// step i of the log.
+std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path);
+
+/// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times rising.
+std::vector<TimedPose> read_tum(const std::string& path);
+
+}  // namespace hybrid
