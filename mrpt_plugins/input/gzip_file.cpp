@@ -4,6 +4,7 @@
 #include "mrpt_plugins/input/gzip_file.h"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -54,6 +55,10 @@ GzipCheck check_gzip(const std::string& path) {
   }
   gzclose_r(file);
   return check;
+}
+
+void GzipStream::Close::operator()(gzFile_s* file) const {
+  gzclose_r(file);
 }
 
 GzipStream::GzipStream(const std::string& path) : path_(path), file_(open_for_reading(path)) {}

@@ -4,11 +4,12 @@
 #pragma once
 
 #include <mrpt/io/CStream.h>
-#include <zlib.h>
 
 #include <cstdint>
 #include <memory>
 #include <string>
+
+struct gzFile_s;  // zlib's file handle
 
 namespace hybrid {
 
@@ -44,7 +45,7 @@ class GzipStream : public mrpt::io::CStream {
 
  private:
   struct Close {
-    void operator()(gzFile_s* file) const { gzclose_r(file); }
+    void operator()(gzFile_s* file) const;
   };
   std::string path_;
   std::unique_ptr<gzFile_s, Close> file_;

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/bridge/ini_file.h"
+
+#include <gtest/gtest.h>
+#include <mrpt/config/CConfigFileMemory.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+std::string message_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "(no error)";
+}
+
+void expect_error(const std::function<void()>& call, const std::vector<std::string>& parts) {
+  const std::string message = message_of(call);
+  for (const std::string& part : parts) {
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' not in: " << message;
+  }
+}
+
+TEST(IniFile, ReadsTypedValues) {
+  IniFile ini(
+      "# comment\n[Solver]\niterations = 7 // seven\nstep = -1.5e-3 ; small\nfast = Yes\n"
+      "name = two words # here\nlist = 1, 2.5 3\nmethod = LM\nurl = a//b\nangle = 180\n",
+      "a.ini");
+  IniSection s = ini.section("solver");
+  EXPECT_EQ(s.get("ITERATIONS", 1, "n"), 7);
+  EXPECT_DOUBLE_EQ(s.get("step", 1.0, "s"), -1.5e-3);
+  EXPECT_TRUE(s.get("fast", false, "f"));
+  EXPECT_EQ(s.get("name", "x", "n"), "two words");
+  EXPECT_EQ(s.get("list", std::vector<double>{}, "l"), (std::vector<double>{1, 2.5, 3}));
+  EXPECT_EQ(s.choice("method", "dogleg", {"lm", "dogleg"}, "m"), "lm");
+  EXPECT_EQ(s.get("url", "", "u"), "a//b");
+  EXPECT_DOUBLE_EQ(s.degrees("angle", 0, "a"), M_PI);
+  EXPECT_EQ(s.get("absent", 42, "x"), 42);
+  EXPECT_NO_THROW(ini.reject_unknown());
+}
+
+TEST(IniFile, RefusesWhatMrptLetsPass) {
+  for (const char* value : {"abc", "3,5", "12abc", "", "nan", "inf", "1e999", "0x10"}) {
+    IniFile ini(std::string("[a]\n\nx = ") + value + "\n", "b.ini");
+    expect_error([&] { ini.section("a").get("x", 1.0, "x"); }, {"b.ini:3", "[a]", "x", "number"});
+  }
+  for (const char* value : {"maybe", "2", ""}) {
+    IniFile ini(std::string("[a]\nx = ") + value + "\n", "b.ini");
+    expect_error([&] { ini.section("a").get("x", true, "x"); },
+                 {"b.ini:2", "[a]", "true or false"});
+  }
+  for (const char* value : {"1.5", "99999999999", "one", ""}) {
+    IniFile ini(std::string("[a]\nx = ") + value + "\n", "b.ini");
+    expect_error([&] { ini.section("a").get("x", 1, "x"); }, {"b.ini:2", "whole number"});
+  }
+  IniFile ini("[a]\nx = 1.5\ny = -1\nmethod = lmm\nu = -3", "b.ini");
+  IniSection a = ini.section("a");
+  expect_error([&] { a.get("x", 0.5, "x", kProbability); }, {"b.ini:2", "<= 1"});
+  expect_error([&] { a.get("y", 0.5, "y", kPositive); }, {"b.ini:3", "> 0"});
+  expect_error([&] { a.get("u", std::uint64_t{1}, "u"); }, {"b.ini:5", ">= 0"});
+  expect_error(
+      [&] {
+        a.choice("method", "lm", {"lm", "dogleg"}, "");
+      },
+      {"b.ini:4", "did you mean 'lm'?"});
+  expect_error([&] { a.require<int>("z", "z"); }, {"b.ini:1", "[a]", "z", "required"});
+}
+
+TEST(IniFile, RefusesMalformedLines) {
+  expect_error([] { IniFile("[a\nx=1\n", "c.ini"); }, {"c.ini:1", "lacks its ']'"});
+  expect_error([] { IniFile("[a]\nx 1\n", "c.ini"); }, {"c.ini:2", "x 1"});
+  expect_error([] { IniFile("x = 1\n", "c.ini"); }, {"c.ini:1", "before the first [section]"});
+  expect_error([] { IniFile("[a]\nx = 1\n[b]\n[A]\nX = 2\n", "c.ini"); },
+               {"c.ini:5", "already set at c.ini:2"});
+  expect_error([] { IniFile(std::filesystem::path("no/such.ini")); },
+               {"no/such.ini: no such file"});
+  expect_error([] { IniFile(std::filesystem::path("/")); }, {"/", "cannot be read"});
+}
+
+TEST(IniFile, RejectsUnknownNamesWithSuggestion) {
+  IniFile ini("[solver]\niteratons = 3\n[calibraton]\nx = 1\n", "d.ini");
+  ini.section("solver").get("iterations", 5, "");
+  ini.section("calibration");
+  expect_error([&] { ini.reject_unknown(); },
+               {"d.ini:2: [solver] has no key 'iteratons'; did you mean 'iterations'?",
+                "d.ini:3: unknown section [calibraton]; did you mean 'calibration'?"});
+}
+
+TEST(IniFile, AgreesWithMrptOnSyntax) {
+  const std::string text =
+      "# c\n; c2\n@define A 3\n[S] // comment\nx = ${A} // trailing\ny = $eval{A*2}\n"
+      "a = 1 2 \\\n 3 4\nB = first\n[ spaced ]\nu = http://x/y\n[S]\nagain = 2\n";
+  mrpt::config::CConfigFileMemory mrpt;
+  mrpt.setContent(text);
+  IniFile ini(text, "e.ini");
+  std::vector<std::string> sections, keys;
+  mrpt.getAllSections(sections);
+  EXPECT_EQ(ini.sections().size(), sections.size());
+  for (const std::string& section : sections) {
+    mrpt.getAllKeys(section, keys);
+    IniSection ours = ini.section(section);
+    EXPECT_EQ(ours.keys().size(), keys.size()) << section;
+    for (const std::string& key : keys) {
+      EXPECT_EQ(ours.get(key, "", ""), mrpt.read_string(section, key, "?")) << key;
+    }
+  }
+  // Line numbers survive the joined line.
+  expect_error([&] { ini.section("S").get("again", true, ""); }, {"e.ini:13"});
+}
+
+TEST(IniFile, DocumentationIsAnIniWithTheValuesInEffect) {
+  const auto read = [](IniFile& ini) {
+    IniSection s = ini.section("sensor", "What the robot sees with");
+    s.require<double>("range", "how far [m]", kPositive);
+    s.get("names", std::vector<std::string>{"a", "b"}, "who");
+    return s.get("rate", 0.1, "how often [Hz]", kNonNegative);
+  };
+  IniFile defaults;
+  EXPECT_EQ(read(defaults), 0.1);
+  const std::string text = defaults.documentation();
+  EXPECT_NE(text.find("# What the robot sees with\n[sensor]\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("# how often [Hz] (number, >= 0; default 0.1)\nrate = 0.1\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("(number, > 0; required)"), std::string::npos) << text;
+
+  IniFile given("[sensor]\nrange = 3\nrate = 0.25\n", "f.ini");
+  read(given);
+  IniFile again(given.documentation(), "again.ini");
+  EXPECT_EQ(read(again), 0.25);
+  EXPECT_EQ(again.documentation(), given.documentation());
+}
+
+TEST(IniFile, PathsAreRelativeToTheFileAndOverridesToTheCaller) {
+  IniFile ini("[log]\nfile = ../rawlogs/a.rawlog\nabs = /x/y\n", "config/g.ini");
+  EXPECT_EQ(ini.section("log").path("file", "", ""), "rawlogs/a.rawlog");
+  EXPECT_EQ(ini.section("log").path("abs", "", ""), "/x/y");
+  ini.override_value("log", "file", "b.rawlog");
+  EXPECT_EQ(ini.section("log").path("file", "", ""), "b.rawlog");
+  ini.override_value("log", "n", "x");
+  expect_error([&] { ini.section("log").get("n", 1, ""); }, {"command line: [log] n"});
+}
+
+}  // namespace
+}  // namespace hybrid

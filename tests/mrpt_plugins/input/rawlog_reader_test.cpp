@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/ground_truth.h"
+#include "tests/mrpt_plugins/input/log_files.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::poses::CPose2D;
+using mrpt::poses::CPose3D;
+
+constexpr const char* kDatasets = "/usr/share/mrpt/datasets/";
+
+struct LogSummary {
+  std::size_t steps = 0, with_odometry = 0, detections = 0;
+  std::set<std::int64_t> ids;
+  double range_rms = 0, angle_rms = 0;
+  bool planar = true;
+  LogStatus status = LogStatus::kReading;
+  DropReport dropped;
+};
+
+/// Reads a log of MRPT's and compares each detection with the true landmark seen from row i of the
+/// true path.
+LogSummary summarise(const std::string& name) {
+  const std::string stem = kDatasets + name;
+  const auto path = read_true_path(stem + "_ground_truth_robot_path.txt");
+  std::map<std::int64_t, mrpt::math::TPoint3D> landmarks;
+  for (const auto& l : read_true_landmarks(stem + "_ground_truth.txt")) {
+    landmarks[l.id] = {l.position.x(), l.position.y(), l.position.z()};
+  }
+  LogSummary summary;
+  RawlogReader reader(stem + ".rawlog");
+  while (const auto step = reader.next()) {
+    EXPECT_EQ(step->index, summary.steps++);
+    if (step->odometry) {
+      ++summary.with_odometry;
+      summary.planar = summary.planar && step->odometry->is_planar;
+    }
+    for (const auto& observation : step->observations) {
+      const auto frame = detections_in(*observation, {}, summary.dropped);
+      if (!frame) continue;
+      const CPose3D T_map_sensor = path.at(step->index) + frame->T_robot_sensor;
+      for (const Detection& d : frame->detections) {
+        ++summary.detections;
+        if (!d.id) continue;
+        summary.ids.insert(*d.id);
+        double range = 0, yaw = 0, pitch = 0;
+        T_map_sensor.sphericalCoordinates(landmarks.at(*d.id), range, yaw, pitch);
+        summary.range_rms += (range - d.range) * (range - d.range);
+        summary.angle_rms += std::pow(std::remainder(yaw - d.yaw, 2 * M_PI), 2);
+      }
+    }
+  }
+  summary.range_rms = std::sqrt(summary.range_rms / static_cast<double>(summary.detections));
+  summary.angle_rms = std::sqrt(summary.angle_rms / static_cast<double>(summary.detections));
+  summary.status = reader.status();
+  return summary;
+}
+
+bool datasets_missing() {
+  return !std::filesystem::exists(std::string(kDatasets) + "kf-slam_demo.rawlog");
+}
+
+TEST(RawlogReader, KfSlamDemoAlignsWithItsTruth) {
+  if (datasets_missing()) GTEST_SKIP() << "package mrpt-common-data is not installed";
+  const LogSummary s = summarise("kf-slam_demo");
+  EXPECT_EQ(s.steps, 250U);
+  EXPECT_EQ(s.with_odometry, 249U);
+  EXPECT_EQ(s.detections, 3607U);
+  EXPECT_EQ(s.ids.size(), 70U);
+  EXPECT_TRUE(s.planar);
+  EXPECT_NEAR(s.range_rms, 0.0100, 0.0003);
+  EXPECT_NEAR(s.angle_rms, 0.00174, 0.00006);
+  EXPECT_EQ(s.status, LogStatus::kComplete);
+  EXPECT_TRUE(s.dropped.empty());
+}
+
+TEST(RawlogReader, SpatialLogsAlignWithTheirTruth) {
+  if (datasets_missing()) GTEST_SKIP() << "package mrpt-common-data is not installed";
+  for (const auto& [name, detections, ids] :
+       {std::tuple{"kf-slam_6D_demo", 5824U, 48U}, {"kf-slam_6D_demo_noncentered", 8564U, 44U}}) {
+    const LogSummary s = summarise(name);
+    EXPECT_EQ(s.steps, 600U) << name;
+    EXPECT_EQ(s.detections, detections) << name;
+    EXPECT_EQ(s.ids.size(), ids) << name;
+    EXPECT_FALSE(s.planar) << name;
+    EXPECT_NEAR(s.range_rms, 0.0100, 0.0003) << name;
+    EXPECT_EQ(s.status, LogStatus::kComplete) << name;
+  }
+}
+
+TEST(RawlogReader, HiddenIdsAreNone) {
+  if (datasets_missing()) GTEST_SKIP() << "package mrpt-common-data is not installed";
+  const LogSummary s = summarise("kf-slam_6D_demo_DA");
+  EXPECT_EQ(s.steps, 250U);
+  EXPECT_EQ(s.detections, 1515U);
+  EXPECT_TRUE(s.ids.empty());
+}
+
+TEST(RawlogReader, EveryMrptLogIsReadToItsEnd) {
+  if (datasets_missing()) GTEST_SKIP() << "package mrpt-common-data is not installed";
+  for (const auto& entry : std::filesystem::directory_iterator(kDatasets)) {
+    if (entry.path().extension() != ".rawlog") continue;
+    RawlogReader reader(entry.path().string());
+    std::size_t steps = 0;
+    while (reader.next()) ++steps;
+    EXPECT_EQ(reader.status(), LogStatus::kComplete) << reader.message();
+    EXPECT_GT(steps, 0U) << entry.path();
+  }
+}
+
+/// Actions composed between frames, frames before any action, actions after the last frame.
+TEST(RawlogReader, PairsOfAnyOrder) {
+  const TemporaryFile log("pairs.rawlog");
+  write_log(log.path(),
+            {frame({observation(10)}), motion_2d({1, 0, 0}, 0.1), motion_2d({0, 2, M_PI / 2}, 0.1),
+             frame({observation(12)}), frame({}), motion_2d({1, 0, 0}, 0.1)});
+  RawlogReader reader(log.path());
+  const auto a = reader.next(), b = reader.next(), c = reader.next();
+  ASSERT_TRUE(a && b && c);
+  EXPECT_FALSE(reader.next());
+  EXPECT_EQ(reader.status(), LogStatus::kComplete);
+  EXPECT_FALSE(a->odometry);
+  EXPECT_EQ(a->time, 10);
+  ASSERT_TRUE(b->odometry);
+  EXPECT_NEAR(b->odometry->mean.distanceTo(CPose3D(1, 2, 0, M_PI / 2, 0, 0)), 0, 1e-9);
+  // The first motion's heading noise swings the second one's 2 m in y into x; then the frame turns.
+  EXPECT_NEAR(b->odometry->covariance(1, 1), 0.01 + 0.01 + 4 * 0.01, 1e-9);
+  EXPECT_NEAR(b->odometry->covariance(0, 0), 0.02, 1e-9);
+  EXPECT_NEAR(b->odometry->covariance(5, 5), 0.02, 1e-9);
+  EXPECT_FALSE(c->odometry);
+  EXPECT_EQ(c->time, 13);  // no timestamp: one period after the frame before
+  EXPECT_EQ(reader.warnings().at("timestamp missing: synthesised"), 1U);
+}
+
+TEST(RawlogReader, LogThatBeginsWithAnAction) {
+  const TemporaryFile log("action_first.rawlog");
+  write_log(log.path(), {motion_2d({1, 0, 0}, 0.1), frame({observation(10)}),
+                         motion_2d({2, 0, 0}, 0.1), frame({observation(11)})});
+  RawlogReader reader(log.path());
+  const auto a = reader.next(), b = reader.next();
+  ASSERT_TRUE(a && b && a->odometry && b->odometry);
+  EXPECT_EQ(a->odometry->mean.x(), 1);
+  EXPECT_EQ(b->odometry->mean.x(), 2);
+}
+
+TEST(RawlogReader, BadMotionIsDroppedAndCounted) {
+  const TemporaryFile log("bad_motion.rawlog");
+  write_log(log.path(),
+            {frame({observation(1)}), motion_2d({NAN, 0, 0}, 0.1), frame({observation(2)}),
+             motion_2d({1, 0, 0}, 0.0), frame({observation(3)})});
+  RawlogReader reader(log.path());
+  const auto a = reader.next(), b = reader.next(), c = reader.next();
+  ASSERT_TRUE(a && b && c);
+  EXPECT_FALSE(b->odometry);
+  ASSERT_TRUE(c->odometry);
+  EXPECT_DOUBLE_EQ(c->odometry->covariance(0, 0), 1e-10);
+  EXPECT_EQ(reader.warnings().size(), 2U);
+}
+
+TEST(RawlogReader, ObservationsOnlyInterpolateOdometry) {
+  const TemporaryFile log("observations.rawlog");
+  write_log(log.path(),
+            {absolute_odometry(0, {5, 5, M_PI / 2}), observation(0.5), observation(0.5),
+             absolute_odometry(1, {5, 7, M_PI / 2}), observation(1.0), observation(1.75),
+             absolute_odometry(2, {5, 9, M_PI / 2}), observation(3)});
+  RawlogReader reader(log.path());
+  std::vector<LogStep> steps;
+  while (auto step = reader.next()) steps.push_back(*step);
+  ASSERT_EQ(steps.size(), 4U);
+  EXPECT_EQ(steps[0].observations.size(), 2U);
+  EXPECT_FALSE(steps[0].odometry);
+  const double expected[] = {0, 1.0, 1.5, 0.5};
+  for (std::size_t i = 1; i < 4; ++i) {
+    ASSERT_TRUE(steps[i].odometry) << i;
+    EXPECT_NEAR(steps[i].odometry->mean.x(), expected[i], 1e-9) << i;
+    EXPECT_NEAR(steps[i].odometry->mean.y(), 0, 1e-9) << i;
+    EXPECT_GT(steps[i].odometry->covariance(0, 0), 0) << i;
+  }
+}
+
+TEST(RawlogReader, ObservationsWithoutOdometryAllComeOut) {
+  const TemporaryFile log("no_odometry.rawlog");
+  std::vector<mrpt::serialization::CSerializable::Ptr> objects;
+  for (int i = 0; i < 600; ++i) objects.push_back(observation(i));
+  write_log(log.path(), objects);
+  RawlogReader reader(log.path());
+  std::size_t steps = 0;
+  while (const auto step = reader.next()) {
+    EXPECT_EQ(step->time, static_cast<double>(steps++));
+    EXPECT_FALSE(step->odometry);
+  }
+  EXPECT_EQ(steps, 600U);
+}
+
+}  // namespace
+}  // namespace hybrid
