@@ -73,13 +73,13 @@ std::string class_of(const Row& row, const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::vector<TrueLandmark> read_true_landmarks(const std::string& path) {
-  std::vector<TrueLandmark> landmarks;
+std::vector<LandmarkTruth> read_true_landmarks(const std::string& path) {
+  std::vector<LandmarkTruth> landmarks;
   std::vector<std::string> class_names;
   std::set<std::int64_t> seen;
   const auto take = [&](const Row& row) {
     row.expect_columns(7, 8, "x y z 5 0 0 ID [class]");
-    TrueLandmark landmark{whole_number(row, 6), {row.number(0), row.number(1), row.number(2)}, ""};
+    LandmarkTruth landmark{whole_number(row, 6), {row.number(0), row.number(1), row.number(2)}, ""};
     for (std::size_t i = 3; i < 6; ++i) row.number(i);
     if (row.words.size() == 8) landmark.class_name = class_of(row, class_names);
     if (!seen.insert(landmark.id).second) {

@@ -10,17 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/timed_pose.h"
+
 namespace hybrid {
 
-struct TrueLandmark {
+/// A row of a landmark file.
+struct LandmarkTruth {
   std::int64_t id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m], map frame.
   std::string class_name;                              ///< Empty if the file does not tell.
-};
-
-struct TimedPose {
-  double time = 0;  ///< [s]
-  mrpt::poses::CPose3D pose;
 };
 
 // All readers skip empty lines and comments (`%` or `#` to the end of the line), and throw Error
@@ -28,7 +26,7 @@ struct TimedPose {
 
 /// MRPT's `_ground_truth.txt`: rows `x y z 5 0 0 ID`, optionally followed by the class, a name or
 /// the index into the names of a comment line `% classes: name name ...`.
-std::vector<TrueLandmark> read_true_landmarks(const std::string& path);
+std::vector<LandmarkTruth> read_true_landmarks(const std::string& path);
 
 /// MRPT's `_ground_truth_robot_path.txt`: rows `x y z yaw pitch roll` [m, rad]; row i belongs to
 /// step i of the log.

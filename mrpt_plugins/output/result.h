@@ -3,24 +3,15 @@
 
 #pragma once
 
-#include <mrpt/poses/CPose3D.h>
-
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/bridge/timed_pose.h"
+
 namespace hybrid {
-
-/// A pose of the robot in the map, T_map_robot, at a time in seconds.
-struct TimedPose {
-  double time = 0;
-  mrpt::poses::CPose3D pose;
-};
-
-/// Poses in the order of time.
-using Trajectory = std::vector<TimedPose>;
 
 /// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and what it is.
 struct LandmarkEstimate {
