@@ -13,6 +13,7 @@ class SE2 {
  public:
   static constexpr int kDim = 3;   ///< size of the tangent
   static constexpr int kSize = 4;  ///< doubles in storage: x, y, cos, sin
+  using Point = Eigen::Vector2d;
   using Tangent = Eigen::Vector3d;
   using Jacobian = Eigen::Matrix3d;
 

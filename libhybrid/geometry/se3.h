@@ -15,6 +15,7 @@ class SE3 {
  public:
   static constexpr int kDim = 6;   ///< size of the tangent
   static constexpr int kSize = 7;  ///< doubles in storage: x, y, z, qx, qy, qz, qw
+  using Point = Eigen::Vector3d;
   using Tangent = Eigen::Matrix<double, 6, 1>;
   using Jacobian = Eigen::Matrix<double, 6, 6>;
 

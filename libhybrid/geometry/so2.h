@@ -7,9 +7,9 @@
 
 namespace hybrid {
 
-/// The angle in (-pi, pi] that equals `angle` modulo 2 pi.
+/// The angle in [-pi, pi] that equals `angle` modulo 2 pi.
 inline double wrap_angle(double angle) {
-  return std::remainder(angle, 2.0 * M_PI);
+  return std::abs(angle) <= M_PI ? angle : std::remainder(angle, 2.0 * M_PI);
 }
 
 /// Rotation in the plane, held as cosine and sine. Tangent: the angle [rad].

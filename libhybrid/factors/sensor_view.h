@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/geometry/polar.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid {
+
+/// Derivative of R' p with respect to the right perturbation of R, given q = R' p.
+inline Eigen::Vector2d rotation_derivative(const Eigen::Vector2d& q) {
+  return {q.y(), -q.x()};
+}
+inline Eigen::Matrix3d rotation_derivative(const Eigen::Vector3d& q) {
+  return hat(q);
+}
+
+/// How a sensor fixed on a robot (SE2 or SE3) sees a point of the map.
+template <class Pose>
+class SensorView {
+ public:
+  using Point = typename Pose::Point;
+  static constexpr int kPointDim = Point::RowsAtCompileTime;
+  using Matrix = Eigen::Matrix<double, kPointDim, kPointDim>;
+  using PoseMatrix = Eigen::Matrix<double, kPointDim, Pose::kDim>;
+
+  explicit SensorView(const Pose& T_robot_sensor)
+      : T_robot_sensor_(T_robot_sensor),
+        R_sensor_robot_(T_robot_sensor.rotation().matrix().transpose()) {}
+
+  const Pose& T_robot_sensor() const { return T_robot_sensor_; }
+
+  /// Polar coordinates, in the sensor frame, of a point given in the map, and their Jacobians
+  /// where asked (both or none).
+  Point polar(const Pose& T_map_robot, const Point& p_map, PoseMatrix* by_pose,
+              Matrix* by_point) const {
+    const Matrix R_robot_map = T_map_robot.rotation().matrix().transpose();
+    const Point p_robot = R_robot_map * (p_map - T_map_robot.translation());
+    const Point p_sensor = R_sensor_robot_ * (p_robot - T_robot_sensor_.translation());
+    if (by_pose == nullptr) return to_polar(p_sensor);
+    Matrix J;
+    const Point z = to_polar(p_sensor, &J);
+    const Matrix by_robot = J * R_sensor_robot_;
+    by_pose->template leftCols<kPointDim>() = -by_robot;
+    by_pose->template rightCols<Pose::kDim - kPointDim>().noalias() =
+        by_robot * rotation_derivative(p_robot);
+    by_point->noalias() = by_robot * R_robot_map;
+    return z;
+  }
+
+ private:
+  Pose T_robot_sensor_;
+  Matrix R_sensor_robot_;
+};
+
+/// Throws Error unless all entries of a measurement are finite.
+template <class Vector>
+void check_measurement(const Vector& z, const std::string& what) {
+  if (!z.allFinite()) throw Error("a measured " + what + " is not finite");
+}
+
+/// Throws Error unless a measured range is finite and not negative.
+inline void check_range(double range) {
+  if (!(range >= 0.0) || !std::isfinite(range)) {
+    throw Error("a measured range must be finite and not negative, got " + std::to_string(range));
+  }
+}
+
+}  // namespace hybrid
