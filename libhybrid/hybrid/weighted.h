@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/hybrid/hybrid_factor.h"
+
+namespace hybrid {
+
+/// The product of a continuous factor and a table over discrete variables, f(C, D) = psi(C) phi(D),
+/// of which eq. 19 is one. D weighs the factor but does not change it, so its linearisation stays
+/// valid whatever D becomes.
+class WeightedFactor : public HybridFactor {
+ public:
+  /// Throws Error for a null factor or a table over no variable.
+  WeightedFactor(ContinuousFactorPtr factor, Table table);
+
+  const ContinuousFactorPtr& factor() const { return factor_; }
+  const Table& table() const { return table_; }
+
+  Component given(const Assignment& assignment) const override;
+  std::vector<Table> given(const double* const* x) const override;
+  using HybridFactor::given;
+  std::string name() const override { return "weighted " + factor_->name(); }
+
+ private:
+  ContinuousFactorPtr factor_;
+  Table table_;
+  std::vector<int> positions_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "libhybrid/factors/bearing.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/position.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/range.h"
+#include "tests/support/expect_jacobians.h"
+#include "tests/support/random.h"
+
+namespace hybrid {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using testing::expect_jacobians;
+using testing::expect_robust_gradient;
+using testing::linearization;
+using testing::Random;
+
+const Key kA{'a', 1};
+const Key kB{'b', 2};
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Calls check(factor, values) on `count` random configurations, without a loss and with some.
+template <class A, class B, class Make>
+void for_random_pairs(Make&& make, double tolerance = 1e-6) {
+  Random random{3};
+  for (int trial = 0; trial < 20; ++trial) {
+    Values values;
+    values.insert(kA, random.value<A>());
+    values.insert(kB, random.value<B>(2.0));
+    expect_jacobians(*make(random, Loss::none()), values, tolerance);
+    expect_robust_gradient(*make(random, Loss::cauchy()), values, tolerance);
+    expect_robust_gradient(*make(random, Loss::geman_mcclure(5.0)), values, tolerance);
+  }
+}
+
+template <class A, class Make>
+void for_random_values(Make&& make) {
+  for_random_pairs<A, A>(std::forward<Make>(make));
+}
+
+template <class T>
+void check_prior() {
+  for_random_values<T>([](Random& random, Loss loss) {
+    return std::make_shared<Prior<T>>(kA, random.value<T>(), random.noise(Variable<T>::kDim), loss);
+  });
+}
+
+TEST(Prior, Jacobians) {
+  check_prior<SO2>();
+  check_prior<SE2>();
+  check_prior<SO3>();
+  check_prior<SE3>();
+  check_prior<Vector2d>();
+  check_prior<Vector3d>();
+  check_prior<Eigen::Matrix<double, 5, 1>>();
+}
+
+template <class T>
+void check_between() {
+  for_random_values<T>([](Random& random, Loss loss) {
+    return std::make_shared<Between<T>>(kA, kB, random.value<T>(), random.noise(T::kDim), loss);
+  });
+}
+
+TEST(Between, Jacobians) {
+  check_between<SO2>();
+  check_between<SE2>();
+  check_between<SO3>();
+  check_between<SE3>();
+}
+
+TEST(BetweenSE2, Jacobians) {
+  for_random_values<SE2>([](Random& random, Loss loss) {
+    return std::make_shared<BetweenSE2>(kA, kB, random.value<SE2>(), random.noise(3), loss);
+  });
+}
+
+TEST(Between, DiagonalNoiseWhitensAsItsFullForm) {
+  Random random{5};
+  const SE3 z = random.value<SE3>();
+  const Eigen::VectorXd sigmas = random.vector<6>().array().abs() + 0.1;
+  Values values;
+  values.insert(kA, random.value<SE3>());
+  values.insert(kB, random.value<SE3>());
+  const Between<SE3> factor(kA, kB, z, Noise::diagonal(sigmas));
+  const Between<SE3> unit(kA, kB, z, Noise::unit(6));
+  const auto l = linearization(factor, values);
+  const auto u = linearization(unit, values);
+  EXPECT_LT((l.J - sigmas.cwiseInverse().asDiagonal() * u.J).norm(), 1e-12 * l.J.norm());
+  EXPECT_LT((l.r - sigmas.cwiseInverse().asDiagonal() * u.r).norm(), 1e-12 * l.r.norm());
+}
+
+template <class Group>
+void check_zero_at_measurement() {
+  Random random{9};
+  const Group a = random.value<Group>();
+  const Group z = random.value<Group>();
+  const Between<Group> factor(kA, kB, z, Noise::unit(Group::kDim));
+  EXPECT_LT(factor.evaluate(a, a * z, nullptr, nullptr).norm(), 1e-12);
+}
+
+TEST(Between, IsZeroAtTheMeasurement) {
+  check_zero_at_measurement<SO2>();
+  check_zero_at_measurement<SE2>();
+  check_zero_at_measurement<SO3>();
+  check_zero_at_measurement<SE3>();
+}
+
+TEST(BetweenSE2, BothResidualsAgreeToFirstOrder) {
+  Random random{11};
+  const SE2 a = random.value<SE2>();
+  const SE2 z = random.value<SE2>();
+  const SE2 b = a * z * SE2::exp(random.vector<3>(1e-5));
+  const Between<SE2> log_form(kA, kB, z, Noise::unit(3));
+  const BetweenSE2 plain_form(kA, kB, z, Noise::unit(3));
+  const Vector3d e = log_form.evaluate(a, b, nullptr, nullptr);
+  EXPECT_GT(e.norm(), 1e-6);
+  EXPECT_LT((e - plain_form.evaluate(a, b, nullptr, nullptr)).norm(), 1e-9);
+}
+
+template <class A, class B>
+void check_range_jacobians() {
+  using Point = typename Range<A, B>::Point;
+  for_random_pairs<A, B>(
+      [](Random& random, Loss loss) {
+        return std::make_shared<Range<A, B>>(kA, kB, random.uniform(0.0, 5.0), random.noise(1),
+                                             random.value<Point>(), random.value<Point>(), loss);
+      },
+      1e-5);
+}
+
+TEST(Range, Jacobians) {
+  check_range_jacobians<SE2, Vector2d>();
+  check_range_jacobians<SE3, Vector3d>();
+  check_range_jacobians<Vector2d, Vector2d>();
+  check_range_jacobians<Vector3d, Vector3d>();
+  check_range_jacobians<SE2, SE2>();
+  check_range_jacobians<SE3, SE3>();
+}
+
+TEST(Range, MeasuresBetweenTheAntennas) {
+  const Range<SE2, Vector2d> factor(kA, kB, 1.0, Noise::unit(1), {1.0, 0.0});
+  EXPECT_NEAR(factor.evaluate({2.0, 0.0, M_PI / 2}, {2.0, 4.0}, nullptr, nullptr)[0], 2.0, 1e-12);
+}
+
+TEST(Range, IsFiniteAtZeroDistance) {
+  Values values;
+  values.insert(kA, SE3());
+  values.insert(kB, Vector3d(0.0, 0.0, 0.0));
+  const Range<SE3, Vector3d> factor(kA, kB, 1.0, Noise::unit(1));
+  const auto l = linearization(factor, values);
+  EXPECT_EQ(l.r[0], -1.0);
+  EXPECT_EQ(l.J.norm(), 0.0);
+}
+
+template <class Pose>
+void check_bearing_jacobians() {
+  using Factor = Bearing<Pose>;
+  for_random_pairs<Pose, typename Pose::Point>(
+      [](Random& random, Loss loss) {
+        return std::make_shared<Factor>(kA, kB, random.vector<Factor::kRows>(),
+                                        random.noise(Factor::kRows), random.value<Pose>(), loss);
+      },
+      1e-5);
+}
+
+TEST(Bearing, Jacobians) {
+  check_bearing_jacobians<SE2>();
+  check_bearing_jacobians<SE3>();
+}
+
+TEST(Bearing, WrapsAndFollowsTheSensor) {
+  const SE2 T_robot_sensor(0.5, 0.0, M_PI / 2);
+  const Bearing2 factor(kA, kB, Eigen::Matrix<double, 1, 1>(3.0), Noise::unit(1), T_robot_sensor);
+  // Straight behind a sensor that looks to the left: bearing pi.
+  EXPECT_NEAR(factor.evaluate({}, {0.5, -2.0}, nullptr, nullptr)[0], M_PI - 3.0, 1e-12);
+  EXPECT_NEAR(factor.evaluate({}, {0.4, -20.0}, nullptr, nullptr)[0], M_PI - 3.0 - 0.005, 1e-5);
+  EXPECT_NEAR(factor.evaluate({}, {0.6, -20.0}, nullptr, nullptr)[0], M_PI - 3.0 + 0.005, 1e-5);
+}
+
+template <class Pose>
+void check_position_jacobians() {
+  using Point = typename Pose::Point;
+  for_random_values<Pose>([](Random& random, Loss loss) {
+    return std::make_shared<Position<Pose>>(kA, random.value<Point>(),
+                                            random.noise(Point::RowsAtCompileTime),
+                                            random.value<Point>(), loss);
+  });
+}
+
+TEST(Position, Jacobians) {
+  check_position_jacobians<SE2>();
+  check_position_jacobians<SE3>();
+}
+
+TEST(Position, MeasuresTheEndOfTheLeverArm) {
+  const Position2 factor(kA, {1.0, 2.0}, Noise::unit(2), {1.0, 0.0});
+  const SE2 pose(1.0, 1.0, M_PI / 2);
+  EXPECT_LT(factor.evaluate(pose, nullptr).norm(), 1e-12);
+}
+
+TEST(Factors, RefuseAbsurdMeasurements) {
+  const Noise noise = Noise::unit(1);
+  using R = Range<Vector2d, Vector2d>;
+  EXPECT_THROW(R(kA, kB, -0.1, noise), Error);
+  EXPECT_THROW(R(kA, kB, kNaN, noise), Error);
+  EXPECT_THROW(R(kA, kA, 1.0, noise), Error);
+  EXPECT_THROW(Bearing2(kA, kB, Eigen::Matrix<double, 1, 1>(kNaN), noise), Error);
+  EXPECT_THROW(Position2(kA, {0.0, kNaN}, Noise::unit(2)), Error);
+}
+
+TEST(Factors, NameTheVariableThatIsMissingOrOfAnotherType) {
+  const Position2 factor(kA, {0.0, 0.0}, Noise::unit(2));
+  Values values;
+  EXPECT_THROW(factor.cost(values), Error);
+  values.insert(kA, SE3());
+  try {
+    factor.cost(values);
+    FAIL() << "an SE3 was taken as SE2";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("a1 is SE3"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Factors, LogNormalizerIsThatOfTheNoise) {
+  Random random{13};
+  const Noise noise = random.noise(2);
+  const Position2 factor(kA, {0.0, 0.0}, noise);
+  EXPECT_NEAR(factor.log_normalizer(),
+              std::log(2.0 * M_PI) + 0.5 * std::log(noise.covariance().determinant()), 1e-10);
+}
+
+}  // namespace
+}  // namespace hybrid
