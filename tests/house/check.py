@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Structure of the source tree: who may include whom, headers, sizes, words that must not appear.
+
+Prints one `file:line: message` for each finding and exits with 1 if there are any.
+"""
+
+import pathlib
+import re
+import sys
+
+SPDX = ("SPDX-License-Identifier: BSD-3-Clause", "Copyright (c) 2026, the hybrid mapping authors")
+MAX_LINES = 400
+
+# Top-level rooms, and what each may include of the others.
+ROOMS = {
+    "libhybrid": {"libhybrid"},
+    "mrpt_plugins": {"libhybrid", "mrpt_plugins"},
+    "apps": {"libhybrid", "mrpt_plugins", "apps"},
+    "tests": {"libhybrid", "mrpt_plugins", "apps", "tests"},
+    "bench": {"libhybrid", "mrpt_plugins", "tests", "bench"},
+}
+
+# Rooms inside libhybrid from the ground up: a room includes itself and rooms of lower floors.
+FLOORS = [
+    {"geometry"},
+    {"core"},
+    {"factors", "discrete"},
+    {"hybrid"},
+    {"linear"},
+    {"solvers", "marginals", "io"},
+    {"smoother"},
+]
+
+FOREIGN = re.compile(r"^(mrpt|opencv2?|cv|nlohmann|fmt|CLI|rclcpp|ros)\b", re.IGNORECASE)
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b")
+MACHINE_PATH = re.compile(r"(?<![\w.}/~-])/(work|home|root|Users)/")
+MACRO = re.compile(r"^\s*#\s*define\b")
+PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
+
+NOT_OURS = {".git", "compile_commands.json"}
+CODE = {".h", ".cpp"}
+TEXT = CODE | {".cmake", ".txt", ".py", ".sh", ".ini", ".md", ".json", ".in", ""}
+
+
+def floor_of(room):
+    return next((i for i, rooms in enumerate(FLOORS) if room in rooms), None)
+
+
+def room_of(path):
+    """'libhybrid/core/key.h' -> 'core'; None for a file directly in the top-level room."""
+    parts = path.split("/")
+    return parts[1] if len(parts) > 2 else None
+
+
+def check_include(path, target, quoted):
+    """A message if the file `path` must not include `target`, else None."""
+    top = path.split("/")[0]
+    target_top = target.split("/")[0]
+    if top == "libhybrid" and (FOREIGN.match(target) or "opencv" in target.lower()):
+        return f"libhybrid must not include {target}"
+    if target_top not in ROOMS:
+        if quoted:
+            return f'"{target}": give the path from the top of the repository, or use <>'
+        return None
+    if target_top not in ROOMS[top]:
+        return f"{top} must not include {target}: dependence runs the other way"
+    if top == target_top == "libhybrid":
+        here, there = room_of(path), room_of(target)
+        below, above = floor_of(there), floor_of(here)
+        if above is None or below is None:
+            return f"unknown room in libhybrid: {here if above is None else there}"
+        if here != there and below >= above:
+            return f"libhybrid/{here} must not include libhybrid/{there}: it is not below it"
+    return None
+
+
+def check_code(path, lines):
+    top = path.split("/")[0]
+    if path.endswith(".h") and "#pragma once" not in lines:
+        yield 1, "header without #pragma once"
+    for number, line in enumerate(lines, 1):
+        include = INCLUDE.match(line)
+        if include and top in ROOMS:
+            message = check_include(path, include.group(2), include.group(1) == '"')
+            if message:
+                yield number, message
+        if top in ("libhybrid", "mrpt_plugins", "apps") and MACRO.match(line):
+            yield number, "a macro of our own"
+        if top in ("libhybrid", "mrpt_plugins") and PRINTS.search(line):
+            yield number, "libraries do not print"
+
+
+def is_source(path, lines):
+    return pathlib.PurePath(path).suffix in CODE | {".py", ".sh"} or (
+        bool(lines) and lines[0].startswith("#!"))
+
+
+def check_file(path, text):
+    """(line, message) of each finding in one file; `path` is relative to the repository."""
+    lines = text.splitlines()
+    if is_source(path, lines):
+        head = [line.lstrip("#/ ") for line in lines[:3]]
+        if not all(line in head for line in SPDX):
+            yield 1, "the two-line SPDX header is missing"
+        if len(lines) > MAX_LINES:
+            yield len(lines), f"{len(lines)} lines; a file has at most {MAX_LINES}"
+    if pathlib.PurePath(path).suffix in CODE:
+        yield from check_code(path, lines)
+    for number, line in enumerate(lines, 1):
+        if UNFINISHED.search(line):
+            yield number, "unfinished work is not marked in the code"
+        if MACHINE_PATH.search(line):
+            yield number, "an absolute path of somebody's machine"
+
+
+def check_cycles(edges):
+    """(where, message) for each include between rooms of mrpt_plugins that closes a circle."""
+    graph = {}
+    for source, target in edges:
+        graph.setdefault(source, set()).add(target)
+
+    def reaches(start, goal, seen):
+        return start == goal or any(
+            reaches(n, goal, seen | {n}) for n in graph.get(start, ()) if n not in seen)
+
+    for (source, target), where in sorted(edges.items()):
+        if reaches(target, source, {target}):
+            yield where, f"mrpt_plugins/{source} and mrpt_plugins/{target} include each other"
+
+
+def room_edges(path, text, edges):
+    for number, line in enumerate(text.splitlines(), 1):
+        include = INCLUDE.match(line)
+        if include and include.group(2).startswith("mrpt_plugins/"):
+            edge = (room_of(path), room_of(include.group(2)))
+            if None not in edge and edge[0] != edge[1]:
+                edges.setdefault(edge, f"{path}:{number}")
+
+
+def files_of(root):
+    tops = [*ROOMS, "cmake", "scripts", "config", "docs", ".ci"]
+    for top in tops:
+        yield from sorted((root / top).rglob("*"))
+    yield from sorted(f for f in root.glob("*") if f.name not in NOT_OURS)
+
+
+def check_tree(root):
+    """All findings as 'file:line: message', and the number of files looked at."""
+    findings, count, edges = [], 0, {}
+    for file in files_of(root):
+        if not file.is_file() or file.suffix not in TEXT or "__pycache__" in file.parts:
+            continue
+        path = file.relative_to(root).as_posix()
+        try:
+            text = file.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            findings.append(f"{path}:1: not a text file in UTF-8")
+            continue
+        count += 1
+        findings += [f"{path}:{line}: {message}" for line, message in check_file(path, text)]
+        if path.startswith("mrpt_plugins/"):
+            room_edges(path, text, edges)
+    findings += [f"{where}: {message}" for where, message in check_cycles(edges)]
+    return findings, count
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else __file__).resolve()
+    if root.is_file():
+        root = root.parents[2]
+    findings, count = check_tree(root)
+    print("\n".join(findings + [f"{count} files, {len(findings)} findings"]))
+    return 1 if findings or count == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

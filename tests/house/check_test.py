@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Every structure check finds its bad sample, and passes the good one."""
+
+import pathlib
+import tempfile
+import unittest
+
+import check
+
+HEADER = f"// {check.SPDX[0]}\n// {check.SPDX[1]}\n"
+
+
+def findings(files):
+    with tempfile.TemporaryDirectory() as directory:
+        root = pathlib.Path(directory)
+        for path, text in files.items():
+            (root / path).parent.mkdir(parents=True, exist_ok=True)
+            (root / path).write_text(text, encoding="utf-8")
+        return check.check_tree(root)[0]
+
+
+def code(*lines):
+    return HEADER + "\n".join(lines) + "\n"
+
+
+class CheckTest(unittest.TestCase):
+    def expect(self, path, text, *expected):
+        found = findings({path: text})
+        self.assertEqual(len(found), len(expected), found)
+        for line, (where, message) in zip(found, expected):
+            self.assertTrue(line.startswith(where), line)
+            self.assertIn(message, line)
+
+    def test_good_tree_has_no_findings(self):
+        self.assertEqual(findings({
+            "libhybrid/factors/a.h": code("#pragma once", '#include "libhybrid/core/key.h"'),
+            "mrpt_plugins/output/a.cpp": code('#include "libhybrid/core/key.h"',
+                                              "#include <mrpt/poses/CPose3D.h>"),
+            "apps/hybrid-x/main.cpp": code('#include "mrpt_plugins/output/a.h"'),
+            "tests/libhybrid/core/a_test.cpp": code('#include "mrpt_plugins/output/a.h"'),
+            "scripts/run": f"#!/bin/sh\n# {check.SPDX[0]}\n# {check.SPDX[1]}\n",
+        }), [])
+
+    def test_libhybrid_knows_nothing_of_mrpt_or_opencv(self):
+        for name in ("mrpt/poses/CPose2D.h", "opencv2/core.hpp", "nlohmann/json.hpp"):
+            self.expect("libhybrid/core/a.cpp", code(f"#include <{name}>"),
+                        ("libhybrid/core/a.cpp:3:", "libhybrid must not include"))
+
+    def test_no_include_runs_backwards(self):
+        for path, target in (("libhybrid/io/a.cpp", "mrpt_plugins/output/a.h"),
+                             ("libhybrid/io/a.cpp", "tests/a.h"),
+                             ("mrpt_plugins/input/a.cpp", "apps/hybrid-x/a.h"),
+                             ("apps/hybrid-x/a.cpp", "tests/a.h")):
+            self.expect(path, code(f'#include "{target}"'), (f"{path}:3:", "the other way"))
+
+    def test_rooms_of_libhybrid_include_only_lower_floors(self):
+        for here, there in (("core", "factors"), ("factors", "discrete"), ("discrete", "factors"),
+                            ("hybrid", "linear"), ("io", "solvers"), ("solvers", "smoother")):
+            self.expect(f"libhybrid/{here}/a.cpp", code(f'#include "libhybrid/{there}/a.h"'),
+                        (f"libhybrid/{here}/a.cpp:3:", "not below"))
+        self.expect("libhybrid/attic/a.cpp", code('#include "libhybrid/core/key.h"'),
+                    ("libhybrid/attic/a.cpp:3:", "unknown room"))
+
+    def test_rooms_of_mrpt_plugins_make_no_circle(self):
+        found = findings({
+            "mrpt_plugins/input/a.cpp": code('#include "mrpt_plugins/mapping/a.h"'),
+            "mrpt_plugins/mapping/a.cpp": code('#include "mrpt_plugins/output/a.h"'),
+            "mrpt_plugins/output/a.cpp": code('#include "mrpt_plugins/input/a.h"'),
+        })
+        self.assertEqual(len(found), 3, found)
+        self.assertIn("include each other", found[0])
+
+    def test_include_paths_start_at_the_top(self):
+        self.expect("libhybrid/core/a.cpp", code('#include "key.h"'),
+                    ("libhybrid/core/a.cpp:3:", "from the top"))
+
+    def test_spdx_header(self):
+        self.expect("bench/a.cpp", "int x;\n", ("bench/a.cpp:1:", "SPDX"))
+        self.expect("scripts/run", "#!/bin/sh\ntrue\n", ("scripts/run:1:", "SPDX"))
+
+    def test_header_guard(self):
+        self.expect("libhybrid/core/a.h", code("int x;"), ("libhybrid/core/a.h:1:", "pragma once"))
+
+    def test_length(self):
+        self.expect("bench/a.cpp", code(*["int x;"] * 399), ("bench/a.cpp:401:", "401 lines"))
+        self.expect("bench/a.cpp", code(*["int x;"] * 398))
+
+    def test_unfinished_work(self):
+        self.expect("bench/a.cpp", code("// TO" "DO: more"), ("bench/a.cpp:3:", "unfinished"))
+        self.expect("docs/a.md", "FIX" "ME\n", ("docs/a.md:1:", "unfinished"))
+
+    def test_machine_paths(self):
+        for path in ("config/a.ini", "scripts/a.sh.in", "CMakeLists.txt"):
+            self.expect(path, "x = /ho" "me/someone/a\n", (f"{path}:1:", "absolute path"))
+        self.expect("config/a.ini", "x = ../work/a, ${root}/work/a, a/root/b\n")
+
+    def test_macros(self):
+        self.expect("libhybrid/core/a.cpp", code("#define X 1"),
+                    ("libhybrid/core/a.cpp:3:", "macro"))
+
+    def test_printing(self):
+        for line in ('std::cout << "x";', 'std::printf("x");', 'fmt::print("x");'):
+            self.expect("mrpt_plugins/input/a.cpp", code(line),
+                        ("mrpt_plugins/input/a.cpp:3:", "print"))
+        self.expect("mrpt_plugins/input/a.cpp", code("std::snprintf(text, 8, format);"))
+
+    def test_binary_file(self):
+        with tempfile.TemporaryDirectory() as directory:
+            root = pathlib.Path(directory)
+            (root / "config").mkdir()
+            (root / "config" / "a.ini").write_bytes(b"\xff\xfe\x00")
+            self.assertIn("UTF-8", check.check_tree(root)[0][0])
+
+
+if __name__ == "__main__":
+    unittest.main()
