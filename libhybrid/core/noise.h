@@ -6,6 +6,10 @@
 
 namespace hybrid {
 
+static_assert(EIGEN_DEFAULT_ALIGN_BYTES <= 16,
+              "Eigen would allocate differently from the library: use hybrid::hybrid of CMake, or "
+              "compile with -U__AVX__ -U__AVX2__ -U__AVX512F__ -U__FMA__");
+
 /// Zero-mean Gaussian noise of a measurement, held as an upper-triangular square-root information
 /// matrix R with R'R = inverse covariance, so that the whitened residual is R e.
 class Noise {

@@ -9,7 +9,7 @@ endfunction()
 
 set(prefix ${WORK_DIR}/prefix)
 set(build ${WORK_DIR}/build)
-file(REMOVE_RECURSE ${prefix} ${build})
+file(REMOVE_RECURSE ${prefix})
 run(${CMAKE_COMMAND} --install ${HYBRID_BINARY_DIR} --prefix ${prefix})
 
 # What is installed speaks neither of the tree it came from nor of the processor of this machine.
@@ -27,13 +27,17 @@ foreach(package ${packages})
   endforeach()
 endforeach()
 
-if(SANITIZE)
-  set(flags -DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE})
-endif()
-run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE_DIR} -B ${build} -DCMAKE_PREFIX_PATH=${prefix} -DWITH_MRPT=${WITH_MRPT}
-    -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} ${flags})
-run(${CMAKE_COMMAND} --build ${build} --parallel 2)
-run(${build}/example)
-if(WITH_MRPT)
-  run(${build}/example_mrpt)
-endif()
+# A user may or may not compile for the processor of the machine; Eigen objects cross the border in both cases.
+foreach(flags "" "-march=native")
+  file(REMOVE_RECURSE ${build})
+  if(SANITIZE)
+    string(APPEND flags " -fsanitize=${SANITIZE}")
+  endif()
+  run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE_DIR} -B ${build} -DCMAKE_PREFIX_PATH=${prefix} -DWITH_MRPT=${WITH_MRPT}
+      -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
+  run(${CMAKE_COMMAND} --build ${build} --parallel 2)
+  run(${build}/example)
+  if(WITH_MRPT)
+    run(${build}/example_mrpt)
+  endif()
+endforeach()

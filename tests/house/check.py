@@ -147,6 +147,23 @@ def files_of(root):
     yield from sorted(f for f in root.glob("*") if f.name not in NOT_OURS)
 
 
+def check_examples(root):
+    """Each ```cpp block after a comment `from FILE` must be part of FILE, indentation aside."""
+    for page in [root / "README.md", *sorted((root / "docs").rglob("*.md"))]:
+        text = page.read_text(encoding="utf-8") if page.is_file() else ""
+        for block in re.finditer(r"(?:<!-- from (\S+) -->\n)?```cpp\n(.*?)```", text, re.DOTALL):
+            where = f"{page.relative_to(root)}:{text.count(chr(10), 0, block.start()) + 1}"
+            source = root / block.group(1) if block.group(1) else None
+            if source is None or not source.is_file():
+                yield f"{where}: say which compiled file the example is from: <!-- from FILE -->"
+            elif flat(block.group(2)) not in flat(source.read_text(encoding="utf-8")):
+                yield f"{where}: the example differs from {block.group(1)}"
+
+
+def flat(text):
+    return "\n".join(line.strip() for line in text.strip().splitlines())
+
+
 def check_tree(root):
     """All findings as 'file:line: message', and the number of files looked at."""
     findings, count, edges = [], 0, {}
@@ -164,6 +181,7 @@ def check_tree(root):
         if path.startswith("mrpt_plugins/"):
             room_edges(path, text, edges)
     findings += [f"{where}: {message}" for where, message in check_cycles(edges)]
+    findings += check_examples(root)
     return findings, count
 
 

@@ -106,6 +106,15 @@ class CheckTest(unittest.TestCase):
                         ("mrpt_plugins/input/a.cpp:3:", "print"))
         self.expect("mrpt_plugins/input/a.cpp", code("std::snprintf(text, 8, format);"))
 
+    def test_examples_are_compiled(self):
+        source = {"tests/a.cpp": code("  int x;", "  int y;")}
+        page = "<!-- from tests/a.cpp -->\n```cpp\nint x;\n%s\n```\n"
+        self.assertEqual(findings({**source, "README.md": page % "int y;"}), [])
+        found = findings({**source, "README.md": page % "int z;", "docs/a.md": "```cpp\nint x;\n```\n"})
+        self.assertEqual(len(found), 2, found)
+        self.assertIn("README.md:1: the example differs", found[0])
+        self.assertIn("docs/a.md:1: say which", found[1])
+
     def test_binary_file(self):
         with tempfile.TemporaryDirectory() as directory:
             root = pathlib.Path(directory)
