@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/output/calibration.h"
+#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/output/trajectory_metrics.h"
+
+namespace hybrid {
+
+/// steps.png: solver time per keyframe (ms, logarithmic) with median and 95th percentile.
+Image steps_image(const std::vector<StepRecord>& steps, const std::string& title);
+
+/// Position error (m, logarithmic) against time (s since the first pose), as it is and after rigid
+/// alignment, for the estimate and for dead reckoning if it has poses. `times` has one entry per
+/// pair of the estimate; dead reckoning pairs, if any, belong to the same times.
+Image error_image(const std::vector<double>& times, const std::vector<PosePair>& estimate,
+                  const std::vector<PosePair>& dead_reckoning, const std::string& title);
+
+/// Reliability diagram: claimed probability against observed frequency with 95 % intervals (Wilson)
+/// and the number of claims per bin; on the diagonal means honest.
+Image reliability_image(const Calibration& calibration, const std::string& title);
+
+/// Non-zeros of a matrix as dots, row 0 at the top.
+Image sparsity_image(int rows, int columns, const std::vector<std::pair<int, int>>& nonzeros,
+                     const std::string& title, const std::string& subtitle);
+
+}  // namespace hybrid

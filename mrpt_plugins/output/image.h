@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+/// A colour picture, rows from the top, three bytes (red, green, blue) per pixel.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+/// The picture as the bytes of a PNG file; throws std::runtime_error if it cannot be encoded.
+std::string png(const Image& image);
+
+}  // namespace hybrid

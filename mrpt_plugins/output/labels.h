@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/output/canvas.h"
+
+namespace hybrid {
+
+/// Puts texts beside points so that none covers another, a marker, or more of the lines than it has
+/// to; a text without a free place is left out.
+class LabelPlacer {
+ public:
+  /// Texts stay inside `area`.
+  explicit LabelPlacer(const Box& area);
+
+  /// Keeps texts away from a marker.
+  void block(const Pixel& center, double radius);
+  /// Makes places on a line less welcome.
+  void avoid(const std::vector<Pixel>& line);
+
+  /// Draws `text` near `point`, which carries a marker of the given radius; false if left out.
+  bool place(Canvas& canvas, const Pixel& point, double radius, const std::string& text,
+             const TextStyle& style);
+
+ private:
+  cv::Rect cells(const Box& box) const;
+
+  Box area_;
+  cv::Mat blocked_, lines_;  // one byte per cell of kCell x kCell pixels, 1 where taken
+};
+
+}  // namespace hybrid

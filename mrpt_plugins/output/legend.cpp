@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/legend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "mrpt_plugins/output/axes.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kSample = 40;  // width of the samples
+constexpr double kRow = 29;
+constexpr double kText = 14;
+
+/// Text as long as fits into `room` pixels, with dots where it was cut.
+std::string shortened(std::string text, const TextStyle& style, double room) {
+  if (Canvas::text_extent(text, style).x() <= room) return text;
+  while (!text.empty() && Canvas::text_extent(text + "...", style).x() > room) text.pop_back();
+  return text + "...";
+}
+
+}  // namespace
+
+Legend::Legend(Canvas& canvas, const Pixel& top_left, double width)
+    : canvas_(canvas), at_(top_left), width_(width) {}
+
+void Legend::label(const std::string& text) {
+  TextStyle style;
+  style.size = kText;
+  canvas_.text(at_ + Pixel(kSample + 14, 0), shortened(text, style, width_ - kSample - 14), style);
+  at_.y() += kRow;
+}
+
+void Legend::heading(const std::string& text) {
+  TextStyle style;
+  style.size = kText + 1;
+  style.bold = true;
+  canvas_.text(at_, shortened(text, style, width_), style);
+  at_.y() += kRow + 2;
+}
+
+void Legend::line(const std::string& text, const Stroke& stroke) {
+  canvas_.line(at_, at_ + Pixel(kSample, 0), stroke);
+  label(text);
+}
+
+void Legend::marker(const std::string& text, Marker shape, double radius, Color color) {
+  canvas_.marker(at_ + Pixel(kSample / 2, 0), shape, radius, color);
+  label(text);
+}
+
+void Legend::ellipse(const std::string& text, Color color) {
+  const Eigen::Matrix2d shape = Eigen::Vector2d(17 * 17, 8 * 8).asDiagonal();
+  const std::vector<Pixel> outline = covariance_ellipse(at_ + Pixel(kSample / 2, 0), shape, 1);
+  canvas_.fill(outline, color, 0.25);
+  canvas_.polyline(outline, {color, 1.25});
+  label(text);
+}
+
+void Legend::note(const std::string& text) {
+  TextStyle style;
+  style.size = 12;
+  style.color = {90, 90, 90};
+  std::istringstream words(text);
+  std::string row;
+  const auto flush = [&] {
+    canvas_.text(at_, row, style);
+    at_.y() += 22;
+    row.clear();
+  };
+  for (std::string word; words >> word;) {
+    const std::string longer = row.empty() ? word : row + ' ' + word;
+    if (!row.empty() && Canvas::text_extent(longer, style).x() > width_) {
+      flush();
+      row = word;
+    } else {
+      row = longer;
+    }
+  }
+  if (!row.empty()) flush();
+}
+
+Color landmark_color(const LandmarkEstimate& l) {
+  return l.class_index ? series_color(static_cast<std::size_t>(*l.class_index))
+                       : palette::kUnclassed;
+}
+
+Marker landmark_marker(const LandmarkEstimate& l) {
+  return l.class_index ? class_marker(static_cast<std::size_t>(*l.class_index)) : Marker::kCircle;
+}
+
+void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth) {
+  legend.heading("Robot path");
+  if (!result.trajectory.empty()) legend.line("estimated", map_style::kEstimate);
+  if (!result.dead_reckoning.empty()) {
+    legend.line("odometry alone", map_style::kDeadReckoning);
+  }
+  if (!truth.path.empty()) legend.line("ground truth", map_style::kTruth);
+  if (!result.trajectory.empty()) {
+    legend.marker("start", Marker::kTriangle, 10, palette::kWhite);
+    legend.marker("end", Marker::kSquare, 8, palette::kBlack);
+  }
+  legend.gap(12);
+  legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
+  std::vector<std::size_t> count(result.class_names.size() + 1, 0);
+  for (const LandmarkEstimate& l : result.landmarks) {
+    ++count[l.class_index ? static_cast<std::size_t>(*l.class_index) : count.size() - 1];
+  }
+  constexpr std::size_t kMostClasses = 14;
+  for (std::size_t c = 0; c < std::min(kMostClasses, result.class_names.size()); ++c) {
+    legend.marker(fmt::format("{} ({})", result.class_names[c], count[c]), class_marker(c), 8,
+                  series_color(c));
+  }
+  if (result.class_names.size() > kMostClasses) {
+    legend.note(fmt::format("and {} more classes", result.class_names.size() - kMostClasses));
+  }
+  if (count.back() > 0) {
+    legend.marker(result.class_names.empty() ? "estimated, with id" : "class unknown",
+                  Marker::kCircle, 8, palette::kUnclassed);
+  }
+}
+
+void scale_bar(Canvas& canvas, const Pixel& left, double pixels_per_metre, double room) {
+  const double metres = nice_below(room / pixels_per_metre);
+  const Pixel right = left + Pixel(metres * pixels_per_metre, 0);
+  const Stroke stroke{palette::kInk, 3};
+  canvas.line(left, right, stroke);
+  canvas.line(left + Pixel(0, -7), left + Pixel(0, 7), stroke);
+  canvas.line(right + Pixel(0, -7), right + Pixel(0, 7), stroke);
+  TextStyle style;
+  style.horizontal = Align::kCenter;
+  style.vertical = Align::kStart;
+  const std::string text = metres < 1      ? fmt::format("{:g} mm", 1e3 * metres)
+                           : metres >= 1e4 ? fmt::format("{:g} km", 1e-3 * metres)
+                                           : fmt::format("{:g} m", metres);
+  canvas.text(0.5 * (left + right) + Pixel(0, 14), text, style);
+}
+
+}  // namespace hybrid

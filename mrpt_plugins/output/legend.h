@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// A column of explained samples beside a map, filled from the top.
+class Legend {
+ public:
+  Legend(Canvas& canvas, const Pixel& top_left, double width);
+
+  void heading(const std::string& text);
+  void line(const std::string& text, const Stroke& stroke);
+  void marker(const std::string& text, Marker shape, double radius, Color color);
+  void ellipse(const std::string& text, Color color);
+  /// Plain small text, wrapped at the column's width.
+  void note(const std::string& text);
+  void gap(double pixels) { at_.y() += pixels; }
+  const Pixel& at() const { return at_; }
+
+ private:
+  void label(const std::string& text);
+
+  Canvas& canvas_;
+  Pixel at_;
+  double width_;
+};
+
+/// How paths are drawn in every picture of a map.
+namespace map_style {
+constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
+constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
+constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
+}  // namespace map_style
+
+/// Colour and shape of a landmark's class.
+Color landmark_color(const LandmarkEstimate& landmark);
+Marker landmark_marker(const LandmarkEstimate& landmark);
+
+/// The entries that the plan and the 3-D view share: paths, start and end, classes with counts.
+void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth);
+
+/// A bar of a round length that takes at most `room` pixels, drawn at `left`.
+void scale_bar(Canvas& canvas, const Pixel& left, double pixels_per_metre, double room);
+
+}  // namespace hybrid

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/map_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mrpt_plugins/output/axes.h"
+#include "mrpt_plugins/output/labels.h"
+#include "mrpt_plugins/output/legend.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kSigmas = 3;
+constexpr double kPanel = 310;  // width of the legend's column
+
+/// Bounds of points, in metres.
+struct Extent {
+  Eigen::Array2d low = Eigen::Array2d::Constant(1e300);
+  Eigen::Array2d high = Eigen::Array2d::Constant(-1e300);
+
+  void add(const Eigen::Vector2d& p) {
+    if (!p.allFinite()) return;
+    low = low.min(p.array());
+    high = high.max(p.array());
+  }
+  void add(const Trajectory& path) {
+    for (const TimedPose& p : path) add(Eigen::Vector2d(p.pose.x(), p.pose.y()));
+  }
+  bool empty() const { return low.x() > high.x(); }
+};
+
+/// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
+/// picture more than half as large again on any side.
+Extent extent_of(const MapResult& result, const GroundTruth& truth) {
+  Extent extent;
+  extent.add(result.trajectory);
+  extent.add(truth.path);
+  for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position.head<2>());
+  for (const TrueLandmark& l : truth.landmarks) extent.add(l.position.head<2>());
+  Extent reckoned;
+  reckoned.add(result.dead_reckoning);
+  if (extent.empty()) extent = reckoned;
+  if (extent.empty()) extent.add(Eigen::Vector2d::Zero());
+  const double size = std::max(0.5, (extent.high - extent.low).maxCoeff());
+  if (!reckoned.empty()) {
+    extent.low = extent.low.min(reckoned.low.max(extent.low - 0.5 * size));
+    extent.high = extent.high.max(reckoned.high.min(extent.high + 0.5 * size));
+  }
+  extent.low -= 0.05 * size;
+  extent.high += 0.05 * size;
+  return extent;
+}
+
+/// A round factor that makes the typical ellipse large enough to see, 1 if it already is.
+double magnification(const std::vector<LandmarkEstimate>& landmarks, double pixels_per_metre) {
+  std::vector<double> radii;
+  for (const LandmarkEstimate& l : landmarks) {
+    const double variance = 0.5 * l.covariance.topLeftCorner<2, 2>().trace();
+    if (std::isfinite(variance) && variance > 0) {
+      radii.push_back(kSigmas * std::sqrt(variance) * pixels_per_metre);
+    }
+  }
+  if (radii.empty()) return 1;
+  std::nth_element(radii.begin(), radii.begin() + radii.size() / 2, radii.end());
+  const double median = radii[radii.size() / 2];
+  return median >= 9 ? 1 : std::max(1.0, nice_below(26 / median));
+}
+
+std::vector<Pixel> to_pixels(const Axes& axes, const Trajectory& path) {
+  std::vector<Pixel> out;
+  for (const TimedPose& p : path) out.push_back(axes.pixel(p.pose.x(), p.pose.y()));
+  return out;
+}
+
+void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, double factor) {
+  for (const LandmarkEstimate& l : result.landmarks) {
+    const Eigen::Matrix2d covariance = l.covariance.topLeftCorner<2, 2>();
+    if (!covariance.allFinite() || !(covariance.trace() > 0)) continue;
+    std::vector<Pixel> outline;
+    for (const auto& p : covariance_ellipse(l.position.head<2>(), covariance, kSigmas * factor)) {
+      outline.push_back(axes.pixel(p.x(), p.y()));
+    }
+    canvas.fill(outline, landmark_color(l), 0.25);
+    canvas.polyline(outline, {landmark_color(l), 1.25});
+  }
+}
+
+void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const GroundTruth& truth,
+                LabelPlacer& labels) {
+  const std::vector<Pixel> path = to_pixels(axes, result.trajectory);
+  const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
+  canvas.polyline(to_pixels(axes, truth.path), map_style::kTruth);
+  canvas.polyline(reckoned, map_style::kDeadReckoning);
+  canvas.polyline(path, map_style::kEstimate);
+  labels.avoid(path);
+  labels.avoid(reckoned);
+  if (path.empty()) return;
+  canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
+  canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
+  labels.block(path.front(), 11);
+  labels.block(path.back(), 9);
+}
+
+/// Markers first, then ids where there is room; returns how many ids were drawn.
+std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
+                           const GroundTruth& truth, LabelPlacer& labels) {
+  const double radius = result.landmarks.size() > 400 ? 4 : 7;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    const Pixel p = axes.pixel(l.position.x(), l.position.y());
+    canvas.marker(p, landmark_marker(l), radius, landmark_color(l));
+    labels.block(p, radius);
+  }
+  for (const TrueLandmark& l : truth.landmarks) {
+    const Pixel p = axes.pixel(l.position.x(), l.position.y());
+    canvas.marker(p, Marker::kCross, 0.6 * radius, palette::kBlack);
+    labels.block(p, 0.5 * radius);
+  }
+  TextStyle style;
+  style.size = 10.5;
+  style.halo = true;
+  std::size_t drawn = 0;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    const Pixel p = axes.pixel(l.position.x(), l.position.y());
+    if (labels.place(canvas, p, radius, std::to_string(l.id), style)) ++drawn;
+  }
+  return drawn;
+}
+
+}  // namespace
+
+Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height) {
+  Canvas canvas(width, height);
+  const Box box{110, 95, width - kPanel - 55, height - 85.0};
+  const Extent extent = extent_of(result, truth);
+  Axis x{"x (m)", Scale::kLinear, {{extent.low.x(), extent.high.x()}}};
+  Axis y{"y (m)", Scale::kLinear, {{extent.low.y(), extent.high.y()}}};
+  Axes::equalize(box, x, y);
+  const Axes axes(box, x, y);
+  TextStyle title;
+  title.size = 22;
+  title.bold = true;
+  canvas.text({box.left, 36}, result.title.empty() ? "Map" : "Map of " + result.title, title);
+  TextStyle subtitle;
+  subtitle.size = 14;
+  subtitle.color = {90, 90, 90};
+  canvas.text({box.left, 70},
+              fmt::format("{}: {} poses of the robot, {} landmarks",
+                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
+                          result.trajectory.size(), result.landmarks.size()),
+              subtitle);
+  axes.draw(canvas);
+
+  const double factor = magnification(result.landmarks, axes.pixels_per_unit());
+  LabelPlacer labels(box);
+  canvas.clip(box);
+  draw_ellipses(canvas, axes, result, factor);
+  draw_paths(canvas, axes, result, truth, labels);
+  const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
+  canvas.unclip();
+
+  Legend legend(canvas, {box.right + 30, box.top + 14}, kPanel);
+  map_legend(legend, result, truth);
+  if (!truth.landmarks.empty()) {
+    legend.marker("true position", Marker::kCross, 7, palette::kBlack);
+  }
+  if (!result.landmarks.empty()) {
+    legend.ellipse("uncertainty", {90, 90, 90});
+    legend.note(factor > 1 ? fmt::format("Ellipses: {} standard deviations, drawn {:g} times too "
+                                         "large to be visible.",
+                                         kSigmas, factor)
+                           : fmt::format("Ellipses: {} standard deviations.", kSigmas));
+  }
+  if (ids < result.landmarks.size()) {
+    legend.note(
+        fmt::format("{} of {} ids shown, the others had no room.", ids, result.landmarks.size()));
+  }
+  scale_bar(canvas, {box.right + 34, box.bottom - 40}, axes.pixels_per_unit(), kPanel - 40);
+  return canvas.image();
+}
+
+}  // namespace hybrid

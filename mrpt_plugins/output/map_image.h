@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
+/// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their
+/// ids and covariance ellipses (3 standard deviations; enlarged by a round factor that the legend
+/// states when they would be too small to see), legend and scale bar.
+Image map_image(const MapResult& result, const GroundTruth& truth = {}, int width = 1600,
+                int height = 1200);
+
+}  // namespace hybrid
