@@ -53,46 +53,59 @@ void blend(cv::Mat target, const cv::Mat& mask, Color color) {
 
 }  // namespace
 
-Canvas::Canvas(int width, int height)
-    : sheet_(height * kScale, width * kScale, CV_8UC3, cv::Scalar(255, 255, 255)),
-      window_(sheet_) {}
+/// The picture at twice its size, and the part of it that is not clipped away.
+struct Canvas::Sheet {
+  cv::Mat all;  // BGR
+  cv::Mat window;
+  Pixel origin = Pixel::Zero();  // of the window
 
-Canvas::Canvas(const Image& doubled) {
+  std::vector<cv::Point> fixed_point(const std::vector<Pixel>& points) const {
+    std::vector<cv::Point> out;
+    out.reserve(points.size());
+    for (const Pixel& p : points) {
+      const Pixel q = ((p * kScale - origin).array() - 0.5).max(-kFarAway).min(kFarAway);
+      out.emplace_back(static_cast<int>(std::lround(q.x() * (1 << kFractionBits))),
+                       static_cast<int>(std::lround(q.y() * (1 << kFractionBits))));
+    }
+    return out;
+  }
+
+  void solid(const std::vector<Pixel>& points, const Stroke& stroke) {
+    if (points.empty()) return;
+    cv::polylines(window, fixed_point(points), false, bgr(stroke.color), thickness(stroke.width),
+                  cv::LINE_AA, kFractionBits);
+  }
+};
+
+Canvas::Canvas(int width, int height) : sheet_(std::make_unique<Sheet>()) {
+  sheet_->all = cv::Mat(height * kScale, width * kScale, CV_8UC3, cv::Scalar(255, 255, 255));
+  sheet_->window = sheet_->all;
+}
+
+Canvas::~Canvas() = default;
+
+void Canvas::paste(const Image& doubled, const Pixel& corner) {
   const cv::Mat rgb(doubled.height, doubled.width, CV_8UC3,
                     const_cast<std::uint8_t*>(doubled.rgb.data()));
-  cv::cvtColor(rgb, sheet_, cv::COLOR_RGB2BGR);
-  window_ = sheet_;
+  const cv::Rect whole(static_cast<int>(corner.x() * kScale), static_cast<int>(corner.y() * kScale),
+                       doubled.width, doubled.height);
+  const cv::Rect seen = whole & cv::Rect(0, 0, sheet_->all.cols, sheet_->all.rows);
+  if (seen.empty()) return;
+  cv::cvtColor(rgb(seen - whole.tl()), sheet_->all(seen), cv::COLOR_RGB2BGR);
 }
 
 void Canvas::clip(const Box& box) {
-  const cv::Rect all(0, 0, sheet_.cols, sheet_.rows);
+  const cv::Rect all(0, 0, sheet_->all.cols, sheet_->all.rows);
   const cv::Point first(static_cast<int>(box.left * kScale), static_cast<int>(box.top * kScale));
   const cv::Point last(static_cast<int>(box.right * kScale), static_cast<int>(box.bottom * kScale));
   const cv::Rect part = cv::Rect(first, last) & all;
-  window_ = sheet_(part);
-  origin_ = Pixel(part.x, part.y);
+  sheet_->window = sheet_->all(part);
+  sheet_->origin = Pixel(part.x, part.y);
 }
 
 void Canvas::unclip() {
-  window_ = sheet_;
-  origin_.setZero();
-}
-
-std::vector<cv::Point> Canvas::fixed_point(const std::vector<Pixel>& points) const {
-  std::vector<cv::Point> out;
-  out.reserve(points.size());
-  for (const Pixel& p : points) {
-    const Pixel q = ((p * kScale - origin_).array() - 0.5).max(-kFarAway).min(kFarAway);
-    out.emplace_back(static_cast<int>(std::lround(q.x() * (1 << kFractionBits))),
-                     static_cast<int>(std::lround(q.y() * (1 << kFractionBits))));
-  }
-  return out;
-}
-
-void Canvas::solid(const std::vector<Pixel>& points, const Stroke& stroke) {
-  if (points.empty()) return;
-  cv::polylines(window_, fixed_point(points), false, bgr(stroke.color), thickness(stroke.width),
-                cv::LINE_AA, kFractionBits);
+  sheet_->window = sheet_->all;
+  sheet_->origin.setZero();
 }
 
 void Canvas::line(const Pixel& a, const Pixel& b, const Stroke& stroke) {
@@ -108,7 +121,7 @@ void Canvas::polyline(const std::vector<Pixel>& points, const Stroke& stroke) {
   bool drawing = true;
   double left = on;  // until the pen goes up or down
   const auto finish = [&] {
-    solid(piece, stroke);
+    sheet_->solid(piece, stroke);
     piece.clear();
   };
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -145,25 +158,25 @@ void Canvas::fill(const std::vector<Pixel>& corners, Color color, double opacity
   for (const Pixel& p : corners) {
     if (!p.allFinite()) return;
   }
-  const std::vector<cv::Point> points = fixed_point(corners);
+  const std::vector<cv::Point> points = sheet_->fixed_point(corners);
   if (points.empty()) return;
   if (opacity >= 1) {
-    cv::fillPoly(window_, std::vector<std::vector<cv::Point>>{points}, bgr(color), cv::LINE_AA,
-                 kFractionBits);
+    cv::fillPoly(sheet_->window, std::vector<std::vector<cv::Point>>{points}, bgr(color),
+                 cv::LINE_AA, kFractionBits);
     return;
   }
   cv::Rect bounds = cv::boundingRect(points);
   bounds =
       cv::Rect(bounds.x / (1 << kFractionBits) - 2, bounds.y / (1 << kFractionBits) - 2,
                bounds.width / (1 << kFractionBits) + 5, bounds.height / (1 << kFractionBits) + 5) &
-      cv::Rect(0, 0, window_.cols, window_.rows);
+      cv::Rect(0, 0, sheet_->window.cols, sheet_->window.rows);
   if (bounds.empty()) return;
   cv::Mat mask = cv::Mat::zeros(bounds.size(), CV_8UC1);
   std::vector<cv::Point> local = points;
   for (cv::Point& p : local) p -= cv::Point(bounds.x, bounds.y) * (1 << kFractionBits);
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{local}, cv::Scalar(255 * opacity),
                cv::LINE_AA, kFractionBits);
-  blend(window_(bounds), mask, color);
+  blend(sheet_->window(bounds), mask, color);
 }
 
 void Canvas::rectangle(const Box& b, const Stroke& stroke) {
@@ -178,7 +191,7 @@ void Canvas::marker(const Pixel& center, Marker shape, double radius, Color colo
     const double r = shape == Marker::kPlus ? radius : radius * M_SQRT1_2;
     const Pixel a = shape == Marker::kPlus ? Pixel(r, 0) : Pixel(r, r);
     const Pixel b = shape == Marker::kPlus ? Pixel(0, r) : Pixel(r, -r);
-    const Stroke stroke{color, std::max(1.0, 0.3 * radius)};
+    const Stroke stroke{color, std::max(1.0, 0.12 * radius)};
     line(center - a, center + a, stroke);
     line(center - b, center + b, stroke);
     return;
@@ -216,7 +229,7 @@ void Canvas::text(const Pixel& at, const std::string& text, const TextStyle& sty
     cv::putText(halo, text, base, kFont, font_scale(style), 255, pen + 2 * rim, cv::LINE_AA);
   }
   const Eigen::Vector2d extent = text_extent(text, style) * kScale;
-  Pixel corner = at * kScale - origin_ +
+  Pixel corner = at * kScale - sheet_->origin +
                  Pixel(shift(style.horizontal, extent.x()), shift(style.vertical, extent.y()));
   corner -= Pixel(margin, margin);
   if (style.upwards) {
@@ -225,16 +238,17 @@ void Canvas::text(const Pixel& at, const std::string& text, const TextStyle& sty
   }
   const cv::Rect whole(static_cast<int>(std::lround(corner.x())),
                        static_cast<int>(std::lround(corner.y())), mask.cols, mask.rows);
-  const cv::Rect seen = whole & cv::Rect(0, 0, window_.cols, window_.rows);
+  const cv::Rect seen = whole & cv::Rect(0, 0, sheet_->window.cols, sheet_->window.rows);
   if (seen.empty()) return;
   const cv::Rect part(seen.x - whole.x, seen.y - whole.y, seen.width, seen.height);
-  if (style.halo) blend(window_(seen), halo(part), palette::kWhite);
-  blend(window_(seen), mask(part), style.color);
+  if (style.halo) blend(sheet_->window(seen), halo(part), palette::kWhite);
+  blend(sheet_->window(seen), mask(part), style.color);
 }
 
 Image Canvas::image() const {
   cv::Mat reduced;
-  cv::resize(sheet_, reduced, cv::Size(width(), height()), 0, 0, cv::INTER_AREA);
+  cv::resize(sheet_->all, reduced, cv::Size(sheet_->all.cols / kScale, sheet_->all.rows / kScale),
+             0, 0, cv::INTER_AREA);
   cv::cvtColor(reduced, reduced, cv::COLOR_BGR2RGB);
   Image image;
   image.width = reduced.cols;

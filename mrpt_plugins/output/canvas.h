@@ -4,7 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <opencv2/core.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,11 +49,10 @@ struct TextStyle {
 class Canvas {
  public:
   Canvas(int width, int height);
-  /// Draws on top of a picture that has twice the final size.
-  explicit Canvas(const Image& doubled);
+  ~Canvas();
 
-  int width() const { return sheet_.cols / kScale; }
-  int height() const { return sheet_.rows / kScale; }
+  /// Puts a picture of twice the final resolution on the sheet, its top left at `corner`.
+  void paste(const Image& doubled, const Pixel& corner);
 
   /// Limits what follows to a box; `unclip` ends that.
   void clip(const Box& box);
@@ -76,12 +75,8 @@ class Canvas {
   static constexpr int kScale = 2;
 
  private:
-  std::vector<cv::Point> fixed_point(const std::vector<Pixel>& points) const;
-  void solid(const std::vector<Pixel>& points, const Stroke& stroke);
-
-  cv::Mat sheet_;   // BGR
-  cv::Mat window_;  // the part of the sheet that is not clipped away
-  Pixel origin_ = Pixel::Zero();
+  struct Sheet;
+  std::unique_ptr<Sheet> sheet_;
 };
 
 /// Corners of a closed shape of the given radius around the origin; empty for kNone, kPlus, kCross.

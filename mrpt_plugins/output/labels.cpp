@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 
 namespace hybrid {
 namespace {
@@ -17,30 +16,53 @@ constexpr double kCell = 3;  // pixels
 
 LabelPlacer::LabelPlacer(const Box& area)
     : area_(area),
-      blocked_(cv::Mat::zeros(static_cast<int>(area.height() / kCell) + 1,
-                              static_cast<int>(area.width() / kCell) + 1, CV_8UC1)),
-      lines_(blocked_.clone()) {}
+      columns_(static_cast<int>(area.width() / kCell) + 1),
+      rows_(static_cast<int>(area.height() / kCell) + 1),
+      blocked_(static_cast<std::size_t>(columns_) * rows_, 0),
+      lines_(blocked_) {}
 
-cv::Rect LabelPlacer::cells(const Box& box) const {
-  const auto cell = [](double v) { return static_cast<int>(std::floor(v / kCell)); };
-  return cv::Rect(cv::Point(cell(box.left - area_.left), cell(box.top - area_.top)),
-                  cv::Point(cell(box.right - area_.left) + 1, cell(box.bottom - area_.top) + 1)) &
-         cv::Rect(0, 0, blocked_.cols, blocked_.rows);
+/// First and last column and row that a box of pixels covers.
+Box LabelPlacer::cells(const Box& box) const {
+  const auto cell = [](double pixels, int count) {
+    return std::clamp(std::floor(pixels / kCell), 0.0, count - 1.0);
+  };
+  return {cell(box.left - area_.left, columns_), cell(box.top - area_.top, rows_),
+          cell(box.right - area_.left, columns_), cell(box.bottom - area_.top, rows_)};
+}
+
+int LabelPlacer::taken(const Grid& grid, const Box& cells) const {
+  int sum = 0;
+  for (int row = static_cast<int>(cells.top); row <= cells.bottom; ++row) {
+    for (int column = static_cast<int>(cells.left); column <= cells.right; ++column) {
+      sum += grid[static_cast<std::size_t>(row) * columns_ + column];
+    }
+  }
+  return sum;
+}
+
+void LabelPlacer::take(Grid& grid, const Box& cells) {
+  for (int row = static_cast<int>(cells.top); row <= cells.bottom; ++row) {
+    for (int column = static_cast<int>(cells.left); column <= cells.right; ++column) {
+      grid[static_cast<std::size_t>(row) * columns_ + column] = 1;
+    }
+  }
 }
 
 void LabelPlacer::block(const Pixel& p, double radius) {
   if (!area_.contains(p)) return;
-  blocked_(cells({p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius})).setTo(1);
+  take(blocked_, cells({p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius}));
 }
 
 void LabelPlacer::avoid(const std::vector<Pixel>& line) {
-  std::vector<cv::Point> points;
-  for (const Pixel& p : line) {
-    if (!area_.contains(p)) continue;
-    points.emplace_back(static_cast<int>((p.x() - area_.left) / kCell),
-                        static_cast<int>((p.y() - area_.top) / kCell));
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double length = (line[i] - line[i - 1]).norm();
+    if (!(length < 1e5)) continue;
+    const int steps = static_cast<int>(length / kCell) + 1;
+    for (int k = 0; k <= steps; ++k) {
+      const Pixel p = line[i - 1] + (line[i] - line[i - 1]) * k / steps;
+      if (area_.contains(p)) take(lines_, cells({p.x() - 2, p.y() - 2, p.x() + 2, p.y() + 2}));
+    }
   }
-  cv::polylines(lines_, points, false, cv::Scalar(1), 2);
 }
 
 bool LabelPlacer::place(Canvas& canvas, const Pixel& point, double radius, const std::string& text,
@@ -60,9 +82,9 @@ bool LabelPlacer::place(Canvas& canvas, const Pixel& point, double radius, const
     const Box box{c.x() - half.x() - 2, c.y() - half.y() - 2, c.x() + half.x() + 2,
                   c.y() + half.y() + 2};
     if (!area_.contains({box.left, box.top}) || !area_.contains({box.right, box.bottom})) continue;
-    const cv::Rect place = cells(box);
-    if (cv::countNonZero(blocked_(place)) > 0) continue;
-    const double cost = cv::countNonZero(lines_(place)) + 0.3 * static_cast<double>(i);
+    const Box place = cells(box);
+    if (taken(blocked_, place) > 0) continue;
+    const double cost = taken(lines_, place) + 0.3 * static_cast<double>(i);
     if (cost >= best_cost) continue;
     best_cost = cost;
     best = c;
@@ -71,9 +93,8 @@ bool LabelPlacer::place(Canvas& canvas, const Pixel& point, double radius, const
   TextStyle centered = style;
   centered.horizontal = centered.vertical = Align::kCenter;
   canvas.text(best, text, centered);
-  blocked_(cells({best.x() - half.x() - 2, best.y() - half.y() - 2, best.x() + half.x() + 2,
-                  best.y() + half.y() + 2}))
-      .setTo(1);
+  take(blocked_, cells({best.x() - half.x() - 2, best.y() - half.y() - 2, best.x() + half.x() + 2,
+                        best.y() + half.y() + 2}));
   return true;
 }
 

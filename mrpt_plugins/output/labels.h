@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,15 @@ class LabelPlacer {
              const TextStyle& style);
 
  private:
-  cv::Rect cells(const Box& box) const;
+  using Grid = std::vector<std::uint8_t>;  // a cell is 1 where something is
+
+  Box cells(const Box& box) const;
+  int taken(const Grid& grid, const Box& cells) const;
+  void take(Grid& grid, const Box& cells);
 
   Box area_;
-  cv::Mat blocked_, lines_;  // one byte per cell of kCell x kCell pixels, 1 where taken
+  int columns_, rows_;
+  Grid blocked_, lines_;
 };
 
 }  // namespace hybrid

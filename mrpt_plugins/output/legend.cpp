@@ -85,22 +85,14 @@ void Legend::note(const std::string& text) {
   if (!row.empty()) flush();
 }
 
-Color landmark_color(const LandmarkEstimate& l) {
-  return l.class_index ? series_color(static_cast<std::size_t>(*l.class_index))
-                       : palette::kUnclassed;
-}
-
-Marker landmark_marker(const LandmarkEstimate& l) {
-  return l.class_index ? class_marker(static_cast<std::size_t>(*l.class_index)) : Marker::kCircle;
-}
-
-void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth) {
+void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
+                const Stroke& truth_stroke) {
   legend.heading("Robot path");
   if (!result.trajectory.empty()) legend.line("estimated", map_style::kEstimate);
   if (!result.dead_reckoning.empty()) {
     legend.line("odometry alone", map_style::kDeadReckoning);
   }
-  if (!truth.path.empty()) legend.line("ground truth", map_style::kTruth);
+  if (!truth.path.empty()) legend.line("ground truth", truth_stroke);
   if (!result.trajectory.empty()) {
     legend.marker("start", Marker::kTriangle, 10, palette::kWhite);
     legend.marker("end", Marker::kSquare, 8, palette::kBlack);
@@ -122,6 +114,9 @@ void map_legend(Legend& legend, const MapResult& result, const GroundTruth& trut
   if (count.back() > 0) {
     legend.marker(result.class_names.empty() ? "estimated, with id" : "class unknown",
                   Marker::kCircle, 8, palette::kUnclassed);
+  }
+  if (!truth.landmarks.empty()) {
+    legend.marker("true position", Marker::kPlus, 13, map_style::kTrueLandmark);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/map_style.h"
 #include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
@@ -32,19 +33,10 @@ class Legend {
   double width_;
 };
 
-/// How paths are drawn in every picture of a map.
-namespace map_style {
-constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
-constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
-constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
-}  // namespace map_style
-
-/// Colour and shape of a landmark's class.
-Color landmark_color(const LandmarkEstimate& landmark);
-Marker landmark_marker(const LandmarkEstimate& landmark);
-
-/// The entries that the plan and the 3-D view share: paths, start and end, classes with counts.
-void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth);
+/// The entries that the plan and the 3-D view share: paths, start and end, classes with counts,
+/// true positions.
+void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
+                const Stroke& truth_stroke);
 
 /// A bar of a round length that takes at most `room` pixels, drawn at `left`.
 void scale_bar(Canvas& canvas, const Pixel& left, double pixels_per_metre, double room);

@@ -15,61 +15,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kSigmas = 3;
 constexpr double kPanel = 310;  // width of the legend's column
-
-/// Bounds of points, in metres.
-struct Extent {
-  Eigen::Array2d low = Eigen::Array2d::Constant(1e300);
-  Eigen::Array2d high = Eigen::Array2d::Constant(-1e300);
-
-  void add(const Eigen::Vector2d& p) {
-    if (!p.allFinite()) return;
-    low = low.min(p.array());
-    high = high.max(p.array());
-  }
-  void add(const Trajectory& path) {
-    for (const TimedPose& p : path) add(Eigen::Vector2d(p.pose.x(), p.pose.y()));
-  }
-  bool empty() const { return low.x() > high.x(); }
-};
-
-/// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
-/// picture more than half as large again on any side.
-Extent extent_of(const MapResult& result, const GroundTruth& truth) {
-  Extent extent;
-  extent.add(result.trajectory);
-  extent.add(truth.path);
-  for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position.head<2>());
-  for (const TrueLandmark& l : truth.landmarks) extent.add(l.position.head<2>());
-  Extent reckoned;
-  reckoned.add(result.dead_reckoning);
-  if (extent.empty()) extent = reckoned;
-  if (extent.empty()) extent.add(Eigen::Vector2d::Zero());
-  const double size = std::max(0.5, (extent.high - extent.low).maxCoeff());
-  if (!reckoned.empty()) {
-    extent.low = extent.low.min(reckoned.low.max(extent.low - 0.5 * size));
-    extent.high = extent.high.max(reckoned.high.min(extent.high + 0.5 * size));
-  }
-  extent.low -= 0.05 * size;
-  extent.high += 0.05 * size;
-  return extent;
-}
-
-/// A round factor that makes the typical ellipse large enough to see, 1 if it already is.
-double magnification(const std::vector<LandmarkEstimate>& landmarks, double pixels_per_metre) {
-  std::vector<double> radii;
-  for (const LandmarkEstimate& l : landmarks) {
-    const double variance = 0.5 * l.covariance.topLeftCorner<2, 2>().trace();
-    if (std::isfinite(variance) && variance > 0) {
-      radii.push_back(kSigmas * std::sqrt(variance) * pixels_per_metre);
-    }
-  }
-  if (radii.empty()) return 1;
-  std::nth_element(radii.begin(), radii.begin() + radii.size() / 2, radii.end());
-  const double median = radii[radii.size() / 2];
-  return median >= 9 ? 1 : std::max(1.0, nice_below(26 / median));
-}
 
 std::vector<Pixel> to_pixels(const Axes& axes, const Trajectory& path) {
   std::vector<Pixel> out;
@@ -82,7 +28,8 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
     const Eigen::Matrix2d covariance = l.covariance.topLeftCorner<2, 2>();
     if (!covariance.allFinite() || !(covariance.trace() > 0)) continue;
     std::vector<Pixel> outline;
-    for (const auto& p : covariance_ellipse(l.position.head<2>(), covariance, kSigmas * factor)) {
+    for (const auto& p :
+         covariance_ellipse(l.position.head<2>(), covariance, map_style::kSigmas * factor)) {
       outline.push_back(axes.pixel(p.x(), p.y()));
     }
     canvas.fill(outline, landmark_color(l), 0.25);
@@ -110,15 +57,15 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
   const double radius = result.landmarks.size() > 400 ? 4 : 7;
+  for (const TrueLandmark& l : truth.landmarks) {
+    const Pixel p = axes.pixel(l.position.x(), l.position.y());
+    canvas.marker(p, Marker::kPlus, 2 * radius, map_style::kTrueLandmark);
+    labels.block(p, radius);
+  }
   for (const LandmarkEstimate& l : result.landmarks) {
     const Pixel p = axes.pixel(l.position.x(), l.position.y());
     canvas.marker(p, landmark_marker(l), radius, landmark_color(l));
     labels.block(p, radius);
-  }
-  for (const TrueLandmark& l : truth.landmarks) {
-    const Pixel p = axes.pixel(l.position.x(), l.position.y());
-    canvas.marker(p, Marker::kCross, 0.6 * radius, palette::kBlack);
-    labels.block(p, 0.5 * radius);
   }
   TextStyle style;
   style.size = 10.5;
@@ -136,9 +83,10 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kPanel - 55, height - 85.0};
-  const Extent extent = extent_of(result, truth);
-  Axis x{"x (m)", Scale::kLinear, {{extent.low.x(), extent.high.x()}}};
-  Axis y{"y (m)", Scale::kLinear, {{extent.low.y(), extent.high.y()}}};
+  const Extent extent = map_extent(result, truth);
+  const double rim = 0.05 * (extent.high - extent.low).head<2>().maxCoeff();
+  Axis x{"x (m)", Scale::kLinear, {{extent.low.x() - rim, extent.high.x() + rim}}};
+  Axis y{"y (m)", Scale::kLinear, {{extent.low.y() - rim, extent.high.y() + rim}}};
   Axes::equalize(box, x, y);
   const Axes axes(box, x, y);
   TextStyle title;
@@ -155,7 +103,8 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
               subtitle);
   axes.draw(canvas);
 
-  const double factor = magnification(result.landmarks, axes.pixels_per_unit());
+  const double factor =
+      ellipse_magnification(result.landmarks, box.width() / axes.pixels_per_unit());
   LabelPlacer labels(box);
   canvas.clip(box);
   draw_ellipses(canvas, axes, result, factor);
@@ -164,16 +113,10 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kPanel);
-  map_legend(legend, result, truth);
-  if (!truth.landmarks.empty()) {
-    legend.marker("true position", Marker::kCross, 7, palette::kBlack);
-  }
+  map_legend(legend, result, truth, map_style::kTruth);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
-    legend.note(factor > 1 ? fmt::format("Ellipses: {} standard deviations, drawn {:g} times too "
-                                         "large to be visible.",
-                                         kSigmas, factor)
-                           : fmt::format("Ellipses: {} standard deviations.", kSigmas));
+    legend.note(ellipse_note("Ellipses", factor));
   }
   if (ids < result.landmarks.size()) {
     legend.note(

@@ -8,8 +8,12 @@
 namespace hybrid {
 
 Color series_color(std::size_t i) {
-  constexpr std::array<Color, 6> kColors = {
-      {{230, 159, 0}, {0, 158, 115}, {204, 121, 167}, {86, 180, 233}, {130, 80, 20}, {90, 90, 90}}};
+  constexpr std::array<Color, 6> kColors = {{{230, 159, 0},
+                                             {0, 158, 115},
+                                             {204, 121, 167},
+                                             {86, 180, 233},
+                                             {136, 34, 85},
+                                             {153, 153, 51}}};
   return kColors[i % kColors.size()];
 }
 

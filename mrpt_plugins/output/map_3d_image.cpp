@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+#include <mrpt/opengl/CFBORender.h>
+#include <mrpt/opengl/CText.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/labels.h"
+#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/scene.h"
+#include "mrpt_plugins/output/scene_layout.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kPanel = 310;
+constexpr double kTop = 90;
+constexpr double kMargin = 20;
+constexpr Stroke kBeads{palette::kTruth, 8, LineStyle::kDotted};
+
+/// What happened, in one line, without the call stack that MRPT appends.
+std::string reason(const std::string& what) {
+  const std::string mark = "Message:";
+  const std::size_t at = what.find(mark);
+  const std::size_t from =
+      at == std::string::npos ? 0 : what.find_first_not_of(' ', at + mark.size());
+  std::string line = what.substr(from, what.find("\n\n", from) - from);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return line;
+}
+
+/// The scene without its texts, which the canvas draws so that they do not cover each other.
+Image render_scene(const MapResult& result, const GroundTruth& truth, const SceneView& view,
+                   int width, int height, int device) {
+  const auto scene = make_scene(result, truth);
+  auto viewport = scene->getViewport();
+  for (const auto& object : *viewport) {
+    if (std::dynamic_pointer_cast<mrpt::opengl::CText>(object)) object->setVisibility(false);
+  }
+  const auto distance = static_cast<float>(view.distance);
+  viewport->setViewportClipDistances(0.02f * distance, 20 * distance);
+  mrpt::opengl::CFBORender::Parameters parameters(width, height);
+  parameters.deviceIndexToUse = device;
+  mrpt::opengl::CFBORender renderer(parameters);
+  auto& camera = renderer.getCamera(*scene);
+  camera.setPointingAt(view.target.x(), view.target.y(), view.target.z());
+  camera.setZoomDistance(distance);
+  camera.setAzimuthDegrees(static_cast<float>(view.azimuth_deg));
+  camera.setElevationDegrees(static_cast<float>(view.elevation_deg));
+  camera.setProjectiveFOVdeg(static_cast<float>(SceneView::kFieldOfViewDeg));
+  mrpt::img::CImage picture(width, height, mrpt::img::CH_RGB);
+  renderer.render_RGB(*scene, picture);
+  Image image{static_cast<int>(picture.getWidth()), static_cast<int>(picture.getHeight()), {}};
+  image.rgb.reserve(static_cast<std::size_t>(image.width) * image.height * 3);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const std::uint8_t* bgr = picture.ptr<std::uint8_t>(x, y);
+      image.rgb.insert(image.rgb.end(), {bgr[2], bgr[1], bgr[0]});
+    }
+  }
+  return image;
+}
+
+/// What has to be readable over the rendered picture: ids, names of the axes, start and end.
+void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& layout,
+                 const Box& box) {
+  const auto seen_at = [&](const Eigen::Vector3d& p) {
+    return Pixel(Pixel(box.left, box.top) + layout.view.project(p, box.width(), box.height()));
+  };
+  LabelPlacer labels(box);
+  std::vector<Pixel> path;
+  for (const TimedPose& p : result.trajectory) {
+    path.push_back(seen_at({p.pose.x(), p.pose.y(), p.pose.z()}));
+  }
+  labels.avoid(path);
+  const double radius = 9;
+  TextStyle axis;
+  axis.size = 13;
+  axis.bold = true;
+  axis.halo = true;
+  axis.horizontal = Align::kCenter;
+  const char* names[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    const Pixel tip = seen_at(1.25 * layout.axis_length * Eigen::Vector3d::Unit(i));
+    if (!box.contains(tip)) continue;
+    canvas.text(tip, names[i], axis);
+    labels.block(tip, 8);
+  }
+  if (!path.empty()) {
+    canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
+    canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
+    labels.block(path.front(), 11);
+    labels.block(path.back(), 9);
+  }
+  for (const LandmarkEstimate& l : result.landmarks) labels.block(seen_at(l.position), radius);
+  TextStyle style;
+  style.size = 10.5;
+  style.halo = true;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    labels.place(canvas, seen_at(l.position), radius, std::to_string(l.id), style);
+  }
+}
+
+}  // namespace
+
+Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth,
+                        const Map3dOptions& options) {
+  const Box box{kMargin, kTop, options.width - kPanel - 2 * kMargin, options.height - kMargin};
+  const SceneLayout layout = scene_layout(result, truth, box.width() / box.height());
+  Canvas canvas(options.width, options.height);
+  try {
+    canvas.paste(
+        render_scene(result, truth, layout.view, static_cast<int>(box.width() * Canvas::kScale),
+                     static_cast<int>(box.height() * Canvas::kScale), options.device),
+        {box.left, box.top});
+  } catch (const std::exception& e) {
+    return {map_image(result, truth, options.width, options.height),
+            fmt::format("map_3d.png is a plan, EGL device {} cannot render here: {}",
+                        options.device, reason(e.what()))};
+  }
+  draw_labels(canvas, result, layout, box);
+  TextStyle title;
+  title.size = 22;
+  title.bold = true;
+  canvas.text({40, 36}, result.title.empty() ? "Map in 3-D" : "Map of " + result.title + " in 3-D",
+              title);
+  TextStyle subtitle;
+  subtitle.size = 14;
+  subtitle.color = {90, 90, 90};
+  canvas.text(
+      {40, 70},
+      fmt::format("{} poses of the robot, {} landmarks; the squares on the ground are {:g} m wide",
+                  result.trajectory.size(), result.landmarks.size(), layout.grid_step),
+      subtitle);
+  Legend legend(canvas, {options.width - kPanel - kMargin + 10, kTop + 14}, kPanel - 10);
+  map_legend(legend, result, truth, kBeads);
+  if (!result.landmarks.empty()) {
+    legend.ellipse("uncertainty", {90, 90, 90});
+    legend.note(ellipse_note("Ellipsoids", layout.magnification));
+  }
+  if (result.is_3d) legend.note("Thin lines drop from the landmarks to the ground.");
+  return {canvas.image(), ""};
+}
+
+}  // namespace hybrid

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/map_style.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mrpt_plugins/output/axes.h"
+
+namespace hybrid {
+
+Color landmark_color(const LandmarkEstimate& l) {
+  return l.class_index ? series_color(static_cast<std::size_t>(*l.class_index))
+                       : palette::kUnclassed;
+}
+
+Marker landmark_marker(const LandmarkEstimate& l) {
+  return l.class_index ? class_marker(static_cast<std::size_t>(*l.class_index)) : Marker::kCircle;
+}
+
+void Extent::add(const Eigen::Vector3d& point) {
+  if (!point.allFinite()) return;
+  low = low.min(point.array());
+  high = high.max(point.array());
+}
+
+void Extent::add(const Trajectory& path) {
+  for (const TimedPose& p : path) add(Eigen::Vector3d(p.pose.x(), p.pose.y(), p.pose.z()));
+}
+
+Extent map_extent(const MapResult& result, const GroundTruth& truth) {
+  Extent extent;
+  extent.add(result.trajectory);
+  extent.add(truth.path);
+  for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position);
+  for (const TrueLandmark& l : truth.landmarks) extent.add(l.position);
+  Extent reckoned;
+  reckoned.add(result.dead_reckoning);
+  if (extent.empty()) extent = reckoned;
+  if (extent.empty()) extent.add(Eigen::Vector3d::Zero());
+  const double room = 0.5 * (extent.high - extent.low).maxCoeff();
+  if (!reckoned.empty()) {
+    extent.low = extent.low.min(reckoned.low.max(extent.low - room));
+    extent.high = extent.high.max(reckoned.high.min(extent.high + room));
+  }
+  if ((extent.high - extent.low).head<2>().maxCoeff() < 0.5) {
+    extent.low.head<2>() -= 0.25;
+    extent.high.head<2>() += 0.25;
+  }
+  return extent;
+}
+
+double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, double size) {
+  std::vector<double> radii;
+  for (const LandmarkEstimate& l : landmarks) {
+    const double variance = l.covariance.trace() / (l.is_3d ? 3 : 2);
+    if (std::isfinite(variance) && variance > 0) {
+      radii.push_back(map_style::kSigmas * std::sqrt(variance));
+    }
+  }
+  if (radii.empty()) return 1;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  constexpr double kSmallest = 0.008;  // of the size of the scene
+  constexpr double kEnlarged = 0.02;
+  return *middle >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / *middle));
+}
+
+std::string ellipse_note(const std::string& what, double magnification) {
+  if (magnification <= 1) {
+    return fmt::format("{}: {:g} standard deviations.", what, map_style::kSigmas);
+  }
+  return fmt::format("{}: {:g} standard deviations, enlarged {:g} times to be seen.", what,
+                     map_style::kSigmas, magnification);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// How the parts of a map look in every picture of it.
+namespace map_style {
+constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
+constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
+constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
+constexpr Color kTrueLandmark{110, 110, 110};
+constexpr double kSigmas = 3;  ///< standard deviations that ellipses and ellipsoids show
+}  // namespace map_style
+
+/// Colour and shape of a landmark's class.
+Color landmark_color(const LandmarkEstimate& landmark);
+Marker landmark_marker(const LandmarkEstimate& landmark);
+
+/// Bounds in metres.
+struct Extent {
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e300);
+  Eigen::Array3d high = Eigen::Array3d::Constant(-1e300);
+
+  void add(const Eigen::Vector3d& point);
+  void add(const Trajectory& path);
+  bool empty() const { return low.x() > high.x(); }
+};
+
+/// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
+/// picture more than half as large again on any side. Never empty, at least half a metre wide.
+Extent map_extent(const MapResult& result, const GroundTruth& truth);
+
+/// A round factor that makes the typical covariance ellipse large enough to see in a picture of a
+/// scene of `size` metres; 1 if it already is.
+double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, double size);
+
+/// The sentence of the legend about that factor; `what` is "Ellipses" or "Ellipsoids".
+std::string ellipse_note(const std::string& what, double magnification);
+
+}  // namespace hybrid

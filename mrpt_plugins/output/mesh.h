@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/opengl/CSetOfTriangles.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mrpt_plugins/output/style.h"
+
+namespace hybrid {
+
+/// Solid things as triangles: MRPT draws lines one pixel wide and ellipsoids with wrong axes.
+class Mesh {
+ public:
+  /// Opacity from 0 to 1.
+  explicit Mesh(Color color, double opacity = 1);
+
+  /// A round tube along a path; segments without length are skipped.
+  void tube(const std::vector<Eigen::Vector3d>& path, double radius);
+  /// center + axes * u for all unit vectors u.
+  void ellipsoid(const Eigen::Vector3d& center, const Eigen::Matrix3d& axes);
+  /// The solid form of a marker, `radius` metres: sphere, cube, cone, octahedron, thick pentagon
+  /// and star that face the direction `toward`, cross of three bars.
+  void marker(const Eigen::Vector3d& center, Marker shape, double radius,
+              const Eigen::Vector3d& toward = Eigen::Vector3d::UnitZ());
+
+  mrpt::opengl::CSetOfTriangles::Ptr object() const { return triangles_; }
+
+ private:
+  struct Vertex {
+    Eigen::Vector3d point, normal;
+  };
+  void triangle(const Vertex& a, const Vertex& b, const Vertex& c);
+  void flat(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+            const Eigen::Vector3d& inside);
+  /// A marker's outline as base, the same scaled by `top_scale` as top; `frame` turns both.
+  void prism(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector3d& center,
+             const Eigen::Matrix3d& frame, double half_height, double top_scale);
+
+  mrpt::opengl::CSetOfTriangles::Ptr triangles_;
+  mrpt::img::TColor color_;
+};
+
+/// The dashes of a path: stretches of `on` metres, `off` metres apart.
+std::vector<std::vector<Eigen::Vector3d>> dashes(const std::vector<Eigen::Vector3d>& path,
+                                                 double on, double off);
+
+}  // namespace hybrid

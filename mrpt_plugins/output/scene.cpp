@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/scene.h"
+
+#include <mrpt/opengl/CGridPlaneXY.h>
+#include <mrpt/opengl/CSetOfLines.h>
+#include <mrpt/opengl/CText.h>
+#include <mrpt/opengl/stock_objects.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "mrpt_plugins/output/map_style.h"
+#include "mrpt_plugins/output/mesh.h"
+#include "mrpt_plugins/output/scene_layout.h"
+
+namespace hybrid {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<Vector3d> positions(const Trajectory& path) {
+  std::vector<Vector3d> out;
+  for (const TimedPose& p : path) out.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
+  return out;
+}
+
+void add_ground(mrpt::opengl::COpenGLScene& scene, const SceneLayout& layout) {
+  const auto& e = layout.ground;
+  auto grid = mrpt::opengl::CGridPlaneXY::Create(
+      static_cast<float>(e.low.x()), static_cast<float>(e.high.x()), static_cast<float>(e.low.y()),
+      static_cast<float>(e.high.y()), static_cast<float>(e.low.z()),
+      static_cast<float>(layout.grid_step));
+  grid->setColor_u8(165, 165, 165);
+  scene.insert(grid);
+  const auto length = static_cast<float>(layout.axis_length);
+  scene.insert(mrpt::opengl::stock_objects::CornerXYZSimple(length, 2));
+}
+
+/// Truth as beads around the estimate, so that neither hides the other.
+void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const GroundTruth& truth,
+               double r) {
+  Mesh beads(palette::kTruth);
+  for (const auto& bead : dashes(positions(truth.path), 2.5 * r, 13 * r)) beads.tube(bead, 1.8 * r);
+  scene.insert(beads.object());
+  Mesh reckoned(palette::kDeadReckoning);
+  for (const auto& dash : dashes(positions(result.dead_reckoning), 9 * r, 6 * r)) {
+    reckoned.tube(dash, 0.6 * r);
+  }
+  scene.insert(reckoned.object());
+  Mesh path(palette::kEstimate);
+  path.tube(positions(result.trajectory), r);
+  scene.insert(path.object());
+  if (result.trajectory.empty()) return;
+  Mesh start(palette::kWhite);
+  start.marker(positions(result.trajectory).front(), Marker::kTriangle, 4 * r);
+  scene.insert(start.object());
+  Mesh end(palette::kInk);
+  end.marker(positions(result.trajectory).back(), Marker::kSquare, 3.2 * r);
+  scene.insert(end.object());
+}
+
+/// Ellipsoids before the solids inside them: what is drawn later would be hidden behind them.
+void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
+                    const SceneLayout& layout) {
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!l.position.allFinite() || !l.covariance.allFinite() || !(l.covariance.trace() > 0)) {
+      continue;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l.covariance);
+    const Vector3d half_axes =
+        (map_style::kSigmas * layout.magnification * eigen.eigenvalues().cwiseMax(0).cwiseSqrt())
+            .cwiseMax(0.05 * layout.landmark_radius);
+    Mesh mesh(landmark_color(l), 0.3);
+    mesh.ellipsoid(l.position, eigen.eigenvectors() * half_axes.asDiagonal());
+    scene.insert(mesh.object());
+  }
+}
+
+void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
+                   const GroundTruth& truth, const SceneLayout& layout) {
+  Mesh crosses(map_style::kTrueLandmark);
+  for (const TrueLandmark& l : truth.landmarks) {
+    crosses.marker(l.position, Marker::kPlus, 2 * layout.landmark_radius);
+  }
+  scene.insert(crosses.object());
+  const Vector3d toward = (layout.view.eye() - layout.view.target).normalized();
+  std::map<std::optional<int>, Mesh> solids;
+  auto stems = mrpt::opengl::CSetOfLines::Create();
+  stems->setColor_u8(150, 150, 150);
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!l.position.allFinite()) continue;
+    const auto mesh = solids.try_emplace(l.class_index, landmark_color(l)).first;
+    mesh->second.marker(l.position, landmark_marker(l), layout.landmark_radius, toward);
+    if (result.is_3d) {
+      stems->appendLine(l.position.x(), l.position.y(), layout.ground.low.z(), l.position.x(),
+                        l.position.y(), l.position.z());
+    }
+  }
+  scene.insert(stems);
+  for (const auto& [class_index, mesh] : solids) scene.insert(mesh.object());
+}
+
+void add_texts(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
+               const SceneLayout& layout) {
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!l.position.allFinite()) continue;
+    std::string text = std::to_string(l.id);
+    if (l.class_index)
+      text += ' ' + result.class_names.at(static_cast<std::size_t>(*l.class_index));
+    auto label = mrpt::opengl::CText::Create(text);
+    label->setFont("sans", 14);
+    label->setColor_u8(40, 40, 40);
+    label->setLocation(l.position.x(), l.position.y(),
+                       l.position.z() + 1.8 * layout.landmark_radius);
+    scene.insert(label);
+  }
+}
+
+}  // namespace
+
+mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth) {
+  const SceneLayout layout = scene_layout(result, truth);
+  auto scene = mrpt::opengl::COpenGLScene::Create();
+  auto viewport = scene->getViewport();
+  viewport->setCustomBackgroundColor({1, 1, 1, 1});
+  auto& light = viewport->lightParameters();
+  light.ambient = {0.6f, 0.6f, 0.6f, 1};
+  light.diffuse = {0.55f, 0.55f, 0.55f, 1};
+  light.specular = {0.05f, 0.05f, 0.05f, 1};
+  light.direction = {0.1f, 0.64f, -0.76f};  // from above, behind the camera
+  add_ground(*scene, layout);
+  add_paths(*scene, result, truth, layout.path_radius);
+  add_ellipsoids(*scene, result, layout);
+  add_landmarks(*scene, result, truth, layout);
+  add_texts(*scene, result, layout);
+  auto& camera = viewport->getCamera();
+  camera.setPointingAt(layout.view.target.x(), layout.view.target.y(), layout.view.target.z());
+  camera.setZoomDistance(static_cast<float>(layout.view.distance));
+  camera.setAzimuthDegrees(static_cast<float>(layout.view.azimuth_deg));
+  camera.setElevationDegrees(static_cast<float>(layout.view.elevation_deg));
+  return scene;
+}
+
+void save_scene(const OutputDirectory& out, const std::string& name, const MapResult& result,
+                const GroundTruth& truth) {
+  const auto scene = make_scene(result, truth);
+  out.save(name, [&scene](const std::string& path) {
+    if (!scene->saveToFile(path)) throw std::runtime_error("the scene could not be stored");
+  });
+}
+
+}  // namespace hybrid

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/opengl/COpenGLScene.h>
+
+#include <string>
+
+#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// The map as an MRPT scene (metres): ground grid, paths as tubes, landmarks as solids coloured and
+/// shaped by class with covariance ellipsoids (3 standard deviations, enlarged as in map_image) and
+/// ids as text. A scene can be rendered by one renderer only; make another for the next.
+mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth = {});
+
+/// Writes the scene as `name` (.3Dscene) for SceneViewer3D.
+void save_scene(const OutputDirectory& out, const std::string& name, const MapResult& result,
+                const GroundTruth& truth = {});
+
+struct Map3dOptions {
+  int width = 1600;  ///< pixels
+  int height = 1200;
+  int device = 0;  ///< index of the EGL device
+};
+
+/// A 3-D view, or the plan with a warning where 3-D is not possible.
+struct Map3dImage {
+  Image image;
+  std::string warning;  ///< empty when the view is 3-D
+};
+
+/// map_3d.png, drawn off screen through EGL without a display.
+Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth = {},
+                        const Map3dOptions& options = {});
+
+}  // namespace hybrid

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mrpt_plugins/output/map_style.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// A camera that looks at a point, z up; perspective with a vertical field of view.
+struct SceneView {
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< m
+  double distance = 10;                              ///< from eye to target, m
+  double azimuth_deg = -112;
+  double elevation_deg = 35;
+  static constexpr double kFieldOfViewDeg = 30;
+
+  Eigen::Vector3d eye() const;
+  /// Position in a picture of the given size; NaN for points behind the camera.
+  Pixel project(const Eigen::Vector3d& point, double width, double height) const;
+};
+
+/// Sizes of the things in a scene, metres, and the view that shows all of it.
+struct SceneLayout {
+  Extent ground;  ///< flat; whole squares of the grid
+  double grid_step = 1;
+  double path_radius = 0.02;
+  double landmark_radius = 0.1;
+  double axis_length = 1;
+  double magnification = 1;  ///< of the ellipsoids
+  SceneView view;
+};
+
+/// The layout for a picture `aspect` times as wide as high.
+SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, double aspect = 1.2);
+
+}  // namespace hybrid

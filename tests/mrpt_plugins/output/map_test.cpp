@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/map_style.h"
+#include "mrpt_plugins/output/mesh.h"
+#include "mrpt_plugins/output/scene.h"
+#include "mrpt_plugins/output/scene_layout.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::poses::CPose3D;
+
+/// A round trip past landmarks of six classes.
+MapResult round_trip(bool is_3d) {
+  MapResult map;
+  map.title = "round trip";
+  map.is_3d = is_3d;
+  map.class_names = {"a", "b", "c", "d", "e", "f"};
+  for (int i = 0; i <= 100; ++i) {
+    const double angle = 2 * M_PI * i / 100;
+    const double height = is_3d ? std::sin(2 * angle) : 0;
+    map.trajectory.push_back(
+        {0.1 * i, CPose3D(5 * std::cos(angle), 4 * std::sin(angle), height, angle, 0, 0)});
+    map.dead_reckoning.push_back({0.1 * i, CPose3D(5 * std::cos(angle) + 0.02 * i,
+                                                   4 * std::sin(angle), height, angle, 0, 0)});
+  }
+  for (int i = 0; i < 12; ++i) {
+    LandmarkEstimate l;
+    l.id = i;
+    l.is_3d = is_3d;
+    l.position = {7 * std::cos(i), 6 * std::sin(i), is_3d ? 0.5 * i : 0};
+    l.covariance = Eigen::Vector3d(0.01, 0.04, is_3d ? 0.02 : 0).asDiagonal();
+    l.class_index = i % 6;
+    map.landmarks.push_back(l);
+  }
+  return map;
+}
+
+GroundTruth truth_of(const MapResult& map) {
+  GroundTruth truth;
+  truth.path = map.trajectory;
+  for (const LandmarkEstimate& l : map.landmarks) {
+    truth.landmarks.push_back({l.id, l.position, l.class_index});
+  }
+  return truth;
+}
+
+int count(const Image& image, Color color, int tolerance = 12) {
+  int n = 0;
+  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    const int distance =
+        std::max({std::abs(image.rgb[i] - color.red), std::abs(image.rgb[i + 1] - color.green),
+                  std::abs(image.rgb[i + 2] - color.blue)});
+    if (distance <= tolerance) ++n;
+  }
+  return n;
+}
+
+TEST(MapImage, ShowsPathsAndEveryClassInItsColour) {
+  const MapResult map = round_trip(false);
+  const Image image = map_image(map, truth_of(map));
+  EXPECT_EQ(image.width, 1600);
+  EXPECT_EQ(image.height, 1200);
+  EXPECT_GT(count(image, palette::kEstimate), 2000);
+  EXPECT_GT(count(image, palette::kDeadReckoning), 500);
+  EXPECT_GT(count(image, palette::kTruth), 2000);
+  for (std::size_t c = 0; c < 6; ++c) EXPECT_GT(count(image, series_color(c)), 200) << c;
+  EXPECT_GT(count(image, palette::kWhite), 1000000);
+}
+
+TEST(MapImage, DrawsOnlyWhatIsGiven) {
+  MapResult map = round_trip(false);
+  map.dead_reckoning.clear();
+  const Image image = map_image(map);
+  EXPECT_EQ(count(image, palette::kDeadReckoning), 0);
+  EXPECT_EQ(map_image({}).width, 1600);
+}
+
+TEST(MapImage, SurvivesValuesThatAreNotFinite) {
+  MapResult map = round_trip(true);
+  map.landmarks[0].position.x() = std::nan("");
+  map.landmarks[1].covariance.setConstant(INFINITY);
+  map.trajectory[5].pose.x(std::nan(""));
+  EXPECT_GT(count(map_image(map, truth_of(map)), palette::kEstimate), 2000);
+}
+
+TEST(MapStyle, ClassesDifferInColourAndShape) {
+  std::set<std::pair<int, int>> seen;
+  for (std::size_t c = 0; c < 36; ++c) {
+    const Color color = series_color(c);
+    seen.emplace(color.red * 65536 + color.green * 256 + color.blue,
+                 static_cast<int>(class_marker(c)));
+  }
+  EXPECT_EQ(seen.size(), 36u);
+}
+
+TEST(MapStyle, EllipsesAreEnlargedOnlyWhenTheyWouldNotShow) {
+  auto landmarks = round_trip(false).landmarks;
+  EXPECT_EQ(ellipse_magnification(landmarks, 10), 1);
+  for (LandmarkEstimate& l : landmarks) l.covariance *= 1e-4;
+  const double factor = ellipse_magnification(landmarks, 10);
+  EXPECT_GT(factor, 5);
+  EXPECT_NE(ellipse_note("Ellipses", factor).find("enlarged"), std::string::npos);
+  EXPECT_EQ(ellipse_magnification({}, 10), 1);
+}
+
+TEST(MapStyle, AFarDeadReckoningDoesNotShrinkTheMap) {
+  MapResult map = round_trip(false);
+  const Extent before = map_extent(map, {});
+  map.dead_reckoning.push_back({99, CPose3D(1e4, 0, 0, 0, 0, 0)});
+  const Extent after = map_extent(map, {});
+  EXPECT_LE(after.high.x() - after.low.x(), 2.1 * (before.high.x() - before.low.x()));
+}
+
+TEST(Mesh, DashesCoverTheirShareOfThePath) {
+  const std::vector<Eigen::Vector3d> path = {{0, 0, 0}, {3, 0, 0}, {3, 7, 0}};
+  double drawn = 0;
+  for (const auto& dash : dashes(path, 1, 1)) {
+    for (std::size_t i = 1; i < dash.size(); ++i) drawn += (dash[i] - dash[i - 1]).norm();
+  }
+  EXPECT_NEAR(drawn, 5, 1e-9);
+  EXPECT_TRUE(dashes({}, 1, 1).empty());
+}
+
+TEST(Mesh, SolidsStayWithinTheirSize) {
+  for (const Marker shape : {Marker::kCircle, Marker::kSquare, Marker::kTriangle, Marker::kDiamond,
+                             Marker::kPentagon, Marker::kStar, Marker::kPlus}) {
+    Mesh mesh({10, 20, 30});
+    mesh.marker({1, 2, 3}, shape, 0.5, Eigen::Vector3d(1, -2, 1).normalized());
+    const auto box = mesh.object()->getBoundingBox();
+    EXPECT_GT((box.max - box.min).norm(), 0.8);
+    EXPECT_LT((box.max - box.min).norm(), 2.6);
+    EXPECT_NEAR(0.5 * (box.max.x + box.min.x), 1, 0.2);
+    EXPECT_NEAR(0.5 * (box.max.z + box.min.z), 3, 0.2);
+  }
+}
+
+TEST(SceneLayout, EverythingIsInThePicture) {
+  for (const bool is_3d : {false, true}) {
+    const MapResult map = round_trip(is_3d);
+    const SceneLayout layout = scene_layout(map, {}, 1.2);
+    for (const LandmarkEstimate& l : map.landmarks) {
+      const Pixel p = layout.view.project(l.position, 1200, 1000);
+      EXPECT_TRUE((Box{20, 20, 1180, 980}.contains(p))) << p.transpose();
+    }
+    const Pixel center = layout.view.project(layout.view.target, 1200, 1000);
+    EXPECT_NEAR((center - Pixel(600, 500)).norm(), 0, 1e-6);
+  }
+}
+
+class SceneFileTest : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("map_test_" + std::to_string(::getpid()));
+};
+
+TEST_F(SceneFileTest, ReloadsWithTheSameObjects) {
+  const MapResult map = round_trip(true);
+  save_scene(OutputDirectory(folder_), "scene.3Dscene", map, truth_of(map));
+  mrpt::opengl::COpenGLScene scene;
+  ASSERT_TRUE(scene.loadFromFile((folder_ / "scene.3Dscene").string()));
+  const auto written = make_scene(map, truth_of(map));
+  EXPECT_GT(scene.getViewport()->size(), 12u);
+  EXPECT_EQ(scene.getViewport()->size(), written->getViewport()->size());
+}
+
+TEST(Map3dImage, WithoutADeviceItIsThePlanAndSaysSo) {
+  const MapResult map = round_trip(true);
+  Map3dOptions options;
+  options.device = 99;
+  const Map3dImage fallback = map_3d_image(map, truth_of(map), options);
+  EXPECT_NE(fallback.warning.find("plan"), std::string::npos) << fallback.warning;
+  EXPECT_EQ(fallback.warning.find('\n'), std::string::npos) << fallback.warning;
+  EXPECT_EQ(fallback.image.rgb, map_image(map, truth_of(map)).rgb);
+}
+
+TEST(Map3dImage, ShowsPathsAndEveryClass) {
+  const MapResult map = round_trip(true);
+  const Map3dImage view = map_3d_image(map, truth_of(map));
+  if (!view.warning.empty()) GTEST_SKIP() << view.warning;
+  EXPECT_EQ(view.image.width, 1600);
+  EXPECT_EQ(view.image.height, 1200);
+  Image scene_only = view.image;  // without the legend's column
+  for (int y = 0; y < 1200; ++y) {
+    for (int x = 1250; x < 1600; ++x) {
+      for (int c = 0; c < 3; ++c) scene_only.rgb[3 * (y * 1600 + x) + c] = 255;
+    }
+  }
+  EXPECT_GT(count(scene_only, palette::kEstimate, 40), 1500);
+  EXPECT_GT(count(scene_only, palette::kDeadReckoning, 40), 500);
+  for (std::size_t c = 0; c < 6; ++c) EXPECT_GT(count(scene_only, series_color(c), 40), 100) << c;
+  EXPECT_GT(count(scene_only, palette::kWhite), 1000000);
+}
+
+TEST(Map3dImage, CanBeDrawnTwice) {
+  const MapResult map = round_trip(false);
+  const Map3dImage first = map_3d_image(map);
+  const Map3dImage second = map_3d_image(map);
+  EXPECT_EQ(first.warning, second.warning);
+  EXPECT_TRUE(first.image.rgb == second.image.rgb);
+}
+
+}  // namespace
+}  // namespace hybrid
