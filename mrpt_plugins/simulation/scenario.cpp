@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/simulation/scenario.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace hybrid {
+namespace {
+
+constexpr IniRange kCount{1, 100000};
+constexpr IniRange kFullAngle{0, 360};
+
+std::array<double, 3> corner(IniSection& section, const std::string& key,
+                             const std::vector<double>& default_value, const char* meaning) {
+  const auto values = section.get(key, default_value, meaning);
+  if (values.size() != 3) section.fail(key, "needs three numbers: x y z");
+  return {values[0], values[1], values[2]};
+}
+
+Scenario::World read_world(IniFile& ini, bool is_3d) {
+  IniSection s = ini.section("world", "Landmarks, placed at random in a box, classes in turn");
+  Scenario::World world;
+  world.landmarks = s.get("landmarks", 20, "How many", kCount);
+  world.classes = s.get("classes", std::vector<std::string>{"tree", "car", "pole", "bench"},
+                        "Names of the classes");
+  world.min_corner = corner(s, "min_corner", {-12, -5, 0}, "Corner of the box, x y z [m]");
+  world.max_corner = corner(s, "max_corner", {12, 20, 0}, "Opposite corner [m]");
+  world.min_spacing =
+      s.get("min_spacing", 1.0, "Least distance between landmarks [m]", kNonNegative);
+  if (world.classes.empty()) s.fail("classes", "needs at least one name");
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (world.min_corner[i] > world.max_corner[i]) s.fail("max_corner", "is below min_corner");
+  }
+  if (!is_3d && (world.min_corner[2] != 0 || world.max_corner[2] != 0)) {
+    s.fail("max_corner", "and min_corner must have z = 0 in 2d");
+  }
+  return world;
+}
+
+Scenario::Path read_path(IniFile& ini) {
+  IniSection s = ini.section("path", "Of the robot, which starts at the origin facing x");
+  Scenario::Path path;
+  path.shape = s.choice("shape", "circle", {"circle", "lawnmower", "waypoints"}, "Kind of path");
+  path.laps = s.get("laps", 1, "How often it is driven", kCount);
+  path.step = s.get("step", 0.5, "Distance between frames [m]", kPositive);
+  path.max_turn =
+      s.degrees("max_turn_deg", 15, "Turn between frames at a corner [deg]", IniRange{0.1, 180});
+  path.period = s.get("period", 0.5, "Time between frames [s]", kPositive);
+  path.radius = s.get("radius", 7.5, "Of the circle, driven to the left [m]", kPositive);
+  path.width = s.get("width", 20.0, "Length of a lane of the lawnmower [m]", kPositive);
+  path.lane_spacing = s.get("lane_spacing", 4.0, "Between lanes of the lawnmower [m]", kPositive);
+  path.lanes = s.get("lanes", 4, "Of the lawnmower, which then drives back to the start", kCount);
+  path.waypoints =
+      s.get("waypoints", std::vector<double>{}, "x y of each waypoint after the start [m]");
+  path.height = s.get("height", 0.0, "In 3d: the path swings between 0 and this height [m]");
+  path.waves = s.get("waves", 2.0, "In 3d: swings of height and roll per path", kNonNegative);
+  path.roll = s.degrees("roll_deg", 0, "In 3d: amplitude of the roll [deg]", IniRange{-90, 90});
+  if (path.shape == "waypoints" && (path.waypoints.empty() || path.waypoints.size() % 2 != 0)) {
+    s.fail("waypoints", "needs pairs of x y");
+  }
+  return path;
+}
+
+Scenario::Odometry read_odometry(IniFile& ini) {
+  IniSection s = ini.section("odometry", "Noise of the motion between two frames");
+  Scenario::Odometry odometry;
+  odometry.sigma_translation = s.get("sigma_translation", 0.03, "Per axis [m]", kPositive);
+  odometry.sigma_yaw = s.degrees("sigma_yaw_deg", 0.3, "Heading [deg]", kPositive);
+  odometry.sigma_tilt = s.degrees("sigma_tilt_deg", 0.3, "In 3d: pitch and roll [deg]", kPositive);
+  return odometry;
+}
+
+/// The confusion matrix: given in full, or by its diagonal with the rest spread evenly.
+std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classes) {
+  IniSection s = ini.section("detector", "What classes the detector reports");
+  const double accuracy = s.get(
+      "accuracy", 0.7, "Probability of the right class; others are equally likely", kProbability);
+  const auto given = s.get("confusion", std::vector<double>{},
+                           "Row by row (true class), the probability of each reported class; "
+                           "overrides accuracy",
+                           kProbability);
+  const double wrong = classes > 1 ? (1 - accuracy) / static_cast<double>(classes - 1) : 0;
+  std::vector<std::vector<double>> confusion(classes, std::vector<double>(classes, wrong));
+  for (std::size_t i = 0; i < classes; ++i) confusion[i][i] = classes > 1 ? accuracy : 1.0;
+  if (given.empty()) return confusion;
+  if (given.size() != classes * classes) s.fail("confusion", "needs classes x classes numbers");
+  for (std::size_t i = 0; i < classes; ++i) {
+    const auto row = given.begin() + static_cast<std::ptrdiff_t>(i * classes);
+    confusion[i].assign(row, row + static_cast<std::ptrdiff_t>(classes));
+    const double sum = std::accumulate(confusion[i].begin(), confusion[i].end(), 0.0);
+    if (std::abs(sum - 1) > 1e-6) s.fail("confusion", "has a row that does not sum to 1");
+  }
+  return confusion;
+}
+
+Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
+  IniSection s = ini.section("sensor", "Measures range and direction of landmarks");
+  Scenario::Sensor sensor;
+  const auto pose =
+      s.get("pose", std::vector<double>(6, 0.0), "On the robot: x y z [m] yaw pitch roll [deg]");
+  if (pose.size() != 6) s.fail("pose", "needs six numbers: x y z yaw pitch roll");
+  if (!is_3d && (pose[2] != 0 || pose[4] != 0 || pose[5] != 0)) {
+    s.fail("pose", "must have z, pitch and roll 0 in 2d");
+  }
+  constexpr double kDegree = M_PI / 180;
+  sensor.pose = {pose[0],           pose[1],           pose[2],
+                 pose[3] * kDegree, pose[4] * kDegree, pose[5] * kDegree};
+  sensor.min_range = s.get("min_range", 0.5, "Nothing nearer is seen [m]", kNonNegative);
+  sensor.max_range = s.get("max_range", 8.0, "Nothing farther is seen [m]", kPositive);
+  sensor.fov_yaw = s.degrees("fov_yaw_deg", 180, "Full horizontal view [deg]", kFullAngle);
+  sensor.fov_pitch =
+      s.degrees("fov_pitch_deg", 60, "In 3d: full vertical view [deg]", IniRange{0, 180});
+  sensor.sigma_range = s.get("sigma_range", 0.05, "Noise of range [m]", kPositive);
+  sensor.sigma_yaw = s.degrees("sigma_yaw_deg", 0.5, "Noise of yaw [deg]", kPositive);
+  sensor.sigma_pitch = s.degrees("sigma_pitch_deg", 0.5, "In 3d: noise of pitch [deg]", kPositive);
+  sensor.detection_probability =
+      s.get("detection_probability", 0.95, "That a landmark in view is seen", kProbability);
+  sensor.spurious_per_frame =
+      s.get("spurious_per_frame", 0.0, "Mean number of detections of nothing", IniRange{0, 100});
+  sensor.known_ids =
+      s.choice("ids", "known", {"known", "hidden"}, "Whether landmarks are identified") == "known";
+  sensor.true_ids =
+      s.get("store_true_ids", true, "Keep the true ids beside, to evaluate association");
+  if (sensor.min_range >= sensor.max_range) s.fail("max_range", "must exceed min_range");
+  return sensor;
+}
+
+}  // namespace
+
+Scenario read_scenario(IniFile& ini) {
+  IniSection s = ini.section("simulation", "What is written");
+  Scenario scenario;
+  scenario.seed = s.get("seed", std::uint64_t{1}, "Same seed, same bytes");
+  scenario.is_3d = s.choice("dimension", "2d", {"2d", "3d"}, "Of motion and measurements") == "3d";
+  scenario.pairs = s.choice("format", "pairs", {"pairs", "observations"},
+                            "Actions and sensory frames, or observations only") == "pairs";
+  scenario.classed = s.choice("observation", "classed", {"classed", "plain"},
+                              "With class scores, or MRPT's CObservationBearingRange") == "classed";
+  if (scenario.is_3d && !scenario.pairs) {
+    s.fail("format", "must be 'pairs' in 3d: MRPT has no 3-D odometry observation");
+  }
+  scenario.world = read_world(ini, scenario.is_3d);
+  scenario.path = read_path(ini);
+  scenario.odometry = read_odometry(ini);
+  scenario.sensor = read_sensor(ini, scenario.is_3d);
+  scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
+  return scenario;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+
+/// What to simulate. Lengths in metres, angles in radians, times in seconds.
+struct Scenario {
+  std::uint64_t seed = 1;
+  bool is_3d = false;
+  bool pairs = true;    ///< Format: actions and sensory frames, or observations only.
+  bool classed = true;  ///< CObservationClassedBearingRange, or MRPT's CObservationBearingRange.
+
+  struct World {
+    int landmarks = 0;
+    std::vector<std::string> classes;
+    std::array<double, 3> min_corner{}, max_corner{};
+    double min_spacing = 0;
+  } world;
+
+  struct Path {
+    std::string shape;
+    int laps = 1;
+    double step = 0, max_turn = 0, period = 0;
+    double radius = 0;                       // circle
+    double width = 0, lane_spacing = 0;      // lawnmower
+    int lanes = 0;                           // lawnmower
+    std::vector<double> waypoints;           // x y x y ...
+    double height = 0, waves = 0, roll = 0;  // in 3-D
+  } path;
+
+  struct Odometry {
+    double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;
+  } odometry;
+
+  struct Sensor {
+    mrpt::poses::CPose3D pose;
+    double min_range = 0, max_range = 0, fov_yaw = 0, fov_pitch = 0;
+    double sigma_range = 0, sigma_yaw = 0, sigma_pitch = 0;
+    double detection_probability = 1, spurious_per_frame = 0;
+    bool known_ids = true, true_ids = true;
+    /// Row: true class; column: reported class; rows sum to 1.
+    std::vector<std::vector<double>> confusion;
+  } sensor;
+};
+
+/// Declares and reads all keys; throws Error naming file, section and key. Call
+/// IniFile::reject_unknown() afterwards.
+Scenario read_scenario(IniFile& ini);
+
+}  // namespace hybrid

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+#include <mrpt/core/Clock.h>
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CActionRobotMovement3D.h>
+#include <mrpt/obs/CObservationBearingRange.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/input/gzip_file.h"
+#include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "mrpt_plugins/simulation/simulator.h"
+
+namespace hybrid {
+namespace {
+
+/// 2026-01-01 00:00 UTC: a fixed time, so that the same seed gives the same bytes.
+constexpr double kStartTime = 1767225600.0;
+constexpr const char* kSensorLabel = "DETECTOR";
+constexpr int kCompression = 9;
+
+mrpt::system::TTimeStamp stamp(const Scenario& scenario, std::size_t frame) {
+  return mrpt::Clock::fromDouble(kStartTime + static_cast<double>(frame) * scenario.path.period);
+}
+
+std::int32_t reported_id(const SimulatedDetection& d, const Scenario& scenario) {
+  return scenario.sensor.known_ids ? static_cast<std::int32_t>(d.true_id)
+                                   : mrpt::obs::INVALID_LANDMARK_ID;
+}
+
+mrpt::obs::CObservation::Ptr classed_observation(const SimulatedFrame& frame,
+                                                 const Scenario& scenario) {
+  const auto& s = scenario.sensor;
+  auto o = std::make_shared<CObservationClassedBearingRange>();
+  o->sensor_pose = s.pose;
+  o->min_range = static_cast<float>(s.min_range);
+  o->max_range = static_cast<float>(s.max_range);
+  o->fov_yaw = static_cast<float>(s.fov_yaw);
+  o->fov_pitch = static_cast<float>(scenario.is_3d ? s.fov_pitch : 0);
+  o->std_range = static_cast<float>(s.sigma_range);
+  o->std_yaw = static_cast<float>(s.sigma_yaw);
+  o->std_pitch = static_cast<float>(scenario.is_3d ? s.sigma_pitch : 0);
+  o->has_pitch = scenario.is_3d;
+  o->class_names = scenario.world.classes;
+  for (const SimulatedDetection& d : frame.detections) {
+    o->detections.push_back(
+        {static_cast<float>(d.range), static_cast<float>(d.yaw), static_cast<float>(d.pitch),
+         reported_id(d, scenario),
+         s.true_ids ? static_cast<std::int32_t>(d.true_id) : mrpt::obs::INVALID_LANDMARK_ID,
+         class_scores(s.confusion, d.reported_class)});
+  }
+  return o;
+}
+
+mrpt::obs::CObservation::Ptr plain_observation(const SimulatedFrame& frame,
+                                               const Scenario& scenario) {
+  const auto& s = scenario.sensor;
+  auto o = mrpt::obs::CObservationBearingRange::Create();
+  o->sensorLocationOnRobot = s.pose;
+  o->minSensorDistance = static_cast<float>(s.min_range);
+  o->maxSensorDistance = static_cast<float>(s.max_range);
+  o->fieldOfView_yaw = static_cast<float>(s.fov_yaw);
+  o->fieldOfView_pitch = static_cast<float>(scenario.is_3d ? s.fov_pitch : 0);
+  o->sensor_std_range = static_cast<float>(s.sigma_range);
+  o->sensor_std_yaw = static_cast<float>(s.sigma_yaw);
+  o->sensor_std_pitch = static_cast<float>(scenario.is_3d ? s.sigma_pitch : 0);
+  for (const SimulatedDetection& d : frame.detections) {
+    o->sensedData.push_back({static_cast<float>(d.range),
+                             static_cast<float>(d.yaw),
+                             static_cast<float>(d.pitch),
+                             reported_id(d, scenario),
+                             {}});
+  }
+  return o;
+}
+
+mrpt::obs::CActionCollection motion_2d(const SimulatedFrame& frame, const Scenario& scenario,
+                                       mrpt::system::TTimeStamp time) {
+  mrpt::obs::CActionRobotMovement2D action;
+  action.timestamp = time;
+  mrpt::obs::CActionRobotMovement2D::TMotionModelOptions options;
+  options.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
+  options.gaussianModel = {
+      0, 0, 0, 0, scenario.odometry.sigma_translation, scenario.odometry.sigma_yaw};
+  action.computeFromOdometry({frame.motion[0], frame.motion[1], frame.motion[3]}, options);
+  return mrpt::obs::CActionCollection(action);
+}
+
+mrpt::obs::CActionCollection motion_3d(const SimulatedFrame& frame, const Scenario& scenario,
+                                       mrpt::system::TTimeStamp time) {
+  const auto& m = frame.motion;
+  const auto& o = scenario.odometry;
+  mrpt::obs::CActionRobotMovement3D action;
+  action.timestamp = time;
+  action.rawOdometryIncrementReading = {m[0], m[1], m[2], m[3], m[4], m[5]};
+  action.poseChange.mean = action.rawOdometryIncrementReading;
+  action.poseChange.cov.setZero();
+  for (int i = 0; i < 3; ++i)
+    action.poseChange.cov(i, i) = o.sigma_translation * o.sigma_translation;
+  action.poseChange.cov(3, 3) = o.sigma_yaw * o.sigma_yaw;
+  for (int i = 4; i < 6; ++i) action.poseChange.cov(i, i) = o.sigma_tilt * o.sigma_tilt;
+  return mrpt::obs::CActionCollection(action);
+}
+
+void write_log(const std::string& path, const Simulation& simulation, const Scenario& scenario) {
+  mrpt::io::CFileGZOutputStream file;
+  std::string why;
+  if (!file.open(path, kCompression, why))
+    throw Error(fmt::format("cannot write {}: {}", path, why));
+  auto archive = mrpt::serialization::archiveFrom(file);
+  mrpt::poses::CPose2D odometry;
+  for (std::size_t i = 0; i < simulation.frames.size(); ++i) {
+    const SimulatedFrame& frame = simulation.frames[i];
+    auto observation = scenario.classed ? classed_observation(frame, scenario)
+                                        : plain_observation(frame, scenario);
+    observation->timestamp = stamp(scenario, i);
+    observation->sensorLabel = kSensorLabel;
+    if (scenario.pairs) {
+      if (i > 0) {
+        archive << (scenario.is_3d ? motion_3d(frame, scenario, observation->timestamp)
+                                   : motion_2d(frame, scenario, observation->timestamp));
+      }
+      mrpt::obs::CSensoryFrame sensory_frame;
+      sensory_frame.insert(observation);
+      archive << sensory_frame;
+    } else {
+      odometry = odometry + mrpt::poses::CPose2D(frame.motion[0], frame.motion[1], frame.motion[3]);
+      mrpt::obs::CObservationOdometry absolute;
+      absolute.timestamp = observation->timestamp;
+      absolute.sensorLabel = "ODOMETRY";
+      absolute.odometry = odometry;
+      archive << absolute << *observation;
+    }
+  }
+  file.close();
+  if (check_gzip(path).state != GzipCheck::State::kSound) {
+    throw Error(fmt::format("cannot write {}: the file came out damaged; is the disk full?", path));
+  }
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw Error(fmt::format("cannot write {}", path));
+}
+
+std::string landmark_table(const Simulation& simulation, const Scenario& scenario) {
+  std::string text = fmt::format("% classes: {}\n% x y z 5 0 0 ID class\n",
+                                 fmt::join(scenario.world.classes, " "));
+  for (const SimulatedLandmark& l : simulation.landmarks) {
+    text += fmt::format("{:.9f} {:.9f} {:.9f} 5 0 0 {} {}\n", l.position[0], l.position[1],
+                        l.position[2], l.id, l.class_index);
+  }
+  return text;
+}
+
+std::string path_table(const Simulation& simulation) {
+  std::string text = "% x y z yaw pitch roll\n";
+  for (const auto& T : simulation.path) {
+    text += fmt::format("{:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", T.x(), T.y(), T.z(), T.yaw(),
+                        T.pitch(), T.roll());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
+                                          const std::string& log_path) {
+  const std::filesystem::path log(log_path);
+  const std::string stem = (log.parent_path() / log.stem()).string();
+  const std::vector<std::string> finals{log_path, stem + "_ground_truth.txt",
+                                        stem + "_ground_truth_robot_path.txt"};
+  std::vector<std::string> temporaries;
+  for (const std::string& path : finals) temporaries.push_back(path + ".part");
+  try {
+    if (log.has_parent_path()) std::filesystem::create_directories(log.parent_path());
+    write_log(temporaries[0], simulation, scenario);
+    write_text(temporaries[1], landmark_table(simulation, scenario));
+    write_text(temporaries[2], path_table(simulation));
+    for (std::size_t i = 0; i < finals.size(); ++i) {
+      std::filesystem::rename(temporaries[i], finals[i]);
+    }
+  } catch (...) {
+    std::error_code ignored;
+    for (const std::string& path : temporaries) std::filesystem::remove(path, ignored);
+    throw;
+  }
+  return finals;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/simulation/simulator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/simulation/random.h"
+#include "mrpt_plugins/simulation/robot_path.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kPlacementTries = 10000;
+
+std::vector<SimulatedLandmark> place_landmarks(const Scenario::World& world, Random& random) {
+  std::vector<SimulatedLandmark> landmarks;
+  const auto too_near = [&](const std::array<double, 3>& p) {
+    return std::any_of(landmarks.begin(), landmarks.end(), [&](const SimulatedLandmark& other) {
+      return std::hypot(p[0] - other.position[0], p[1] - other.position[1],
+                        p[2] - other.position[2]) < world.min_spacing;
+    });
+  };
+  for (int i = 0; i < world.landmarks; ++i) {
+    std::array<double, 3> position{};
+    int tries = 0;
+    do {
+      if (++tries > kPlacementTries) {
+        throw Error(
+            fmt::format("[world] only {} of {} landmarks fit into the box: make it larger "
+                        "or min_spacing smaller",
+                        i, world.landmarks));
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        position[axis] = quantised(random.uniform(world.min_corner[axis], world.max_corner[axis]));
+      }
+    } while (too_near(position));
+    landmarks.push_back({i, position, static_cast<std::size_t>(i) % world.classes.size()});
+  }
+  return landmarks;
+}
+
+std::array<double, 6> noisy_motion(const mrpt::poses::CPose3D& motion, const Scenario& scenario,
+                                   Random& random) {
+  const auto& o = scenario.odometry;
+  const auto noisy = [&](double value, double sigma) {
+    return quantised(value + random.normal(sigma));
+  };
+  std::array<double, 6> measured{};
+  measured[0] = noisy(motion.x(), o.sigma_translation);
+  measured[1] = noisy(motion.y(), o.sigma_translation);
+  measured[3] = noisy(motion.yaw(), o.sigma_yaw);
+  if (scenario.is_3d) {
+    measured[2] = noisy(motion.z(), o.sigma_translation);
+    measured[4] = noisy(motion.pitch(), o.sigma_tilt);
+    measured[5] = noisy(motion.roll(), o.sigma_tilt);
+  }
+  return measured;
+}
+
+bool in_view(double range, double yaw, double pitch, const Scenario& scenario) {
+  const auto& s = scenario.sensor;
+  return range >= s.min_range && range <= s.max_range && std::abs(yaw) <= s.fov_yaw / 2 &&
+         (!scenario.is_3d || std::abs(pitch) <= s.fov_pitch / 2);
+}
+
+std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
+                                       const std::vector<SimulatedLandmark>& landmarks,
+                                       const Scenario& scenario, Random& random) {
+  const auto& s = scenario.sensor;
+  std::vector<SimulatedDetection> detections;
+  for (const SimulatedLandmark& landmark : landmarks) {
+    const auto& p = landmark.position;
+    double range = 0, yaw = 0, pitch = 0;
+    T_map_sensor.sphericalCoordinates({p[0], p[1], p[2]}, range, yaw, pitch);
+    if (!in_view(range, yaw, pitch, scenario)) continue;
+    if (random.uniform() >= s.detection_probability) continue;
+    SimulatedDetection d;
+    d.range = std::max(1e-3, range + random.normal(s.sigma_range));
+    d.yaw = yaw + random.normal(s.sigma_yaw);
+    d.pitch = scenario.is_3d ? pitch + random.normal(s.sigma_pitch) : 0;
+    d.true_id = landmark.id;
+    d.reported_class = random.index(s.confusion[landmark.class_index]);
+    detections.push_back(d);
+  }
+  for (int i = random.poisson(s.spurious_per_frame); i > 0; --i) {
+    SimulatedDetection d;
+    d.range = random.uniform(s.min_range, s.max_range);
+    d.yaw = random.uniform(-s.fov_yaw / 2, s.fov_yaw / 2);
+    d.pitch = scenario.is_3d ? random.uniform(-s.fov_pitch / 2, s.fov_pitch / 2) : 0;
+    d.reported_class = random.index(std::vector<double>(s.confusion.size(), 1.0));
+    detections.push_back(d);
+  }
+  for (SimulatedDetection& d : detections) {
+    d.range = quantised(d.range);
+    d.yaw = quantised(d.yaw);
+    d.pitch = quantised(d.pitch);
+  }
+  // An order that does not tell which landmark is which.
+  std::stable_sort(detections.begin(), detections.end(),
+                   [](const auto& a, const auto& b) { return a.yaw < b.yaw; });
+  return detections;
+}
+
+}  // namespace
+
+Simulation simulate(const Scenario& scenario) {
+  Random random(scenario.seed);
+  Simulation simulation;
+  simulation.landmarks = place_landmarks(scenario.world, random);
+  simulation.path = robot_path(scenario.path, scenario.is_3d);
+  for (std::size_t i = 0; i < simulation.path.size(); ++i) {
+    SimulatedFrame frame;
+    if (i > 0) {
+      frame.motion = noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, random);
+    }
+    frame.detections =
+        detect(simulation.path[i] + scenario.sensor.pose, simulation.landmarks, scenario, random);
+    simulation.frames.push_back(std::move(frame));
+  }
+  return simulation;
+}
+
+std::vector<float> class_scores(const std::vector<std::vector<double>>& confusion,
+                                std::size_t reported_class) {
+  double sum = 0;
+  for (const auto& row : confusion) sum += row[reported_class];
+  std::vector<float> scores;
+  for (const auto& row : confusion) {
+    scores.push_back(static_cast<float>(row[reported_class] / sum));
+  }
+  return scores;
+}
+
+}  // namespace hybrid

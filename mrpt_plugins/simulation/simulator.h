@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/simulation/scenario.h"
+
+namespace hybrid {
+
+struct SimulatedLandmark {
+  std::int64_t id = 0;
+  std::array<double, 3> position{};
+  std::size_t class_index = 0;
+};
+
+struct SimulatedDetection {
+  double range = 0, yaw = 0, pitch = 0;
+  std::int64_t true_id = -1;  ///< -1: spurious.
+  std::size_t reported_class = 0;
+};
+
+/// Odometry and detections belonging to one pose of the path; `motion` leads there from the one
+/// before, as (x y z yaw pitch roll) with noise.
+struct SimulatedFrame {
+  std::array<double, 6> motion{};
+  std::vector<SimulatedDetection> detections;  ///< In order of yaw.
+};
+
+struct Simulation {
+  std::vector<SimulatedLandmark> landmarks;
+  std::vector<mrpt::poses::CPose3D> path;
+  std::vector<SimulatedFrame> frames;
+};
+
+/// Draws world, odometry and detections; throws Error if the landmarks do not fit their box.
+Simulation simulate(const Scenario& scenario);
+
+/// The probability of each class given the reported one, all classes being equally likely before:
+/// the reported column of the confusion matrix, normalised.
+std::vector<float> class_scores(const std::vector<std::vector<double>>& confusion,
+                                std::size_t reported_class);
+
+/// Writes F.rawlog (`log_path`), F_ground_truth.txt and F_ground_truth_robot_path.txt, each under a
+/// temporary name first; returns the three paths. Throws Error naming the file that fails.
+std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
+                                          const std::string& log_path);
+
+}  // namespace hybrid

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/detections.h"
+
+#include <gtest/gtest.h>
+#include <mrpt/obs/CObservationBearingRange.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/system/datetime.h>
+
+#include <cmath>
+#include <limits>
+
+#include "mrpt_plugins/observations/classed_bearing_range.h"
+
+namespace hybrid {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+CObservationClassedBearingRange classed(
+    std::vector<CObservationClassedBearingRange::Detection> detections) {
+  CObservationClassedBearingRange o;
+  o.timestamp = mrpt::Clock::fromDouble(100);
+  o.sensorLabel = "D";
+  o.std_range = 0.5F;
+  o.std_yaw = 0.25F;
+  o.std_pitch = 0.125F;
+  o.class_names = {"a", "b"};
+  o.detections = std::move(detections);
+  return o;
+}
+
+TEST(Detections, ClassedObservationCarriesOver) {
+  auto o = classed({{3, 0.5F, -0.25F, 4, 5, {0.25F, 0.75F}}, {2, 4, 0, -1, -1, {}}});
+  o.sensor_pose = {1, 2, 3, 0, 0, 0};
+  DropReport report;
+  const auto frame = detections_in(o, {}, report);
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(report.empty());
+  EXPECT_EQ(frame->time, 100);
+  EXPECT_EQ(frame->sensor_label, "D");
+  EXPECT_EQ(frame->T_robot_sensor.z(), 3);
+  EXPECT_TRUE(frame->is_3d);
+  ASSERT_EQ(frame->detections.size(), 2U);
+  const Detection& d = frame->detections[0];
+  EXPECT_EQ(d.range, 3);
+  EXPECT_EQ(d.yaw, 0.5);
+  EXPECT_EQ(d.pitch, -0.25);
+  EXPECT_EQ(d.id, 4);
+  EXPECT_EQ(d.true_id, 5);
+  EXPECT_EQ(d.class_probabilities, (std::vector<double>{0.25, 0.75}));
+  EXPECT_TRUE(
+      d.covariance.isApprox(Eigen::Matrix3d(Eigen::Vector3d(0.25, 0.0625, 0.015625).asDiagonal())));
+  EXPECT_FALSE(frame->detections[1].id);
+  EXPECT_FALSE(frame->detections[1].true_id);
+  EXPECT_NEAR(frame->detections[1].yaw, 4 - 2 * M_PI, 1e-6);
+
+  o.has_pitch = false;
+  const auto planar = detections_in(o, {}, report);
+  EXPECT_FALSE(planar->is_3d);
+  EXPECT_EQ(planar->detections[0].pitch, 0);
+  EXPECT_EQ(planar->detections[0].covariance(2, 2), 0);
+}
+
+TEST(Detections, BadMeasurementsAreDroppedAndCounted) {
+  const std::vector<std::pair<CObservationClassedBearingRange::Detection, std::string>> cases{
+      {{kNaN, 0, 0, 1, 1, {}}, "detection dropped: range not finite"},
+      {{kInf, 0, 0, 1, 1, {}}, "detection dropped: range not finite"},
+      {{0, 0, 0, 1, 1, {}}, "detection dropped: range not positive"},
+      {{-2, 0, 0, 1, 1, {}}, "detection dropped: range not positive"},
+      {{2000, 0, 0, 1, 1, {}}, "detection dropped: range above limit"},
+      {{1, kNaN, 0, 1, 1, {}}, "detection dropped: yaw not finite"},
+      {{1, 50, 0, 1, 1, {}}, "detection dropped: yaw absurd"},
+      {{1, 0, kInf, 1, 1, {}}, "detection dropped: pitch not finite"},
+      {{1, 0, 1.7F, 1, 1, {}}, "detection dropped: pitch absurd"}};
+  for (const auto& [bad, reason] : cases) {
+    DropReport report;
+    const auto frame = detections_in(classed({{1, 0, 0, 7, 7, {}}, bad}), {}, report);
+    EXPECT_EQ(frame->detections.size(), 1U) << reason;
+    EXPECT_EQ(report, (DropReport{{reason, 1}}));
+  }
+  DropReport report;
+  const auto frame = detections_in(
+      classed(
+          {{1, 0, 0, 7, 7, {}}, {2, 0, 0, 7, 7, {}}, {3, 0, 0, -1, 7, {}}, {4, 0, 0, -1, 7, {}}}),
+      {}, report);
+  EXPECT_EQ(frame->detections.size(), 3U);
+  EXPECT_EQ(frame->detections[0].range, 1);
+  EXPECT_EQ(report, (DropReport{{"detection dropped: id twice in one observation", 1}}));
+}
+
+TEST(Detections, ClassScoresAreRemovedOrNormalised) {
+  const std::vector<std::tuple<std::vector<float>, std::string, std::vector<double>>> cases{
+      {{1}, "class scores removed: wrong length", {}},
+      {{-0.5F, 1.5F}, "class scores removed: negative or not finite", {}},
+      {{kNaN, 1}, "class scores removed: negative or not finite", {}},
+      {{0, 0}, "class scores removed: all zero", {}},
+      {{1, 3}, "class scores repaired: normalised", {0.25, 0.75}}};
+  for (const auto& [scores, reason, expected] : cases) {
+    DropReport report;
+    const auto frame = detections_in(classed({{1, 0, 0, 7, 7, scores}}), {}, report);
+    ASSERT_EQ(frame->detections.size(), 1U) << reason;
+    EXPECT_EQ(frame->detections[0].class_probabilities, expected);
+    EXPECT_EQ(report, (DropReport{{reason, 1}}));
+  }
+}
+
+TEST(Detections, SigmasOverriddenOrDefaulted) {
+  auto o = classed({{1, 0, 0, 7, 7, {}}});
+  o.std_range = 0;
+  o.std_yaw = kNaN;
+  DetectionOptions options;
+  options.sigma_pitch = 0.5;
+  DropReport report;
+  const auto frame = detections_in(o, options, report);
+  EXPECT_TRUE(frame->detections[0].covariance.isApprox(
+      Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.0004, 0.25).asDiagonal())));
+  EXPECT_EQ(report, (DropReport{{"sigma repaired: not positive, default taken", 2}}));
+}
+
+TEST(Detections, PlainObservationWithOwnCovariances) {
+  mrpt::obs::CObservationBearingRange o;
+  o.timestamp = INVALID_TIMESTAMP;
+  o.validCovariances = true;
+  mrpt::math::CMatrixDouble33 good, bad;
+  good.setDiagonal(3, 0.5);
+  bad.setZero();
+  good(0, 1) = good(1, 0) = 0.1;
+  o.sensedData.push_back({2, 0.5F, 0, 1, good});
+  o.sensedData.push_back({2, 0.5F, 0, 2, bad});
+  o.sensedData.push_back({2, 0.5F, 0, -7, good});
+  DropReport report;
+  const auto frame = detections_in(o, {}, report);
+  ASSERT_EQ(frame->detections.size(), 2U);
+  EXPECT_TRUE(frame->is_3d);
+  EXPECT_EQ(frame->time, 0);
+  EXPECT_TRUE(frame->detections[0].covariance.isApprox(Eigen::Matrix3d(good.asEigen())));
+  EXPECT_FALSE(frame->detections[1].id);
+  EXPECT_EQ(report, (DropReport{{"detection dropped: covariance not positive definite", 1},
+                                {"id repaired: negative, taken as none", 1}}));
+}
+
+TEST(Detections, PlainObservationIsPlanarWithoutPitch) {
+  mrpt::obs::CObservationBearingRange o;
+  o.sensor_std_range = 0.5F;
+  o.sensor_std_yaw = 0.5F;
+  o.sensedData.push_back({2, 0.5F, 0, 1, {}});
+  DropReport report;
+  EXPECT_FALSE(detections_in(o, {}, report)->is_3d);
+  o.sensor_std_pitch = 0.1F;
+  EXPECT_TRUE(detections_in(o, {}, report)->is_3d);
+  EXPECT_TRUE(report.empty());
+}
+
+TEST(Detections, OtherClassesAndBadSensorPoses) {
+  DropReport report;
+  EXPECT_FALSE(detections_in(mrpt::obs::CObservationOdometry(), {}, report));
+  EXPECT_TRUE(report.empty());
+  auto o = classed({{1, 0, 0, 7, 7, {}}});
+  o.sensor_pose.x(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(detections_in(o, {}, report));
+  EXPECT_EQ(report, (DropReport{{"observation dropped: sensor pose not finite", 1}}));
+}
+
+}  // namespace
+}  // namespace hybrid
