@@ -18,6 +18,11 @@ class Assignment {
     if (it == values_.end()) throw Error("discrete variable " + to_string(key) + " has no value");
     return it->second;
   }
+  /// -1 for a variable without a value.
+  int find(Key key) const {
+    const auto it = values_.find(key);
+    return it == values_.end() ? -1 : it->second;
+  }
   bool contains(Key key) const { return values_.count(key) != 0; }
   void set(Key key, int value) { values_[key] = value; }
   void erase(Key key) { values_.erase(key); }

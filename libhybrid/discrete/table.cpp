@@ -33,7 +33,10 @@ Table::Table(std::vector<DiscreteKey> keys, std::vector<double> costs)
                 std::to_string(costs_.size()) + " costs");
   }
   for (double cost : costs_) {
-    if (std::isnan(cost)) throw Error("a table holds a cost that is not a number");
+    if (!(cost > -std::numeric_limits<double>::infinity())) {
+      throw Error("a table" + (keys_.empty() ? "" : " over " + to_string(keys_[0].key)) +
+                  " holds a cost that is not a number, or minus infinity");
+    }
   }
 }
 

@@ -12,11 +12,12 @@ namespace hybrid {
 
 /// A discrete factor f_k(D_k) of eq. 2 as a table of costs -log f, dense over the joint values of
 /// its variables, the first variable varying slowest. An entry may be +infinity (impossible), never
-/// NaN.
+/// NaN or -infinity.
 class Table {
  public:
   Table() = default;
-  /// Throws Error unless there is one cost per joint value, none NaN, and no variable named twice.
+  /// Throws Error unless there is one cost per joint value, all in range, and no variable named
+  /// twice.
   Table(std::vector<DiscreteKey> keys, std::vector<double> costs);
 
   const std::vector<DiscreteKey>& keys() const { return keys_; }
