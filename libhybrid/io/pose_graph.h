@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/core/loss.h"
+#include "libhybrid/core/noise.h"
+#include "libhybrid/core/values.h"
+#include "libhybrid/factors/factor.h"
+
+namespace hybrid {
+
+/// A measurement of `to` in the frame of `from`: a relative pose, or the position of a landmark.
+/// The noise is over its tangent (translation [m], rotation [rad]).
+template <class T>
+struct GraphEdge {
+  Key from;
+  Key to;
+  T measured;
+  Noise noise;
+};
+
+/// What a g2o or TORO file holds: all in the plane, or all in space. Poses are Key{'x', id},
+/// landmarks Key{'l', id}.
+struct PoseGraph {
+  Values values;  ///< of VERTEX lines, which may be missing
+  std::vector<GraphEdge<SE2>> poses2;
+  std::vector<GraphEdge<SE3>> poses3;
+  std::vector<GraphEdge<Eigen::Vector2d>> points2;
+  std::vector<GraphEdge<Eigen::Vector3d>> points3;
+  std::vector<Key> fixed;
+
+  std::size_t edge_count() const {
+    return poses2.size() + poses3.size() + points2.size() + points3.size();
+  }
+};
+
+/// Values of all poses from relative motions alone: odometry edges (from i to i + 1, the first of
+/// each) as far as they reach, then other edges; landmarks from their first sighting. It starts at
+/// the pose of smallest id, at its VERTEX value or else at the origin. Throws Error naming vertices
+/// that no edge connects to it.
+Values initialize_from_odometry(const PoseGraph& graph);
+
+/// How edges become factors.
+struct GraphFactorOptions {
+  /// Plain angle and translation in the measured frame (BetweenSE2), which converges from far worse
+  /// starts, or the group logarithm (Between<SE2>).
+  bool planar_logarithm = false;
+  Loss loss;
+  /// Standard deviation [m, rad] of the priors that hold the fixed poses where they are.
+  double anchor_sigma = 1e-3;
+};
+
+/// The factors of a graph: one per edge (relative poses in order of the file, then sightings of
+/// landmarks), then a prior at the `initial` value of each fixed vertex, or of the pose of smallest
+/// id where none is fixed.
+std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
+                                            const GraphFactorOptions& options = {});
+
+}  // namespace hybrid

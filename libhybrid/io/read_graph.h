@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "libhybrid/io/pose_graph.h"
+
+namespace hybrid {
+
+/// Reads a g2o or TORO file; the tag of a line tells which it is:
+///   VERTEX_SE2, VERTEX2             id x y angle
+///   VERTEX_SE3:QUAT                 id x y z qx qy qz qw
+///   VERTEX3                         id x y z roll pitch yaw
+///   VERTEX_XY, VERTEX_TRACKXYZ      id x y [z]
+///   EDGE_SE2                        i j x y angle, information row by row, upper triangle
+///   EDGE2                           i j x y angle, I11 I12 I22 I33 I13 I23
+///   EDGE_SE3:QUAT                   i j x y z qx qy qz qw, information row by row
+///   EDGE3                           i j x y z roll pitch yaw, information row by row
+///   EDGE_SE2_XY                     i j x y, information row by row
+///   EDGE_SE3_TRACKXYZ               i j parameter x y z, information row by row
+///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: must be the identity
+///   FIX                             id ...
+/// Information is taken as that of the tangent (translation, rotation vector); for EDGE3, whose
+/// angles are roll, pitch, yaw, this holds to first order about small rotations.
+/// `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags, numbers
+/// that are too few, too many, malformed or not finite, quaternions that cannot be normalised,
+/// information that is not positive definite, edges from a vertex to itself, duplicate vertices, a
+/// vertex used both as pose and as landmark, plane and space in one file; and for a file that
+/// cannot be read or holds no vertex and no edge.
+PoseGraph read_graph(const std::string& path);
+
+/// The same from text; `name` stands for the file in messages.
+PoseGraph parse_graph(std::string_view text, const std::string& name);
+
+}  // namespace hybrid

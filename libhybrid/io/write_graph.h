@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+
+#include "libhybrid/io/pose_graph.h"
+
+namespace hybrid {
+
+/// Writes a graph as g2o, with the fewest digits that read back as the same number, under a
+/// temporary name that is renamed when complete. g2o has one space of ids: where a landmark has
+/// the index of a pose, all landmarks are moved behind the last pose (id = index + largest pose
+/// index + 1). Throws Error if the file cannot be written, or a vertex is neither a pose nor a
+/// point.
+void write_g2o(const std::string& path, const PoseGraph& graph);
+
+/// The text of such a file.
+std::string to_g2o(const PoseGraph& graph);
+
+}  // namespace hybrid

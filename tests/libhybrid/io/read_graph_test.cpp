@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/io/read_graph.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <utility>
+
+namespace hybrid {
+namespace {
+
+const std::string kEye6 = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_graph(text, "file");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ReadGraph, PlanarG2o) {
+  const PoseGraph graph = parse_graph(
+      "# a comment\r\n"
+      "VERTEX_SE2 0 0 0 0\r\n"
+      "\r\n"
+      "  VERTEX_SE2\t7 1.5 -2 +3.0e-1   # behind\r\n"
+      "VERTEX_XY 9 4 5\r\n"
+      "FIX 0 9\r\n"
+      "EDGE_SE2 0 7 1 2 0.5 10 1 2 20 3 30\r\n"
+      "EDGE_SE2_XY 7 9 -1 -2 4 1 9",
+      "file");
+  EXPECT_EQ(graph.values.size(), 3u);
+  EXPECT_DOUBLE_EQ(graph.values.at<SE2>(Key('x', 7)).angle(), 0.3);
+  EXPECT_DOUBLE_EQ(graph.values.at<Eigen::Vector2d>(Key('l', 9)).y(), 5.0);
+  EXPECT_EQ(graph.fixed, (std::vector<Key>{Key('x', 0), Key('l', 9)}));
+  ASSERT_EQ(graph.poses2.size(), 1u);
+  EXPECT_EQ(graph.poses2[0].from, Key('x', 0));
+  EXPECT_EQ(graph.poses2[0].to, Key('x', 7));
+  EXPECT_DOUBLE_EQ(graph.poses2[0].measured.y(), 2.0);
+  Eigen::Matrix3d information;
+  information << 10, 1, 2, 1, 20, 3, 2, 3, 30;
+  EXPECT_TRUE(graph.poses2[0].noise.information().isApprox(information, 1e-12));
+  ASSERT_EQ(graph.points2.size(), 1u);
+  EXPECT_EQ(graph.points2[0].to, Key('l', 9));
+  EXPECT_EQ(graph.edge_count(), 2u);
+}
+
+TEST(ReadGraph, ToroHasItsOwnOrderOfInformation) {
+  const PoseGraph graph =
+      parse_graph("VERTEX2 1 1 2 3\nVERTEX2 2 1 2 3\nEDGE2 1 2 1 2 0.5 10 1 20 30 2 3\n", "file");
+  Eigen::Matrix3d information;
+  information << 10, 1, 2, 1, 20, 3, 2, 3, 30;
+  EXPECT_TRUE(graph.poses2[0].noise.information().isApprox(information, 1e-12));
+}
+
+TEST(ReadGraph, SpatialG2oAndToroAgree) {
+  const double h = std::sqrt(0.5);
+  const std::string q = " 0 0 " + std::to_string(2.0 * h) + " " + std::to_string(2.0 * h);
+  const PoseGraph g2o =
+      parse_graph("PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 0 1 2 3" + q +
+                      "\nEDGE_SE3:QUAT 0 1 1 2 3" + q + " " + kEye6 +
+                      "\nVERTEX_TRACKXYZ 5 1 2 3\nEDGE_SE3_TRACKXYZ 0 5 0 1 2 3 1 0 0 1 0 1\n",
+                  "file");
+  const std::string yaw = std::to_string(std::acos(0.0));
+  const PoseGraph toro = parse_graph(
+      "VERTEX3 0 1 2 3 0 0 " + yaw + "\nEDGE3 0 1 1 2 3 0 0 " + yaw + " " + kEye6 + "\n", "file");
+  const Key x0{'x', 0};
+  EXPECT_TRUE(g2o.values.at<SE3>(x0).matrix().isApprox(toro.values.at<SE3>(x0).matrix(), 1e-6));
+  EXPECT_TRUE(g2o.poses3[0].measured.matrix().isApprox(toro.poses3[0].measured.matrix(), 1e-6));
+  EXPECT_NEAR(g2o.values.at<SE3>(x0).rotation().quaternion().norm(), 1.0, 1e-12);
+  EXPECT_EQ(g2o.points3.size(), 1u);
+}
+
+TEST(ReadGraph, AnglesAreRollPitchYaw) {
+  const PoseGraph toro = parse_graph("VERTEX3 0 0 0 0 0.1 0.2 0.3\n", "file");
+  const Eigen::Matrix3d R = toro.values.at<SE3>(Key('x', 0)).rotation().matrix();
+  EXPECT_NEAR(std::atan2(R(2, 1), R(2, 2)), 0.1, 1e-12);
+  EXPECT_NEAR(-std::asin(R(2, 0)), 0.2, 1e-12);
+  EXPECT_NEAR(std::atan2(R(1, 0), R(0, 0)), 0.3, 1e-12);
+}
+
+/// A second line that is wrong, and what its message must say.
+class MalformedLine : public ::testing::TestWithParam<std::pair<std::string, std::string>> {};
+
+TEST_P(MalformedLine, IsNamedByFileLineAndReason) {
+  const auto& [line, reason] = GetParam();
+  const std::string message = error_of("VERTEX_SE2 0 0 0 0\n" + line + "\nVERTEX_SE2 8 0 0 0\n");
+  EXPECT_EQ(message.rfind("file:2: ", 0), 0u) << message;
+  EXPECT_NE(message.find(reason), std::string::npos) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, MalformedLine,
+    ::testing::Values(std::pair("EDGE_SE2_SWITCHABLE 0 1 2", "EDGE_SE2_SWITCHABLE"),
+                      std::pair("\x7f\x01garbage", "unknown tag"), std::pair("VERTEX_SE2", "id"),
+                      std::pair("VERTEX_SE2 -1 0 0 0", "'-1'"),
+                      std::pair("VERTEX_SE2 1.5 0 0 0", "'1.5'"),
+                      std::pair("VERTEX_SE2 99999999999999999999 0 0 0", "99999999999999999999"),
+                      std::pair("VERTEX_SE2 1 0 0", "needs 3 numbers after the ids, got 2"),
+                      std::pair("VERTEX_SE2 1 0 0 0 0", "more than the 3 numbers"),
+                      std::pair("VERTEX_SE2 1 0 abc 0", "'abc' is not a number"),
+                      std::pair("VERTEX_SE2 1 0 1.5x 0", "'1.5x' is not a number"),
+                      std::pair("VERTEX_SE2 1 0 nan 0", "'nan' is not a finite number"),
+                      std::pair("VERTEX_SE2 1 0 -inf 0", "'-inf' is not a finite number"),
+                      std::pair("VERTEX_SE2 1 0 1e999 0", "'1e999' is not a finite number"),
+                      std::pair("VERTEX_SE2 0 1 1 1", "vertex 0 is there already"),
+                      std::pair("VERTEX_XY 0 1 1", "vertex 0 is both a pose and a landmark"),
+                      std::pair("EDGE_SE2_XY 1 0 1 1 1 0 1", "vertex 0 is both"),
+                      std::pair("EDGE_SE2 3 3 0 0 0 1 0 0 1 0 1", "vertex 3 to itself"),
+                      std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 -1", "positive definite"),
+                      std::pair("EDGE_SE2 0 1 0 0 0 0 0 0 0 0 0", "positive definite"),
+                      std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0",
+                                "needs 9 numbers after the ids, got 8"),
+                      std::pair("EDGE2 0 1 0 0 0 1 5 1 1 0 0", "positive definite"),
+                      std::pair("EDGE_SE2 0", "id"), std::pair("FIX 77", "unknown vertex 77"),
+                      std::pair("FIX", "id"), std::pair("FIX 0 q", "'q'"),
+                      std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 1", "3-D line in a 2-D graph"),
+                      std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 0", "quaternion"),
+                      std::pair("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1e-9 " + kEye6, "quaternion"),
+                      std::pair("PARAMS_SE3OFFSET 0 1 0 0 0 0 0 1", "offset")));
+
+TEST(ReadGraph, RefusesWhatHoldsNoGraph) {
+  EXPECT_EQ(error_of(""), "file: holds no vertex and no edge");
+  EXPECT_EQ(error_of("# nothing\n\n"), "file: holds no vertex and no edge");
+  EXPECT_THROW(read_graph("/no/such/file.g2o"), Error);
+  EXPECT_THROW(read_graph("/"), Error);
+}
+
+// Damaged text gives a graph or an Error, nothing else.
+TEST(ReadGraph, SurvivesRandomBytes) {
+  const std::string original =
+      "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0.1\nVERTEX_XY 2 4 5\nFIX 0\n"
+      "EDGE_SE2 0 1 1 0 0.1 10 0 0 10 0 10\nEDGE2 1 0 1 0 0.1 10 0 10 10 0 0\n"
+      "EDGE_SE2_XY 1 2 3 4 1 0 1\n";
+  std::mt19937 rng(1);
+  int errors = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    std::string text = original;
+    for (unsigned n = 1 + rng() % 4; n > 0; --n) {
+      const std::size_t at = rng() % text.size();
+      switch (rng() % 3) {
+        case 0:
+          text[at] = static_cast<char>(rng());
+          break;
+        case 1:
+          text.erase(at, 1 + rng() % 10);
+          break;
+        default:
+          text.insert(at, original.substr(rng() % original.size(), rng() % 20));
+      }
+    }
+    try {
+      parse_graph(text, "file");
+    } catch (const Error&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(errors, 5000);
+  EXPECT_LT(errors, 20000);
+}
+
+}  // namespace
+}  // namespace hybrid
