@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <utility>
+#include <vector>
+
+namespace hybrid {
+
+/// Sparsity of a symmetric matrix made of dense blocks, one block row per variable.
+struct BlockPattern {
+  std::vector<int> dims;                   ///< tangent dimension of each block, positive
+  std::vector<std::pair<int, int>> edges;  ///< off-diagonal blocks (i, j), i < j, sorted, unique
+
+  int size() const { return static_cast<int>(dims.size()); }
+  /// Scalar dimension of the matrix.
+  int scalars() const;
+};
+
+/// Sorts edges and drops doubles.
+void normalize(std::vector<std::pair<int, int>>& edges);
+
+/// An elimination order of the blocks, postordered, and what a Cholesky factorisation in that order
+/// costs.
+struct BlockOrdering {
+  std::vector<int> order;  ///< position -> block
+  double flops = 0.0;      ///< multiplications and additions of the factorisation
+  double nonzeros = 0.0;   ///< scalar entries of the factor
+};
+
+/// Fill-reducing order of whole blocks: approximate minimum degree and, where the factorisation is
+/// expensive enough to repay it, nested dissection; the cheaper of the two.
+BlockOrdering order_blocks(const BlockPattern& pattern);
+
+}  // namespace hybrid

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/linear/normal_equations.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "libhybrid/linear/products.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kColumnsPerTask = 256;
+/// Damping is relative to the diagonal, which is kept above this share of its mean so that nearly
+/// unobserved directions are damped too.
+constexpr double kDiagonalFloor = 1e-9;
+/// A new analysis pays when this share of the off-diagonal blocks went out of use.
+constexpr double kUnusedShare = 0.02;
+
+}  // namespace
+
+void ResidualLayout::add(int rows, const int* touched, int count, bool coupled) {
+  residuals.push_back(
+      {rows, static_cast<int>(blocks.size()), count, residual_size, jacobian_size, coupled});
+  blocks.insert(blocks.end(), touched, touched + count);
+  residual_size += rows;
+  for (int i = 0; i < count; ++i) jacobian_size += std::size_t(rows) * dims[touched[i]];
+}
+
+void ResidualLayout::truncate(std::size_t count) {
+  if (count >= residuals.size()) return;
+  const Residual& next = residuals[count];
+  blocks.resize(next.first);
+  residual_size = next.residual;
+  jacobian_size = next.jacobian;
+  residuals.resize(count);
+}
+
+BlockPattern ResidualLayout::pattern() const {
+  BlockPattern pattern;
+  pattern.dims = dims;
+  pattern.edges.reserve(residuals.size());
+  for (const Residual& residual : residuals) {
+    if (!residual.coupled) continue;
+    for (int i = 0; i < residual.count; ++i) {
+      for (int j = 0; j < i; ++j) {
+        pattern.edges.push_back(
+            std::minmax(blocks[residual.first + i], blocks[residual.first + j]));
+      }
+    }
+  }
+  normalize(pattern.edges);
+  return pattern;
+}
+
+NormalEquations::NormalEquations(const ResidualLayout& layout) {
+  const BlockPattern pattern = layout.pattern();
+  ordering_ = order_blocks(pattern);
+  position_.resize(pattern.size());
+  for (int p = 0; p < pattern.size(); ++p) position_[ordering_.order[p]] = p;
+  const Cholesky::Kind kind = Cholesky::choose(ordering_.flops, ordering_.nonzeros);
+  matrix_ = BlockMatrix(pattern, ordering_.order, Cholesky::triangle(kind));
+  cholesky_ = Cholesky(matrix_, kind);
+  gradient_.resize(matrix_.scalars());
+  diagonal_.resize(matrix_.scalars());
+  bind(layout);
+}
+
+bool NormalEquations::rebind(const ResidualLayout& layout) {
+  return bind(layout);
+}
+
+bool NormalEquations::bind(const ResidualLayout& layout) {
+  // Two passes over the residuals: count the contributions to every block, then place them.
+  std::vector<std::uint32_t> diagonal_begin(matrix_.size() + 1, 0);
+  std::vector<std::uint32_t> coupling_begin(matrix_.block_count() + 1, 0);
+  std::vector<int> found;
+  for (const auto& residual : layout.residuals) {
+    for (int i = 0; i < residual.count; ++i) {
+      const int p = position_[layout.blocks[residual.first + i]];
+      ++diagonal_begin[p + 1];
+      for (int j = 0; residual.coupled && j < i; ++j) {
+        const int block = matrix_.find(p, position_[layout.blocks[residual.first + j]]);
+        if (block < 0) return false;
+        found.push_back(block);
+        ++coupling_begin[block + 1];
+      }
+    }
+  }
+  const auto used = std::count_if(coupling_begin.begin(), coupling_begin.end(),
+                                  [](std::uint32_t count) { return count > 0; });
+  const int couplings = matrix_.block_count() - matrix_.size();
+  if (couplings - used > kUnusedShare * couplings) return false;
+
+  std::partial_sum(diagonal_begin.begin(), diagonal_begin.end(), diagonal_begin.begin());
+  std::partial_sum(coupling_begin.begin(), coupling_begin.end(), coupling_begin.begin());
+  diagonals_.resize(diagonal_begin.back());
+  couplings_.resize(coupling_begin.back());
+  std::vector<std::uint32_t> next_diagonal(diagonal_begin.begin(), diagonal_begin.end() - 1);
+  std::vector<std::uint32_t> next_coupling(coupling_begin.begin(), coupling_begin.end() - 1);
+  auto block = found.begin();
+  std::vector<std::uint32_t> jacobian;
+  for (const auto& residual : layout.residuals) {
+    jacobian.assign(1, static_cast<std::uint32_t>(residual.jacobian));
+    for (int i = 0; i < residual.count; ++i) {
+      const int b = layout.blocks[residual.first + i];
+      const int p = position_[b];
+      diagonals_[next_diagonal[p]++] = {jacobian[i], static_cast<std::uint32_t>(residual.residual),
+                                        residual.rows};
+      for (int j = 0; residual.coupled && j < i; ++j, ++block) {
+        const bool i_is_row = matrix_.block(*block).row == p;
+        couplings_[next_coupling[*block]++] = {i_is_row ? jacobian[i] : jacobian[j],
+                                               i_is_row ? jacobian[j] : jacobian[i], residual.rows};
+      }
+      jacobian.push_back(jacobian.back() + residual.rows * layout.dims[b]);
+    }
+  }
+  diagonal_begin_ = std::move(diagonal_begin);
+  coupling_begin_ = std::move(coupling_begin);
+  return true;
+}
+
+void NormalEquations::assemble(const double* r, const double* J, WorkerPool& pool) {
+  const int tasks = (matrix_.size() + kColumnsPerTask - 1) / kColumnsPerTask;
+  pool.run(tasks, [&](int task) {
+    const int end = std::min(matrix_.size(), (task + 1) * kColumnsPerTask);
+    for (int col = task * kColumnsPerTask; col < end; ++col) assemble_column(col, r, J);
+  });
+}
+
+void NormalEquations::assemble_column(int col, const double* r, const double* J) {
+  const int start = matrix_.start(col);
+  const int dim = matrix_.dim(col);
+  const int stride = matrix_.stride(col);
+  double* values = matrix_.values().data();
+  std::fill_n(values + matrix_.column_starts()[start], std::size_t(stride) * dim, 0.0);
+  std::fill_n(gradient_.data() + start, dim, 0.0);
+
+  double* block = values + matrix_.block(matrix_.diagonal(col)).offset;
+  for (auto k = diagonal_begin_[col]; k < diagonal_begin_[col + 1]; ++k) {
+    const Diagonal& d = diagonals_[k];
+    const double* jacobian = J + d.jacobian;
+    add_product(jacobian, jacobian, d.rows, dim, dim, block, stride);
+    for (int c = 0; c < dim; ++c) {
+      double sum = 0.0;
+      for (int row = 0; row < d.rows; ++row)
+        sum += jacobian[c * d.rows + row] * r[d.residual + row];
+      gradient_[start + c] += sum;
+    }
+  }
+  for (int c = 0; c < dim; ++c) {
+    double& entry = values[matrix_.diagonal_offset(start + c)];
+    if (entry == 0.0) entry = 1.0;  // a direction that no residual moves stays where it is
+    diagonal_[start + c] = entry;
+  }
+  for (int b = matrix_.block_begin(col); b < matrix_.block_begin(col + 1); ++b) {
+    const BlockMatrix::Block& target = matrix_.block(b);
+    const int rows_of_block = matrix_.dim(target.row);
+    for (auto k = coupling_begin_[b]; k < coupling_begin_[b + 1]; ++k) {
+      const Coupling& c = couplings_[k];
+      add_product(J + c.row, J + c.col, c.rows, rows_of_block, dim, values + target.offset, stride);
+    }
+  }
+}
+
+void NormalEquations::write_diagonal(double damping) {
+  const int n = scalars();
+  double floor = 0.0;
+  if (damping > 0.0) {
+    floor = kDiagonalFloor * std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0) / n;
+  }
+  for (int i = 0; i < n; ++i) {
+    matrix_.values()[matrix_.diagonal_offset(i)] =
+        diagonal_[i] + damping * std::max(diagonal_[i], floor);
+  }
+}
+
+int NormalEquations::factorize(double damping) {
+  write_diagonal(damping);
+  const int scalar = cholesky_.factorize(matrix_);
+  write_diagonal(0.0);
+  return scalar < 0 ? -1 : block_of(scalar);
+}
+
+double NormalEquations::smallest_pivot_ratio() const {
+  const std::vector<double> pivots = cholesky_.pivots();
+  double smallest = 1.0;
+  for (int i = 0; i < scalars(); ++i) smallest = std::min(smallest, pivots[i] / diagonal_[i]);
+  return smallest;
+}
+
+int NormalEquations::block_of(int scalar) const {
+  int low = 0;  // the last block that starts at or before the scalar
+  int high = matrix_.size();
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (matrix_.start(middle) <= scalar ? low : high) = middle;
+  }
+  return ordering_.order[low];
+}
+
+std::vector<int> NormalEquations::untouched() const {
+  std::vector<int> result;
+  for (int block = 0; block < static_cast<int>(position_.size()); ++block) {
+    const int p = position_[block];
+    if (diagonal_begin_[p] == diagonal_begin_[p + 1]) result.push_back(block);
+  }
+  return result;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "libhybrid/linear/block_matrix.h"
+#include "libhybrid/linear/cholesky.h"
+#include "libhybrid/linear/worker_pool.h"
+
+namespace hybrid {
+
+/// Where the linearised residuals of a problem stand in one buffer r and one buffer J, and which
+/// variable blocks they touch.
+struct ResidualLayout {
+  struct Residual {
+    int rows = 0;
+    int first = 0;  ///< its blocks are blocks[first] .. blocks[first + count - 1]
+    int count = 0;
+    std::size_t residual = 0;  ///< offset in r
+    std::size_t jacobian = 0;  ///< offset in J; column-major, rows x sum of dims
+    /// False: it enters the gradient and the diagonal blocks, not the off-diagonal ones, so that it
+    /// costs no fill-in.
+    bool coupled = true;
+  };
+
+  std::vector<int> dims;  ///< by variable block
+  std::vector<int> blocks;
+  std::vector<Residual> residuals;
+  std::size_t residual_size = 0;
+  std::size_t jacobian_size = 0;
+
+  /// Appends a residual behind the last one; `touched` are its blocks.
+  void add(int rows, const int* touched, int count, bool coupled);
+  /// Keeps the first residuals only.
+  void truncate(std::size_t count);
+  BlockPattern pattern() const;
+};
+
+/// The Gauss-Newton system H d = -g with H = J'J and g = J'r, assembled into a fixed sparsity and
+/// factorised in place. Vectors are in elimination order; `start(block)` tells where a block
+/// stands.
+class NormalEquations {
+ public:
+  explicit NormalEquations(const ResidualLayout& layout);
+
+  /// Takes over a layout of the same variables. False, with nothing changed, where it needs a block
+  /// that the sparsity lacks or leaves so many unused that a new analysis pays.
+  bool rebind(const ResidualLayout& layout);
+
+  /// H and g from the buffers of the layout. The result does not depend on the number of threads.
+  void assemble(const double* r, const double* J, WorkerPool& pool);
+
+  /// Factorises H + damping * diag(H). Returns -1, or the block whose pivot failed.
+  int factorize(double damping);
+  /// x = (H + damping * diag(H))^-1 x for the last factorisation.
+  void solve(double* x, int columns = 1) { cholesky_.solve(x, columns); }
+  /// The smallest ratio of a pivot to its diagonal entry, over the scalars of the last
+  /// factorisation: near the rounding error where the system is singular.
+  double smallest_pivot_ratio() const;
+
+  int scalars() const { return matrix_.scalars(); }
+  int start(int block) const { return matrix_.start(position_[block]); }
+  int dim(int block) const { return matrix_.dim(position_[block]); }
+  int position(int block) const { return position_[block]; }
+  const std::vector<double>& gradient() const { return gradient_; }
+  /// Diagonal of H, damping excluded; a variable that no residual moves has ones.
+  const std::vector<double>& diagonal() const { return diagonal_; }
+  /// Blocks that no residual moves at the point of the last assembly.
+  std::vector<int> untouched() const;
+  /// H, apart from the damping of the last factorisation.
+  const BlockMatrix& matrix() const { return matrix_; }
+  const BlockOrdering& ordering() const { return ordering_; }
+  const Cholesky& cholesky() const { return cholesky_; }
+
+ private:
+  struct Diagonal {
+    std::uint32_t jacobian, residual;
+    std::int32_t rows;
+  };
+  struct Coupling {
+    std::uint32_t row, col;  // Jacobian blocks of the row and of the column
+    std::int32_t rows;
+  };
+
+  bool bind(const ResidualLayout& layout);
+  void assemble_column(int col, const double* r, const double* J);
+  void write_diagonal(double damping);
+  int block_of(int scalar) const;
+
+  BlockOrdering ordering_;
+  std::vector<int> position_;  // by block
+  BlockMatrix matrix_;
+  Cholesky cholesky_;
+  std::vector<std::uint32_t> diagonal_begin_, coupling_begin_;  // by position; by stored block
+  std::vector<Diagonal> diagonals_;
+  std::vector<Coupling> couplings_;
+  std::vector<double> gradient_, diagonal_;
+};
+
+}  // namespace hybrid

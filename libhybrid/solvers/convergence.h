@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "libhybrid/solvers/options.h"
+#include "libhybrid/solvers/problem.h"
+
+namespace hybrid {
+
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Largest entry of the gradient in standard deviations, see SolverOptions::gradient.
+inline double gradient_norm(const NormalEquations& system) {
+  double largest = 0.0;
+  for (int i = 0; i < system.scalars(); ++i) {
+    largest = std::max(largest, std::abs(system.gradient()[i]) / std::sqrt(system.diagonal()[i]));
+  }
+  return largest;
+}
+
+/// Largest entry of a step in standard deviations, see SolverOptions::step.
+inline double step_norm(const NormalEquations& system, const std::vector<double>& step) {
+  double largest = 0.0;
+  for (int i = 0; i < system.scalars(); ++i) {
+    largest = std::max(largest, std::abs(step[i]) * std::sqrt(system.diagonal()[i]));
+  }
+  return largest;
+}
+
+/// One sentence on how a solve ended.
+std::string describe(const SolverReport& report);
+
+/// Compiles a graph, runs solve(problem, state, options) and puts the state back into values.
+template <class Solve>
+SolverResult solve_graph(const HybridGraph& graph, const Estimate& initial,
+                         const SolverOptions& options, const Solve& solve) {
+  const auto start = std::chrono::steady_clock::now();
+  Problem problem(graph, initial.values, initial.assignment, options.threads);
+  const double analysis = seconds_since(start);
+  Problem::State state = problem.load(initial.values);
+  SolverResult result{initial.values, solve(problem, state, options)};
+  problem.store(state, result.values);
+  result.report.analysis_seconds = analysis;
+  result.report.seconds = seconds_since(start);
+  return result;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/normal_equations.h"
+#include "libhybrid/linear/worker_pool.h"
+
+namespace hybrid {
+
+/// What the solvers make of weak components (see Component::weak).
+enum class WeakComponents {
+  kUncoupled,  ///< they stay out of the off-diagonal blocks of the Hessian, and cost no fill-in
+  kCoupled     ///< treated like all others
+};
+
+/// The continuous subproblem of eq. 8b, compiled once for a graph: variables become blocks of a
+/// flat state, factors rows of one Jacobian buffer. A change of assignment keeps the sparsity and
+/// its analysis as long as the chosen components touch the same variables. The graph must outlive
+/// the problem and must not change meanwhile.
+class Problem {
+ public:
+  using State = std::vector<double>;
+
+  /// Variables are those that some factor of the graph names. Throws Error where one of them, or a
+  /// discrete one, has no value, or where its type is not what a factor takes.
+  Problem(const HybridGraph& graph, const Values& values, const Assignment& assignment,
+          int threads = 0, WeakComponents weak = WeakComponents::kUncoupled);
+
+  int block_count() const { return static_cast<int>(blocks_.size()); }
+  Key key(int block) const { return blocks_[block].key; }
+  VariableType type(int block) const { return blocks_[block].type; }
+  /// Throws Error for a variable that no factor of the graph names.
+  int block(Key key) const;
+
+  State load(const Values& values) const;
+  void store(const State& state, Values& values) const;
+  /// out = state boxplus step, a vector in elimination order.
+  void retract(const State& state, const double* step, State& out) const;
+
+  /// Chooses the components. Throws Error for a discrete variable without a value.
+  void set_assignment(const Assignment& assignment);
+
+  /// Half the weighted squared error of the factors chosen.
+  double cost(const State& state) const;
+  /// What the joint objective of eq. 6 adds to the cost for the assignment chosen: log-normalisers,
+  /// weights and tables.
+  double constant() const { return constant_; }
+  /// The discrete subproblem of eq. 8a: one list of tables for all factors that hold discrete
+  /// variables. The purely discrete ones are the graph's own.
+  std::vector<Table> tables(const State& state) const;
+
+  /// Fills residuals and Jacobians; returns the cost.
+  double linearize(const State& state);
+  /// H and g of the last linearisation.
+  void assemble() { system_->assemble(residuals_.data(), jacobians_.data(), *pool_); }
+  /// Sum of |J v|^2 over the factors, v in elimination order.
+  double curvature(const double* v) const;
+  NormalEquations& system() { return *system_; }
+  const NormalEquations& system() const { return *system_; }
+  /// How often the sparsity was analysed.
+  int analyses() const { return analyses_; }
+  int threads() const { return pool_->threads(); }
+
+ private:
+  struct Block {
+    Key key;
+    VariableType type;
+    int offset = 0;  // in the state
+    int slot = 0;    // in the values
+  };
+  /// A continuous factor as it stands in the layout.
+  struct Term {
+    const ContinuousFactor* factor = nullptr;
+    int first = 0;  // its variables are offsets_[first] ..
+  };
+  struct HybridTerm {
+    const HybridFactor* factor = nullptr;
+    int first = 0;  // its variables are hybrid_blocks_[first] ..
+  };
+
+  void collect_blocks(const Values& values);
+  int checked_block(Key key, VariableType type) const;
+  void add_term(const ContinuousFactor& factor, const int* blocks, bool coupled);
+  void compile(const Assignment& assignment);
+  template <class Function>
+  double sum_over_terms(const Function& function) const;
+
+  const HybridGraph* graph_;
+  WeakComponents weak_;
+  std::unique_ptr<WorkerPool> pool_;
+  std::vector<Block> blocks_;
+  int state_size_ = 0;
+  std::unordered_map<Key, int> block_index_;
+  std::vector<HybridTerm> hybrid_terms_;
+  std::vector<int> hybrid_blocks_;
+  double fixed_constant_ = 0.0;  // of the continuous factors
+  std::size_t fixed_terms_ = 0;
+
+  std::vector<Term> terms_;
+  std::vector<int> offsets_;
+  ResidualLayout layout_;
+  double constant_ = 0.0;
+  std::vector<double> residuals_, jacobians_;
+  std::unique_ptr<NormalEquations> system_;
+  int analyses_ = 0;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/solvers/report.h"
+
+namespace hybrid {
+
+std::string to_string(SolverStatus status) {
+  switch (status) {
+    case SolverStatus::kConverged:
+      return "converged";
+    case SolverStatus::kIterationLimit:
+      return "iteration limit";
+    case SolverStatus::kUnderConstrained:
+      return "under-constrained";
+    case SolverStatus::kNotFinite:
+      return "not finite";
+    case SolverStatus::kStalled:
+      break;
+  }
+  return "stalled";
+}
+
+std::string to_string(AlternatingStatus status) {
+  switch (status) {
+    case AlternatingStatus::kConverged:
+      return "converged";
+    case AlternatingStatus::kIterationLimit:
+      return "iteration limit";
+    case AlternatingStatus::kNotFinite:
+      break;
+  }
+  return "not finite";
+}
+
+}  // namespace hybrid

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/key.h"
+
+namespace hybrid {
+
+/// How a continuous solve ended. The estimate is never worse than the start.
+enum class SolverStatus {
+  kConverged,
+  kIterationLimit,
+  kUnderConstrained,  ///< the factors leave some variables undetermined; the report names them
+  kNotFinite,         ///< the objective at the start is not a finite number
+  kStalled            ///< no step lowers the objective, however short: a Jacobian may be wrong
+};
+
+std::string to_string(SolverStatus status);
+
+/// What a continuous solver did (eq. 8b).
+struct SolverReport {
+  SolverStatus status = SolverStatus::kConverged;
+  int iterations = 0;         ///< linear systems solved
+  std::vector<double> costs;  ///< at the start and after each accepted step; never rising
+  double final_cost() const { return costs.empty() ? 0.0 : costs.back(); }
+  double seconds = 0.0;
+  double analysis_seconds = 0.0;  ///< part of `seconds` spent on compiling the sparsity
+  std::string message;
+  /// Variables that move in the null space of a singular system, most first.
+  std::vector<Key> under_constrained;
+};
+
+/// The joint objective of eq. 6 after one half-step of the alternation.
+struct HalfStep {
+  bool discrete = false;
+  double objective = 0.0;
+  int changes = 0;  ///< discrete variables that changed value, or iterations of the solver
+};
+
+enum class AlternatingStatus { kConverged, kIterationLimit, kNotFinite };
+
+std::string to_string(AlternatingStatus status);
+
+/// What the alternation did; `half_steps` starts with the initial estimate and never rises (eq.
+/// 10).
+struct AlternatingReport {
+  AlternatingStatus status = AlternatingStatus::kConverged;
+  int iterations = 0;  ///< pairs of half-steps
+  double initial_objective = 0.0;
+  double objective = 0.0;
+  double cost = 0.0;  ///< half the weighted squared error
+  std::vector<HalfStep> half_steps;
+  bool discrete_exact = true;  ///< false where local search stood in for elimination
+  int analyses = 0;            ///< of the sparsity
+  SolverReport last_solve;     ///< of the last continuous half-step
+  double seconds = 0.0;
+  std::string message;
+};
+
+}  // namespace hybrid
