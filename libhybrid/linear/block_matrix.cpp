@@ -63,8 +63,9 @@ int BlockMatrix::diagonal(int col) const {
 }
 
 int BlockMatrix::find(int a, int b) const {
-  auto [row, col] = std::minmax(a, b);
-  if (triangle_ == Triangle::kLower) std::swap(row, col);
+  const bool lower = triangle_ == Triangle::kLower;
+  const int row = lower ? std::max(a, b) : std::min(a, b);
+  const int col = lower ? std::min(a, b) : std::max(a, b);
   const auto begin = blocks_.begin() + block_starts_[col];
   const auto end = blocks_.begin() + block_starts_[col + 1];
   const auto it =
