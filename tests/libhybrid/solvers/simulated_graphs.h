@@ -74,8 +74,8 @@ SimulatedGraph simulate_loops(int n, int loops, double sigma, unsigned seed) {
   return s;
 }
 
-/// The same with loops that are outlier mixtures with switches d0, d1, ...; a share of them is wild.
-/// Discrete factors couple some switches.
+/// The same with loops that are outlier mixtures with switches d0, d1, ...; a share of them is
+/// wild. Discrete factors couple some switches.
 inline SimulatedGraph simulate_outliers(int n, int loops, double wild, bool coupled,
                                         unsigned seed) {
   SimulatedGraph s = simulate_loops<SE2, BetweenSE2>(n, 0, 0.05, seed);
