@@ -6,7 +6,7 @@ namespace hybrid {
 
 BetweenSE2::Residual BetweenSE2::evaluate(const SE2& a, const SE2& b, Jacobian<SE2>* Ja,
                                           Jacobian<SE2>* Jb) const {
-  const SE2 h = a.inverse() * b;
+  const SE2 h = a.between(b);
   const SO2 to_measured = measured_.rotation().inverse();
   const SO2 angle_error = to_measured * h.rotation();
   Residual e;

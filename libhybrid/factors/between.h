@@ -18,25 +18,21 @@ class Between : public FactorOf<Group::kDim, Group, Group> {
   using Matrix = typename Group::Jacobian;
 
   Between(Key a, Key b, const Group& measured, const Noise& noise, Loss loss = {})
-      : Base({a, b}, noise, loss), measured_(measured), inverse_(measured.inverse()) {}
+      : Base({a, b}, noise, loss), measured_(measured) {}
 
   const Group& measured() const { return measured_; }
   std::string name() const override { return "between"; }
 
   typename Base::Residual evaluate(const Group& a, const Group& b, Matrix* Ja,
                                    Matrix* Jb) const override {
-    const Group h = a.inverse() * b;
-    const auto e = (inverse_ * h).log();
-    if (Ja != nullptr) {
-      *Jb = Group::right_jacobian_inverse(e);
-      *Ja = -*Jb * h.inverse().adjoint();
-    }
+    const Group h = a.between(b);
+    const auto e = measured_.between(h).log(Jb);
+    if (Ja != nullptr) *Ja = -h.times_inverse_adjoint(*Jb);
     return e;
   }
 
  private:
   Group measured_;
-  Group inverse_;
 };
 
 /// A measured planar motion with the residual of translation in the measured frame and plain angle

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
+#include <string>
 #include <tuple>
 #include <utility>
 
@@ -50,6 +52,7 @@ class FactorOf : public ContinuousFactor {
                   std::to_string(kRows));
     }
     sqrt_information_ = noise.sqrt_information();
+    diagonal_ = sqrt_information_.isDiagonal(0.0);
   }
 
  private:
@@ -57,7 +60,9 @@ class FactorOf : public ContinuousFactor {
   double cost_at(const double* const* x, std::index_sequence<I...>) const {
     const Residual e =
         evaluate(Variable<Variables>::load(x[I])..., static_cast<Jacobian<Variables>*>(nullptr)...);
-    return 0.5 * loss_.value((sqrt_information_ * e).squaredNorm());
+    Residual whitened;
+    whiten(e, whitened);
+    return 0.5 * loss_.value(whitened.squaredNorm());
   }
 
   template <std::size_t... I>
@@ -66,8 +71,8 @@ class FactorOf : public ContinuousFactor {
     std::tuple<Jacobian<Variables>...> jacobians;
     const Residual e = evaluate(Variable<Variables>::load(x[I])..., &std::get<I>(jacobians)...);
     Eigen::Map<Residual> whitened(r);
-    whitened.noalias() = sqrt_information_ * e;
-    (whiten(std::get<I>(jacobians), J), ...);
+    whiten(e, whitened);
+    (append(std::get<I>(jacobians), J), ...);
     const double s = whitened.squaredNorm();
     if (loss_.kind == Loss::Kind::kNone) return 0.5 * s;
     const double root = std::sqrt(loss_.weight(s));
@@ -76,16 +81,26 @@ class FactorOf : public ContinuousFactor {
     return 0.5 * loss_.value(s);
   }
 
+  template <class Block, class Out>
+  void whiten(const Block& block, Out&& out) const {
+    if (diagonal_) {
+      out.noalias() = sqrt_information_.diagonal().asDiagonal() * block;
+    } else {
+      out.noalias() = sqrt_information_ * block;
+    }
+  }
+
   /// Writes the whitened Jacobian of one variable at `J` and moves `J` behind it.
   template <class Block>
-  void whiten(const Block& jacobian, double*& J) const {
-    Eigen::Map<Block>{J}.noalias() = sqrt_information_ * jacobian;
+  void append(const Block& jacobian, double*& J) const {
+    whiten(jacobian, Eigen::Map<Block>{J});
     J += kRows * Block::ColsAtCompileTime;
   }
 
   Eigen::Matrix<double, kRows, kRows> sqrt_information_;
   Loss loss_;
   double log_normalizer_;
+  bool diagonal_;
 };
 
 }  // namespace hybrid

@@ -15,19 +15,18 @@ class Prior : public FactorOf<Variable<Group>::kDim, Group> {
   using Base = FactorOf<Variable<Group>::kDim, Group>;
 
   Prior(Key key, const Group& measured, const Noise& noise, Loss loss = {})
-      : Base({key}, noise, loss), inverse_(measured.inverse()) {}
+      : Base({key}, noise, loss), measured_(measured) {}
 
+  const Group& measured() const { return measured_; }
   std::string name() const override { return "prior"; }
 
   typename Base::Residual evaluate(const Group& x,
                                    typename Base::template Jacobian<Group>* J) const override {
-    const auto e = (inverse_ * x).log();
-    if (J != nullptr) *J = Group::right_jacobian_inverse(e);
-    return e;
+    return measured_.between(x).log(J);
   }
 
  private:
-  Group inverse_;
+  Group measured_;
 };
 
 /// The same for vectors: residual x - z.
@@ -39,6 +38,7 @@ class Prior<Eigen::Matrix<double, N, 1>> : public FactorOf<N, Eigen::Matrix<doub
   Prior(Key key, const Vector& measured, const Noise& noise, Loss loss = {})
       : FactorOf<N, Vector>({key}, noise, loss), measured_(measured) {}
 
+  const Vector& measured() const { return measured_; }
   std::string name() const override { return "prior"; }
 
   Vector evaluate(const Vector& x, Eigen::Matrix<double, N, N>* J) const override {

@@ -18,20 +18,35 @@ double cosc(double t) {
   return std::abs(t) < kSmallAngle ? t / 2.0 - t * t * t / 24.0 : (1.0 - std::cos(t)) / t;
 }
 
-/// (t / 2) cot(t / 2), even in t; 1 at zero.
-double half_cot(double t) {
+/// (t / 2) cot(t / 2), even in t and 1 at zero, given the cosine and sine of t.
+double half_cot(double t, double c, double s) {
   if (std::abs(t) < kSmallAngle) return 1.0 - t * t / 12.0;
-  return 0.5 * t * std::cos(0.5 * t) / std::sin(0.5 * t);
+  return 0.5 * t * (c > 0.0 ? (1.0 + c) / s : s / (1.0 - c));
 }
 
-/// (t - sin t) / t^2 and (1 - cos t - t^2 / 2) / t^2 as they enter the right Jacobian.
-double sin_remainder(double t) {
+/// (t - sin t) / t^2 and (1 - cos t) / t^2 as they enter the right Jacobian.
+double sin_remainder(double t, double s) {
   if (std::abs(t) < 1e-2) return t / 6.0 - t * t * t / 120.0 + t * t * t * t * t / 5040.0;
-  return (t - std::sin(t)) / (t * t);
+  return (t - s) / (t * t);
 }
-double cos_remainder(double t) {
+double cos_remainder(double t, double c) {
   if (std::abs(t) < 1e-2) return 0.5 - t * t / 24.0 + t * t * t * t / 720.0;
-  return (1.0 - std::cos(t)) / (t * t);
+  return (1.0 - c) / (t * t);
+}
+
+/// The inverse of the right Jacobian at v, given the cosine and sine of its angle: the rotation
+/// block [a b; -b a] has the inverse [h -t/2; t/2 h] with h = (t/2) cot(t/2).
+SE2::Jacobian inverse_jacobian(const SE2::Tangent& v, double h, double c, double s) {
+  const double k = 0.5 * v[2];
+  const double p = sin_remainder(v[2], s);
+  const double q = cos_remainder(v[2], c);
+  const double cx = p * v[0] - q * v[1];
+  const double cy = q * v[0] + p * v[1];
+  SE2::Jacobian m;
+  m << h, -k, -(h * cx - k * cy),  //
+      k, h, -(k * cx + h * cy),    //
+      0.0, 0.0, 1.0;
+  return m;
 }
 
 }  // namespace
@@ -49,11 +64,13 @@ SE2 SE2::exp(const Tangent& v) {
   return {{a * v[0] - b * v[1], b * v[0] + a * v[1]}, SO2(v[2])};
 }
 
-SE2::Tangent SE2::log() const {
+SE2::Tangent SE2::log(Jacobian* inverse) const {
   const double t = rotation_.angle();
-  const double a = half_cot(t);
+  const double a = half_cot(t, rotation_.cos(), rotation_.sin());
   const double b = 0.5 * t;
-  return {a * x() + b * y(), -b * x() + a * y(), t};
+  const Tangent v(a * x() + b * y(), -b * x() + a * y(), t);
+  if (inverse != nullptr) *inverse = inverse_jacobian(v, a, rotation_.cos(), rotation_.sin());
+  return v;
 }
 
 SE2::Jacobian SE2::adjoint() const {
@@ -67,8 +84,8 @@ SE2::Jacobian SE2::adjoint() const {
 SE2::Jacobian SE2::right_jacobian(const Tangent& v) {
   const double a = sinc(v[2]);
   const double b = cosc(v[2]);
-  const double p = sin_remainder(v[2]);
-  const double q = cos_remainder(v[2]);
+  const double p = sin_remainder(v[2], std::sin(v[2]));
+  const double q = cos_remainder(v[2], std::cos(v[2]));
   Jacobian m;
   m << a, b, p * v[0] - q * v[1],  //
       -b, a, q * v[0] + p * v[1],  //
@@ -77,18 +94,9 @@ SE2::Jacobian SE2::right_jacobian(const Tangent& v) {
 }
 
 SE2::Jacobian SE2::right_jacobian_inverse(const Tangent& v) {
-  // The rotation block [a b; -b a] has the inverse [h -t/2; t/2 h] with h = (t/2) cot(t/2).
-  const double h = half_cot(v[2]);
-  const double k = 0.5 * v[2];
-  const double p = sin_remainder(v[2]);
-  const double q = cos_remainder(v[2]);
-  const double cx = p * v[0] - q * v[1];
-  const double cy = q * v[0] + p * v[1];
-  Jacobian m;
-  m << h, -k, -(h * cx - k * cy),  //
-      k, h, -(k * cx + h * cy),    //
-      0.0, 0.0, 1.0;
-  return m;
+  const double c = std::cos(v[2]);
+  const double s = std::sin(v[2]);
+  return inverse_jacobian(v, half_cot(v[2], c, s), c, s);
 }
 
 }  // namespace hybrid

@@ -38,12 +38,20 @@ class SE2 {
   friend SE2 operator*(const SE2& a, const SE2& b) {
     return {a.translation_ + a.rotation_ * b.translation_, a.rotation_ * b.rotation_};
   }
+  /// inverse() * b, in fewer operations.
+  SE2 between(const SE2& b) const {
+    const SO2 r = rotation_.inverse();
+    return {r * (b.translation_ - translation_), r * b.rotation_};
+  }
   Eigen::Vector2d operator*(const Eigen::Vector2d& p) const { return translation_ + rotation_ * p; }
 
   static SE2 exp(const Tangent& v);
-  Tangent log() const;
+  /// With right_jacobian_inverse of the result where asked, cheaper than by itself.
+  Tangent log(Jacobian* inverse = nullptr) const;
   /// T Exp(v) = Exp(adjoint() v) T.
   Jacobian adjoint() const;
+  /// J inverse().adjoint(), for J a Jacobian or adjoint of the group.
+  Jacobian times_inverse_adjoint(const Jacobian& J) const { return J * inverse().adjoint(); }
   /// Exp(v + d) = Exp(v) Exp(Jr(v) d) to first order in d.
   static Jacobian right_jacobian(const Tangent& v);
   static Jacobian right_jacobian_inverse(const Tangent& v);

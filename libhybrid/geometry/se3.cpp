@@ -4,32 +4,22 @@
 
 #include <cmath>
 
+#include "libhybrid/geometry/so3_coefficients.h"
+
 namespace hybrid {
 namespace {
 
-/// The block of the SE(3) right Jacobian that couples rotation into translation (Barfoot, State
-/// Estimation for Robotics, sec. 7.1.5, at the negated tangent).
-Eigen::Matrix3d coupling(const SE3::Tangent& v) {
-  const Eigen::Matrix3d p = hat(-v.head<3>());
-  const Eigen::Matrix3d r = hat(-v.tail<3>());
-  const double t2 = v.tail<3>().squaredNorm();
-  const double t = std::sqrt(t2);
-  double a, b, c;  // the three remainders of sine and cosine; series where they would cancel
-  if (t < 0.5) {
-    a = 1.0 / 6 - t2 * (1.0 / 120 - t2 * (1.0 / 5040 - t2 * (1.0 / 362880 - t2 / 39916800.0)));
-    b = 1.0 / 24 - t2 * (1.0 / 720 - t2 * (1.0 / 40320 - t2 * (1.0 / 3628800 - t2 / 479001600.0)));
-    c = 1.0 / 120 -
-        t2 * (1.0 / 5040 - t2 * (1.0 / 362880 - t2 * (1.0 / 39916800 - t2 / 6227020800.0)));
-  } else {
-    a = (t - std::sin(t)) / (t2 * t);
-    b = (std::cos(t) - 1.0 + 0.5 * t2) / (t2 * t2);
-    c = (std::sin(t) - t + t2 * t / 6.0) / (t2 * t2 * t);
-  }
-  const Eigen::Matrix3d rp = r * p;
-  const Eigen::Matrix3d pr = p * r;
-  const Eigen::Matrix3d rpr = rp * r;
-  return 0.5 * p + a * (rp + pr + rpr) + b * (r * rp + pr * r - 3.0 * rpr) +
-         0.5 * (b - 3.0 * c) * (rpr * r + r * rpr);
+SE3::Jacobian upper(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& corner) {
+  SE3::Jacobian m;
+  m << diagonal, corner, Eigen::Matrix3d::Zero(), diagonal;
+  return m;
+}
+
+/// The inverse of the right Jacobian from the coefficient of hat(rotation)^2 in it.
+SE3::Jacobian inverse_jacobian(const SE3::Tangent& v, const detail::Coefficient& g) {
+  const Eigen::Vector3d w = v.tail<3>();
+  return upper(detail::rotation_polynomial(w, 0.5, g.value),
+               detail::rotation_polynomial_derivative(w, v.head<3>(), {0.5, 0.0}, g));
 }
 
 }  // namespace
@@ -42,36 +32,43 @@ Eigen::Matrix4d SE3::matrix() const {
 }
 
 SE3 SE3::exp(const Tangent& v) {
-  // The left Jacobian is the right one at the negated tangent.
-  return {SO3::right_jacobian(-v.tail<3>()) * v.head<3>(), SO3::exp(v.tail<3>())};
+  // The left Jacobian of SO(3), which carries the translation, is the right one transposed.
+  const Eigen::Vector3d w = v.tail<3>();
+  const detail::RightJacobian j(w.squaredNorm());
+  return {detail::rotation_polynomial(w, -j.f.value, j.g.value, v.head<3>()), SO3::exp(w)};
 }
 
-SE3::Tangent SE3::log() const {
+SE3::Tangent SE3::log(Jacobian* inverse) const {
   const Eigen::Vector3d w = rotation_.log();
+  const detail::Coefficient g = detail::cot_coefficient(w.squaredNorm(), rotation_.half_cot());
   Tangent v;
-  v << SO3::right_jacobian_inverse(-w) * translation_, w;
+  v << detail::rotation_polynomial(w, -0.5, g.value, translation_), w;
+  if (inverse != nullptr) *inverse = inverse_jacobian(v, g);
   return v;
 }
 
 SE3::Jacobian SE3::adjoint() const {
   const Eigen::Matrix3d r = rotation_.matrix();
-  Jacobian m;
-  m << r, hat(translation_) * r, Eigen::Matrix3d::Zero(), r;
-  return m;
+  return upper(r, hat(translation_) * r);
+}
+
+SE3::Jacobian SE3::times_inverse_adjoint(const Jacobian& J) const {
+  // The adjoint of the inverse is [R' -R' hat(t); 0 R'].
+  const Eigen::Matrix3d r = rotation_.matrix().transpose();
+  const Eigen::Matrix3d diagonal = J.topLeftCorner<3, 3>() * r;
+  return upper(diagonal, J.topRightCorner<3, 3>() * r - diagonal * hat(translation_));
 }
 
 SE3::Jacobian SE3::right_jacobian(const Tangent& v) {
-  const Eigen::Matrix3d j = SO3::right_jacobian(v.tail<3>());
-  Jacobian m;
-  m << j, coupling(v), Eigen::Matrix3d::Zero(), j;
-  return m;
+  const Eigen::Vector3d w = v.tail<3>();
+  const detail::RightJacobian j(w.squaredNorm());
+  return upper(detail::rotation_polynomial(w, j.f.value, j.g.value),
+               detail::rotation_polynomial_derivative(w, v.head<3>(), j.f, j.g));
 }
 
 SE3::Jacobian SE3::right_jacobian_inverse(const Tangent& v) {
-  const Eigen::Matrix3d j = SO3::right_jacobian_inverse(v.tail<3>());
-  Jacobian m;
-  m << j, -j * coupling(v) * j, Eigen::Matrix3d::Zero(), j;
-  return m;
+  const double s = v.tail<3>().squaredNorm();
+  return inverse_jacobian(v, detail::cot_coefficient(s, 1.0 / std::tan(0.5 * std::sqrt(s))));
 }
 
 }  // namespace hybrid

@@ -37,13 +37,21 @@ class SE3 {
   friend SE3 operator*(const SE3& a, const SE3& b) {
     return {a.translation_ + a.rotation_ * b.translation_, a.rotation_ * b.rotation_};
   }
+  /// inverse() * b, in fewer operations.
+  SE3 between(const SE3& b) const {
+    const SO3 r = rotation_.inverse();
+    return {r * (b.translation_ - translation_), r * b.rotation_};
+  }
   Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return translation_ + rotation_ * p; }
 
   static SE3 exp(const Tangent& v);
-  /// Rotation part of norm at most pi.
-  Tangent log() const;
+  /// Rotation part of norm at most pi; with right_jacobian_inverse of the result where asked,
+  /// cheaper than by itself.
+  Tangent log(Jacobian* inverse = nullptr) const;
   /// T Exp(v) = Exp(adjoint() v) T.
   Jacobian adjoint() const;
+  /// J inverse().adjoint(), for J a Jacobian or adjoint of the group, that is [A B; 0 A].
+  Jacobian times_inverse_adjoint(const Jacobian& J) const;
   /// Exp(v + d) = Exp(v) Exp(Jr(v) d) to first order in d.
   static Jacobian right_jacobian(const Tangent& v);
   static Jacobian right_jacobian_inverse(const Tangent& v);

@@ -40,13 +40,21 @@ class SO2 {
   friend SO2 operator*(const SO2& a, const SO2& b) {
     return from_cos_sin(a.c_ * b.c_ - a.s_ * b.s_, a.s_ * b.c_ + a.c_ * b.s_);
   }
+  /// inverse() * b.
+  SO2 between(const SO2& b) const { return inverse() * b; }
   Eigen::Vector2d operator*(const Eigen::Vector2d& p) const {
     return {c_ * p.x() - s_ * p.y(), s_ * p.x() + c_ * p.y()};
   }
 
   static SO2 exp(const Tangent& v) { return SO2(v[0]); }
-  Tangent log() const { return Tangent(angle()); }
+  /// With right_jacobian_inverse of the result where asked.
+  Tangent log(Jacobian* inverse = nullptr) const {
+    if (inverse != nullptr) inverse->setIdentity();
+    return Tangent(angle());
+  }
   Jacobian adjoint() const { return Jacobian::Identity(); }
+  /// J inverse().adjoint(), for J a Jacobian or adjoint of the group.
+  Jacobian times_inverse_adjoint(const Jacobian& J) const { return J; }
   static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
 

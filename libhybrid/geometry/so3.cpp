@@ -4,46 +4,9 @@
 
 #include <cmath>
 
+#include "libhybrid/geometry/so3_coefficients.h"
+
 namespace hybrid {
-namespace {
-
-/// Below this angle the closed forms lose digits to cancellation and the series take over.
-constexpr double kSmallAngle = 0.05;
-
-/// (1 - cos t) / t^2 from t^2.
-double cos_ratio(double t2) {
-  if (t2 < kSmallAngle * kSmallAngle)
-    return 0.5 - t2 * (1.0 / 24.0 - t2 * (1.0 / 720.0 - t2 / 40320.0));
-  return (1.0 - std::cos(std::sqrt(t2))) / t2;
-}
-
-/// (t - sin t) / t^3 from t^2.
-double sin_ratio(double t2) {
-  if (t2 < kSmallAngle * kSmallAngle) {
-    return 1.0 / 6.0 - t2 * (1.0 / 120.0 - t2 * (1.0 / 5040.0 - t2 / 362880.0));
-  }
-  const double t = std::sqrt(t2);
-  return (t - std::sin(t)) / (t2 * t);
-}
-
-/// 1 / t^2 - cot(t / 2) / (2 t) from t^2.
-double cot_ratio(double t2) {
-  if (t2 < kSmallAngle * kSmallAngle) {
-    return 1.0 / 12.0 + t2 * (1.0 / 720.0 + t2 * (1.0 / 30240.0 + t2 / 1209600.0));
-  }
-  const double t = std::sqrt(t2);
-  return 1.0 / t2 - std::cos(0.5 * t) / (2.0 * t * std::sin(0.5 * t));
-}
-
-}  // namespace
-
-Eigen::Matrix3d hat(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(),  //
-      v.z(), 0.0, -v.x(),   //
-      -v.y(), v.x(), 0.0;
-  return m;
-}
 
 SO3 SO3::exp(const Tangent& v) {
   const double t2 = v.squaredNorm();
@@ -53,24 +16,29 @@ SO3 SO3::exp(const Tangent& v) {
   return SO3(Eigen::Quaterniond(w, k * v.x(), k * v.y(), k * v.z()));
 }
 
-SO3::Tangent SO3::log() const {
+SO3::Tangent SO3::log(Jacobian* inverse) const {
   const double sign = q_.w() < 0.0 ? -1.0 : 1.0;
   const double w = sign * q_.w();
   const double n2 = q_.vec().squaredNorm();
   const double n = std::sqrt(n2);
   const double k = n < 1e-4 ? 2.0 / w * (1.0 - n2 / (3.0 * w * w)) : 2.0 * std::atan2(n, w) / n;
-  return sign * k * q_.vec();
+  const Tangent v = sign * k * q_.vec();
+  if (inverse != nullptr) {
+    const double g = detail::cot_coefficient(v.squaredNorm(), half_cot()).value;
+    *inverse = detail::rotation_polynomial(v, 0.5, g);
+  }
+  return v;
 }
 
 SO3::Jacobian SO3::right_jacobian(const Tangent& v) {
-  const double t2 = v.squaredNorm();
-  const Eigen::Matrix3d h = hat(v);
-  return Jacobian::Identity() - cos_ratio(t2) * h + sin_ratio(t2) * h * h;
+  const detail::RightJacobian j(v.squaredNorm());
+  return detail::rotation_polynomial(v, j.f.value, j.g.value);
 }
 
 SO3::Jacobian SO3::right_jacobian_inverse(const Tangent& v) {
-  const Eigen::Matrix3d h = hat(v);
-  return Jacobian::Identity() + 0.5 * h + cot_ratio(v.squaredNorm()) * h * h;
+  const double s = v.squaredNorm();
+  const double g = detail::cot_coefficient(s, 1.0 / std::tan(0.5 * std::sqrt(s))).value;
+  return detail::rotation_polynomial(v, 0.5, g);
 }
 
 }  // namespace hybrid

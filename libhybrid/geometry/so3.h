@@ -4,11 +4,18 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace hybrid {
 
 /// The 3 x 3 matrix with hat(a) b = a x b.
-Eigen::Matrix3d hat(const Eigen::Vector3d& v);
+inline Eigen::Matrix3d hat(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(),  //
+      v.z(), 0.0, -v.x(),   //
+      -v.y(), v.x(), 0.0;
+  return m;
+}
 
 /// Rotation in space, held as a unit quaternion. Tangent: rotation vector [rad], in the local
 /// (right) frame.
@@ -28,15 +35,27 @@ class SO3 {
 
   SO3 inverse() const { return SO3(q_.conjugate()); }
   friend SO3 operator*(const SO3& a, const SO3& b) { return SO3(a.q_ * b.q_); }
-  Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return q_ * p; }
+  /// inverse() * b.
+  SO3 between(const SO3& b) const { return inverse() * b; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d v = q_.vec();
+    const Eigen::Vector3d u = 2.0 * v.cross(p);
+    return p + q_.w() * u + v.cross(u);
+  }
 
   static SO3 exp(const Tangent& v);
-  /// Norm at most pi.
-  Tangent log() const;
+  /// Norm at most pi; with right_jacobian_inverse of the result where asked, cheaper than by
+  /// itself.
+  Tangent log(Jacobian* inverse = nullptr) const;
   Jacobian adjoint() const { return matrix(); }
+  /// J inverse().adjoint(), for J a Jacobian or adjoint of the group.
+  Jacobian times_inverse_adjoint(const Jacobian& J) const { return J * matrix().transpose(); }
   /// Exp(v + d) = Exp(v) Exp(Jr(v) d) to first order in d.
   static Jacobian right_jacobian(const Tangent& v);
   static Jacobian right_jacobian_inverse(const Tangent& v);
+
+  /// cot(t / 2) for t the norm of log(), infinite at the identity.
+  double half_cot() const { return std::abs(q_.w()) / q_.vec().norm(); }
 
   static SO3 load(const double* x) { return SO3(Eigen::Quaterniond(x[3], x[0], x[1], x[2])); }
   void store(double* x) const { Eigen::Map<Eigen::Vector4d>{x} = q_.coeffs(); }
