@@ -39,6 +39,7 @@ Noise Noise::isotropic(int dim, double sigma) {
 }
 
 Noise Noise::diagonal(const Eigen::VectorXd& sigmas) {
+  if (sigmas.size() == 0) throw Error("noise needs at least one standard deviation");
   for (int i = 0; i < sigmas.size(); ++i) {
     if (!(sigmas[i] > 0.0) || !std::isfinite(sigmas[i])) {
       throw Error("standard deviation " + std::to_string(i) + " must be positive and finite, got " +

@@ -51,6 +51,10 @@ class FactorOf : public ContinuousFactor {
       throw Error("noise of dimension " + std::to_string(noise.dim()) + " for a residual of " +
                   std::to_string(kRows));
     }
+    if (!(loss.parameter > 0.0)) {
+      throw Error("the parameter of a robust loss must be positive, got " +
+                  std::to_string(loss.parameter));
+    }
     sqrt_information_ = noise.sqrt_information();
     diagonal_ = sqrt_information_.isDiagonal(0.0);
   }

@@ -214,6 +214,7 @@ TEST(Factors, RefuseAbsurdMeasurements) {
   EXPECT_THROW(R(kA, kB, -0.1, noise), Error);
   EXPECT_THROW(R(kA, kB, kNaN, noise), Error);
   EXPECT_THROW(R(kA, kA, 1.0, noise), Error);
+  EXPECT_THROW(Prior<Vector2d>(kA, {0.0, 0.0}, Noise::unit(2), Loss::huber(0.0)), Error);
   EXPECT_THROW(Bearing2(kA, kB, Eigen::Matrix<double, 1, 1>(kNaN), noise), Error);
   EXPECT_THROW(Position2(kA, {0.0, kNaN}, Noise::unit(2)), Error);
 }
