@@ -8,6 +8,7 @@
 #include "libhybrid/core/noise.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
+#include "libhybrid/hybrid/graph.h"
 
 namespace hybrid {
 
@@ -57,5 +58,12 @@ struct GraphFactorOptions {
 /// id where none is fixed.
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options = {});
+
+/// What a g2o file can hold of an estimated graph: poses x<id> and landmarks l<id> with their
+/// estimates, the pose of smallest id fixed; relative poses and sightings of landmarks, of the
+/// continuous factors and of the components chosen by the assignment unless weak. A bearing-range
+/// measurement becomes a position in the robot frame, its covariance to first order. All other
+/// factors are left out.
+PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate);
 
 }  // namespace hybrid
