@@ -74,6 +74,17 @@ TEST(SolveDiscrete, KeepsAnIncumbentThatIsAsGoodAsAny) {
   EXPECT_GT(with_ties, 60);
 }
 
+TEST(SolveDiscrete, MovesOnlyWhatLowersTheCost) {
+  const std::vector<Table> tables{Table({binary(0)}, {1.0, 0.0}),
+                                  Table({binary(0), binary(1)}, {0.0, 0.0, 0.0, 0.0}),
+                                  Table({binary(1), binary(2)}, {0.0, 0.0, 0.0, 0.0})};
+  Assignment ones;
+  ones.set(binary(0).key, 0);
+  ones.set(binary(1).key, 1);
+  ones.set(binary(2).key, 1);
+  EXPECT_EQ(solve_discrete(pointers(tables), {}, &ones).changed, std::vector<Key>{binary(0).key});
+}
+
 TEST(SolveDiscrete, ReportsWhatChanged) {
   const std::vector<Table> tables{Table({binary(0)}, {1.0, 0.0}), Table({binary(1)}, {0.0, 1.0}),
                                   Table({binary(2)}, {0.0, 1.0})};
@@ -213,6 +224,27 @@ TEST(SolveDiscrete, EliminatesClassesBeforeTheAssociationThatTiesThem) {
   options.max_table = n * 4;
   options.local_search_when_too_large = false;
   EXPECT_NEAR(solve_discrete(pointers(tables), options).cost, best, 1e-9);
+}
+
+// Every new variable joins a clique of four: an order exists that adds no edge, and is found.
+TEST(SolveDiscrete, AddsNoEdgeToAChordalGraph) {
+  std::mt19937 rng(7);
+  std::vector<std::vector<int>> cliques{{0, 1, 2, 3}};
+  std::vector<Table> tables;
+  for (int v = 4; v < 200; ++v) {
+    std::vector<int> clique = cliques[rng() % cliques.size()];
+    clique[rng() % clique.size()] = v;
+    for (int u : clique) {
+      if (u != v) tables.push_back(random_table({binary(u), binary(v)}, 0.0, false, rng));
+    }
+    cliques.push_back(std::move(clique));
+  }
+  DiscreteOptions options;
+  options.max_table = 16;
+  options.local_search_when_too_large = false;
+  const DiscreteSolution solution = solve_discrete(pointers(tables), options);
+  EXPECT_TRUE(solution.exact);
+  EXPECT_NEAR(solution.cost, total_cost(tables, solution.assignment), 1e-9);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <ostream>
 #include <string>
 
 #include "libhybrid/io/read_graph.h"
@@ -23,6 +24,10 @@ struct DataFile {
   std::string name;
   std::size_t vertices, odometry, loops, poses;
 };
+
+void PrintTo(const DataFile& file, std::ostream* out) {
+  *out << file.name;
+}
 
 class PublicGraph : public ::testing::TestWithParam<DataFile> {
  protected:
