@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/solvers/levenberg_marquardt.h"
+
 namespace hybrid {
 namespace {
 
@@ -50,6 +52,15 @@ ExhaustiveResult solve_exhaustive(const HybridGraph& graph, const Values& initia
     result.estimate = std::move(estimate);
   }
   return result;
+}
+
+ExhaustiveResult solve_exhaustive(const HybridGraph& graph, const Values& initial,
+                                  const SolverOptions& options) {
+  const ContinuousSolver solver = [&](const HybridGraph& g, Estimate& estimate) {
+    estimate.values = levenberg_marquardt(g, estimate, options).values;
+    return objective(g, estimate.values, estimate.assignment);
+  };
+  return solve_exhaustive(graph, initial, solver);
 }
 
 }  // namespace hybrid

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/solvers/options.h"
 
 namespace hybrid {
 
@@ -26,5 +27,10 @@ struct ExhaustiveResult {
 ExhaustiveResult solve_exhaustive(const HybridGraph& graph, const Values& initial,
                                   const ContinuousSolver& solver,
                                   std::size_t max_assignments = 100000);
+
+/// The same with Levenberg-Marquardt; an assignment for which it does not converge counts with the
+/// objective that it reached.
+ExhaustiveResult solve_exhaustive(const HybridGraph& graph, const Values& initial,
+                                  const SolverOptions& options = {});
 
 }  // namespace hybrid

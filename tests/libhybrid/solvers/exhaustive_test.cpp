@@ -6,9 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 
+#include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/solvers/alternating.h"
 
 namespace hybrid {
 namespace {
@@ -99,6 +103,36 @@ TEST(Exhaustive, RefusesTooManyAssignments) {
   };
   EXPECT_NEAR(solve_exhaustive(graph, {}, none, 16).objective, 4 * std::log(2.0), 1e-12);
   EXPECT_THROW(solve_exhaustive(graph, {}, none, 15), Error);
+}
+
+// Poses on a line, one step each, with three loop closures of which the second is false.
+TEST(Exhaustive, FindsTheFalseLoopOfAPoseGraph) {
+  HybridGraph graph;
+  Values values;
+  const Noise noise = Noise::isotropic(3, 0.05);
+  const auto x = [](int i) { return Key('x', static_cast<std::uint64_t>(i)); };
+  graph.emplace<Prior<SE2>>(x(0), SE2(), noise);
+  for (int i = 0; i < 6; ++i) {
+    values.insert(x(i), SE2(1.1 * i, 0.1, 0.05 * i));
+    if (i > 0) graph.emplace<BetweenSE2>(x(i - 1), x(i), SE2(1.0, 0.0, 0.0), noise);
+  }
+  const auto loop = [&](int d, int i, int j, const SE2& measured) {
+    graph.add(make_outlier_mixture(
+        {Key('d', d), 2}, std::make_shared<BetweenSE2>(x(i), x(j), measured, noise),
+        std::make_shared<BetweenSE2>(x(i), x(j), measured, noise.inflated(1e4)), 0.5, 0.5));
+  };
+  loop(0, 0, 3, SE2(3.02, 0.01, 0.0));
+  loop(1, 0, 5, SE2(-2.0, 1.0, 1.0));
+  loop(2, 1, 5, SE2(4.0, -0.02, 0.01));
+  const ExhaustiveResult best = solve_exhaustive(graph, values);
+  EXPECT_EQ(best.objectives.size(), 8u);
+  EXPECT_EQ(best.estimate.assignment.at(Key('d', 0)), 0);
+  EXPECT_EQ(best.estimate.assignment.at(Key('d', 1)), 1);
+  EXPECT_EQ(best.estimate.assignment.at(Key('d', 2)), 0);
+  EXPECT_NEAR(best.estimate.values.at<SE2>(x(5)).x(), 5.0, 0.05);
+  const AlternatingResult alternated = alternate(graph, best.estimate);
+  EXPECT_TRUE(alternated.estimate.assignment == best.estimate.assignment);
+  EXPECT_NEAR(alternated.report.objective, best.objective, 1e-6);
 }
 
 }  // namespace
