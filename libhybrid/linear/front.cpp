@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/linear/front.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hybrid {
+namespace {
+
+// One register of doubles; the second type reads them from any address.
+#ifdef __AVX512F__
+constexpr int kLanes = 8;
+#else
+constexpr int kLanes = 4;
+#endif
+typedef double Pack __attribute__((vector_size(8 * kLanes)));
+typedef double LoosePack __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+
+constexpr int kRows = 2 * kLanes;  // of a tile
+constexpr int kCols = 4;
+
+/// C -= A B' on one tile of kRows x kCols: A has kRows rows and B kCols rows of `depth` columns, all of the
+/// same stride.
+inline void update_tile(double* c, const double* a, const double* b, int depth, int stride) {
+  Pack acc[kCols][2] = {};
+  for (int k = 0; k < depth; ++k) {
+    const Pack a0 = *reinterpret_cast<const LoosePack*>(a);
+    const Pack a1 = *reinterpret_cast<const LoosePack*>(a + kLanes);
+    for (int j = 0; j < kCols; ++j) {
+      const Pack bj = b[j] - Pack{};
+      acc[j][0] += a0 * bj;
+      acc[j][1] += a1 * bj;
+    }
+    a += stride;
+    b += stride;
+  }
+  for (int j = 0; j < kCols; ++j) {
+    LoosePack* c0 = reinterpret_cast<LoosePack*>(c + static_cast<std::size_t>(j) * stride);
+    LoosePack* c1 = reinterpret_cast<LoosePack*>(c + static_cast<std::size_t>(j) * stride + kLanes);
+    *c0 = *c0 - acc[j][0];
+    *c1 = *c1 - acc[j][1];
+  }
+}
+
+}  // namespace
+
+void Front::reset(int n) {
+  n_ = n;
+  stride_ = (n + kRows + 3) / 4 * 4;
+  const std::size_t size = static_cast<std::size_t>(stride_) * (n + kCols);
+  if (data_.size() < size) data_.resize(size + size / 2);
+  for (int j = 0; j < n + kCols; ++j) std::fill(column(j) + std::min(j, n), column(j) + stride_, 0.0);
+}
+
+int Front::factorize(int f, double tolerance) {
+  diagonal_.resize(f);
+  for (int j = 0; j < f; ++j) diagonal_[j] = (*this)(j, j);
+  // Columns of L, four at a time: bring them up to date, then eliminate within the four.
+  for (int j = 0; j < f; j += kCols) {
+    const int width = std::min(kCols, f - j);
+    if (j > 0) {
+      for (int i = j; i < n_; i += kRows) {
+        if (width == kCols) {
+          update_tile(column(j) + i, column(0) + i, column(0) + j, j, stride_);
+          continue;
+        }
+        for (int c = j; c < j + width; ++c) {
+          double* target = column(c) + i;
+          for (int k = 0; k < j; ++k) {
+            const double factor = column(k)[c];
+            const double* source = column(k) + i;
+            for (int r = 0; r < kRows; ++r) target[r] -= factor * source[r];
+          }
+        }
+      }
+    }
+    for (int c = j; c < j + width; ++c) {
+      double* pivot = column(c);
+      if (!(pivot[c] > tolerance * diagonal_[c])) return c;
+      const double inverse = 1.0 / std::sqrt(pivot[c]);
+      for (int i = c; i < n_; ++i) pivot[i] *= inverse;
+      for (int k = c + 1; k < j + width; ++k) {
+        double* target = column(k);
+        const double factor = pivot[k];
+        for (int i = k; i < n_; ++i) target[i] -= factor * pivot[i];
+      }
+    }
+  }
+  // The Schur complement. Columns past the order are padding.
+  for (int j = f; j < n_; j += kCols) {
+    for (int i = j; i < n_; i += kRows) {
+      update_tile(column(j) + i, column(0) + i, column(0) + j, f, stride_);
+    }
+  }
+  return -1;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/smoother/terms.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kFew = 8;
+
+/// Pointers to the variables of the active component, on the stack where they are few.
+class Pointers {
+ public:
+  Pointers(const Term& term, const Values& values) {
+    const std::size_t n = term.component.factor->keys().size();
+    if (n > kFew) many_.resize(n);
+    const double** x = n > kFew ? many_.data() : few_.data();
+    for (std::size_t i = 0; i < n; ++i) {
+      const int position = term.component.positions ? term.component.positions[i] : static_cast<int>(i);
+      x[i] = values.data(term.slots[position]);
+    }
+  }
+  const double* const* data() const { return many_.empty() ? few_.data() : many_.data(); }
+
+ private:
+  std::array<const double*, kFew> few_;
+  std::vector<const double*> many_;
+};
+
+/// h = A'A for the whitened A = [J r] of M rows and n columns.
+template <int M>
+void square(const double* a, int rows, int n, double* h) {
+  using Augmented = Eigen::Matrix<double, M, Eigen::Dynamic>;
+  const Eigen::Map<const Augmented> A(a, rows, n);
+  Eigen::Map<Eigen::MatrixXd> H(h, n, n);
+  for (int j = 0; j < n; ++j) {
+    H.col(j).tail(n - j).noalias() = A.rightCols(n - j).transpose().lazyProduct(A.col(j));
+  }
+}
+
+}  // namespace
+
+double evaluate(const Term& term, const Values& values) {
+  const Component& c = term.component;
+  if (c.factor == nullptr) return c.constant;
+  return c.constant + c.factor->log_normalizer() + c.factor->cost(Pointers(term, values).data());
+}
+
+void linearize(const Term& term, const Values& values, BayesTree& tree) {
+  if (term.tree_factor < 0) return;
+  const ContinuousFactor& factor = *term.component.factor;
+  const int rows = factor.rows();
+  const int n = factor.cols() + 1;
+  std::array<double, 128> few;
+  std::vector<double> many;
+  if (static_cast<std::size_t>(rows) * n > few.size()) many.resize(static_cast<std::size_t>(rows) * n);
+  double* a = many.empty() ? few.data() : many.data();
+  factor.linearize(Pointers(term, values).data(), a + static_cast<std::size_t>(rows) * (n - 1), a);
+  double* h = tree.hessian(term.tree_factor);
+  switch (rows) {
+    case 2:
+      return square<2>(a, rows, n, h);
+    case 3:
+      return square<3>(a, rows, n, h);
+    case 6:
+      return square<6>(a, rows, n, h);
+    default:
+      return square<Eigen::Dynamic>(a, rows, n, h);
+  }
+}
+
+std::vector<int> active_slots(const Term& term) {
+  const std::size_t n = term.component.factor->keys().size();
+  std::vector<int> slots(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    slots[i] = term.slots[term.component.positions ? term.component.positions[i] : i];
+  }
+  return slots;
+}
+
+int Terms::add(Term term) {
+  int t;
+  if (free_.empty()) {
+    t = count();
+    terms_.emplace_back();
+  } else {
+    t = free_.back();
+    free_.pop_back();
+  }
+  for (int slot : term.slots) {
+    if (slot >= static_cast<int>(adjacency_.size())) adjacency_.resize(slot + 1);
+    adjacency_[slot].push_back(t);
+  }
+  terms_[t] = std::move(term);
+  terms_[t].alive = true;
+  return t;
+}
+
+void Terms::remove(int t) {
+  for (int slot : terms_[t].slots) {
+    std::vector<int>& list = adjacency_[slot];
+    list.erase(std::find(list.begin(), list.end(), t));
+  }
+  terms_[t] = {};
+  free_.push_back(t);
+}
+
+std::size_t Terms::bytes() const {
+  std::size_t bytes = terms_.capacity() * sizeof(Term) + adjacency_.capacity() * sizeof(std::vector<int>);
+  for (const Term& term : terms_) bytes += term.slots.capacity() * sizeof(int);
+  for (const auto& list : adjacency_) bytes += list.capacity() * sizeof(int);
+  return bytes;
+}
+
+}  // namespace hybrid

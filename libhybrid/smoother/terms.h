@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/core/values.h"
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/bayes_tree.h"
+
+namespace hybrid {
+
+/// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen component.
+struct Term {
+  ContinuousFactorPtr continuous;  ///< null for a hybrid factor
+  HybridFactorPtr hybrid;          ///< null for a continuous factor
+  Handle handle;
+  std::vector<int> slots;  ///< of keys(), in the values
+  Component component;     ///< of a continuous factor: itself
+  int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it
+  double cost = 0.0;       ///< -log f at the estimate, normaliser included
+  bool alive = false;
+
+  const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }
+};
+
+/// -log of the term at the given values, normaliser included.
+double evaluate(const Term& term, const Values& values);
+
+/// Writes the Hessian of the active component at `values` into the tree, where the term is part of it.
+void linearize(const Term& term, const Values& values, BayesTree& tree);
+
+/// Slots of the variables of the active component, in its own order.
+std::vector<int> active_slots(const Term& term);
+
+/// A term belongs into the tree unless its component has no factor or is weak.
+inline bool belongs_in_tree(const Term& term) {
+  return term.component.factor != nullptr && !term.component.weak;
+}
+
+/// The terms of a graph and, for every variable, those that hold it.
+class Terms {
+ public:
+  /// Returns the number of the new term.
+  int add(Term term);
+  void remove(int t);
+
+  Term& operator[](int t) { return terms_[t]; }
+  const Term& operator[](int t) const { return terms_[t]; }
+  int count() const { return static_cast<int>(terms_.size()); }
+  const std::vector<int>& of_variable(int slot) const { return adjacency_[slot]; }
+  std::size_t bytes() const;
+
+ private:
+  std::vector<Term> terms_;
+  std::vector<int> free_;
+  std::vector<std::vector<int>> adjacency_;
+};
+
+}  // namespace hybrid
