@@ -59,6 +59,11 @@ class Values {
   const double* data(int slot) const { return data_.data() + entries_[slot].offset; }
   double* data(int slot) { return data_.data() + entries_[slot].offset; }
   const double* data(Key key) const { return data(slot(key)); }
+  /// Memory in use, about.
+  std::size_t bytes() const {
+    return data_.capacity() * sizeof(double) + entries_.capacity() * sizeof(Entry) +
+           index_.size() * (sizeof(Key) + 4 * sizeof(void*));
+  }
 
  private:
   struct Entry {

@@ -430,7 +430,10 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
   row = 0;
   for (int k = 0; k < clique.frontals; ++k) {
     const int v = clique.variables[k];
-    std::copy_n(step_.data() + row, variables_[v].dim, deltas_.at(variables_[v].delta));
+    double* step = deltas_.at(variables_[v].delta);
+    previous_.insert(previous_.end(), step, step + variables_[v].dim);
+    current_.insert(current_.end(), step_.begin() + row, step_.begin() + row + variables_[v].dim);
+    std::copy_n(step_.data() + row, variables_[v].dim, step);
     row += variables_[v].dim;
     changed_.push_back(v);
     changed_mark_[v] = 1;
@@ -440,6 +443,8 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
 
 const std::vector<int>& BayesTree::solve(double threshold) {
   changed_.clear();
+  previous_.clear();
+  current_.clear();
   // Parents first: the new cliques were made children first.
   std::vector<int> stack;
   const auto push_orphans = [&](const Clique& clique) {
@@ -466,6 +471,16 @@ const std::vector<int>& BayesTree::solve(double threshold) {
   }
   for (int v : changed_) changed_mark_[v] = 0;
   return changed_;
+}
+
+void BayesTree::scale_change(double share) {
+  std::size_t at = 0;
+  for (int v : changed_) {
+    double* step = deltas_.at(variables_[v].delta);
+    for (int i = 0; i < variables_[v].dim; ++i, ++at) {
+      step[i] = previous_[at] + share * (current_[at] - previous_[at]);
+    }
+  }
 }
 
 std::size_t BayesTree::factor_size() const {

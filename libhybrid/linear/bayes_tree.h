@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/linear/block_pool.h"
@@ -50,6 +52,9 @@ class BayesTree {
   /// step changes by more than `threshold`. Returns the variables whose step changed.
   const std::vector<int>& solve(double threshold);
 
+  /// Moves the steps that the last `solve` changed to the given share of the change: 0 is before it, 1 after.
+  void scale_change(double share);
+
   const double* delta(int v) const { return deltas_.at(variables_[v].delta); }
   int dim(int v) const { return variables_[v].dim; }
 
@@ -58,8 +63,8 @@ class BayesTree {
   Eigen::MatrixXd joint_covariance(const std::vector<int>& variables) const;
   /// Covariances of all variables by one recursion from the roots (Takahashi), visited as
   /// visit(variable, dim x dim covariance).
-  template <class Visit>
-  void visit_covariances(Visit&& visit) const;
+  void visit_covariances(
+      const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const;
 
   int clique_count() const { return clique_count_; }
   /// Doubles held by the cliques: the fill of the factor.
@@ -113,7 +118,7 @@ class BayesTree {
   void clear_transaction();
   bool solve_clique(Clique& clique, double threshold);
   const double* update_column(const Clique& clique, int k) const;
-  void top_down(std::vector<int>& cliques) const;
+  std::vector<int> top_down() const;
 
   std::vector<VariableState> variables_;
   std::vector<FactorState> factors_;
@@ -141,6 +146,8 @@ class BayesTree {
   Front front_;
   std::vector<int> fresh_;
   std::vector<int> changed_;
+  std::vector<double> previous_;  // steps of the changed variables before the change
+  std::vector<double> current_;   // and after it
   std::vector<char> changed_mark_;
   std::vector<double> step_;
 };

@@ -92,7 +92,7 @@ int Terms::add(Term term) {
     free_.pop_back();
   }
   for (int slot : term.slots) {
-    if (slot >= static_cast<int>(adjacency_.size())) adjacency_.resize(slot + 1);
+    reserve_variable(slot);
     adjacency_[slot].push_back(t);
   }
   terms_[t] = std::move(term);

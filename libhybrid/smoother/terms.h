@@ -44,6 +44,12 @@ class Terms {
   /// Returns the number of the new term.
   int add(Term term);
   void remove(int t);
+  /// The number that the next `add` will return.
+  int next() const { return free_.empty() ? count() : free_.back(); }
+  /// Makes of_variable(slot) valid.
+  void reserve_variable(int slot) {
+    if (slot >= static_cast<int>(adjacency_.size())) adjacency_.resize(slot + 1);
+  }
 
   Term& operator[](int t) { return terms_[t]; }
   const Term& operator[](int t) const { return terms_[t]; }

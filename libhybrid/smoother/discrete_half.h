@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/core/assignment.h"
+#include "libhybrid/discrete/solve.h"
+#include "libhybrid/hybrid/graph.h"
+
+namespace hybrid {
+
+/// The discrete half of the smoother: tables by number, and of them only the components that were touched
+/// are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to a hybrid one
+/// (the tables it gives at the present estimate).
+class DiscreteHalf {
+ public:
+  struct Flip {
+    Key key;
+    int from;
+    int to;
+  };
+  struct Report {
+    std::vector<Flip> flips;
+    int components = 0;
+    bool exact = true;
+  };
+
+  /// A factor over the given variables; its tables come with `set_tables`. Variables that are not known yet
+  /// start at their value in `initial`, or 0. `owner` is the term of a hybrid factor, or -1. Returns the
+  /// number.
+  int add(const std::vector<DiscreteKey>& keys, int owner, const Assignment& initial);
+  /// Variables that no factor holds any more are forgotten.
+  void remove(int f);
+  /// Replaces the tables of a factor and touches its component.
+  void set_tables(int f, std::vector<Table> tables);
+  const std::vector<Table>& tables(int f) const { return factors_[f].tables; }
+
+  /// Solves the touched components exactly, ties kept, and moves the assignment there.
+  Report solve(const DiscreteOptions& options);
+  /// Puts a variable back, e.g. where a flip left the continuous half singular.
+  void restore(Key key, int value) { move(key, value); }
+
+  const Assignment& assignment() const { return assignment_; }
+  /// Sum of the tables of discrete factors at the assignment.
+  double pure_cost() const { return pure_cost_; }
+  const std::vector<int>& factors_of(Key key) const { return variables_.at(key).factors; }
+  int owner(int f) const { return factors_[f].owner; }
+  bool contains(Key key) const { return variables_.count(key) != 0; }
+  /// Throws Error for an unknown variable.
+  int cardinality(Key key) const;
+  /// The tables of the component that a variable belongs to.
+  std::vector<const Table*> component(Key key) const;
+  std::size_t bytes() const;
+
+ private:
+  struct Variable {
+    int cardinality = 0;
+    std::vector<int> factors;
+  };
+  struct Factor {
+    std::vector<DiscreteKey> keys;
+    std::vector<Table> tables;
+    int owner = -1;
+    double cost = 0.0;  // of a discrete factor, at the assignment
+  };
+
+  std::vector<const Table*> collect(Key start, std::unordered_map<Key, bool>* visited) const;
+  bool solve_single(Key key, Report& report);
+  void move(Key key, int value);
+  void refresh_cost(int f);
+
+  std::unordered_map<Key, Variable> variables_;
+  std::vector<Factor> factors_;
+  std::vector<int> free_;
+  Assignment assignment_;
+  double pure_cost_ = 0.0;
+  std::vector<Key> touched_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/bayes_tree.h"
+#include "libhybrid/smoother/discrete_half.h"
+#include "libhybrid/smoother/report.h"
+#include "libhybrid/smoother/terms.h"
+
+namespace hybrid {
+
+struct SmootherOptions {
+  /// A variable is linearised again when its step exceeds this: translations and vectors [m], angles [rad].
+  double relinearize_translation = 0.1;
+  double relinearize_rotation = 0.05;
+  /// Steps are propagated down the tree while they change by more than this [m or rad].
+  double wildfire = 1e-3;
+  /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
+  int rounds = 3;
+  /// How a step that would raise the objective is shortened: along itself, or along Powell's dogleg.
+  enum class Step { kGaussNewton, kDogleg };
+  Step step = Step::kGaussNewton;
+  /// This many of the newest poses are kept near the root, where the next measurements touch the tree.
+  int recent = 10;
+  DiscreteOptions discrete;
+};
+
+/// Online alternating minimisation (section IV-B): each update costs what it touches. The continuous half is
+/// a Bayes tree with fluid relinearisation, the discrete half solves only components that were touched, and
+/// a hybrid factor is linearised again only when its component or its variables have changed. The joint
+/// objective of eq. 6 never rises on the graph at hand.
+class IncrementalSmoother {
+ public:
+  explicit IncrementalSmoother(const SmootherOptions& options = {}) : options_(options) {}
+
+  /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that are not
+  /// finite, mismatched types) throws Error, a singular system gives a status; either way the smoother is
+  /// as it was before.
+  UpdateReport update(const Delta& delta);
+
+  /// Relinearises everything and alternates until the relative decrease of the objective is below
+  /// `tolerance` and no discrete variable flips, or for `max_rounds`.
+  UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
+
+  const HybridGraph& graph() const { return graph_; }
+  const Values& values() const { return estimate_; }
+  const Assignment& assignment() const { return discrete_.assignment(); }
+  Estimate estimate() const { return {estimate_, assignment()}; }
+  /// Joint negative log posterior of eq. 6 at the estimate.
+  double objective() const;
+  /// Half the weighted squared error of the continuous factors and the chosen components.
+  double cost() const;
+
+  /// Joint covariance of continuous variables in the given order (eq. 11b, Laplace), in time proportional to
+  /// their paths in the tree.
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
+  /// Covariances of all continuous variables.
+  void visit_covariances(
+      const std::function<void(Key key, const Eigen::MatrixXd& covariance)>& visit) const;
+  /// Tables of the discrete component of a variable at the present estimate, for exact marginals (eq. 11a).
+  std::vector<const Table*> component(Key key) const { return discrete_.component(key); }
+
+  /// Handles of the factors that hold a continuous variable.
+  std::vector<Handle> factors_of(Key key) const;
+
+  struct Memory {
+    std::size_t bytes = 0;
+    double bytes_per_variable = 0.0;
+  };
+  Memory memory() const;
+  const BayesTree& tree() const { return tree_; }
+  const SmootherOptions& options() const { return options_; }
+
+ private:
+  struct Staged {  // the removals of an update, carried out when it has succeeded
+    std::vector<int> terms;
+    std::vector<int> tables;
+    std::vector<Handle> handles;
+    std::vector<Key> values;
+  };
+
+  void check(const Delta& delta) const;
+  Staged stage(const Delta& delta, UpdateReport& report);
+  void stage_removals(const Delta& delta, Staged& staged);
+  void add_term(Term term, UpdateReport& report);
+  void commit(const Staged& staged);
+  void undo();
+
+  void enter_tree(int t);
+  void leave_tree(int t);
+  void set_component(int t, const Component& component);
+  void move_linearization(const std::vector<int>& slots, UpdateReport& report);
+  bool eliminate(UpdateReport& report);
+  bool take_flips(UpdateReport& report);
+  void continuous_step(UpdateReport& report, double wildfire);
+  double move_estimate();
+  bool shorten(double before);
+  bool discrete_step(UpdateReport& report);
+  void refresh_tables();
+  bool too_far(int slot) const;
+  void record(UpdateReport& report) const { report.objectives.push_back(objective()); }
+  void collect_moved();
+
+  SmootherOptions options_;
+  HybridGraph graph_;
+  Values theta_;     // linearisation points
+  Values estimate_;  // theta boxplus the step, same slots
+  BayesTree tree_;
+  Terms terms_;
+  DiscreteHalf discrete_;
+  std::vector<int> term_of_continuous_, term_of_hybrid_, table_of_discrete_;  // by index of the handle
+  std::vector<int> table_of_term_;
+  double term_cost_ = 0.0;  // sum over terms
+
+  std::deque<Key> recent_;
+  std::vector<int> last_;      // slots to eliminate last
+  std::vector<int> changed_;   // slots whose estimate moved in the last continuous step
+  std::vector<int> moved_;     // slots whose step exceeds the threshold
+  std::vector<int> stale_;     // hybrid terms whose variables moved since their tables were made
+  std::vector<unsigned> term_stamp_;
+  unsigned stamp_ = 0;
+  std::vector<std::function<void()>> undo_;
+};
+
+}  // namespace hybrid
