@@ -19,14 +19,15 @@ namespace hybrid {
 struct EliminationReport {
   int variables = 0;  ///< variables eliminated again
   int cliques = 0;    ///< cliques made
-  /// Variable whose pivot was not positive, or -1: it is under-constrained, and nothing has changed.
+  /// Variable whose pivot was not positive, or -1: it is under-constrained, and nothing has
+  /// changed.
   int singular = -1;
 };
 
-/// The Bayes tree of a linear least-squares problem min ||J d + r||^2 (Kaess et al., iSAM2): the square-root
-/// information matrix as a tree of cliques, updated by re-eliminating only the part that a change touches.
-/// Variables and factors are small integers. Changes are gathered until `eliminate`, which applies them all
-/// or, where the system is singular, none.
+/// The Bayes tree of a linear least-squares problem min ||J d + r||^2 (Kaess et al., iSAM2): the
+/// square-root information matrix as a tree of cliques, updated by re-eliminating only the part
+/// that a change touches. Variables and factors are small integers. Changes are gathered until
+/// `eliminate`, which applies them all or, where the system is singular, none.
 class BayesTree {
  public:
   /// A new variable with delta zero; `v` may be the number of one that was removed.
@@ -48,18 +49,22 @@ class BayesTree {
   /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose.
   EliminationReport eliminate(const std::vector<int>& last);
 
-  /// Back-substitutes from the cliques made since the last call downwards, and below them as long as some
-  /// step changes by more than `threshold`. Returns the variables whose step changed.
+  /// Back-substitutes from the cliques made since the last call downwards, and below them as long
+  /// as moving a clique lowers the linearised objective by more than `threshold`. Returns the
+  /// variables whose step changed.
   const std::vector<int>& solve(double threshold);
 
-  /// Moves the steps that the last `solve` changed to the given share of the change: 0 is before it, 1 after.
-  void scale_change(double share);
+  /// Half the squared residual that the linear model of a factor predicts at the present steps.
+  double linear_cost(int f) const;
+
+  /// Overrides the step of a variable; its clique is solved again by the next `solve`.
+  void set_delta(int v, const double* step);
 
   const double* delta(int v) const { return deltas_.at(variables_[v].delta); }
   int dim(int v) const { return variables_[v].dim; }
 
-  /// Joint covariance of some variables, in their order: forward substitution along their paths to the
-  /// root, nothing else of the tree.
+  /// Joint covariance of some variables, in their order: forward substitution along their paths to
+  /// the root, nothing else of the tree.
   Eigen::MatrixXd joint_covariance(const std::vector<int>& variables) const;
   /// Covariances of all variables by one recursion from the roots (Takahashi), visited as
   /// visit(variable, dim x dim covariance).
@@ -94,12 +99,13 @@ class BayesTree {
     std::vector<int> variables;  // frontals, then separators
     int frontals = 0;            // how many variables are frontal
     int frontal_dim = 0;
-    int order = 0;               // rows of `columns`: frontal, separator, one for the right-hand side
+    int order = 0;  // rows of `columns`: frontal, separator, one for the right-hand side
     std::vector<int> factors;
     BlockPool::Block storage;
     double* columns = nullptr;  // order x frontal_dim: L, with the right-hand side as last row
     double* update = nullptr;   // packed lower triangle of the Schur complement
     bool detached = false;      // being replaced
+    bool pending = false;       // its step was overridden: to be solved again
   };
   struct Saved {  // for roll-back
     int id;
@@ -116,6 +122,7 @@ class BayesTree {
   void commit(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made);
   void roll_back();
   void clear_transaction();
+  void propagate(std::vector<int>& stack, double threshold);
   bool solve_clique(Clique& clique, double threshold);
   const double* update_column(const Clique& clique, int k) const;
   std::vector<int> top_down() const;
@@ -144,12 +151,10 @@ class BayesTree {
   std::vector<int> group_;
   std::vector<int> edge_factor_;  // by edge of the problem: its factor, or -1 - orphan
   Front front_;
-  std::vector<int> fresh_;
+  std::vector<int> fresh_, pending_;
   std::vector<int> changed_;
-  std::vector<double> previous_;  // steps of the changed variables before the change
-  std::vector<double> current_;   // and after it
   std::vector<char> changed_mark_;
-  std::vector<double> step_;
+  std::vector<double> step_, rhs_;
 };
 
 }  // namespace hybrid

@@ -21,11 +21,11 @@ std::vector<int> BayesTree::top_down() const {
   return cliques;
 }
 
-// With the factor L of the information matrix, Sigma_ab = z_a' z_b where L z_a = e_a. The columns z_a are
-// zero off the path of a to the root, so only the union of the paths is visited.
+// With the factor L of the information matrix, Sigma_ab = z_a' z_b where L z_a = e_a. The columns
+// z_a are zero off the path of a to the root, so only the union of the paths is visited.
 Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) const {
-  // Each path up to where it meets an earlier one; the later ones come first, so that children precede
-  // their parents.
+  // Each path up to where it meets an earlier one; the later ones come first, so that children
+  // precede their parents.
   std::vector<std::vector<int>> paths;
   std::vector<char> seen(cliques_.size(), 0);
   for (int v : variables) {
@@ -36,7 +36,8 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
     }
   }
   std::vector<int> path;
-  for (auto p = paths.rbegin(); p != paths.rend(); ++p) path.insert(path.end(), p->begin(), p->end());
+  for (auto p = paths.rbegin(); p != paths.rend(); ++p)
+    path.insert(path.end(), p->begin(), p->end());
 
   int columns = 0;
   for (int v : variables) columns += variables_[v].dim;
@@ -68,7 +69,8 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
     int below = f;
     for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
       const int dim = variables_[clique.variables[k]].dim;
-      z.middleRows(first_row(clique.variables[k]), dim).noalias() -= L.middleRows(below, dim) * front;
+      z.middleRows(first_row(clique.variables[k]), dim).noalias() -=
+          L.middleRows(below, dim) * front;
       below += dim;
     }
     row += f;
@@ -80,7 +82,8 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
 //   Sigma_SF = -Sigma_SS L_SF L_FF^-1  and  Sigma_FF = L_FF^-T (I + L_SF' Sigma_SS L_SF) L_FF^-1.
 void BayesTree::visit_covariances(
     const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const {
-  std::vector<Eigen::MatrixXd> joint(cliques_.size());  // of a clique's variables, until its children are done
+  std::vector<Eigen::MatrixXd> joint(
+      cliques_.size());  // of a clique's variables, until its children are done
   std::vector<int> waiting(cliques_.size(), 0);
   std::vector<int> offset(variables_.size(), 0);
   for (int c : top_down()) {
@@ -157,8 +160,9 @@ std::size_t BayesTree::bytes() const {
   bytes += cliques_.capacity() * sizeof(Clique) + factors_.capacity() * sizeof(FactorState) +
            variables_.capacity() * (sizeof(VariableState) + 2 * sizeof(int) + 1);
   for (const Clique& clique : cliques_) {
-    bytes += (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
-             sizeof(int);
+    bytes +=
+        (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
+        sizeof(int);
   }
   for (const FactorState& factor : factors_) bytes += factor.variables.capacity() * sizeof(int);
   return bytes;

@@ -8,8 +8,8 @@
 
 namespace hybrid {
 
-/// Uninitialised arrays of doubles that come and go often: freed ones are kept by size class (four to the
-/// octave), so that memory is neither zeroed nor handed back to the system in between.
+/// Uninitialised arrays of doubles that come and go often: freed ones are kept by size class (four
+/// to the octave), so that memory is neither zeroed nor handed back to the system in between.
 class BlockPool {
  public:
   struct Block {

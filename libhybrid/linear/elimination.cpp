@@ -12,8 +12,8 @@
 namespace hybrid {
 namespace {
 
-constexpr int kMergeDim = 12;          // cliques that eliminate fewer dimensions merge freely
-constexpr double kMergeZeros = 0.15;   // else at most this share of new zeros in the merged columns
+constexpr int kMergeDim = 12;         // cliques that eliminate fewer dimensions merge freely
+constexpr double kMergeZeros = 0.15;  // else at most this share of new zeros in the merged columns
 
 /// Columns of the elimination tree: structure of each variable and the edges assembled there.
 struct Columns {
@@ -63,11 +63,12 @@ Columns eliminate_columns(const Hypergraph& graph, const std::vector<int>& posit
   return columns;
 }
 
-/// Merges columns into cliques: clique_of[j] is the last column of the clique that column j belongs to.
+/// Merges columns into cliques: clique_of[j] is the last column of the clique that column j belongs
+/// to.
 std::vector<int> merge_columns(const Columns& columns, const std::vector<int>& dims) {
   const int n = static_cast<int>(columns.parent.size());
-  std::vector<int> frontal(dims);   // dimensions eliminated by the clique whose last column is j
-  std::vector<int> separator(n);    // dimensions left by it
+  std::vector<int> frontal(dims);  // dimensions eliminated by the clique whose last column is j
+  std::vector<int> separator(n);   // dimensions left by it
   std::vector<long> zeros(n, 0);
   for (int j = 0; j < n; ++j) {
     separator[j] = 0;
@@ -77,8 +78,8 @@ std::vector<int> merge_columns(const Columns& columns, const std::vector<int>& d
   for (int j = 0; j < n; ++j) {
     const int p = columns.parent[j];
     if (p < 0) continue;
-    // Merging makes the rows of j's columns those of its parent's clique. Its frontals so far are those
-    // merged at the time; children of the parent come in ascending order.
+    // Merging makes the rows of j's columns those of its parent's clique. Its frontals so far are
+    // those merged at the time; children of the parent come in ascending order.
     const long grown = frontal[p] + separator[p];
     const long extra = static_cast<long>(frontal[j]) * (grown - separator[j]);
     const long total = zeros[j] + zeros[p] + extra;
@@ -108,7 +109,8 @@ std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<in
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return group[a] < group[b]; });
     return order;
   }
-  // CCOLAMD takes the incidence matrix by columns: for each variable, the edges (rows) that hold it.
+  // CCOLAMD takes the incidence matrix by columns: for each variable, the edges (rows) that hold
+  // it.
   const int entries = static_cast<int>(graph.members.size());
   std::vector<int> begin(n + 1, 0);
   for (int v : graph.members) ++begin[v + 1];

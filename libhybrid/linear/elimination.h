@@ -6,12 +6,12 @@
 
 namespace hybrid {
 
-/// A hypergraph over variables 0 .. count - 1, for ordering and symbolic elimination: an edge is the set of
-/// variables of one factor or of one separator.
+/// A hypergraph over variables 0 .. count - 1, for ordering and symbolic elimination: an edge is
+/// the set of variables of one factor or of one separator.
 struct Hypergraph {
   int count = 0;
-  std::vector<int> dims;                ///< by variable
-  std::vector<int> edge_begin = {0};    ///< edge e is members[edge_begin[e] .. edge_begin[e + 1])
+  std::vector<int> dims;              ///< by variable
+  std::vector<int> edge_begin = {0};  ///< edge e is members[edge_begin[e] .. edge_begin[e + 1])
   std::vector<int> members;
 
   int edges() const { return static_cast<int>(edge_begin.size()) - 1; }
@@ -28,8 +28,8 @@ struct Hypergraph {
 /// Variables of a higher group come after those of a lower one; groups are 0, 1, ... without gaps.
 std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<int>& group);
 
-/// One clique of the elimination: the variables it eliminates and the ones it leaves to its ancestors, both
-/// in elimination order.
+/// One clique of the elimination: the variables it eliminates and the ones it leaves to its
+/// ancestors, both in elimination order.
 struct SymbolicClique {
   std::vector<int> frontals;
   std::vector<int> separators;
@@ -37,8 +37,8 @@ struct SymbolicClique {
   int parent = -1;         ///< index of the parent clique, always higher than its own
 };
 
-/// Cliques of the elimination of `graph` in the given order, children before parents. Small cliques are
-/// merged into their parent where that costs few extra zeros.
+/// Cliques of the elimination of `graph` in the given order, children before parents. Small cliques
+/// are merged into their parent where that costs few extra zeros.
 std::vector<SymbolicClique> eliminate_symbolically(const Hypergraph& graph,
                                                    const std::vector<int>& order);
 

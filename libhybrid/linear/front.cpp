@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/linear/dot.h"
+
 namespace hybrid {
 namespace {
 
 // One register of doubles; the second type reads them from any address.
-#ifdef __AVX512F__
-constexpr int kLanes = 8;
+#ifdef HYBRID_FRONT_LANES
+constexpr int kLanes = HYBRID_FRONT_LANES;
 #else
 constexpr int kLanes = 4;
 #endif
@@ -20,8 +22,8 @@ typedef double LoosePack __attribute__((vector_size(8 * kLanes), aligned(8), may
 constexpr int kRows = 2 * kLanes;  // of a tile
 constexpr int kCols = 4;
 
-/// C -= A B' on one tile of kRows x kCols: A has kRows rows and B kCols rows of `depth` columns, all of the
-/// same stride.
+/// C -= A B' on one tile of kRows x kCols: A has kRows rows and B kCols rows of `depth` columns,
+/// all of the same stride.
 inline void update_tile(double* c, const double* a, const double* b, int depth, int stride) {
   Pack acc[kCols][2] = {};
   for (int k = 0; k < depth; ++k) {
@@ -45,12 +47,28 @@ inline void update_tile(double* c, const double* a, const double* b, int depth, 
 
 }  // namespace
 
+double dot(const double* a, const double* b, int n) {
+  Pack sum[2] = {};
+  int i = 0;
+  for (; i + 2 * kLanes <= n; i += 2 * kLanes) {
+    sum[0] += *reinterpret_cast<const LoosePack*>(a + i) * *reinterpret_cast<const LoosePack*>(b + i);
+    sum[1] += *reinterpret_cast<const LoosePack*>(a + i + kLanes) *
+              *reinterpret_cast<const LoosePack*>(b + i + kLanes);
+  }
+  sum[0] += sum[1];
+  double total = 0.0;
+  for (int k = 0; k < kLanes; ++k) total += sum[0][k];
+  for (; i < n; ++i) total += a[i] * b[i];
+  return total;
+}
+
 void Front::reset(int n) {
   n_ = n;
   stride_ = (n + kRows + 3) / 4 * 4;
   const std::size_t size = static_cast<std::size_t>(stride_) * (n + kCols);
   if (data_.size() < size) data_.resize(size + size / 2);
-  for (int j = 0; j < n + kCols; ++j) std::fill(column(j) + std::min(j, n), column(j) + stride_, 0.0);
+  for (int j = 0; j < n + kCols; ++j)
+    std::fill(column(j) + std::min(j, n), column(j) + stride_, 0.0);
 }
 
 int Front::factorize(int f, double tolerance) {

@@ -6,8 +6,8 @@
 
 namespace hybrid {
 
-/// Scratch for the frontal matrix of one clique: symmetric, lower triangle, column-major, with rows and
-/// columns padded by zeros so that the kernels need no remainder loops.
+/// Scratch for the frontal matrix of one clique: symmetric, lower triangle, column-major, with rows
+/// and columns padded by zeros so that the kernels need no remainder loops.
 class Front {
  public:
   /// Makes it an all-zero matrix of order n.
@@ -19,8 +19,9 @@ class Front {
   const double* column(int j) const { return data_.data() + static_cast<std::size_t>(j) * stride_; }
   double& operator()(int i, int j) { return column(j)[i]; }
 
-  /// Partial Cholesky: the first f columns become those of L, the rest the Schur complement. Returns -1, or
-  /// the first column whose pivot is not above `tolerance` times its diagonal entry before elimination.
+  /// Partial Cholesky: the first f columns become those of L, the rest the Schur complement.
+  /// Returns -1, or the first column whose pivot is not above `tolerance` times its diagonal entry
+  /// before elimination.
   int factorize(int f, double tolerance);
 
  private:

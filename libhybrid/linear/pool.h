@@ -7,8 +7,8 @@
 
 namespace hybrid {
 
-/// Arrays of T in one block of memory, by offset; freed arrays are reused by others of the same length.
-/// Offsets stay valid, pointers do not, when the pool grows.
+/// Arrays of T in one block of memory, by offset; freed arrays are reused by others of the same
+/// length. Offsets stay valid, pointers do not, when the pool grows.
 template <class T>
 class Pool {
  public:

@@ -100,7 +100,8 @@ std::vector<const Table*> DiscreteHalf::component(Key key) const {
   return collect(key, &visited);
 }
 
-/// The common case of a variable that is alone in its component: a plain minimum. False if it is not alone.
+/// The common case of a variable that is alone in its component: a plain minimum. False if it is
+/// not alone.
 bool DiscreteHalf::solve_single(Key key, Report& report) {
   const Variable& variable = variables_.at(key);
   std::vector<double> costs(variable.cardinality, 0.0);

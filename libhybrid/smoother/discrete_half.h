@@ -11,9 +11,9 @@
 
 namespace hybrid {
 
-/// The discrete half of the smoother: tables by number, and of them only the components that were touched
-/// are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to a hybrid one
-/// (the tables it gives at the present estimate).
+/// The discrete half of the smoother: tables by number, and of them only the components that were
+/// touched are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to
+/// a hybrid one (the tables it gives at the present estimate).
 class DiscreteHalf {
  public:
   struct Flip {
@@ -27,9 +27,9 @@ class DiscreteHalf {
     bool exact = true;
   };
 
-  /// A factor over the given variables; its tables come with `set_tables`. Variables that are not known yet
-  /// start at their value in `initial`, or 0. `owner` is the term of a hybrid factor, or -1. Returns the
-  /// number.
+  /// A factor over the given variables; its tables come with `set_tables`. Variables that are not
+  /// known yet start at their value in `initial`, or 0. `owner` is the term of a hybrid factor, or
+  /// -1. Returns the number.
   int add(const std::vector<DiscreteKey>& keys, int owner, const Assignment& initial);
   /// Variables that no factor holds any more are forgotten.
   void remove(int f);

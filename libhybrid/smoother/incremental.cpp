@@ -11,6 +11,9 @@
 namespace hybrid {
 namespace {
 
+/// Gauss-Newton steps that a half-step may take beyond the first.
+constexpr int kMoreSteps = 2;
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -71,9 +74,13 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
   return report;
 }
 
-double IncrementalSmoother::objective() const { return term_cost_ + discrete_.pure_cost(); }
+double IncrementalSmoother::objective() const {
+  return term_cost_ + discrete_.pure_cost();
+}
 
-double IncrementalSmoother::cost() const { return hybrid::cost(graph_, estimate_, assignment()); }
+double IncrementalSmoother::cost() const {
+  return hybrid::cost(graph_, estimate_, assignment());
+}
 
 void IncrementalSmoother::enter_tree(int t) {
   Term& term = terms_[t];
@@ -88,23 +95,25 @@ void IncrementalSmoother::leave_tree(int t) {
   terms_[t].tree_factor = -1;
 }
 
-/// Chooses another component of a hybrid term. A new linearisation always goes with it: a stale one would
-/// leave the mode right and the pose wrong.
+/// Chooses another component of a hybrid term. A new linearisation always goes with it: a stale one
+/// would leave the mode right and the pose wrong.
 void IncrementalSmoother::set_component(int t, const Component& component) {
   Term& term = terms_[t];
   const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
-  undo_.push_back([this, t, component = term.component, tree_factor = term.tree_factor, cost = term.cost] {
-    term_cost_ += cost - terms_[t].cost;
-    terms_[t].component = component;
-    terms_[t].tree_factor = tree_factor;
-    terms_[t].cost = cost;
-  });
+  undo_.push_back(
+      [this, t, component = term.component, tree_factor = term.tree_factor, cost = term.cost] {
+        term_cost_ += cost - terms_[t].cost;
+        terms_[t].component = component;
+        terms_[t].tree_factor = tree_factor;
+        terms_[t].cost = cost;
+      });
   const int previous = term.component.index;
   term.component = component;
   term_cost_ -= term.cost;
   term.cost = evaluate(term, estimate_);
   term_cost_ += term.cost;
-  const bool same_place = term.tree_factor >= 0 && belongs_in_tree(component) && active_slots(term) == before;
+  const bool same_place =
+      term.tree_factor >= 0 && belongs_in_tree(component) && active_slots(term) == before;
   if (same_place && component.index == previous) return;
   if (same_place) {
     linearize(term, theta_, tree_);
@@ -114,8 +123,8 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   enter_tree(t);
 }
 
-/// Brings the flips of the last discrete half-step into the tree, or takes them back where the system would
-/// be singular with them.
+/// Brings the flips of the last discrete half-step into the tree, or takes them back where the
+/// system would be singular with them.
 bool IncrementalSmoother::take_flips(UpdateReport& report) {
   if (eliminate(report)) {
     undo_.clear();
@@ -128,7 +137,8 @@ bool IncrementalSmoother::take_flips(UpdateReport& report) {
   return false;
 }
 
-/// Moves the linearisation points of some variables to the estimate and linearises their factors there.
+/// Moves the linearisation points of some variables to the estimate and linearises their factors
+/// there.
 void IncrementalSmoother::move_linearization(const std::vector<int>& slots, UpdateReport& report) {
   std::vector<std::pair<int, std::vector<double>>> before;
   std::vector<int> terms;
@@ -136,7 +146,8 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
   for (int slot : slots) {
     if (!theta_.occupied(slot)) continue;
     const VariableType type = theta_.type(slot);
-    before.emplace_back(slot, std::vector<double>(theta_.data(slot), theta_.data(slot) + type.size));
+    before.emplace_back(slot,
+                        std::vector<double>(theta_.data(slot), theta_.data(slot) + type.size));
     std::copy_n(estimate_.data(slot), type.size, theta_.data(slot));
     tree_.reset_delta(slot);
     ++report.relinearized;
@@ -164,38 +175,64 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
   return false;
 }
 
-/// Takes the Gauss-Newton step of the tree, shortened where the true objective would rise (eq. 9b).
+/// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
+/// where the true objective rises with it, some more of them with the worst factors linearised
+/// again; and where that does not help, a part of the way.
 void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
-  changed_ = tree_.solve(wildfire);
   ++report.rounds;
   const double before = term_cost_;
-  const double rise = move_estimate();
-  if (rise > 0.0) {
-    if (!shorten(before)) {
-      move_linearization(changed_, report);
-      if (eliminate(report)) {
-        undo_.clear();
-        changed_ = tree_.solve(wildfire);
-        if (move_estimate() > 0.0) shorten(before);
-      } else {
-        undo();
-        report.status = UpdateReport::Status::kOk;
-      }
+  old_.clear();
+  ++old_stamp_;
+  for (int tries = 0;; ++tries) {
+    changed_ = tree_.solve(wildfire);
+    remember(changed_);
+    move_estimate();
+    if (term_cost_ <= before) break;
+    if (tries == kMoreSteps) {
+      back_off(before);
+      break;
     }
+    std::vector<int> moved;
+    moved.swap(moved_);
+    move_linearization(moved.empty() ? changed_ : moved, report);
+    if (!eliminate(report)) {
+      undo();
+      report.status = UpdateReport::Status::kOk;
+      back_off(before);
+      break;
+    }
+    undo_.clear();
   }
-  collect_moved();
   record(report);
 }
 
-/// Sets the estimate of the changed variables from their steps. Returns by how much the objective rises.
-double IncrementalSmoother::move_estimate() {
+/// Keeps the estimates of some variables as they were before this half-step.
+void IncrementalSmoother::remember(const std::vector<int>& slots) {
+  if (static_cast<int>(slot_stamp_.size()) < theta_.slot_count())
+    slot_stamp_.resize(theta_.slot_count());
+  for (int slot : slots) {
+    if (slot_stamp_[slot] == old_stamp_) continue;
+    slot_stamp_[slot] = old_stamp_;
+    const double* x = estimate_.data(slot);
+    old_.push_back({slot, {x, x + estimate_.type(slot).size}});
+  }
+}
+
+/// Sets the estimate of the changed variables from their steps, and the costs of their factors.
+void IncrementalSmoother::move_estimate() {
   for (int slot : changed_) {
     retract(theta_.type(slot), theta_.data(slot), tree_.delta(slot), estimate_.data(slot));
   }
-  const double before = term_cost_;
+  refresh_costs(changed_);
+}
+
+/// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
+/// variables of those whose linear model is off.
+void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
+  moved_.clear();
   double change = 0.0;
   ++stamp_;
-  for (int slot : changed_) {
+  for (int slot : slots) {
     for (int t : terms_.of_variable(slot)) {
       if (term_stamp_[t] == stamp_) continue;
       term_stamp_[t] = stamp_;
@@ -205,48 +242,47 @@ double IncrementalSmoother::move_estimate() {
       change += cost - term.cost;
       term.cost = cost;
       if (term.hybrid != nullptr) stale_.push_back(t);
+      if (term.tree_factor < 0) continue;
+      const double fixed = term.component.constant + term.component.factor->log_normalizer();
+      const double error = cost - fixed - tree_.linear_cost(term.tree_factor);
+      if (!(std::abs(error) <= options_.relinearize)) {
+        moved_.insert(moved_.end(), term.slots.begin(), term.slots.end());
+      }
     }
   }
-  term_cost_ = before + change;
-  return std::isfinite(change) ? change : INFINITY;
-}
-
-/// Halves the last change until the objective is no higher than `before`; gives it up if that never happens.
-bool IncrementalSmoother::shorten(double before) {
-  for (double share = 0.5; share > 1e-3; share *= 0.5) {
-    tree_.scale_change(share);
-    move_estimate();
-    if (term_cost_ <= before) return true;
-  }
-  tree_.scale_change(0.0);
-  move_estimate();
-  term_cost_ = before;
-  return false;
-}
-
-bool IncrementalSmoother::too_far(int slot) const {
-  const VariableType type = theta_.type(slot);
-  const double* step = tree_.delta(slot);
-  const auto exceeds = [&](int from, int to, double threshold) {
-    for (int i = from; i < to; ++i) {
-      if (std::abs(step[i]) > threshold) return true;
-    }
-    return false;
-  };
-  int translation = 0;
-  if (type.kind == VariableKind::kVector) translation = type.dim;
-  if (type.kind == VariableKind::kSE2) translation = 2;
-  if (type.kind == VariableKind::kSE3) translation = 3;
-  return exceeds(0, translation, options_.relinearize_translation) ||
-         exceeds(translation, type.dim, options_.relinearize_rotation);
-}
-
-void IncrementalSmoother::collect_moved() {
-  for (int slot : changed_) {
-    if (too_far(slot)) moved_.push_back(slot);
-  }
+  term_cost_ = std::isfinite(change) ? term_cost_ + change : INFINITY;
   std::sort(moved_.begin(), moved_.end());
   moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+}
+
+/// Goes a part of the way from the old estimate to the present one, the largest that does not raise
+/// the objective; at worst none, with everything to be linearised again in the next update.
+void IncrementalSmoother::back_off(double before) {
+  std::vector<int> slots;
+  std::vector<double> steps;
+  for (const Old& old : old_) {
+    const VariableType type = estimate_.type(old.slot);
+    slots.push_back(old.slot);
+    steps.resize(steps.size() + type.dim);
+    local(type, old.x.data(), estimate_.data(old.slot), steps.data() + steps.size() - type.dim);
+  }
+  double scaled[64];
+  for (double share = 0.5;; share = share > 0.01 ? 0.5 * share : 0.0) {
+    const double* step = steps.data();
+    for (const Old& old : old_) {
+      const VariableType type = estimate_.type(old.slot);
+      for (int i = 0; i < type.dim; ++i) scaled[i] = share * *step++;
+      retract(type, old.x.data(), scaled, estimate_.data(old.slot));
+      if (share == 0.0) std::copy(old.x.begin(), old.x.end(), estimate_.data(old.slot));
+      local(type, theta_.data(old.slot), estimate_.data(old.slot), scaled);
+      tree_.set_delta(old.slot, scaled);
+    }
+    refresh_costs(slots);
+    if (term_cost_ <= before || share == 0.0) {
+      if (share == 0.0) moved_ = slots;
+      return;
+    }
+  }
 }
 
 /// Tables of hybrid factors whose variables have moved.
@@ -264,8 +300,8 @@ void IncrementalSmoother::refresh_tables() {
   stale_.clear();
 }
 
-/// Solves the touched discrete components (eq. 8a) and changes the components of hybrid factors that
-/// follow. Returns whether any variable flipped.
+/// Solves the touched discrete components (eq. 8a) and changes the components of hybrid factors
+/// that follow. Returns whether any variable flipped.
 bool IncrementalSmoother::discrete_step(UpdateReport& report) {
   refresh_tables();
   const DiscreteHalf::Report done = discrete_.solve(options_.discrete);

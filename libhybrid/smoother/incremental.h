@@ -16,32 +16,36 @@
 namespace hybrid {
 
 struct SmootherOptions {
-  /// A variable is linearised again when its step exceeds this: translations and vectors [m], angles [rad].
-  double relinearize_translation = 0.1;
-  double relinearize_rotation = 0.05;
-  /// Steps are propagated down the tree while they change by more than this [m or rad].
-  double wildfire = 1e-3;
+  /// The variables of a factor are linearised again when its linear model is off by more than this,
+  /// in units of the objective. It is a measure of what linearisation costs, whatever the units,
+  /// the noise or the geometry of a factor.
+  double relinearize = 3e-3;
+  /// Steps are propagated down the tree while a clique lowers the linearised objective by more than
+  /// this.
+  double wildfire = 1e-5;
   /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
   int rounds = 3;
-  /// How a step that would raise the objective is shortened: along itself, or along Powell's dogleg.
+  /// How a step that would raise the objective is shortened: along itself, or along Powell's
+  /// dogleg.
   enum class Step { kGaussNewton, kDogleg };
   Step step = Step::kGaussNewton;
-  /// This many of the newest poses are kept near the root, where the next measurements touch the tree.
+  /// This many of the newest poses are kept near the root, where the next measurements touch the
+  /// tree.
   int recent = 10;
   DiscreteOptions discrete;
 };
 
-/// Online alternating minimisation (section IV-B): each update costs what it touches. The continuous half is
-/// a Bayes tree with fluid relinearisation, the discrete half solves only components that were touched, and
-/// a hybrid factor is linearised again only when its component or its variables have changed. The joint
-/// objective of eq. 6 never rises on the graph at hand.
+/// Online alternating minimisation (section IV-B): each update costs what it touches. The
+/// continuous half is a Bayes tree with fluid relinearisation, the discrete half solves only
+/// components that were touched, and a hybrid factor is linearised again only when its component or
+/// its variables have changed. The joint objective of eq. 6 never rises on the graph at hand.
 class IncrementalSmoother {
  public:
   explicit IncrementalSmoother(const SmootherOptions& options = {}) : options_(options) {}
 
-  /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that are not
-  /// finite, mismatched types) throws Error, a singular system gives a status; either way the smoother is
-  /// as it was before.
+  /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that
+  /// are not finite, mismatched types) throws Error, a singular system gives a status; either way
+  /// the smoother is as it was before.
   UpdateReport update(const Delta& delta);
 
   /// Relinearises everything and alternates until the relative decrease of the objective is below
@@ -57,13 +61,14 @@ class IncrementalSmoother {
   /// Half the weighted squared error of the continuous factors and the chosen components.
   double cost() const;
 
-  /// Joint covariance of continuous variables in the given order (eq. 11b, Laplace), in time proportional to
-  /// their paths in the tree.
+  /// Joint covariance of continuous variables in the given order (eq. 11b, Laplace), in time
+  /// proportional to their paths in the tree.
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
   /// Covariances of all continuous variables.
   void visit_covariances(
       const std::function<void(Key key, const Eigen::MatrixXd& covariance)>& visit) const;
-  /// Tables of the discrete component of a variable at the present estimate, for exact marginals (eq. 11a).
+  /// Tables of the discrete component of a variable at the present estimate, for exact marginals
+  /// (eq. 11a).
   std::vector<const Table*> component(Key key) const { return discrete_.component(key); }
 
   /// Handles of the factors that hold a continuous variable.
@@ -99,13 +104,13 @@ class IncrementalSmoother {
   bool eliminate(UpdateReport& report);
   bool take_flips(UpdateReport& report);
   void continuous_step(UpdateReport& report, double wildfire);
-  double move_estimate();
-  bool shorten(double before);
+  void remember(const std::vector<int>& slots);
+  void move_estimate();
+  void refresh_costs(const std::vector<int>& slots);
+  void back_off(double before);
   bool discrete_step(UpdateReport& report);
   void refresh_tables();
-  bool too_far(int slot) const;
   void record(UpdateReport& report) const { report.objectives.push_back(objective()); }
-  void collect_moved();
 
   SmootherOptions options_;
   HybridGraph graph_;
@@ -114,17 +119,24 @@ class IncrementalSmoother {
   BayesTree tree_;
   Terms terms_;
   DiscreteHalf discrete_;
-  std::vector<int> term_of_continuous_, term_of_hybrid_, table_of_discrete_;  // by index of the handle
+  std::vector<int> term_of_continuous_, term_of_hybrid_,
+      table_of_discrete_;  // by index of the handle
   std::vector<int> table_of_term_;
   double term_cost_ = 0.0;  // sum over terms
 
   std::deque<Key> recent_;
-  std::vector<int> last_;      // slots to eliminate last
-  std::vector<int> changed_;   // slots whose estimate moved in the last continuous step
-  std::vector<int> moved_;     // slots whose step exceeds the threshold
-  std::vector<int> stale_;     // hybrid terms whose variables moved since their tables were made
-  std::vector<unsigned> term_stamp_;
+  std::vector<int> last_;     // slots to eliminate last
+  std::vector<int> changed_;  // slots whose estimate moved in the last continuous step
+  std::vector<int> moved_;    // slots to linearise again in the next update
+  std::vector<int> stale_;    // hybrid terms whose variables moved since their tables were made
+  struct Old {
+    int slot;
+    std::vector<double> x;
+  };
+  std::vector<Old> old_;  // estimates before the continuous half-step under way
+  std::vector<unsigned> term_stamp_, slot_stamp_;
   unsigned stamp_ = 0;
+  unsigned old_stamp_ = 0;
   std::vector<std::function<void()>> undo_;
 };
 

@@ -18,15 +18,16 @@ struct UpdateReport {
   std::string message;    ///< what is wrong and where, if anything is
   Key under_constrained;  ///< a variable that the factors do not determine, where singular
 
-  std::vector<Handle> handles;  ///< of the added factors: continuous, discrete, hybrid, as in the delta
+  std::vector<Handle>
+      handles;  ///< of the added factors: continuous, discrete, hybrid, as in the delta
 
-  int relinearized = 0;        ///< variables whose linearisation point moved
-  int eliminated = 0;          ///< variables eliminated again, over all rounds
-  int cliques = 0;             ///< cliques made, over all rounds
-  int flips = 0;               ///< discrete variables whose value changed
-  int components = 0;          ///< components of the discrete graph solved
-  int rounds = 0;              ///< continuous half-steps
-  bool exact = true;           ///< false if a discrete component was too large and searched locally
+  int relinearized = 0;  ///< variables whose linearisation point moved
+  int eliminated = 0;    ///< variables eliminated again, over all rounds
+  int cliques = 0;       ///< cliques made, over all rounds
+  int flips = 0;         ///< discrete variables whose value changed
+  int components = 0;    ///< components of the discrete graph solved
+  int rounds = 0;        ///< continuous half-steps
+  bool exact = true;     ///< false if a discrete component was too large and searched locally
   double objective_before = 0.0;   ///< eq. 6 with the new factors, at the initial values
   double objective_after = 0.0;    ///< and at the new estimate
   std::vector<double> objectives;  ///< after every half-step (eq. 10), never rising

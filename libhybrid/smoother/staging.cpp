@@ -12,7 +12,9 @@
 namespace hybrid {
 namespace {
 
-bool is_pose(VariableKind kind) { return kind == VariableKind::kSE2 || kind == VariableKind::kSE3; }
+bool is_pose(VariableKind kind) {
+  return kind == VariableKind::kSE2 || kind == VariableKind::kSE3;
+}
 
 template <class T>
 T& at_index(std::vector<T>& list, std::size_t index) {
@@ -75,12 +77,13 @@ void IncrementalSmoother::check(const Delta& delta) const {
   std::unordered_map<Key, int> cardinality;
   const auto check_discrete = [&](const std::vector<DiscreteKey>& keys) {
     for (const DiscreteKey& key : keys) {
-      const int known = discrete_.contains(key.key) ? discrete_.cardinality(key.key)
-                                                    : cardinality.emplace(key.key, key.cardinality)
-                                                          .first->second;
+      const int known = discrete_.contains(key.key)
+                            ? discrete_.cardinality(key.key)
+                            : cardinality.emplace(key.key, key.cardinality).first->second;
       if (known != key.cardinality) {
         throw Error("discrete variable " + to_string(key.key) + " has " + std::to_string(known) +
-                    " values, but a new factor takes it to have " + std::to_string(key.cardinality));
+                    " values, but a new factor takes it to have " +
+                    std::to_string(key.cardinality));
       }
       if (!discrete_.contains(key.key) && delta.assignment.contains(key.key) &&
           (delta.assignment.at(key.key) < 0 || delta.assignment.at(key.key) >= key.cardinality)) {
@@ -97,7 +100,8 @@ void IncrementalSmoother::check(const Delta& delta) const {
     for (const Table& table : factor->given(x.data())) {
       for (double cost : table.costs()) {
         if (std::isnan(cost)) {
-          throw Error(describe(factor->name(), factor->keys()) + " has a cost that is not a number");
+          throw Error(describe(factor->name(), factor->keys()) +
+                      " has a cost that is not a number");
         }
       }
     }
@@ -105,7 +109,8 @@ void IncrementalSmoother::check(const Delta& delta) const {
   std::unordered_set<int> doomed;
   std::vector<Handle> handles;
   for (Handle handle : delta.remove) {
-    if (!graph_.contains(handle)) throw Error("a factor to be removed is not, or no longer, in the graph");
+    if (!graph_.contains(handle))
+      throw Error("a factor to be removed is not, or no longer, in the graph");
     if (std::find(handles.begin(), handles.end(), handle) != handles.end()) {
       throw Error("a factor is to be removed twice");
     }
@@ -267,8 +272,10 @@ std::vector<Handle> IncrementalSmoother::factors_of(Key key) const {
 
 IncrementalSmoother::Memory IncrementalSmoother::memory() const {
   Memory memory;
-  memory.bytes = tree_.bytes() + terms_.bytes() + discrete_.bytes() + theta_.bytes() + estimate_.bytes();
-  if (!estimate_.empty()) memory.bytes_per_variable = double(memory.bytes) / double(estimate_.size());
+  memory.bytes =
+      tree_.bytes() + terms_.bytes() + discrete_.bytes() + theta_.bytes() + estimate_.bytes();
+  if (!estimate_.empty())
+    memory.bytes_per_variable = double(memory.bytes) / double(estimate_.size());
   return memory;
 }
 

@@ -20,7 +20,8 @@ class Pointers {
     if (n > kFew) many_.resize(n);
     const double** x = n > kFew ? many_.data() : few_.data();
     for (std::size_t i = 0; i < n; ++i) {
-      const int position = term.component.positions ? term.component.positions[i] : static_cast<int>(i);
+      const int position =
+          term.component.positions ? term.component.positions[i] : static_cast<int>(i);
       x[i] = values.data(term.slots[position]);
     }
   }
@@ -57,7 +58,8 @@ void linearize(const Term& term, const Values& values, BayesTree& tree) {
   const int n = factor.cols() + 1;
   std::array<double, 128> few;
   std::vector<double> many;
-  if (static_cast<std::size_t>(rows) * n > few.size()) many.resize(static_cast<std::size_t>(rows) * n);
+  if (static_cast<std::size_t>(rows) * n > few.size())
+    many.resize(static_cast<std::size_t>(rows) * n);
   double* a = many.empty() ? few.data() : many.data();
   factor.linearize(Pointers(term, values).data(), a + static_cast<std::size_t>(rows) * (n - 1), a);
   double* h = tree.hessian(term.tree_factor);
@@ -110,7 +112,8 @@ void Terms::remove(int t) {
 }
 
 std::size_t Terms::bytes() const {
-  std::size_t bytes = terms_.capacity() * sizeof(Term) + adjacency_.capacity() * sizeof(std::vector<int>);
+  std::size_t bytes =
+      terms_.capacity() * sizeof(Term) + adjacency_.capacity() * sizeof(std::vector<int>);
   for (const Term& term : terms_) bytes += term.slots.capacity() * sizeof(int);
   for (const auto& list : adjacency_) bytes += list.capacity() * sizeof(int);
   return bytes;

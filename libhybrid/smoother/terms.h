@@ -10,7 +10,8 @@
 
 namespace hybrid {
 
-/// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen component.
+/// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen
+/// component.
 struct Term {
   ContinuousFactorPtr continuous;  ///< null for a hybrid factor
   HybridFactorPtr hybrid;          ///< null for a continuous factor
@@ -27,15 +28,16 @@ struct Term {
 /// -log of the term at the given values, normaliser included.
 double evaluate(const Term& term, const Values& values);
 
-/// Writes the Hessian of the active component at `values` into the tree, where the term is part of it.
+/// Writes the Hessian of the active component at `values` into the tree, where the term is part of
+/// it.
 void linearize(const Term& term, const Values& values, BayesTree& tree);
 
 /// Slots of the variables of the active component, in its own order.
 std::vector<int> active_slots(const Term& term);
 
-/// A term belongs into the tree unless its component has no factor or is weak.
-inline bool belongs_in_tree(const Term& term) {
-  return term.component.factor != nullptr && !term.component.weak;
+/// A component belongs into the tree unless it has no factor or is weak.
+inline bool belongs_in_tree(const Component& component) {
+  return component.factor != nullptr && !component.weak;
 }
 
 /// The terms of a graph and, for every variable, those that hold it.
