@@ -49,6 +49,9 @@ class BayesTree {
   /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose.
   EliminationReport eliminate(const std::vector<int>& last);
 
+  /// Takes back all changes since the last `eliminate`.
+  void abandon() { roll_back(); }
+
   /// Back-substitutes from the cliques made since the last call downwards, and below them as long
   /// as moving a clique lowers the linearised objective by more than `threshold`. Returns the
   /// variables whose step changed.

@@ -51,7 +51,8 @@ double dot(const double* a, const double* b, int n) {
   Pack sum[2] = {};
   int i = 0;
   for (; i + 2 * kLanes <= n; i += 2 * kLanes) {
-    sum[0] += *reinterpret_cast<const LoosePack*>(a + i) * *reinterpret_cast<const LoosePack*>(b + i);
+    sum[0] +=
+        *reinterpret_cast<const LoosePack*>(a + i) * *reinterpret_cast<const LoosePack*>(b + i);
     sum[1] += *reinterpret_cast<const LoosePack*>(a + i + kLanes) *
               *reinterpret_cast<const LoosePack*>(b + i + kLanes);
   }

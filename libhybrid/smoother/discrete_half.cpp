@@ -116,7 +116,6 @@ bool DiscreteHalf::solve_single(Key key, Report& report) {
   ++report.components;
   if (costs[best] < costs[incumbent]) {
     report.flips.push_back({key, incumbent, best});
-    move(key, best);
   }
   return true;
 }
@@ -138,9 +137,9 @@ DiscreteHalf::Report DiscreteHalf::solve(const DiscreteOptions& options) {
       const int incumbent = assignment_.at(variable);
       if (value == incumbent) continue;
       report.flips.push_back({variable, incumbent, value});
-      move(variable, value);
     }
   }
+  for (const Flip& flip : report.flips) move(flip.key, flip.to);
   touched_.clear();
   return report;
 }

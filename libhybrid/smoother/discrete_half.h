@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libhybrid/core/assignment.h"
-#include "libhybrid/discrete/solve.h"
+#include "libhybrid/discrete/inference.h"
 #include "libhybrid/hybrid/graph.h"
 
 namespace hybrid {

@@ -25,10 +25,17 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
   const auto start = std::chrono::steady_clock::now();
   check(delta);
   UpdateReport report;
-  const Staged staged = stage(delta, report);
-  record(report);
-  report.objective_before = objective();
-  discrete_step(report);
+  Staged staged;
+  try {
+    staged = stage(delta, report);
+    record(report);
+    report.objective_before = objective();
+    discrete_step(report);
+  } catch (...) {
+    tree_.abandon();
+    undo();
+    throw;
+  }
   std::vector<int> moved;
   moved.swap(moved_);
   move_linearization(moved, report);
@@ -59,6 +66,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
     for (int slot = 0; slot < theta_.slot_count(); ++slot) {
       if (theta_.occupied(slot)) all.push_back(slot);
     }
+    enter_pulls();
     move_linearization(all, report);
     if (!eliminate(report)) {
       undo();
@@ -90,9 +98,25 @@ void IncrementalSmoother::enter_tree(int t) {
 }
 
 void IncrementalSmoother::leave_tree(int t) {
-  if (terms_[t].tree_factor < 0) return;
-  tree_.remove_factor(terms_[t].tree_factor);
-  terms_[t].tree_factor = -1;
+  Term& term = terms_[t];
+  if (term.tree_factor >= 0) tree_.remove_factor(term.tree_factor);
+  for (int f : term.pulls) tree_.remove_factor(f);
+  term.tree_factor = -1;
+  term.pulls.clear();
+}
+
+/// Lets weak components pull at their variables, so that the estimate converges to the exact
+/// optimum.
+void IncrementalSmoother::enter_pulls() {
+  for (int t = 0; t < terms_.count(); ++t) {
+    Term& term = terms_[t];
+    if (!term.alive || term.component.factor == nullptr || !term.component.weak ||
+        !term.pulls.empty())
+      continue;
+    undo_.push_back([this, t] { terms_[t].pulls.clear(); });
+    for (int slot : active_slots(term)) term.pulls.push_back(tree_.add_factor({slot}));
+    linearize(term, theta_, tree_);
+  }
 }
 
 /// Chooses another component of a hybrid term. A new linearisation always goes with it: a stale one
@@ -100,13 +124,14 @@ void IncrementalSmoother::leave_tree(int t) {
 void IncrementalSmoother::set_component(int t, const Component& component) {
   Term& term = terms_[t];
   const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
-  undo_.push_back(
-      [this, t, component = term.component, tree_factor = term.tree_factor, cost = term.cost] {
-        term_cost_ += cost - terms_[t].cost;
-        terms_[t].component = component;
-        terms_[t].tree_factor = tree_factor;
-        terms_[t].cost = cost;
-      });
+  undo_.push_back([this, t, component = term.component, tree_factor = term.tree_factor,
+                   pulls = term.pulls, cost = term.cost] {
+    term_cost_ += cost - terms_[t].cost;
+    terms_[t].component = component;
+    terms_[t].tree_factor = tree_factor;
+    terms_[t].pulls = pulls;
+    terms_[t].cost = cost;
+  });
   const int previous = term.component.index;
   term.component = component;
   term_cost_ -= term.cost;
@@ -154,7 +179,7 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
     for (int t : terms_.of_variable(slot)) {
       if (term_stamp_[t] == stamp_) continue;
       term_stamp_[t] = stamp_;
-      if (terms_[t].tree_factor >= 0) terms.push_back(t);
+      if (terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty()) terms.push_back(t);
     }
   }
   for (int t : terms) linearize(terms_[t], theta_, tree_);

@@ -99,6 +99,7 @@ class IncrementalSmoother {
 
   void enter_tree(int t);
   void leave_tree(int t);
+  void enter_pulls();
   void set_component(int t, const Component& component);
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   bool eliminate(UpdateReport& report);

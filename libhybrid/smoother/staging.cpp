@@ -234,9 +234,10 @@ void IncrementalSmoother::stage_removals(const Delta& delta, Staged& staged) {
     Term& term = terms_[t];
     term.alive = false;
     term_cost_ -= term.cost;
-    undo_.push_back([this, t, tree_factor = term.tree_factor] {
+    undo_.push_back([this, t, tree_factor = term.tree_factor, pulls = term.pulls] {
       terms_[t].alive = true;
       terms_[t].tree_factor = tree_factor;
+      terms_[t].pulls = pulls;
       term_cost_ += terms_[t].cost;
     });
     leave_tree(t);

@@ -43,6 +43,19 @@ void square(const double* a, int rows, int n, double* h) {
   }
 }
 
+/// Each variable of a weak component gets its share of the gradient, and no curvature.
+void write_pulls(const Term& term, const double* a, BayesTree& tree) {
+  const ContinuousFactor& factor = *term.component.factor;
+  const Eigen::Map<const Eigen::MatrixXd> A(a, factor.rows(), factor.cols() + 1);
+  int column = 0;
+  for (std::size_t i = 0; i < term.pulls.size(); ++i) {
+    const int dim = factor.types()[i].dim;
+    Eigen::Map<Eigen::MatrixXd> h(tree.hessian(term.pulls[i]), dim + 1, dim + 1);
+    h.bottomLeftCorner(1, dim).noalias() = A.rightCols(1).transpose() * A.middleCols(column, dim);
+    column += dim;
+  }
+}
+
 }  // namespace
 
 double evaluate(const Term& term, const Values& values) {
@@ -52,7 +65,7 @@ double evaluate(const Term& term, const Values& values) {
 }
 
 void linearize(const Term& term, const Values& values, BayesTree& tree) {
-  if (term.tree_factor < 0) return;
+  if (term.tree_factor < 0 && term.pulls.empty()) return;
   const ContinuousFactor& factor = *term.component.factor;
   const int rows = factor.rows();
   const int n = factor.cols() + 1;
@@ -62,6 +75,7 @@ void linearize(const Term& term, const Values& values, BayesTree& tree) {
     many.resize(static_cast<std::size_t>(rows) * n);
   double* a = many.empty() ? few.data() : many.data();
   factor.linearize(Pointers(term, values).data(), a + static_cast<std::size_t>(rows) * (n - 1), a);
+  if (!term.pulls.empty()) return write_pulls(term, a, tree);
   double* h = tree.hessian(term.tree_factor);
   switch (rows) {
     case 2:

@@ -19,7 +19,10 @@ struct Term {
   std::vector<int> slots;  ///< of keys(), in the values
   Component component;     ///< of a continuous factor: itself
   int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it
-  double cost = 0.0;       ///< -log f at the estimate, normaliser included
+  /// Of a weak component: for each of its variables a factor with its gradient, so that it pulls
+  /// without tying variables together. Entered only when the smoother converges.
+  std::vector<int> pulls;
+  double cost = 0.0;  ///< -log f at the estimate, normaliser included
   bool alive = false;
 
   const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }

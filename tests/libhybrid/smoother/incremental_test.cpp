@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/smoother/incremental.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+
+namespace hybrid {
+namespace {
+
+Key pose(int i) {
+  return {'x', static_cast<std::uint64_t>(i)};
+}
+
+Delta first_pose() {
+  Delta delta;
+  delta.values.insert(pose(0), SE2());
+  delta.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01)));
+  return delta;
+}
+
+ContinuousFactorPtr between(int i, int j, const SE2& z, double sigma) {
+  return std::make_shared<BetweenSE2>(pose(i), pose(j), z, Noise::isotropic(3, sigma));
+}
+
+/// A loop closure that may be a lie (eq. 17).
+HybridFactorPtr closure(int number, int i, int j, const SE2& z) {
+  return make_outlier_mixture({{'d', static_cast<std::uint64_t>(number)}, 2},
+                              between(i, j, z, 0.05), between(i, j, z, 0.05 * std::sqrt(1e7)), 0.5,
+                              0.5);
+}
+
+/// The joint covariance of all variables by dense inversion, in the order of `keys`.
+Eigen::MatrixXd dense_covariance(const IncrementalSmoother& smoother,
+                                 const std::vector<Key>& keys) {
+  const int n = 3 * static_cast<int>(keys.size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  const auto add = [&](const ContinuousFactor& factor) {
+    const auto x = gather(factor.keys(), factor.types(), smoother.values());
+    Eigen::VectorXd r(factor.rows());
+    Eigen::MatrixXd J(factor.rows(), factor.cols());
+    factor.linearize(x.data(), r.data(), J.data());
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(factor.rows(), n);
+    for (std::size_t k = 0; k < factor.keys().size(); ++k) {
+      const auto at = std::find(keys.begin(), keys.end(), factor.keys()[k]) - keys.begin();
+      all.middleCols(3 * at, 3) = J.middleCols(3 * static_cast<int>(k), 3);
+    }
+    information += all.transpose() * all;
+  };
+  smoother.graph().continuous().for_each([&](Handle, const ContinuousFactorPtr& f) { add(*f); });
+  smoother.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& f) {
+    const Component c = f->given(smoother.assignment());
+    if (c.factor != nullptr && !c.weak) add(*c.factor);
+  });
+  return information.inverse();
+}
+
+TEST(IncrementalSmoother, EqualsBatchOnRandomGraphsThatGrowAndShrink) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 0.03);
+    IncrementalSmoother smoother;
+    ASSERT_EQ(smoother.update(first_pose()).status, UpdateReport::Status::kOk);
+    std::vector<SE2> truth = {SE2()};
+    std::vector<Handle> closures;
+    for (int k = 1; k < 40; ++k) {
+      const SE2 motion(1.0, 0.0, 0.4);
+      truth.push_back(truth.back() * motion);
+      Delta delta;
+      const SE2 measured = motion * SE2::exp({noise(random), noise(random), noise(random)});
+      delta.values.insert(pose(k), smoother.values().at<SE2>(pose(k - 1)) * measured);
+      delta.continuous.push_back(between(k - 1, k, measured, 0.03));
+      if (k > 4 && random() % 2 == 0) {
+        const int old = static_cast<int>(random() % (k - 2));
+        SE2 z = truth[old].inverse() * truth[k] *
+                SE2::exp({noise(random), noise(random), noise(random)});
+        if (random() % 3 == 0) z = z * SE2(3.0, -2.0, 1.0);
+        delta.hybrid.push_back(closure(k, old, k, z));
+      }
+      if (!closures.empty() && random() % 4 == 0) {
+        const std::size_t at = random() % closures.size();
+        delta.remove.push_back(closures[at]);
+        closures.erase(closures.begin() + at);
+      }
+      const UpdateReport report = smoother.update(delta);
+      ASSERT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
+      for (Handle handle : report.handles) {
+        if (handle.kind == FactorKind::kHybrid) closures.push_back(handle);
+      }
+      for (std::size_t i = 1; i < report.objectives.size(); ++i) {
+        EXPECT_LE(report.objectives[i], report.objectives[i - 1] + 1e-9);
+      }
+      EXPECT_NEAR(smoother.objective(),
+                  objective(smoother.graph(), smoother.values(), smoother.assignment()), 1e-7);
+    }
+    smoother.converge();
+    SolverOptions options;
+    options.relative_decrease = 1e-14;
+    const SolverResult batch = levenberg_marquardt(smoother.graph(), smoother.estimate(), options);
+    for (int k = 0; k < 40; ++k) {
+      const SE2 difference =
+          batch.values.at<SE2>(pose(k)).inverse() * smoother.values().at<SE2>(pose(k));
+      EXPECT_LT(difference.log().norm(), 1e-5) << pose(k);
+    }
+    std::vector<Key> keys = smoother.values().keys();
+    const Eigen::MatrixXd dense = dense_covariance(smoother, keys);
+    EXPECT_LT((smoother.joint_covariance(keys) - dense).cwiseAbs().maxCoeff(),
+              2e-5 * dense.cwiseAbs().maxCoeff());
+    smoother.visit_covariances([&](Key key, const Eigen::MatrixXd& covariance) {
+      const auto at = 3 * (std::find(keys.begin(), keys.end(), key) - keys.begin());
+      EXPECT_LT((covariance - dense.block(at, at, 3, 3)).cwiseAbs().maxCoeff(),
+                2e-5 * dense.cwiseAbs().maxCoeff());
+    });
+  }
+}
+
+TEST(IncrementalSmoother, NamesWhatIsUnderConstrainedAndStaysAsItWas) {
+  IncrementalSmoother smoother;
+  smoother.update(first_pose());
+  Delta delta;
+  delta.values.insert(pose(1), SE2(1.0, 0.0, 0.0));
+  delta.values.insert(pose(7), SE2());
+  delta.continuous.push_back(between(0, 1, SE2(1.0, 0.0, 0.0), 0.1));
+  const double before = smoother.objective();
+  const UpdateReport report = smoother.update(delta);
+  EXPECT_EQ(report.status, UpdateReport::Status::kSingular);
+  EXPECT_EQ(report.under_constrained, pose(7));
+  EXPECT_TRUE(report.handles.empty());
+  EXPECT_EQ(smoother.values().size(), 1u);
+  EXPECT_EQ(smoother.graph().size(), 1u);
+  EXPECT_DOUBLE_EQ(smoother.objective(), before);
+
+  Delta good;
+  good.values.insert(pose(1), SE2(1.0, 0.1, 0.0));
+  good.continuous.push_back(between(0, 1, SE2(1.0, 0.0, 0.0), 0.1));
+  EXPECT_EQ(smoother.update(good).status, UpdateReport::Status::kOk);
+  EXPECT_NEAR(smoother.values().at<SE2>(pose(1)).y(), 0.0, 1e-6);
+}
+
+TEST(IncrementalSmoother, RefusesBadInputAndStaysAsItWas) {
+  IncrementalSmoother smoother;
+  const UpdateReport first = smoother.update(first_pose());
+  Delta duplicate = first_pose();
+  EXPECT_THROW(smoother.update(duplicate), Error);
+  Delta unknown;
+  unknown.continuous.push_back(between(0, 5, SE2(), 0.1));
+  EXPECT_THROW(smoother.update(unknown), Error);
+  Delta nan;
+  nan.values.insert(pose(1), SE2());
+  nan.continuous.push_back(between(0, 1, SE2(std::nan(""), 0.0, 0.0), 0.1));
+  EXPECT_THROW(smoother.update(nan), Error);
+  Delta held;
+  held.remove_values.push_back(pose(0));
+  EXPECT_THROW(smoother.update(held), Error);
+  Delta gone;
+  gone.remove.push_back(first.handles[0]);
+  gone.remove.push_back(first.handles[0]);
+  EXPECT_THROW(smoother.update(gone), Error);
+  EXPECT_EQ(smoother.graph().size(), 1u);
+  EXPECT_EQ(smoother.values().size(), 1u);
+}
+
+}  // namespace
+}  // namespace hybrid
