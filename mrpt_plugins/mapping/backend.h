@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+
+/// What a back-end did with one change of the graph.
+struct BackendReport {
+  double seconds = 0;                 ///< wall time
+  int iterations = 0;                 ///< linear solves
+  int flips = 0;                      ///< discrete variables that changed their value
+  int relinearized = 0;               ///< continuous variables relinearised
+  double objective = 0;               ///< L(C, D) of eq. 6 afterwards
+  double cost = 0;                    ///< half the weighted squared error afterwards
+  std::vector<double> half_steps;     ///< objective after every half-step (eq. 8)
+  std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
+};
+
+/// Uncertainty of an estimate: Laplace covariances (eq. 12) and class probabilities (eq. 11).
+struct Uncertainty {
+  std::unordered_map<Key, Eigen::MatrixXd> covariances;
+  std::unordered_map<Key, std::vector<double>> probabilities;
+};
+
+/// The seam between the mapper and inference: whoever can take in one Delta per keyframe.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  /// Name of the mode as in the INI.
+  virtual std::string mode() const = 0;
+
+  /// Takes one atomic change in. Throws Error, and stays as it was, if the change is impossible.
+  virtual BackendReport update(const Delta& delta) = 0;
+
+  /// Solves to convergence, once no more changes come.
+  virtual BackendReport finish() = 0;
+
+  /// Every variable ever added and not removed; one marginalised out keeps its last estimate.
+  virtual const Estimate& estimate() const = 0;
+
+  /// All factors taken in so far and not removed.
+  virtual const HybridGraph& graph() const = 0;
+
+  /// Uncertainty of some variables at the estimate; a variable without it is left out.
+  virtual Uncertainty uncertainty(const std::vector<Key>& continuous,
+                                  const std::vector<DiscreteKey>& discrete) const = 0;
+};
+
+/// Declares the keys of section [solver] and creates the back-end they ask for.
+std::unique_ptr<Backend> make_backend(IniSection solver);
+
+}  // namespace hybrid

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "libhybrid/solvers/alternating.h"
+#include "mrpt_plugins/mapping/backend.h"
+
+namespace hybrid {
+
+/// Collects the whole graph, with every new variable where its plugin puts it, and solves it by
+/// alternating minimisation at the end, or every so many updates too.
+class BatchBackend : public Backend {
+ public:
+  /// `solve_every` updates a solve is made; 0: only by finish().
+  BatchBackend(const AlternatingOptions& options, int solve_every);
+
+  std::string mode() const override { return "batch"; }
+  BackendReport update(const Delta& delta) override;
+  BackendReport finish() override { return solve(); }
+  const Estimate& estimate() const override { return estimate_; }
+  const HybridGraph& graph() const override { return graph_; }
+  Uncertainty uncertainty(const std::vector<Key>& continuous,
+                          const std::vector<DiscreteKey>& discrete) const override;
+
+ private:
+  void insert(const Delta& delta);
+  BackendReport solve();
+
+  AlternatingOptions options_;
+  int solve_every_;
+  int updates_ = 0;
+  HybridGraph graph_;
+  Estimate estimate_;
+  double objective_ = 0;
+  double cost_ = 0;
+};
+
+}  // namespace hybrid

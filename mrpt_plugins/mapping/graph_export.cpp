@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/graph_export.h"
+
+#include <algorithm>
+
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+
+namespace hybrid {
+namespace {
+
+template <class Factor>
+Noise noise_of(const Factor& factor) {
+  return Noise::information(factor.sqrt_information().transpose() * factor.sqrt_information());
+}
+
+template <class Factor, class Edge>
+bool add_motion(const ContinuousFactor& factor, std::vector<Edge>& edges) {
+  const auto* between = dynamic_cast<const Factor*>(&factor);
+  if (between == nullptr) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1], between->measured(), noise_of(*between)});
+  return true;
+}
+
+template <class Pose, class Edge>
+bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
+  const auto* sighting = dynamic_cast<const BearingRange<Pose>*>(&factor);
+  if (sighting == nullptr) return false;
+  const auto seen =
+      locate(Pose(), sighting->measured(), noise_of(*sighting), sighting->T_robot_sensor());
+  edges.push_back(
+      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
+  return true;
+}
+
+template <class Pose>
+bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
+  if (dynamic_cast<const Prior<Pose>*>(&factor) == nullptr) return false;
+  fixed.push_back(factor.keys()[0]);
+  return true;
+}
+
+void add(const ContinuousFactor& factor, ExportedGraph& out) {
+  PoseGraph& g = out.graph;
+  const bool known = add_motion<BetweenSE2>(factor, g.poses2) ||
+                     add_motion<Between<SE2>>(factor, g.poses2) ||
+                     add_motion<Between<SE3>>(factor, g.poses3) ||
+                     add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
+                     add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);
+  const std::string name = factor.name();
+  if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {
+    out.left_out.push_back(name);
+  }
+}
+
+}  // namespace
+
+ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate) {
+  ExportedGraph out;
+  out.graph.values = estimate.values;
+  graph.continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { add(*factor, out); });
+  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    const Component component = factor->given(estimate.assignment);
+    if (component.factor != nullptr) add(*component.factor, out);
+  });
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/keyframe_source.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kLookAhead = 100;  // keyframes
+
+bool sees_space(const DetectionFrame& frame) {
+  return !frame.detections.empty() && (frame.is_3d || is_tilted(frame.T_robot_sensor));
+}
+
+bool needs_space(const Keyframe& keyframe) {
+  return (keyframe.odometry && !keyframe.odometry->is_planar) ||
+         std::any_of(keyframe.detections.begin(), keyframe.detections.end(), sees_space);
+}
+
+bool has_detections(const Keyframe& keyframe) {
+  return std::any_of(keyframe.detections.begin(), keyframe.detections.end(),
+                     [](const DetectionFrame& frame) { return !frame.detections.empty(); });
+}
+
+Dimension parse_dimension(const std::string& text) {
+  if (text == "2") return Dimension::kPlane;
+  return text == "3" ? Dimension::kSpace : Dimension::kAuto;
+}
+
+}  // namespace
+
+SourceOptions read_source_options(IniFile& ini) {
+  SourceOptions options;
+  IniSection map = ini.section("map", "What kind of map is made");
+  options.dimension = parse_dimension(map.choice(
+      "dimension", "auto", {"auto", "2", "3"},
+      "2: poses x, y, yaw and points x, y; 3: poses and points in space; auto: as the log needs"));
+
+  IniSection keyframes =
+      ini.section("keyframes",
+                  "A frame becomes a pose of the map once any threshold that is set is reached; "
+                  "with all at 0 every frame does");
+  KeyframeOptions& k = options.keyframes;
+  k.min_distance =
+      keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kNonNegative);
+  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", kNonNegative);
+  k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kNonNegative);
+
+  IniSection sensor =
+      ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
+  DetectionOptions& d = options.detections;
+  d.max_range = sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositive);
+  d.sigma_range = sensor.get("sigma_range", d.sigma_range,
+                             "standard deviation of ranges [m]; 0: as the log says", kNonNegative);
+  d.sigma_yaw = sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", kNonNegative);
+  d.sigma_pitch =
+      sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says", kNonNegative);
+
+  IniSection log = ini.section("log", "What a log may not say by itself");
+  MotionModel& m = options.reader.motion_model;
+  m.minStdXY = log.get("odometry_sigma_m", m.minStdXY,
+                       "least sigma of CObservationOdometry, which carries none", kPositive);
+  m.minStdPHI = log.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
+                            "the same for the angle", kPositive);
+  options.reader.period = log.get("period", options.reader.period,
+                                  "between frames without a time stamp [s]", kPositive);
+  return options;
+}
+
+KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& options)
+    : options_(options), reader_(rawlog, options.reader), policy_(options.keyframes) {}
+
+std::optional<Keyframe> KeyframeSource::next() {
+  if (ahead_.empty()) return read();
+  Keyframe keyframe = std::move(ahead_.front());
+  ahead_.pop_front();
+  return keyframe;
+}
+
+bool KeyframeSource::is_3d() {
+  if (options_.dimension != Dimension::kAuto) return options_.dimension == Dimension::kSpace;
+  bool moved = false, seen = false;
+  while (!(moved && seen) && ahead_.size() < kLookAhead) {
+    std::optional<Keyframe> keyframe = read();
+    if (!keyframe) break;
+    moved = moved || keyframe->odometry.has_value();
+    seen = seen || has_detections(*keyframe);
+    ahead_.push_back(std::move(*keyframe));
+  }
+  return std::any_of(ahead_.begin(), ahead_.end(), needs_space);
+}
+
+std::optional<Keyframe> KeyframeSource::read() {
+  while (std::optional<LogStep> step = reader_.next()) {
+    if (!policy_.is_keyframe(*step)) continue;
+    Keyframe keyframe;
+    keyframe.row = step->index;
+    keyframe.time = step->time;
+    keyframe.odometry = policy_.odometry();
+    for (const auto& observation : step->observations) {
+      auto frame = detections_in(*observation, options_.detections, dropped_);
+      if (frame) keyframe.detections.push_back(std::move(*frame));
+    }
+    keyframe.observations = std::move(step->observations);
+    return keyframe;
+  }
+  return std::nullopt;
+}
+
+}  // namespace hybrid

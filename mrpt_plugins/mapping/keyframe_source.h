@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/keyframe_policy.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace hybrid {
+
+/// A place of the robot that becomes a pose of the map.
+struct Keyframe {
+  std::size_t row = 0;  ///< step of the log, which is the row of MRPT's ground truth of the path
+  double time = 0;      ///< s
+  std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
+  std::vector<DetectionFrame> detections;
+  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< everything sensed there
+};
+
+enum class Dimension { kAuto, kPlane, kSpace };
+
+struct SourceOptions {
+  RawlogOptions reader;
+  KeyframeOptions keyframes;
+  DetectionOptions detections;
+  Dimension dimension = Dimension::kAuto;
+};
+
+/// Reads sections [map], [keyframes], [sensor] and [log].
+SourceOptions read_source_options(IniFile& ini);
+
+/// A rawlog as a stream of keyframes.
+class KeyframeSource {
+ public:
+  /// Throws Error if the file is missing or cannot be opened.
+  KeyframeSource(const std::string& rawlog, const SourceOptions& options);
+
+  std::optional<Keyframe> next();
+
+  /// Whether the map must be in space: some odometry leaves the plane, a sensor is tilted or
+  /// measures pitch. Found by looking ahead to the first odometry and detections, unless chosen.
+  bool is_3d();
+
+  LogStatus status() const { return reader_.status(); }
+  /// How the log ended; empty if complete.
+  const std::string& message() const { return reader_.message(); }
+  double progress() const { return reader_.progress(); }
+  /// Measurements dropped or repaired, by reason.
+  const DropReport& dropped() const { return dropped_; }
+  /// Odd things in the log that were got over, by kind.
+  const DropReport& warnings() const { return reader_.warnings(); }
+
+ private:
+  std::optional<Keyframe> read();
+
+  SourceOptions options_;
+  RawlogReader reader_;
+  KeyframePolicy policy_;
+  DropReport dropped_;
+  std::deque<Keyframe> ahead_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/mapper.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <utility>
+
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+namespace {
+
+template <class T>
+void append(std::vector<T>& to, std::vector<T>&& from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+void merge(Delta& into, Delta&& from) {
+  append(into.continuous, std::move(from.continuous));
+  append(into.discrete, std::move(from.discrete));
+  append(into.hybrid, std::move(from.hybrid));
+  append(into.remove, std::move(from.remove));
+  append(into.remove_values, std::move(from.remove_values));
+  for (const Key key : from.values.keys()) {
+    into.values.insert(key, from.values.type(key), from.values.data(key));
+  }
+  for (const auto& [key, value] : from.assignment) into.assignment.set(key, value);
+}
+
+/// A covariance of a point of 2 or 3 as 3x3.
+Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
+  Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
+  out.topLeftCorner(covariance.rows(), covariance.cols()) = covariance;
+  return out;
+}
+
+}  // namespace
+
+Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
+               std::unique_ptr<Backend> backend, bool is_3d)
+    : options_(options), plugins_(std::move(plugins)), backend_(std::move(backend)), is_3d_(is_3d) {
+  check(options_, is_3d_);
+}
+
+const StepRecord& Mapper::add(const Keyframe& keyframe) try {
+  Delta delta = move(keyframe);
+  for (const auto& plugin : plugins_) observe(*plugin, keyframe, delta);
+  const BackendReport report = backend_->update(delta);
+  T_map_robot_ = pose_at(backend_->estimate().values, pose_key(steps_.size()));
+  steps_.push_back(record(keyframe, report));
+  log_rows_.push_back(keyframe.row);
+  return steps_.back();
+} catch (const Error& e) {
+  throw Error(fmt::format("frame {} of the log: {}", keyframe.row, e.what()));
+}
+
+Delta Mapper::move(const Keyframe& keyframe) {
+  Delta delta;
+  const std::size_t i = steps_.size();
+  if (i == 0) {
+    delta.continuous.push_back(origin_factor(pose_key(0), options_, is_3d_));
+    dead_reckoning_.push_back({keyframe.time, T_map_robot_});
+  } else {
+    if (!keyframe.odometry) ++dropped_["odometry missing: robot taken to stand still"];
+    const OdometryIncrement motion =
+        keyframe.odometry ? *keyframe.odometry : unknown_motion(options_, is_3d_);
+    delta.continuous.push_back(
+        odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_));
+    T_map_robot_ = T_map_robot_ + motion.mean;
+    dead_reckoning_.push_back({keyframe.time, dead_reckoning_.back().pose + motion.mean});
+  }
+  insert_pose(delta.values, pose_key(i), T_map_robot_, is_3d_);
+  return delta;
+}
+
+void Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta) {
+  const Frame frame{pose_key(steps_.size()), T_map_robot_, keyframe.detections,
+                    keyframe.observations};
+  const Estimate& estimate = backend_->estimate();
+  Contribution contribution =
+      plugin.observe(frame, {estimate.values, estimate.assignment, landmarks_, is_3d_});
+  for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
+  for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
+  for (const auto& [reason, count] : contribution.dropped) dropped_[reason] += count;
+  merge(delta, std::move(contribution.delta));
+}
+
+StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {
+  StepRecord step;
+  step.keyframe = static_cast<int>(steps_.size());
+  step.time = keyframe.time;
+  step.solver_ms = 1e3 * report.seconds;
+  step.iterations = report.iterations;
+  step.flips = report.flips;
+  step.relinearized = report.relinearized;
+  step.objective = report.objective;
+  step.cost = report.cost;
+  step.landmarks = landmarks_.size();
+  return step;
+}
+
+BackendReport Mapper::finish() {
+  return backend_->finish();
+}
+
+std::vector<std::string> Mapper::class_names() const {
+  for (const auto& plugin : plugins_) {
+    if (!plugin->class_names().empty()) return plugin->class_names();
+  }
+  return {};
+}
+
+MapResult Mapper::result() const {
+  MapResult result;
+  result.is_3d = is_3d_;
+  result.class_names = class_names();
+  result.dead_reckoning = dead_reckoning_;
+  result.steps = steps_;
+  const Values& values = backend_->estimate().values;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});
+  }
+  std::vector<Key> points;
+  std::vector<DiscreteKey> classes;
+  for (const auto& [id, landmark] : landmarks_) {
+    points.push_back(landmark.position);
+    if (landmark.class_key) classes.push_back(*landmark.class_key);
+  }
+  const Uncertainty uncertainty = backend_->uncertainty(points, classes);
+  for (const auto& [id, landmark] : landmarks_) {
+    LandmarkEstimate out;
+    out.id = id;
+    out.position = point_at(values, landmark.position);
+    out.is_3d = is_3d_;
+    out.sightings = landmark.sightings;
+    const auto covariance = uncertainty.covariances.find(landmark.position);
+    if (covariance != uncertainty.covariances.end()) out.covariance = padded(covariance->second);
+    if (landmark.class_key) {
+      out.class_index = backend_->estimate().assignment.at(landmark.class_key->key);
+      const auto p = uncertainty.probabilities.find(landmark.class_key->key);
+      if (p != uncertainty.probabilities.end()) out.class_probabilities = p->second;
+    }
+    result.landmarks.push_back(std::move(out));
+  }
+  return result;
+}
+
+std::vector<Eigen::MatrixXd> Mapper::pose_covariances() const {
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < steps_.size(); ++i) keys.push_back(pose_key(i));
+  Uncertainty uncertainty = backend_->uncertainty(keys, {});
+  std::vector<Eigen::MatrixXd> out(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto it = uncertainty.covariances.find(keys[i]);
+    if (it != uncertainty.covariances.end()) out[i] = std::move(it->second);
+  }
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/mapping/backend.h"
+#include "mrpt_plugins/mapping/keyframe_source.h"
+#include "mrpt_plugins/mapping/landmark_book.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+#include "mrpt_plugins/mapping/motion.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// The main loop of mapping: one keyframe in, one Delta to the back-end, one record out.
+class Mapper {
+ public:
+  /// `is_3d` chooses SE(3) and points in space, or SE(2) and points in the plane.
+  Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
+         std::unique_ptr<Backend> backend, bool is_3d);
+
+  /// Takes one keyframe in. Throws Error where it cannot become part of the map.
+  const StepRecord& add(const Keyframe& keyframe);
+
+  /// Solves to convergence.
+  BackendReport finish();
+
+  /// Trajectory, dead reckoning, landmarks with covariance and class, and the steps.
+  MapResult result() const;
+
+  /// Row of MRPT's ground truth of the path that belongs to each pose of the trajectory.
+  const std::vector<std::size_t>& log_rows() const { return log_rows_; }
+  /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty where not known.
+  std::vector<Eigen::MatrixXd> pose_covariances() const;
+
+  const Backend& backend() const { return *backend_; }
+  const LandmarkBook& landmarks() const { return landmarks_; }
+  /// Reason -> number of measurements that were not used.
+  const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
+  bool is_3d() const { return is_3d_; }
+
+ private:
+  Delta move(const Keyframe& keyframe);
+  void observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta);
+  StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
+  Key pose_key(std::size_t i) const { return Key('x', i); }
+  std::vector<std::string> class_names() const;
+
+  MotionOptions options_;
+  std::vector<std::shared_ptr<MappingPlugin>> plugins_;
+  std::unique_ptr<Backend> backend_;
+  bool is_3d_;
+  LandmarkBook landmarks_;
+  std::map<std::string, std::size_t> dropped_;
+  std::vector<StepRecord> steps_;
+  Trajectory dead_reckoning_;
+  std::vector<std::size_t> log_rows_;
+  mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
+};
+
+}  // namespace hybrid

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+#include <mrpt/rtti/CObject.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/mapping/landmark_book.h"
+
+namespace hybrid {
+
+/// The keyframe that a plugin turns into factors.
+struct Frame {
+  Key pose;                          ///< its variable: SE2, or SE3 where `MapView::is_3d`
+  mrpt::poses::CPose3D T_map_robot;  ///< its estimate before the observations are used
+  const std::vector<DetectionFrame>& detections;
+  const std::vector<mrpt::obs::CObservation::Ptr>& observations;  ///< everything sensed there
+};
+
+/// What a plugin may read of the map.
+struct MapView {
+  const Values& values;          ///< estimate before this keyframe
+  const Assignment& assignment;  ///< of the discrete variables, before this keyframe
+  const LandmarkBook& landmarks;
+  bool is_3d = false;
+};
+
+/// What a plugin hands back for one keyframe.
+struct Contribution {
+  Delta delta;                                 ///< new factors and variables
+  std::vector<Landmark> landmarks;             ///< landmarks that `delta` introduces
+  std::vector<std::int64_t> sighted;           ///< ids of landmarks, one entry per sighting
+  std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
+};
+
+/// Turns observations into hybrid factors. Derive, write the two virtual methods, register the
+/// class with MRPT's class factory, and name it in [plugins] classes of the INI; a library of your
+/// own is loaded with -p. A plugin sees neither files nor windows nor the solver.
+class MappingPlugin : public mrpt::rtti::CObject {
+  DEFINE_VIRTUAL_MRPT_OBJECT(MappingPlugin)
+
+ public:
+  /// Reads the parameters from the section named like the class; every key is declared with its
+  /// default and meaning, whether or not the file has it.
+  virtual void configure(IniSection section) = 0;
+
+  /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
+  virtual Contribution observe(const Frame& frame, const MapView& map) = 0;
+
+  /// Names of the values of the class variables this plugin makes; empty if it makes none.
+  virtual std::vector<std::string> class_names() const { return {}; }
+};
+
+/// Creates a plugin by class name (with or without namespace) and configures it from `[name]`.
+/// Throws Error that lists the registered plugins for an unknown name.
+std::shared_ptr<MappingPlugin> make_plugin(const std::string& class_name, IniFile& ini);
+
+/// Class names, without namespace, of all plugins that can be created, sorted.
+std::vector<std::string> registered_plugins();
+
+}  // namespace hybrid

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/factors/factor.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/odometry.h"
+
+namespace hybrid {
+
+/// How motion enters the map. Sigmas are over (x, y, angle) for a map in the plane and over (x, y,
+/// z, rotation vector) in space [m, rad].
+struct MotionOptions {
+  std::vector<double> odometry_sigmas;  ///< empty: as the log says
+  double standstill_sigma_m = 0;        ///< of odometry that says exactly no motion; 0: as any
+  double standstill_sigma_rad = 0;
+  double prior_sigma_m = 1e-6;  ///< of the first pose, which defines the map frame
+  double prior_sigma_rad = 1e-6;
+  double lost_sigma_m = 1.0;  ///< of standing still, assumed where odometry is missing
+  double lost_sigma_rad = 0.5;
+};
+
+/// Reads sections [odometry] and [prior].
+MotionOptions read_motion_options(IniFile& ini);
+
+/// Throws Error unless the sigmas fit a map of this dimension.
+void check(const MotionOptions& options, bool is_3d);
+
+/// Ties the first pose to the origin of the map.
+ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool is_3d);
+
+/// The measured motion from pose `a` to pose `b` (eq. 15).
+ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
+                                    const MotionOptions& options, bool is_3d);
+
+/// No motion with the wide noise of `lost_sigma_*`: what is assumed where odometry is missing.
+OdometryIncrement unknown_motion(const MotionOptions& options, bool is_3d);
+
+}  // namespace hybrid

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/sighting.h"
+
+#include <memory>
+
+#include "libhybrid/factors/bearing_range.h"
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+
+std::string misfit(const DetectionFrame& frame, bool is_3d) {
+  if (is_3d && !frame.is_3d) return "no pitch measured, but the map is in space";
+  if (!is_3d && frame.is_3d) return "pitch measured, but the map is in the plane";
+  if (!is_3d && is_tilted(frame.T_robot_sensor)) return "tilted sensor, but the map is a plane";
+  return {};
+}
+
+ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
+                                    const Detection& detection, bool is_3d) {
+  if (is_3d) {
+    return std::make_shared<BearingRange3>(
+        pose, point, Eigen::Vector3d(detection.range, detection.yaw, detection.pitch),
+        Noise::covariance(detection.covariance), to_se3(frame.T_robot_sensor));
+  }
+  return std::make_shared<BearingRange2>(
+      pose, point, Eigen::Vector2d(detection.range, detection.yaw),
+      Noise::covariance(detection.covariance.topLeftCorner<2, 2>()), to_se2(frame.T_robot_sensor));
+}
+
+Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,
+                              const Detection& detection) {
+  const mrpt::poses::CPose3D direction(0, 0, 0, detection.yaw, detection.pitch, 0);
+  const auto p = (T_map_robot + frame.T_robot_sensor + direction)
+                     .composePoint(mrpt::math::TPoint3D(detection.range, 0, 0));
+  return {p.x, p.y, p.z};
+}
+
+}  // namespace hybrid

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "libhybrid/factors/factor.h"
+#include "mrpt_plugins/input/detections.h"
+
+namespace hybrid {
+
+/// Why a map of this dimension cannot use the detections of a frame; empty if it can.
+std::string misfit(const DetectionFrame& frame, bool is_3d);
+
+/// The Gaussian psi(x, p) of eq. 19: range and direction of point `point` from pose `pose`, through
+/// the place of the sensor on the robot.
+ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
+                                    const Detection& detection, bool is_3d);
+
+/// Where the detection puts its landmark in the map [m].
+Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,
+                              const Detection& detection);
+
+}  // namespace hybrid

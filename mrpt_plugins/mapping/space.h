@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <Eigen/Core>
+
+#include "libhybrid/core/values.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid {
+
+/// Conversions between MRPT's poses and the variables of a map in the plane or in space.
+SE2 to_se2(const mrpt::poses::CPose3D& pose);
+SE3 to_se3(const mrpt::poses::CPose3D& pose);
+mrpt::poses::CPose3D to_mrpt(const SE2& pose);
+mrpt::poses::CPose3D to_mrpt(const SE3& pose);
+
+/// The pose variable `key`, of type SE2 or SE3.
+mrpt::poses::CPose3D pose_at(const Values& values, Key key);
+
+/// The point variable `key`, a vector of 2 (then z = 0) or 3.
+Eigen::Vector3d point_at(const Values& values, Key key);
+
+/// Adds a pose as SE3 or, with its x, y and yaw, as SE2.
+void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d);
+
+/// Adds a point with all three coordinates or with x and y.
+void insert_point(Values& values, Key key, const Eigen::Vector3d& point, bool is_3d);
+
+/// Whether a pose has pitch or roll.
+bool is_tilted(const mrpt::poses::CPose3D& pose);
+
+}  // namespace hybrid
