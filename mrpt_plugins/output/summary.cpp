@@ -84,6 +84,7 @@ std::string summary_json(const Summary& s) {
   Json out = {{"status", s.status},       {"mode", s.mode},           {"keyframes", s.keyframes},
               {"landmarks", s.landmarks}, {"objective", s.objective}, {"cost", s.cost},
               {"solver_s", s.solver_s},   {"total_s", s.total_s},     {"steps", to_json(s.steps)}};
+  if (!s.message.empty()) out["message"] = s.message;
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;

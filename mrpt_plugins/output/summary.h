@@ -36,6 +36,7 @@ struct TruthSummary {
 /// The content of a replay's summary.json.
 struct Summary {
   std::string status = "ok";
+  std::string message;  ///< why the status is not "ok"; left out of the file when empty
   std::string mode;
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-replay/options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace hybrid {
+namespace {
+
+constexpr const char* kAbout =
+    "Replays an MRPT rawlog: corrects the trajectory of the robot and maps the landmarks it saw,\n"
+    "with their classes, by inference over continuous and discrete variables together.\n";
+
+constexpr const char* kFooter =
+    "\nWritten to OUT: trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, "
+    "landmarks.json,\n"
+    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, scene.3Dscene.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
+    "to\n"
+    "the damage was used and written, and summary.json has status \"partial\".\n"
+    "\nExample: hybrid-replay -c config/kf_slam_demo.ini -o out";
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+  Options options;
+  CLI::App app(kAbout, "hybrid-replay");
+  app.footer(kFooter);
+  app.add_option("-c,--config", options.config, "INI file with all settings; see --print-config")
+      ->type_name("INI");
+  app.add_option("--rawlog", options.rawlog, "the log, instead of [log] rawlog")->type_name("FILE");
+  app.add_option("--truth-path", options.truth_path,
+                 "true path of the robot, instead of [log] truth_path: MRPT's "
+                 "_ground_truth_robot_path.txt, or TUM (.tum)")
+      ->type_name("FILE");
+  app.add_option("--truth-map", options.truth_map,
+                 "true landmarks, instead of [log] truth_map: MRPT's _ground_truth.txt")
+      ->type_name("FILE");
+  app.add_option("-p,--plugins", options.plugin_libraries,
+                 "libraries with further plugins or observation classes, separated by commas")
+      ->type_name("LIB.so")
+      ->delimiter(',');
+  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
+      ->type_name("OUT")
+      ->capture_default_str();
+  app.add_flag("!--no-pictures", options.pictures,
+               "do not draw map.png, map_3d.png, scene.3Dscene");
+  app.add_flag("--print-config", options.print_config,
+               "print every section and key with its meaning, default and the value in effect");
+  try {
+    app.parse(argc, argv);
+    if (options.config.empty() && !options.print_config) {
+      throw CLI::RequiredError("-c (try -c config/kf_slam_demo.ini, or --help)");
+    }
+  } catch (const CLI::ParseError& e) {
+    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
+    return std::nullopt;
+  }
+  return options;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// Writes trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, landmarks.json, graph.g2o
+/// and steps.csv. Returns warnings for the user. Throws where a file cannot be written.
+std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult& result,
+                                     const Backend& backend);
+
+/// Draws map.png, map_3d.png and scene.3Dscene; returns warnings for the user.
+std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
+                                        const GroundTruth& truth);
+
+}  // namespace hybrid

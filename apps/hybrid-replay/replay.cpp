@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-replay/replay.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+#include "apps/hybrid-replay/outputs.h"
+#include "apps/hybrid-replay/progress.h"
+#include "apps/hybrid-replay/settings.h"
+#include "apps/hybrid-replay/truth.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/summary.h"
+
+namespace hybrid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Feeds the whole log to the mapper and solves to convergence.
+BackendReport run(KeyframeSource& source, Mapper& mapper, Progress& progress) {
+  std::size_t keyframes = 0;
+  while (const auto keyframe = source.next()) {
+    const StepRecord& step = mapper.add(*keyframe);
+    progress.update(source.progress(), ++keyframes, step.landmarks, step.objective);
+  }
+  if (keyframes == 0) {
+    throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
+  }
+  return mapper.finish();
+}
+
+Summary summarize(const KeyframeSource& source, const Mapper& mapper, const BackendReport& last,
+                  const MapResult& result) {
+  Summary summary;
+  if (source.status() != LogStatus::kComplete) {
+    summary.status = "partial";
+    summary.message = source.message();
+  }
+  summary.mode = mapper.backend().mode();
+  summary.keyframes = result.trajectory.size();
+  summary.landmarks = result.landmarks.size();
+  summary.objective = last.objective;
+  summary.cost = last.cost;
+  summary.steps = step_statistics(result.steps);
+  summary.solver_s = summary.steps.total_s + last.seconds;
+  summary.dropped = source.dropped();
+  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
+  for (const auto& [what, count] : source.warnings()) {
+    summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
+  }
+  summary.warnings.insert(summary.warnings.end(), last.warnings.begin(), last.warnings.end());
+  if (result.landmarks.empty()) {
+    summary.warnings.push_back("no landmark was mapped: no plugin found a detection to use");
+  }
+  return summary;
+}
+
+void report(const Summary& summary, const OutputDirectory& out, Progress& progress) {
+  for (const auto& [reason, count] : summary.dropped) {
+    progress.message(fmt::format("{}: {}", reason, count));
+  }
+  for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
+  if (summary.status != "ok") progress.message("error: " + summary.message);
+  fmt::print("{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
+             summary.keyframes, summary.landmarks, summary.objective, summary.total_s,
+             summary.solver_s);
+  if (summary.truth && summary.truth->trajectory) {
+    fmt::print(", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
+  }
+  if (summary.truth && summary.truth->landmarks) {
+    fmt::print(", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
+  }
+  fmt::print(" -> {}\n", out.folder().string());
+}
+
+}  // namespace
+
+int replay(const Options& options) {
+  const auto start = Clock::now();
+  IniFile ini(options.config);
+  Settings settings = read_settings(ini, options);
+  Truth truth(settings.truth_path, settings.truth_map);
+  KeyframeSource source(settings.rawlog, settings.source);
+  const OutputDirectory out(options.output);
+
+  Progress progress;
+  Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
+                source.is_3d());
+  const BackendReport last = run(source, mapper, progress);
+
+  MapResult result = mapper.result();
+  result.title = settings.title;
+  Summary summary = summarize(source, mapper, last, result);
+  if (!truth.empty()) {
+    truth.adapt_to(result, mapper.log_rows());
+    summary.truth = compare(truth, result, mapper);
+  }
+  const auto warn = [&](const std::vector<std::string>& warnings) {
+    summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
+  };
+  warn(write_texts(out, result, mapper.backend()));
+  summary.total_s = seconds_since(start);
+  if (options.pictures) warn(write_pictures(out, result, truth.get()));
+  out.write("summary.json", summary_json(summary));
+  report(summary, out, progress);
+  return summary.status == "ok" ? kExitOk : kExitPartial;
+}
+
+}  // namespace hybrid

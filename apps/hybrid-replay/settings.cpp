@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-replay/settings.h"
+
+#include <filesystem>
+
+namespace hybrid {
+namespace {
+
+std::string chosen(const std::string& from_command_line, const std::string& from_ini) {
+  return from_command_line.empty() ? from_ini : from_command_line;
+}
+
+void read_log(IniFile& ini, const Options& options, Settings& settings) {
+  IniSection log = ini.section("log", "What is replayed; paths are relative to this file");
+  settings.rawlog = chosen(options.rawlog, log.path("rawlog", "", "the log"));
+  settings.truth_path = chosen(
+      options.truth_path, log.path("truth_path", "",
+                                   "true path of the robot, MRPT's _ground_truth_robot_path.txt or "
+                                   "TUM (.tum); empty: unknown"));
+  settings.truth_map =
+      chosen(options.truth_map, log.path("truth_map", "",
+                                         "true landmarks, MRPT's _ground_truth.txt; empty: "
+                                         "unknown"));
+  settings.title = log.get("title", std::filesystem::path(settings.rawlog).stem().string(),
+                           "heading of the pictures");
+}
+
+}  // namespace
+
+Settings read_settings(IniFile& ini, const Options& options) {
+  Settings settings;
+  read_log(ini, options, settings);
+  settings.source = read_source_options(ini);
+  settings.motion = read_motion_options(ini);
+  settings.backend = make_backend(ini.section("solver", "How the estimate is found"));
+  IniSection plugins = ini.section("plugins", "What turns observations into factors");
+  const auto names =
+      plugins.get("classes", std::vector<std::string>{"BearingRangeKnownIds"},
+                  "class names of mapping plugins; each has a section of its own name");
+  const bool document_all = options.config.empty();
+  for (const std::string& name : document_all ? registered_plugins() : names) {
+    settings.plugins.push_back(make_plugin(name, ini));
+  }
+  ini.reject_unknown();
+  if (settings.rawlog.empty() && !options.print_config) {
+    ini.section("log").fail("rawlog", "names no log, and neither does --rawlog");
+  }
+  return settings;
+}
+
+std::string config_text(const Options& options) {
+  if (options.config.empty()) {
+    IniFile ini;
+    read_settings(ini, options);
+    return ini.documentation();
+  }
+  IniFile ini(options.config);
+  read_settings(ini, options);
+  return ini.documentation();
+}
+
+}  // namespace hybrid

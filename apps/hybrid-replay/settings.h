@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/hybrid-replay/options.h"
+#include "mrpt_plugins/mapping/backend.h"
+#include "mrpt_plugins/mapping/keyframe_source.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+#include "mrpt_plugins/mapping/motion.h"
+
+namespace hybrid {
+
+/// Everything a replay needs, from INI and command line.
+struct Settings {
+  std::string title;
+  std::string rawlog, truth_path, truth_map;
+  SourceOptions source;
+  MotionOptions motion;
+  std::vector<std::shared_ptr<MappingPlugin>> plugins;
+  std::unique_ptr<Backend> backend;
+};
+
+/// Declares and reads all sections, and creates the plugins. While `ini` documents, the sections of
+/// all registered plugins are declared. Throws Error for anything unknown or wrong.
+Settings read_settings(IniFile& ini, const Options& options);
+
+/// All sections and keys as a valid INI with comments: those of the INI given, or without one those
+/// of every registered plugin with the defaults.
+std::string config_text(const Options& options);
+
+}  // namespace hybrid
