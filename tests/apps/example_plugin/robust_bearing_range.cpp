@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// An example of a mapping plugin in a library of its own: range and bearing to landmarks with known
+// ids under Huber's loss, for maps in the plane. Load it with `hybrid-replay -p` and name it in
+// [plugins] classes.
+
+#include <mrpt/core/initializer.h>
+
+#include <memory>
+
+#include "libhybrid/factors/bearing_range.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+#include "mrpt_plugins/mapping/sighting.h"
+#include "mrpt_plugins/mapping/space.h"
+
+namespace example {
+
+class RobustBearingRange : public hybrid::MappingPlugin {
+  DEFINE_MRPT_OBJECT(RobustBearingRange, example)
+
+ public:
+  void configure(hybrid::IniSection section) override {
+    width_ = section.get("huber_width", width_, "residuals beyond are outliers [sigmas]",
+                         hybrid::kPositive);
+  }
+
+  hybrid::Contribution observe(const hybrid::Frame& frame, const hybrid::MapView& map) override {
+    hybrid::Contribution out;
+    for (const hybrid::DetectionFrame& seen : frame.detections) {
+      for (const hybrid::Detection& detection : seen.detections) {
+        if (map.is_3d || !detection.id) {
+          ++out.dropped["example: in space or without id"];
+        } else {
+          add(frame, map, seen, detection, out);
+        }
+      }
+    }
+    return out;
+  }
+
+ private:
+  void add(const hybrid::Frame& frame, const hybrid::MapView& map,
+           const hybrid::DetectionFrame& seen, const hybrid::Detection& detection,
+           hybrid::Contribution& out) const {
+    const std::int64_t id = *detection.id;
+    const hybrid::Key point('l', static_cast<std::uint64_t>(id));
+    if (map.landmarks.find(id) == nullptr) {
+      out.landmarks.push_back({id, point, std::nullopt, 0});
+      hybrid::insert_point(out.delta.values, point,
+                           hybrid::sighted_point(frame.T_map_robot, seen, detection), map.is_3d);
+    }
+    out.sighted.push_back(id);
+    out.delta.continuous.push_back(std::make_shared<hybrid::BearingRange2>(
+        frame.pose, point, Eigen::Vector2d(detection.range, detection.yaw),
+        hybrid::Noise::covariance(detection.covariance.topLeftCorner<2, 2>()),
+        hybrid::to_se2(seen.T_robot_sensor), hybrid::Loss::huber(width_)));
+  }
+
+  double width_ = 3.0;
+};
+
+}  // namespace example
+
+IMPLEMENTS_MRPT_OBJECT(RobustBearingRange, hybrid::MappingPlugin, example)
+
+MRPT_INITIALIZER(register_example_plugin) {
+  mrpt::rtti::registerClass(CLASS_ID(example::RobustBearingRange));
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationBearingRange.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+const std::string kDemoLog = "/usr/share/mrpt/datasets/kf-slam_demo.rawlog";
+
+std::string with_log(const std::string& path) {
+  return "-c " + config("kf_slam_demo.ini") + " --rawlog " + path;
+}
+
+TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
+  const std::string log = "[log]\nrawlog = " + kDemoLog + "\n";
+  const auto fails = [&](const std::string& text, const std::string& part) {
+    expect_failure("-c " + write("a.ini", log + text), part);
+  };
+  fails("[solver]\nmax_iteration = 3\n", "max_iteration");
+  fails("[solver]\nmax_iteration = 3\n", "a.ini:4");
+  fails("[solvers]\nthreads = 3\n", "[solvers]");
+  fails("[solver]\nthreads = many\n", "threads");
+  fails("[solver]\nmode = magic\n", "mode");
+  fails("[sensor]\nsigma_range = -1\n", "sigma_range");
+  fails("[sensor]\nmax_range = nan\n", "max_range");
+  fails("[odometry]\nsigmas = 0.1 0.1\n", "[odometry] sigmas has 2 numbers");
+  fails("[odometry]\nsigmas = 0.1 0.1 0\n", "sigmas");
+  fails("[plugins]\nclasses = Nothing\n", "registered are: BearingRangeKnownIds");
+  fails("[plugins\n", "lacks its ']'");
+  fails(
+      "[plugins]\nclasses = ClassedBearingRangeKnownIds\n[ClassedBearingRangeKnownIds]\n"
+      "class_names = a b\nconfusion = 1 0 1\n",
+      "confusion");
+  expect_failure("-c " + at("none.ini"), "none.ini");
+  expect_failure("-c " + write("empty.ini", "[map]\ndimension = 2\n"), "rawlog");
+}
+
+TEST_F(ReplayTest, UnusableLogsFail) {
+  expect_failure(with_log(at("none.rawlog")), "none.rawlog");
+  expect_failure(with_log(write("empty.rawlog", "")), "empty.rawlog");
+  expect_failure(with_log(write("text.rawlog", "this is not a rawlog\n")), "text.rawlog");
+  expect_failure(with_log(folder.string()), folder.string());
+}
+
+TEST_F(ReplayTest, MissingOrMalformedTruthFails) {
+  expect_failure(with_log(kDemoLog) + " --truth-map " + at("none.txt"), "none.txt");
+  expect_failure(with_log(kDemoLog) + " --truth-path " + write("bad.txt", "1 2 x\n"), "bad.txt:1");
+  expect_failure(with_log(kDemoLog) + " --truth-path " + write("short.txt", "0 0 0 0 0 0\n"),
+                 "short.txt");
+}
+
+TEST_F(ReplayTest, TruncatedLogGivesAPartialMap) {
+  const std::string whole = read_file(kDemoLog);
+  const std::string cut = write("cut.rawlog", whole.substr(0, whole.size() / 2));
+  const auto summary = summary_of(with_log(cut), 2);
+  EXPECT_EQ(summary["status"], "partial");
+  EXPECT_NE(summary["message"].get<std::string>().find("cut.rawlog"), std::string::npos);
+  EXPECT_GT(summary["keyframes"], 50);
+  EXPECT_LT(summary["keyframes"], 250);
+  EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"], 0.05);
+}
+
+TEST_F(ReplayTest, FlippedBitsAreNeverTakenForAGoodLog) {
+  const std::string whole = read_file(kDemoLog);
+  for (const double place : {0.1, 0.35, 0.6, 0.9}) {
+    std::string damaged = whole;
+    damaged[static_cast<std::size_t>(place * static_cast<double>(whole.size()))] ^= 0x10;
+    const Ran ran =
+        run_replay(with_log(write("flipped.rawlog", damaged)) + " --no-pictures -o " + at("out"));
+    EXPECT_TRUE(ran.code == 1 || ran.code == 2) << place << ": " << ran.code << " " << ran.text;
+    EXPECT_NE(ran.text.find("flipped.rawlog"), std::string::npos) << ran.text;
+  }
+}
+
+TEST_F(ReplayTest, UnwritableOutputFails) {
+  const std::string file = write("file", "not a folder");
+  const Ran ran = run_replay("-c " + config("kf_slam_demo.ini") + " -o " + file + "/out");
+  EXPECT_EQ(ran.code, 1) << ran.text;
+  EXPECT_NE(ran.text.find(file), std::string::npos) << ran.text;
+}
+
+/// A log of 20 frames, a metre apart, that see two landmarks, one of them once as NaN and once far.
+std::string log_with_bad_measurements(const std::string& path, float std_pitch) {
+  mrpt::io::CFileGZOutputStream file(path);
+  auto archive = mrpt::serialization::archiveFrom(file);
+  for (int i = 0; i < 20; ++i) {
+    if (i > 0) {
+      mrpt::obs::CActionCollection actions;
+      mrpt::obs::CActionRobotMovement2D motion;
+      mrpt::obs::CActionRobotMovement2D::TMotionModelOptions options;
+      motion.computeFromOdometry(mrpt::poses::CPose2D(1, 0, 0), options);
+      actions.insert(motion);
+      archive << actions;
+    }
+    mrpt::obs::CSensoryFrame frame;
+    auto seen = mrpt::obs::CObservationBearingRange::Create();
+    seen->sensor_std_range = seen->sensor_std_yaw = 0.01F;
+    seen->sensor_std_pitch = std_pitch;
+    for (int id = 0; id < 2; ++id) {
+      const double dx = 10 * id - i, dy = 4;
+      mrpt::obs::CObservationBearingRange::TMeasurement m;
+      m.range = static_cast<float>(std::hypot(dx, dy));
+      m.yaw = static_cast<float>(std::atan2(dy, dx));
+      m.pitch = 0;
+      m.landmarkID = id;
+      if (id == 1 && i == 5) m.range = std::numeric_limits<float>::quiet_NaN();
+      if (id == 1 && i == 6) m.range = 1e6F;
+      if (id == 1 && i == 7) m.landmarkID = mrpt::obs::INVALID_LANDMARK_ID;
+      seen->sensedData.push_back(m);
+    }
+    frame.insert(seen);
+    archive << frame;
+  }
+  return path;
+}
+
+class BadMeasurements : public ReplayTest, public testing::WithParamInterface<float> {};
+
+TEST_P(BadMeasurements, AreDroppedAndCounted) {
+  const std::string log = log_with_bad_measurements(at("bad.rawlog"), GetParam());
+  const std::string ini = write("a.ini", "[log]\nrawlog = " + log + "\n");
+  const auto summary = summary_of("-c " + ini);
+  EXPECT_EQ(summary["dropped"]["detection dropped: range not finite"], 1);
+  EXPECT_EQ(summary["dropped"]["detection dropped: range above limit"], 1);
+  EXPECT_EQ(summary["dropped"]["detection dropped: no landmark id"], 1);
+  const auto map = nlohmann::json::parse(read_file(folder / "out" / "landmarks.json"));
+  ASSERT_EQ(map["landmarks"].size(), 2U);
+  EXPECT_EQ(map["landmarks"][0]["sightings"], 20);
+  EXPECT_EQ(map["landmarks"][1]["sightings"], 17);
+  EXPECT_NEAR(map["landmarks"][1]["position"][0], 10.0, 0.01);
+  EXPECT_NEAR(map["landmarks"][1]["position"][1], 4.0, 0.01);
+}
+
+// Planar odometry with a planar sensor, and with one that measures pitch.
+INSTANTIATE_TEST_SUITE_P(Pitch, BadMeasurements, testing::Values(0.0F, 0.01F));
+
+TEST_F(ReplayTest, LogWithoutDetectionsGivesAPathAndAWarning) {
+  const std::string ini = write(
+      "a.ini", "[log]\nrawlog = " + kDemoLog + "\n[BearingRangeKnownIds]\nsensors = nobody\n");
+  const auto summary = summary_of("-c " + ini);
+  EXPECT_EQ(summary["landmarks"], 0);
+  EXPECT_EQ(summary["keyframes"], 250);
+  EXPECT_EQ(summary["warnings"].size(), 1U) << summary["warnings"];
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <set>
+#include <sstream>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST_F(ReplayTest, KfSlamDemoReachesTheBatchOptimum) {
+  const auto summary = summary_of("-c " + config("kf_slam_demo.ini"));
+  EXPECT_EQ(summary["status"], "ok");
+  EXPECT_EQ(summary["keyframes"], 250);
+  EXPECT_EQ(summary["landmarks"], 70);
+  const auto& truth = summary["truth"];
+  EXPECT_NEAR(truth["landmarks"]["mean_m"], 0.00257, 1e-5);
+  EXPECT_NEAR(truth["landmarks"]["max_m"], 0.00575, 1e-5);
+  EXPECT_NEAR(truth["trajectory"]["rmse_m"], 0.00395, 1e-5);
+  EXPECT_NEAR(truth["dead_reckoning"]["rmse_m"], 0.681, 1e-3);
+  EXPECT_NEAR(truth["nees_pose"], 1.0, 0.2);
+  // Half the sum of squares of N - n unit normals, within 4 standard deviations.
+  const double redundancy = 3607 * 2 + 249 * 3 + 3 - 250 * 3 - 70 * 2;
+  EXPECT_NEAR(summary["cost"], redundancy / 2, 4 * std::sqrt(redundancy / 2));
+}
+
+TEST_F(ReplayTest, LogInSpaceIsBetterThanFiltered) {
+  const auto truth = summary_of("-c " + config("kf_slam_6d_demo.ini"))["truth"];
+  EXPECT_EQ(truth["landmarks"]["matched"], 48);
+  EXPECT_LT(truth["landmarks"]["mean_m"], 0.005);
+  EXPECT_LT(truth["landmarks"]["max_m"], 0.0212);
+  EXPECT_LT(truth["trajectory"]["rmse_m"], 0.011);
+}
+
+TEST_F(ReplayTest, SensorOffTheCentreIsHonoured) {
+  const auto truth = summary_of("-c " + config("kf_slam_6d_demo_noncentered.ini"))["truth"];
+  EXPECT_EQ(truth["landmarks"]["matched"], 44);
+  EXPECT_LT(truth["landmarks"]["mean_m"], 0.006);
+  EXPECT_LT(truth["trajectory"]["rmse_m"], 0.0097);
+}
+
+class Classed : public ReplayTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Classed, EveryClassIsRightWhereSeenFiveTimes) {
+  const std::string name = GetParam();
+  const auto summary = summary_of("-c " + config(name + ".ini"));
+  EXPECT_LT(summary["truth"]["landmarks"]["mean_m"], 0.2);
+  std::map<std::string, std::string> true_class;
+  std::istringstream truth(read_file(HYBRID_SOURCE_DIR "/rawlogs/" + name + "_ground_truth.txt"));
+  const std::vector<std::string> names{"tree", "car", "pole", "bench"};
+  for (std::string line; std::getline(truth, line);) {
+    if (line.empty() || line[0] == '%') continue;
+    std::istringstream words(line);
+    std::vector<std::string> row{std::istream_iterator<std::string>(words), {}};
+    true_class[row.at(6)] = names.at(std::stoul(row.at(7)));
+  }
+  const auto map = nlohmann::json::parse(read_file(folder / "out" / "landmarks.json"));
+  int checked = 0;
+  for (const auto& landmark : map["landmarks"]) {
+    if (landmark["sightings"] < 5) continue;
+    EXPECT_EQ(landmark["class"], true_class.at(landmark["id"].dump())) << landmark;
+    ++checked;
+  }
+  EXPECT_GE(checked, 18);
+}
+
+INSTANTIATE_TEST_SUITE_P(Logs, Classed, testing::Values("classed_demo", "classed_demo_3d"));
+
+TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
+  const Ran ran = run_replay("-c " + config("classed_demo.ini") + " -o " + at("a/b"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  EXPECT_EQ(ran.text.find('\r'), std::string::npos);  // no progress line in a pipe
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder / "a/b")) {
+    EXPECT_GT(entry.file_size(), 100U) << entry.path();
+    files.insert(entry.path().filename());
+  }
+  const std::set<std::string> expected{"trajectory.tum", "trajectory_dead_reckoning.tum",
+                                       "landmarks.csv",  "landmarks.json",
+                                       "graph.g2o",      "steps.csv",
+                                       "summary.json",   "map.png",
+                                       "map_3d.png",     "scene.3Dscene"};
+  EXPECT_EQ(files, expected);
+}
+
+TEST_F(ReplayTest, SameInputGivesTheSameBytes) {
+  summary_of("-c " + config("classed_demo.ini"));
+  fs::rename(at("out"), at("first"));
+  summary_of("-c " + config("classed_demo.ini"));
+  for (const char* name : {"trajectory.tum", "landmarks.csv", "graph.g2o"}) {
+    EXPECT_EQ(read_file(folder / "first" / name), read_file(folder / "out" / name)) << name;
+  }
+}
+
+TEST_F(ReplayTest, CommandLineOverridesTheIni) {
+  const std::string data = "/usr/share/mrpt/datasets/kf-slam_demo";
+  const std::string ini = write("a.ini", "[log]\nrawlog = missing.rawlog\n");
+  const auto summary =
+      summary_of("-c " + ini + " --rawlog " + data + ".rawlog --truth-path " + data +
+                 "_ground_truth_robot_path.txt --truth-map " + data + "_ground_truth.txt");
+  EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"], 0.0049);
+}
+
+TEST_F(ReplayTest, PluginLibraryIsLoadedAndUsed) {
+  const std::string ini =
+      write("a.ini",
+            "[log]\nrawlog = /usr/share/mrpt/datasets/kf-slam_demo.rawlog\n"
+            "truth_map = /usr/share/mrpt/datasets/kf-slam_demo_ground_truth.txt\n"
+            "[plugins]\nclasses = RobustBearingRange\n[RobustBearingRange]\nhuber_width = 4\n");
+  const auto summary = summary_of("-c " + ini + " -p " HYBRID_EXAMPLE_PLUGIN);
+  EXPECT_EQ(summary["truth"]["landmarks"]["matched"], 70);
+  EXPECT_LT(summary["truth"]["landmarks"]["mean_m"], 0.004);
+  fs::remove_all(at("out"));
+  expect_failure("-c " + ini,
+                 "'RobustBearingRange', which is not a registered mapping plugin; "
+                 "registered are: BearingRangeKnownIds, ClassedBearingRangeKnownIds");
+  expect_failure("-c " + ini + " -p " + at("no.so"), "no such file");
+  expect_failure("-c " + ini + " -p " + ini, "cannot be loaded");
+}
+
+TEST_F(ReplayTest, HelpAndPrintConfigExplain) {
+  const Ran help = run_replay("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.text.find("--rawlog"), std::string::npos);
+  EXPECT_NE(help.text.find("Exit code"), std::string::npos);
+  const Ran print = run_replay("--print-config -p " HYBRID_EXAMPLE_PLUGIN);
+  EXPECT_EQ(print.code, 0);
+  for (const char* part : {"[solver]", "mode = batch", "[ClassedBearingRangeKnownIds]",
+                           "[RobustBearingRange]", "huber_width = 3", "min_distance"}) {
+    EXPECT_NE(print.text.find(part), std::string::npos) << part;
+  }
+  // What is printed for a config is a config of the same meaning.
+  const Ran first = run_replay("--print-config -c " + config("kf_slam_demo.ini"));
+  const std::string printed = write("printed.ini", first.text);
+  EXPECT_EQ(run_replay("--print-config -c " + printed).text, first.text);
+}
+
+TEST_F(ReplayTest, ConfigIsRequired) {
+  const Ran ran = run_replay("");
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_NE(ran.text.find("-c"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hybrid
