@@ -9,12 +9,18 @@ BetweenSE2::Residual BetweenSE2::evaluate(const SE2& a, const SE2& b, Jacobian<S
   const SE2 h = a.between(b);
   const SO2 to_measured = measured_.rotation().inverse();
   const SO2 angle_error = to_measured * h.rotation();
-  Residual e;
-  e << to_measured * (h.translation() - measured_.translation()), angle_error.angle();
+  const Eigen::Vector2d t = to_measured * (h.translation() - measured_.translation());
+  const Residual e(t.x(), t.y(), angle_error.angle());
   if (Ja != nullptr) {
-    const Eigen::Matrix2d rotation = to_measured.matrix();
-    *Ja << -rotation, rotation * Eigen::Vector2d(h.y(), -h.x()), 0.0, 0.0, -1.0;
-    *Jb << angle_error.matrix(), Eigen::Vector2d::Zero(), 0.0, 0.0, 1.0;
+    // Entry by entry: blocks of two would be stored in parts and then loaded as a whole, a stall.
+    const double c = to_measured.cos();
+    const double s = to_measured.sin();
+    *Ja << -c, s, c * h.y() + s * h.x(),  //
+        -s, -c, s * h.y() - c * h.x(),    //
+        0.0, 0.0, -1.0;
+    *Jb << angle_error.cos(), -angle_error.sin(), 0.0,  //
+        angle_error.sin(), angle_error.cos(), 0.0,      //
+        0.0, 0.0, 1.0;
   }
   return e;
 }

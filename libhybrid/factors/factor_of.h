@@ -74,13 +74,16 @@ class FactorOf : public ContinuousFactor {
                       std::index_sequence<I...>) const {
     std::tuple<Jacobian<Variables>...> jacobians;
     const Residual e = evaluate(Variable<Variables>::load(x[I])..., &std::get<I>(jacobians)...);
-    Eigen::Map<Residual> whitened(r);
+    Residual whitened;  // local, for the compiler to keep it in registers
     whiten(e, whitened);
     (append(std::get<I>(jacobians), J), ...);
     const double s = whitened.squaredNorm();
-    if (loss_.kind == Loss::Kind::kNone) return 0.5 * s;
+    if (loss_.kind == Loss::Kind::kNone) {
+      Eigen::Map<Residual>{r} = whitened;
+      return 0.5 * s;
+    }
     const double root = std::sqrt(loss_.weight(s));
-    whitened *= root;
+    Eigen::Map<Residual>{r} = root * whitened;
     Eigen::Map<Eigen::Matrix<double, kRows, kCols>>(J - kRows * kCols) *= root;
     return 0.5 * loss_.value(s);
   }
