@@ -42,7 +42,7 @@ BlockOrdering order_with(const BlockPattern& pattern, int method) {
   common.print = 0;
   common.nmethods = 1;
   common.method[0].ordering = method;
-  common.supernodal = CHOLMOD_SIMPLICIAL;
+  common.supernodal = CHOLMOD_SUPERNODAL;
   cholmod_factor* factor = cholmod_analyze(&graph, &common);
   if (factor == nullptr) {
     cholmod_finish(&common);
@@ -52,6 +52,12 @@ BlockOrdering order_with(const BlockPattern& pattern, int method) {
   const int* perm = static_cast<const int*>(factor->Perm);
   const int* counts = static_cast<const int*>(factor->ColCount);
   result.order.assign(perm, perm + n);
+  const auto copy = [](const void* from, std::size_t size) {
+    return std::vector<int>(static_cast<const int*>(from), static_cast<const int*>(from) + size);
+  };
+  result.supernodes = copy(factor->super, factor->nsuper + 1);
+  result.row_starts = copy(factor->pi, factor->nsuper + 1);
+  result.rows = copy(factor->s, result.row_starts.back());
   const double mean_dim = n == 0 ? 0.0 : double(pattern.scalars()) / n;
   for (int k = 0; k < n; ++k) {
     const int dim = pattern.dims[perm[k]];

@@ -26,6 +26,10 @@ struct BlockOrdering {
   std::vector<int> order;  ///< position -> block
   double flops = 0.0;      ///< multiplications and additions of the factorisation
   double nonzeros = 0.0;   ///< scalar entries of the factor
+  /// Supernodes: runs of positions with nearly the same structure, the first position of each and
+  /// the end; and the positions of the blocks of each, its own first, ascending, for supernode s
+  /// from row_starts[s] to row_starts[s + 1].
+  std::vector<int> supernodes, row_starts, rows;
 };
 
 /// Fill-reducing order of whole blocks: approximate minimum degree and, where the factorisation is

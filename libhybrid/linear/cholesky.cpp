@@ -12,9 +12,6 @@
 namespace hybrid {
 namespace {
 
-/// Operations per entry of the factor above which dense kernels on supernodes win.
-constexpr double kSupernodalSwitch = 40.0;
-
 /// A view of the matrix as CHOLMOD takes it; nothing is copied, and CHOLMOD does not write to it.
 cholmod_sparse view(const BlockMatrix& matrix) {
   cholmod_sparse a{};
@@ -63,26 +60,18 @@ struct Cholesky::Impl {
   Impl& operator=(const Impl&) = delete;
 };
 
-Cholesky::Kind Cholesky::choose(double flops, double nonzeros) {
-  return flops < kSupernodalSwitch * nonzeros ? Kind::kSimplicial : Kind::kSupernodal;
-}
-
-BlockMatrix::Triangle Cholesky::triangle(Kind kind) {
-  return kind == Kind::kSupernodal ? BlockMatrix::Triangle::kLower : BlockMatrix::Triangle::kUpper;
-}
-
 Cholesky::Cholesky() = default;
 Cholesky::~Cholesky() = default;
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 
-Cholesky::Cholesky(const BlockMatrix& matrix, Kind kind) : impl_(std::make_unique<Impl>()) {
+Cholesky::Cholesky(const BlockMatrix& matrix) : impl_(std::make_unique<Impl>()) {
   cholmod_common& common = impl_->common;
   common.print = 0;
   common.nmethods = 1;
   common.method[0].ordering = CHOLMOD_NATURAL;
   common.postorder = 0;  // the order of the blocks is a postorder already
-  common.supernodal = kind == Kind::kSupernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
+  common.supernodal = CHOLMOD_AUTO;
   common.final_ll = 1;
   cholmod_sparse a = view(matrix);
   impl_->factor = cholmod_analyze(&a, &common);

@@ -13,15 +13,9 @@ namespace hybrid {
 /// Analysed once, factorised as often as the values change.
 class Cholesky {
  public:
-  enum class Kind { kSimplicial, kSupernodal };
-
-  /// The kind that suits a factor of the given size, and the triangle of the matrix it reads
-  /// without a copy.
-  static Kind choose(double flops, double nonzeros);
-  static BlockMatrix::Triangle triangle(Kind kind);
-
   Cholesky();
-  Cholesky(const BlockMatrix& matrix, Kind kind);
+  /// Supernodal or simplicial, as CHOLMOD predicts to be faster.
+  explicit Cholesky(const BlockMatrix& matrix);
   ~Cholesky();
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;

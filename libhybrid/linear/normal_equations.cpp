@@ -58,9 +58,8 @@ NormalEquations::NormalEquations(const ResidualLayout& layout) {
   ordering_ = order_blocks(pattern);
   position_.resize(pattern.size());
   for (int p = 0; p < pattern.size(); ++p) position_[ordering_.order[p]] = p;
-  const Cholesky::Kind kind = Cholesky::choose(ordering_.flops, ordering_.nonzeros);
-  matrix_ = BlockMatrix(pattern, ordering_.order, Cholesky::triangle(kind));
-  cholesky_ = Cholesky(matrix_, kind);
+  matrix_ = BlockMatrix(pattern, ordering_.order, BlockMatrix::Triangle::kLower);
+  cholesky_ = BlockCholesky(matrix_, ordering_);
   gradient_.resize(matrix_.scalars());
   diagonal_.resize(matrix_.scalars());
   bind(layout);
@@ -163,29 +162,23 @@ void NormalEquations::assemble_column(int col, const double* r, const double* J)
   }
 }
 
-void NormalEquations::write_diagonal(double damping) {
-  const int n = scalars();
-  double floor = 0.0;
-  if (damping > 0.0) {
-    floor = kDiagonalFloor * std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0) / n;
+int NormalEquations::factorize(double damping, WorkerPool& pool) {
+  const double mean =
+      std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0) / std::max(scalars(), 1);
+  damping_.resize(scalars());
+  for (int i = 0; i < scalars(); ++i) {
+    damping_[i] = damping * std::max(diagonal_[i], kDiagonalFloor * mean);
   }
-  for (int i = 0; i < n; ++i) {
-    matrix_.values()[matrix_.diagonal_offset(i)] =
-        diagonal_[i] + damping * std::max(diagonal_[i], floor);
-  }
-}
-
-int NormalEquations::factorize(double damping) {
-  write_diagonal(damping);
-  const int scalar = cholesky_.factorize(matrix_);
-  write_diagonal(0.0);
+  const int scalar = cholesky_.factorize(matrix_, damping_.data(), pool);
   return scalar < 0 ? -1 : block_of(scalar);
 }
 
 double NormalEquations::smallest_pivot_ratio() const {
-  const std::vector<double> pivots = cholesky_.pivots();
   double smallest = 1.0;
-  for (int i = 0; i < scalars(); ++i) smallest = std::min(smallest, pivots[i] / diagonal_[i]);
+  for (int i = 0; i < scalars(); ++i) {
+    const double l = cholesky_.diagonal(i);
+    smallest = std::min(smallest, l * l / diagonal_[i]);
+  }
   return smallest;
 }
 

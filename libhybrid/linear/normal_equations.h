@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "libhybrid/linear/block_cholesky.h"
 #include "libhybrid/linear/block_matrix.h"
-#include "libhybrid/linear/cholesky.h"
 #include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
@@ -54,9 +54,9 @@ class NormalEquations {
   void assemble(const double* r, const double* J, WorkerPool& pool);
 
   /// Factorises H + damping * diag(H). Returns -1, or the block whose pivot failed.
-  int factorize(double damping);
+  int factorize(double damping, WorkerPool& pool);
   /// x = (H + damping * diag(H))^-1 x for the last factorisation.
-  void solve(double* x, int columns = 1) { cholesky_.solve(x, columns); }
+  void solve(double* x) const { cholesky_.solve(x); }
   /// The smallest ratio of a pivot to its diagonal entry, over the scalars of the last
   /// factorisation: near the rounding error where the system is singular.
   double smallest_pivot_ratio() const;
@@ -70,10 +70,10 @@ class NormalEquations {
   const std::vector<double>& diagonal() const { return diagonal_; }
   /// Blocks that no residual moves at the point of the last assembly.
   std::vector<int> untouched() const;
-  /// H, apart from the damping of the last factorisation.
+  /// H, its lower triangle in elimination order.
   const BlockMatrix& matrix() const { return matrix_; }
   const BlockOrdering& ordering() const { return ordering_; }
-  const Cholesky& cholesky() const { return cholesky_; }
+  const BlockCholesky& cholesky() const { return cholesky_; }
 
  private:
   struct Diagonal {
@@ -87,17 +87,16 @@ class NormalEquations {
 
   bool bind(const ResidualLayout& layout);
   void assemble_column(int col, const double* r, const double* J);
-  void write_diagonal(double damping);
   int block_of(int scalar) const;
 
   BlockOrdering ordering_;
   std::vector<int> position_;  // by block
   BlockMatrix matrix_;
-  Cholesky cholesky_;
+  BlockCholesky cholesky_;
   std::vector<std::uint32_t> diagonal_begin_, coupling_begin_;  // by position; by stored block
   std::vector<Diagonal> diagonals_;
   std::vector<Coupling> couplings_;
-  std::vector<double> gradient_, diagonal_;
+  std::vector<double> gradient_, diagonal_, damping_;
 };
 
 }  // namespace hybrid

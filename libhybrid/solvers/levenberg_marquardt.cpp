@@ -104,7 +104,7 @@ class LevenbergMarquardt {
     NormalEquations& system = problem_.system();
     const bool undamped = damping_.value() == 0.0;
     ++report_.iterations;
-    const int failed = system.factorize(damping_.value());
+    const int failed = problem_.factorize(damping_.value());
     if (undamped && (failed >= 0 || system.smallest_pivot_ratio() < kSingularPivotRatio)) {
       report_.under_constrained = under_constrained_variables(problem_);
       if (report_.under_constrained.empty() && failed >= 0) {

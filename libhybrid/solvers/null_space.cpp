@@ -28,7 +28,7 @@ std::vector<Key> under_constrained_variables(Problem& problem) {
   std::vector<Key> keys;
   NormalEquations& system = problem.system();
   for (int block : system.untouched()) keys.push_back(problem.key(block));
-  if (!keys.empty() || system.factorize(kRegularization) >= 0) return keys;
+  if (!keys.empty() || problem.factorize(kRegularization) >= 0) return keys;
 
   const std::vector<double>& diagonal = system.diagonal();
   std::vector<double> v(system.scalars());

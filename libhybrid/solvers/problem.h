@@ -58,6 +58,8 @@ class Problem {
   double linearize(const State& state);
   /// H and g of the last linearisation.
   void assemble() { system_->assemble(residuals_.data(), jacobians_.data(), *pool_); }
+  /// Factorises H + damping * diag(H), see NormalEquations.
+  int factorize(double damping) { return system_->factorize(damping, *pool_); }
   /// Sum of |J v|^2 over the factors, v in elimination order.
   double curvature(const double* v) const;
   NormalEquations& system() { return *system_; }

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// Batch Levenberg-Marquardt beside Ceres: same residuals and Jacobians, same start, one run.
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "libhybrid/io/read_graph.h"
+#include "libhybrid/linear/cholesky.h"
+#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kThreads = 2;
+constexpr double kFunctionTolerance = 1e-6;
+
+using Clock = std::chrono::steady_clock;
+
+double median(std::vector<double> x) {
+  std::nth_element(x.begin(), x.begin() + x.size() / 2, x.end());
+  return x[x.size() / 2];
+}
+
+/// One of our factors as Ceres takes it: the Jacobian is with respect to the tangent, in the first
+/// columns, which is what the Jacobian of Retraction below selects.
+class CeresFactor : public ceres::CostFunction {
+ public:
+  explicit CeresFactor(ContinuousFactorPtr factor) : factor_(std::move(factor)) {
+    set_num_residuals(factor_->rows());
+    for (const VariableType& type : factor_->types()) {
+      mutable_parameter_block_sizes()->push_back(type.size);
+    }
+  }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    double jacobian[12 * 24];
+    factor_->linearize(x, residuals, jacobian);
+    if (jacobians == nullptr) return true;
+    const int rows = factor_->rows();
+    const double* block = jacobian;
+    for (std::size_t i = 0; i < factor_->types().size(); ++i) {
+      const VariableType type = factor_->types()[i];
+      if (jacobians[i] != nullptr) {
+        for (int r = 0; r < rows; ++r) {
+          for (int c = 0; c < type.size; ++c) {
+            jacobians[i][r * type.size + c] = c < type.dim ? block[c * rows + r] : 0.0;
+          }
+        }
+      }
+      block += rows * type.dim;
+    }
+    return true;
+  }
+
+ private:
+  ContinuousFactorPtr factor_;
+};
+
+class Retraction : public ceres::Manifold {
+ public:
+  explicit Retraction(VariableType type) : type_(type) {}
+  int AmbientSize() const override { return type_.size; }
+  int TangentSize() const override { return type_.dim; }
+  bool Plus(const double* x, const double* delta, double* out) const override {
+    retract(type_, x, delta, out);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    for (int i = 0; i < type_.size * type_.dim; ++i) {
+      jacobian[i] = i / type_.dim == i % type_.dim ? 1.0 : 0.0;
+    }
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* delta) const override {
+    local(type_, x, y, delta);
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    for (int i = 0; i < type_.size * type_.dim; ++i) {
+      jacobian[i] = i / type_.size == i % type_.size ? 1.0 : 0.0;
+    }
+    return true;
+  }
+
+ private:
+  VariableType type_;
+};
+
+struct Case {
+  std::string name;
+  HybridGraph graph;
+  Estimate initial;
+};
+
+Case load(const std::string& argument) {
+  std::string path = argument;
+  if (!std::filesystem::exists(path)) {
+    const char* data = std::getenv("HYBRID_DATA_DIR");
+    path = std::string(data != nullptr ? data : HYBRID_DATA_DIR) + "/pose_graphs/" + argument;
+    if (!std::filesystem::exists(path)) path += ".g2o";
+  }
+  const PoseGraph file = read_graph(path);
+  Case result;
+  result.name = std::filesystem::path(path).stem();
+  result.initial.values = file.values.empty() ? initialize_from_odometry(file) : file.values;
+  for (auto& factor : to_factors(file, result.initial.values)) result.graph.add(std::move(factor));
+  return result;
+}
+
+struct Outcome {
+  double seconds = 0.0;
+  double cost = 0.0;
+  int iterations = 0;
+};
+
+/// Only Solve is timed: building the problem of Ceres is not counted.
+Outcome run_ceres(const Case& c) {
+  Values values = c.initial.values;
+  ceres::Problem problem;
+  for (Key key : values.keys()) {
+    const VariableType type = values.type(key);
+    problem.AddParameterBlock(values.data(values.slot(key)), type.size, new Retraction(type));
+  }
+  c.graph.continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) {
+    std::vector<double*> x;
+    for (Key key : factor->keys()) x.push_back(values.data(values.slot(key)));
+    problem.AddResidualBlock(new CeresFactor(factor), nullptr, x);
+  });
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  options.num_threads = kThreads;
+  options.max_num_iterations = 200;
+  options.function_tolerance = kFunctionTolerance;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  const auto start = Clock::now();
+  ceres::Solve(options, &problem, &summary);
+  return {seconds_since(start), summary.final_cost,
+          static_cast<int>(summary.iterations.size()) - 1};
+}
+
+/// All from the graph to the values is timed, compiling and ordering included.
+Outcome run_ours(const Case& c) {
+  SolverOptions options;
+  options.threads = kThreads;
+  options.relative_decrease = kFunctionTolerance;
+  const auto start = Clock::now();
+  const SolverResult result = levenberg_marquardt(c.graph, c.initial, options);
+  return {seconds_since(start), result.report.final_cost(), result.report.iterations};
+}
+
+/// Time of one of our iterations over that of CHOLMOD's numeric factorisation of the same matrix.
+double iteration_over_cholmod(const Case& c, int repeats) {
+  Problem problem(c.graph, c.initial.values, c.initial.assignment, kThreads);
+  Problem::State state = problem.load(c.initial.values);
+  Problem::State moved;
+  problem.linearize(state);
+  problem.assemble();
+  NormalEquations& system = problem.system();
+  Cholesky cholmod(system.matrix());
+  std::vector<double> step(system.scalars());
+  std::vector<double> ours, theirs;
+  for (int k = 0; k < repeats; ++k) {
+    auto start = Clock::now();
+    cholmod.factorize(system.matrix());
+    theirs.push_back(seconds_since(start));
+    start = Clock::now();
+    problem.linearize(state);
+    problem.assemble();
+    problem.factorize(0.0);
+    step = system.gradient();
+    system.solve(step.data());
+    problem.retract(state, step.data(), moved);
+    ours.push_back(seconds_since(start));
+  }
+  return median(ours) / median(theirs);
+}
+
+std::string measure(const Case& c, int repeats) {
+  std::vector<double> ours, theirs;
+  Outcome mine, other;
+  for (int k = 0; k < repeats; ++k) {
+    mine = run_ours(c);
+    other = run_ceres(c);
+    ours.push_back(mine.seconds);
+    theirs.push_back(other.seconds);
+  }
+  const double ours_s = median(ours);
+  const double ceres_s = median(theirs);
+  char line[400];
+  std::snprintf(line, sizeof line,
+                "{\"graph\": \"%s\", \"ours_s\": %.6f, \"ceres_s\": %.6f, \"ratio\": %.3f, "
+                "\"cost_ours\": %.9g, \"cost_ceres\": %.9g, \"iteration_over_cholmod\": %.3f, "
+                "\"iterations_ours\": %d, \"iterations_ceres\": %d}",
+                c.name.c_str(), ours_s, ceres_s, ceres_s / ours_s, mine.cost, other.cost,
+                iteration_over_cholmod(c, 2 * repeats + 1), mine.iterations, other.iterations);
+  return line;
+}
+
+int run(int argc, char** argv) {
+  std::vector<std::string> graphs;
+  std::string json;
+  int repeats = 5;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--json" && i + 1 < argc) {
+      json = argv[++i];
+    } else if (argument == "--repeats" && i + 1 < argc) {
+      repeats = std::max(1, std::atoi(argv[++i]));
+    } else if (argument == "--help" || argument.rfind("--", 0) == 0) {
+      std::cout
+          << "bench-batch [GRAPH...] [--repeats N] [--json F]\n"
+             "Graphs are g2o or TORO files, or names in $HYBRID_DATA_DIR/pose_graphs; medians "
+             "of N runs, ours and Ceres in turn.\n";
+      return argument == "--help" ? 0 : 1;
+    } else {
+      graphs.push_back(argument);
+    }
+  }
+  if (graphs.empty()) {
+    graphs = {"intel", "CSAIL", "manhattan", "sphere2500", "parking-garage", "city10000"};
+  }
+  std::string all;
+  for (const std::string& graph : graphs) {
+    const std::string line = measure(load(graph), repeats);
+    std::cout << line << std::endl;
+    all += (all.empty() ? "[" : ",\n ") + line;
+  }
+  if (json.empty()) return 0;
+  std::ofstream(json + ".tmp") << all << "]\n";
+  std::filesystem::rename(json + ".tmp", json);
+  return 0;
+}
+
+}  // namespace
+}  // namespace hybrid
+
+int main(int argc, char** argv) {
+  try {
+    return hybrid::run(argc, argv);
+  } catch (const std::exception& e) {
+    std::cerr << "bench-batch: " << e.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+/// Dense kernels of the Cholesky factorisation on column-major panels. Rows are worked in packets
+/// of four, so panels have kRowPadding rows of padding at the end of each column and update
+/// matrices a size rounded up to a multiple of four: what the kernels write there is never used.
+namespace hybrid::front {
+
+constexpr int kPacket = 4;
+constexpr int kRowPadding = kPacket - 1;
+constexpr int kTileColumns = 4;
+
+using Packet [[gnu::vector_size(kPacket * sizeof(double)), gnu::aligned(8), gnu::may_alias]] =
+    double;
+
+inline int round_up(int n) {
+  return (n + kPacket - 1) / kPacket * kPacket;
+}
+
+/// sum[c][q] += a(rows of packet q, p) b(c, p) over p < depth.
+template <int kPackets, int kColumns>
+[[gnu::always_inline]] inline void accumulate(const double* a, const double* b, int stride,
+                                              int depth, Packet (&sum)[kColumns][kPackets]) {
+  for (int p = 0; p < depth; ++p, a += stride, b += stride) {
+    Packet rows[kPackets];
+    for (int q = 0; q < kPackets; ++q) {
+      rows[q] = *reinterpret_cast<const Packet*>(a + q * kPacket);
+    }
+    for (int c = 0; c < kColumns; ++c) {
+      for (int q = 0; q < kPackets; ++q) sum[c][q] += rows[q] * b[c];
+    }
+  }
+}
+
+/// Rows `row` .. of columns `first` .. of a panel: subtracts what the columns before contribute,
+/// then solves with the factorised diagonal tile, of which `inverse` holds the inverse diagonal.
+template <int kPackets, int kColumns>
+inline void solve_tile(double* panel, int stride, int first, int row, const double* inverse) {
+  Packet sum[kColumns][kPackets] = {};
+  accumulate<kPackets, kColumns>(panel + row, panel + first, stride, first, sum);
+  for (int c = 0; c < kColumns; ++c) {
+    double* column = panel + std::ptrdiff_t(first + c) * stride;
+    for (int q = 0; q < kPackets; ++q) {
+      Packet& target = *reinterpret_cast<Packet*>(column + row + q * kPacket);
+      Packet x = target - sum[c][q];
+      for (int d = 0; d < c; ++d) {
+        x -= sum[d][q] * panel[std::ptrdiff_t(first + d) * stride + first + c];
+      }
+      sum[c][q] = x * inverse[c];  // from here on the solution
+      target = sum[c][q];
+    }
+  }
+}
+
+/// Factorises columns first .. first + kColumns - 1 of a panel whose earlier columns are done.
+/// Returns the first column whose pivot is not positive, or -1.
+template <int kColumns>
+int factorize_columns(double* panel, int stride, int height, int first) {
+  Packet sum[kColumns][1] = {};
+  accumulate<1, kColumns>(panel + first, panel + first, stride, first, sum);
+  int failed = -1;
+  double inverse[kColumns];
+  for (int c = 0; c < kColumns; ++c) {
+    double* column = panel + std::ptrdiff_t(first + c) * stride + first;
+    for (int r = c; r < kColumns; ++r) {
+      double x = column[r] - sum[c][0][r];
+      for (int d = 0; d < c; ++d) {
+        const double* before = panel + std::ptrdiff_t(first + d) * stride + first;
+        x -= before[r] * before[c];
+      }
+      if (r > c) {
+        column[r] = x * inverse[c];
+        continue;
+      }
+      if (!(x > 0.0) || !std::isfinite(x)) {
+        if (failed < 0) failed = first + c;
+        x = 1.0;
+      }
+      column[c] = std::sqrt(x);
+      inverse[c] = 1.0 / column[c];
+    }
+  }
+  int row = first + kColumns;
+  for (; row + 2 * kPacket <= height + kRowPadding; row += 2 * kPacket) {
+    solve_tile<2, kColumns>(panel, stride, first, row, inverse);
+  }
+  for (; row < height; row += kPacket) solve_tile<1, kColumns>(panel, stride, first, row, inverse);
+  return failed;
+}
+
+/// Cholesky of the first `columns` columns of a panel of `height` rows. Returns as above.
+inline int factorize_panel(double* panel, int stride, int height, int columns) {
+  int failed = -1;
+  for (int first = 0; first < columns; first += kTileColumns) {
+    int result = -1;
+    switch (std::min(kTileColumns, columns - first)) {
+      case 1:
+        result = factorize_columns<1>(panel, stride, height, first);
+        break;
+      case 2:
+        result = factorize_columns<2>(panel, stride, height, first);
+        break;
+      case 3:
+        result = factorize_columns<3>(panel, stride, height, first);
+        break;
+      default:
+        result = factorize_columns<4>(panel, stride, height, first);
+    }
+    if (failed < 0) failed = result;
+  }
+  return failed;
+}
+
+/// One column of tiles of U = -B B', where B are the rows `columns` .. of a panel.
+template <int kPackets>
+inline void update_tile(const double* below, int stride, int columns, double* update, int size,
+                        int row, int col) {
+  Packet sum[kTileColumns][kPackets] = {};
+  accumulate<kPackets, kTileColumns>(below + row, below + col, stride, columns, sum);
+  for (int c = 0; c < kTileColumns; ++c) {
+    double* target = update + std::ptrdiff_t(col + c) * size + row;
+    for (int q = 0; q < kPackets; ++q) {
+      *reinterpret_cast<Packet*>(target + q * kPacket) = -sum[c][q];
+    }
+  }
+}
+
+/// The lower triangle of U = -B B' for columns begin .. end - 1 (multiples of four), where B are
+/// the rows below the first `columns` of a panel and `size` is the rounded size of U.
+inline void update_columns(const double* panel, int stride, int columns, double* update, int size,
+                           int begin, int end) {
+  const double* below = panel + columns;
+  for (int col = begin; col < end; col += kTileColumns) {
+    int row = col;
+    for (; row + 3 * kPacket <= size; row += 3 * kPacket) {
+      update_tile<3>(below, stride, columns, update, size, row, col);
+    }
+    for (; row + 2 * kPacket <= size; row += 2 * kPacket) {
+      update_tile<2>(below, stride, columns, update, size, row, col);
+    }
+    for (; row < size; row += kPacket) {
+      update_tile<1>(below, stride, columns, update, size, row, col);
+    }
+  }
+}
+
+}  // namespace hybrid::front
