@@ -293,21 +293,30 @@ int BlockCholesky::factorize(const BlockMatrix& matrix, const double* extra, Wor
   return first == INT_MAX ? -1 : first;
 }
 
+void BlockCholesky::solve_lower_step(const Supernode& node, double* x,
+                                     std::vector<double>& below) const {
+  const double* column = panel(node);
+  const int m = node.below();
+  below.assign(m, 0.0);
+  double* own = x + node.first;
+  for (int c = 0; c < node.columns; ++c, column += node.stride) {
+    own[c] /= column[c];
+    front::add_scaled(-own[c], column + c + 1, own + c + 1, node.columns - c - 1);
+    front::add_scaled(own[c], column + node.columns, below.data(), m);
+  }
+  const int* row = rows(node) + node.columns;
+  for (int r = 0; r < m; ++r) x[row[r]] -= below[r];
+}
+
 void BlockCholesky::solve_lower(double* x) const {
   std::vector<double> below;
-  for (const Supernode& node : supernodes_) {
-    const double* column = panel(node);
-    const int m = node.below();
-    below.assign(m, 0.0);
-    double* own = x + node.first;
-    for (int c = 0; c < node.columns; ++c, column += node.stride) {
-      own[c] /= column[c];
-      for (int r = c + 1; r < node.columns; ++r) own[r] -= column[r] * own[c];
-      const double* tail = column + node.columns;
-      for (int r = 0; r < m; ++r) below[r] += tail[r] * own[c];
-    }
-    const int* row = rows(node) + node.columns;
-    for (int r = 0; r < m; ++r) x[row[r]] -= below[r];
+  for (const Supernode& node : supernodes_) solve_lower_step(node, x, below);
+}
+
+void BlockCholesky::solve_lower_along(int supernode, double* x) const {
+  std::vector<double> below;
+  for (int s = supernode; s >= 0; s = supernodes_[s].parent) {
+    solve_lower_step(supernodes_[s], x, below);
   }
 }
 
@@ -321,11 +330,9 @@ void BlockCholesky::solve_upper(double* x) const {
     double* own = x + node->first;
     for (int c = node->columns - 1; c >= 0; --c) {
       const double* column = panel(*node) + std::size_t(c) * node->stride;
-      double sum = own[c];
-      for (int r = c + 1; r < node->columns; ++r) sum -= column[r] * own[r];
-      const double* tail = column + node->columns;
-      for (int r = 0; r < m; ++r) sum -= tail[r] * below[r];
-      own[c] = sum / column[c];
+      const double sum = front::dot(column + c + 1, own + c + 1, node->columns - c - 1) +
+                         front::dot(column + node->columns, below.data(), m);
+      own[c] = (own[c] - sum) / column[c];
     }
   }
 }

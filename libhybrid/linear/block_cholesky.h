@@ -45,6 +45,9 @@ class BlockCholesky {
   void solve(double* x) const;
   /// x = L^-1 x in place.
   void solve_lower(double* x) const;
+  /// The same for an x that is zero but in the columns of one supernode and of its ancestors: costs
+  /// the path to the root only.
+  void solve_lower_along(int supernode, double* x) const;
   /// x = L'^-1 x in place.
   void solve_upper(double* x) const;
 
@@ -59,14 +62,22 @@ class BlockCholesky {
   /// Diagonal entry of L.
   double diagonal(int scalar) const;
 
- private:
-  /// Consecutive rows of an update matrix that stay consecutive in the parent's front.
+  /// Consecutive rows of an update matrix that stay consecutive in the parent's front: row `from` +
+  /// i below the supernode is row `to` + i of the parent's panel.
   struct Run {
     int from = 0;
     int to = 0;
     int length = 0;
   };
+  const Run* runs() const { return runs_.data(); }
+  const int* children() const { return children_.data(); }
+  /// Independent subtrees of supernodes, each in postorder, and the rest in postorder.
+  const std::vector<std::vector<int>>& tasks() const { return tasks_; }
+  const std::vector<int>& top() const { return top_; }
+  std::size_t workspace_size() const { return workspace_.size(); }
+  std::size_t panels_size() const { return panels_.size(); }
 
+ private:
   void build_supernodes(const BlockMatrix& matrix, const BlockOrdering& ordering);
   void link_children();
   void place_blocks(const BlockMatrix& matrix);
@@ -75,6 +86,7 @@ class BlockCholesky {
   void load_panel(int s, const BlockMatrix& matrix, const double* extra);
   void add_to_panel(const Supernode& child, const Supernode& parent);
   void add_to_update(const Supernode& child, const Supernode& parent);
+  void solve_lower_step(const Supernode& node, double* x, std::vector<double>& below) const;
   int process(int s, const BlockMatrix& matrix, const double* extra, WorkerPool* pool);
 
   int size_ = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 /// Dense kernels of the Cholesky factorisation on column-major panels. Rows are worked in packets
 /// of four, so panels have kRowPadding rows of padding at the end of each column and update
@@ -21,11 +22,13 @@ inline int round_up(int n) {
   return (n + kPacket - 1) / kPacket * kPacket;
 }
 
-/// sum[c][q] += a(rows of packet q, p) b(c, p) over p < depth.
+/// sum[c][q] += a(rows of packet q, p) b(c, p) over p < depth; a_stride and b_stride lead from p to
+/// p + 1.
 template <int kPackets, int kColumns>
-[[gnu::always_inline]] inline void accumulate(const double* a, const double* b, int stride,
-                                              int depth, Packet (&sum)[kColumns][kPackets]) {
-  for (int p = 0; p < depth; ++p, a += stride, b += stride) {
+[[gnu::always_inline]] inline void accumulate(const double* a, int a_stride, const double* b,
+                                              int b_stride, int depth,
+                                              Packet (&sum)[kColumns][kPackets]) {
+  for (int p = 0; p < depth; ++p, a += a_stride, b += b_stride) {
     Packet rows[kPackets];
     for (int q = 0; q < kPackets; ++q) {
       rows[q] = *reinterpret_cast<const Packet*>(a + q * kPacket);
@@ -41,7 +44,7 @@ template <int kPackets, int kColumns>
 template <int kPackets, int kColumns>
 inline void solve_tile(double* panel, int stride, int first, int row, const double* inverse) {
   Packet sum[kColumns][kPackets] = {};
-  accumulate<kPackets, kColumns>(panel + row, panel + first, stride, first, sum);
+  accumulate<kPackets, kColumns>(panel + row, stride, panel + first, stride, first, sum);
   for (int c = 0; c < kColumns; ++c) {
     double* column = panel + std::ptrdiff_t(first + c) * stride;
     for (int q = 0; q < kPackets; ++q) {
@@ -61,7 +64,7 @@ inline void solve_tile(double* panel, int stride, int first, int row, const doub
 template <int kColumns>
 int factorize_columns(double* panel, int stride, int height, int first) {
   Packet sum[kColumns][1] = {};
-  accumulate<1, kColumns>(panel + first, panel + first, stride, first, sum);
+  accumulate<1, kColumns>(panel + first, stride, panel + first, stride, first, sum);
   int failed = -1;
   double inverse[kColumns];
   for (int c = 0; c < kColumns; ++c) {
@@ -115,17 +118,32 @@ inline int factorize_panel(double* panel, int stride, int height, int columns) {
   return failed;
 }
 
-/// One column of tiles of U = -B B', where B are the rows `columns` .. of a panel.
+/// One tile of out = sign A B'.
 template <int kPackets>
-inline void update_tile(const double* below, int stride, int columns, double* update, int size,
-                        int row, int col) {
+inline void product_tile(const double* a, int a_stride, const double* b, int b_stride, int depth,
+                         double sign, double* out, int out_stride) {
   Packet sum[kTileColumns][kPackets] = {};
-  accumulate<kPackets, kTileColumns>(below + row, below + col, stride, columns, sum);
+  accumulate<kPackets, kTileColumns>(a, a_stride, b, b_stride, depth, sum);
   for (int c = 0; c < kTileColumns; ++c) {
-    double* target = update + std::ptrdiff_t(col + c) * size + row;
     for (int q = 0; q < kPackets; ++q) {
-      *reinterpret_cast<Packet*>(target + q * kPacket) = -sum[c][q];
+      *reinterpret_cast<Packet*>(out + std::ptrdiff_t(c) * out_stride + q * kPacket) =
+          sign * sum[c][q];
     }
+  }
+}
+
+/// A column of tiles: rows begin .. end - 1 of A against four rows of B.
+inline void product_column(const double* a, int a_stride, const double* b, int b_stride, int depth,
+                           double sign, double* out, int out_stride, int begin, int end) {
+  int row = begin;
+  for (; row + 3 * kPacket <= end; row += 3 * kPacket) {
+    product_tile<3>(a + row, a_stride, b, b_stride, depth, sign, out + row, out_stride);
+  }
+  for (; row + 2 * kPacket <= end; row += 2 * kPacket) {
+    product_tile<2>(a + row, a_stride, b, b_stride, depth, sign, out + row, out_stride);
+  }
+  for (; row < end; row += kPacket) {
+    product_tile<1>(a + row, a_stride, b, b_stride, depth, sign, out + row, out_stride);
   }
 }
 
@@ -135,17 +153,39 @@ inline void update_columns(const double* panel, int stride, int columns, double*
                            int begin, int end) {
   const double* below = panel + columns;
   for (int col = begin; col < end; col += kTileColumns) {
-    int row = col;
-    for (; row + 3 * kPacket <= size; row += 3 * kPacket) {
-      update_tile<3>(below, stride, columns, update, size, row, col);
-    }
-    for (; row + 2 * kPacket <= size; row += 2 * kPacket) {
-      update_tile<2>(below, stride, columns, update, size, row, col);
-    }
-    for (; row < size; row += kPacket) {
-      update_tile<1>(below, stride, columns, update, size, row, col);
-    }
+    product_column(below, stride, below + col, stride, columns, -1.0,
+                   update + std::ptrdiff_t(col) * size, size, col, size);
   }
+}
+
+/// out = sign A B', rows and columns (multiples of four) of A and B.
+inline void product(const double* a, int a_stride, const double* b, int b_stride, int depth,
+                    double sign, double* out, int out_stride, int rows, int columns) {
+  for (int col = 0; col < columns; col += kTileColumns) {
+    product_column(a, a_stride, b + col, b_stride, depth, sign,
+                   out + std::ptrdiff_t(col) * out_stride, out_stride, 0, rows);
+  }
+}
+
+/// sum over i of a[i] b[i].
+inline double dot(const double* a, const double* b, int n) {
+  Packet sum = {};
+  int i = 0;
+  for (; i + kPacket <= n; i += kPacket) {
+    sum += *reinterpret_cast<const Packet*>(a + i) * *reinterpret_cast<const Packet*>(b + i);
+  }
+  double total = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  for (; i < n; ++i) total += a[i] * b[i];
+  return total;
+}
+
+/// y += factor * x.
+inline void add_scaled(double factor, const double* x, double* y, int n) {
+  int i = 0;
+  for (; i + kPacket <= n; i += kPacket) {
+    *reinterpret_cast<Packet*>(y + i) += factor * *reinterpret_cast<const Packet*>(x + i);
+  }
+  for (; i < n; ++i) y[i] += factor * x[i];
 }
 
 }  // namespace hybrid::front

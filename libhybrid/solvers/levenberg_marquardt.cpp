@@ -102,18 +102,14 @@ class LevenbergMarquardt {
   /// Solves (H + damping D) step = -g; false where the matrix is not positive definite.
   bool compute_step() {
     NormalEquations& system = problem_.system();
-    const bool undamped = damping_.value() == 0.0;
     ++report_.iterations;
-    const int failed = problem_.factorize(damping_.value());
-    if (undamped && (failed >= 0 || system.smallest_pivot_ratio() < kSingularPivotRatio)) {
-      report_.under_constrained = under_constrained_variables(problem_);
-      if (report_.under_constrained.empty() && failed >= 0) {
-        report_.under_constrained.push_back(problem_.key(failed));
+    if (damping_.value() == 0.0) {
+      report_.under_constrained = factorize_undamped(problem_);
+      if (!report_.under_constrained.empty()) {
+        damping_.hold_above(kSingularDamping);
+        return false;
       }
-      damping_.hold_above(kSingularDamping);
-      return false;
-    }
-    if (failed >= 0) {
+    } else if (problem_.factorize(damping_.value()) >= 0) {
       damping_.reject();
       return false;
     }

@@ -57,6 +57,14 @@ std::vector<Key> under_constrained_variables(Problem& problem) {
   return keys;
 }
 
+std::vector<Key> factorize_undamped(Problem& problem) {
+  const int failed = problem.factorize(0.0);
+  if (failed < 0 && problem.system().smallest_pivot_ratio() >= kSingularPivotRatio) return {};
+  std::vector<Key> keys = under_constrained_variables(problem);
+  if (keys.empty() && failed >= 0) keys.push_back(problem.key(failed));
+  return keys;
+}
+
 std::string under_constrained_message(const std::vector<Key>& keys) {
   std::string names;
   for (std::size_t i = 0; i < std::min(keys.size(), kNamedInMessage); ++i) {
