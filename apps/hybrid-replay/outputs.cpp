@@ -23,7 +23,8 @@ std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
   out.write("steps.csv", steps_csv(result.steps));
-  const ExportedGraph graph = export_graph(backend.graph(), backend.estimate());
+  const ExportedGraph graph =
+      export_graph(backend.graph(), {backend.values(), backend.assignment()});
   out.write("graph.g2o", to_g2o(graph.graph));
   if (graph.left_out.empty()) return {};
   return {fmt::format("graph.g2o lacks factors that have no such form: {}",

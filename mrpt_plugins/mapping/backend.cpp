@@ -4,32 +4,61 @@
 #include "mrpt_plugins/mapping/backend.h"
 
 #include "mrpt_plugins/mapping/batch_backend.h"
+#include "mrpt_plugins/mapping/incremental_backend.h"
 
 namespace hybrid {
 
-std::unique_ptr<Backend> make_backend(IniSection solver) {
-  solver.choice("mode", "batch", {"batch"},
-                "batch: the whole graph at once, by alternating minimisation");
+namespace {
+
+AlternatingOptions read_batch_options(IniSection& solver) {
   AlternatingOptions options;
-  options.max_iterations =
-      solver.get("max_iterations", options.max_iterations,
-                 "pairs of a discrete and a continuous half-step", IniRange{1, 1e6});
+  options.max_iterations = solver.get(
+      "max_iterations", options.max_iterations,
+      "batch: at most so many pairs of a discrete and a continuous half-step", IniRange{1, 1e6});
   options.relative_decrease =
       solver.get("relative_decrease", options.relative_decrease,
-                 "converged once a pair of half-steps lowers the objective by less than this share "
-                 "of the cost",
+                 "batch: converged once a pair of half-steps lowers the objective by less than "
+                 "this share of the cost",
                  kPositive);
   options.continuous.max_iterations =
       solver.get("linear_solves", options.continuous.max_iterations,
-                 "at most, in one continuous half-step", IniRange{1, 1e6});
-  options.continuous.threads = solver.get("threads", options.continuous.threads,
-                                          "0: as many as there are cores, at most 4; the result "
-                                          "is the same",
-                                          IniRange{0, 256});
-  const int solve_every =
-      solver.get("solve_every", 0, "keyframes between solves on the way; 0: one solve at the end",
-                 kNonNegative);
-  return std::make_unique<BatchBackend>(options, solve_every);
+                 "batch: at most, in one continuous half-step", IniRange{1, 1e6});
+  options.continuous.threads =
+      solver.get("threads", options.continuous.threads,
+                 "batch: 0 for one per core, at most 4; the result is the same", IniRange{0, 256});
+  return options;
+}
+
+SmootherOptions read_smoother_options(IniSection& solver) {
+  SmootherOptions options;
+  options.relinearize =
+      solver.get("relinearize", options.relinearize,
+                 "incremental: variables are linearised again once the linear model of a factor is "
+                 "off by more than this, in units of the objective",
+                 kPositive);
+  options.wildfire = solver.get(
+      "wildfire", options.wildfire,
+      "incremental: a step is propagated while it lowers the objective by more than this",
+      kPositive);
+  options.rounds =
+      solver.get("rounds", options.rounds, "incremental: alternation rounds for each keyframe",
+                 IniRange{1, 1000});
+  return options;
+}
+
+}  // namespace
+
+std::unique_ptr<Backend> make_backend(IniSection solver) {
+  const std::string mode = solver.choice(
+      "mode", "batch", {"batch", "incremental"},
+      "batch: the whole graph at the end; incremental: a full estimate after each keyframe too. "
+      "Both solve to convergence at the end");
+  const AlternatingOptions batch = read_batch_options(solver);
+  const int solve_every = solver.get(
+      "solve_every", 0, "batch: keyframes between solves on the way; 0: none", kNonNegative);
+  const SmootherOptions smoother = read_smoother_options(solver);
+  if (mode == "batch") return std::make_unique<BatchBackend>(batch, solve_every);
+  return std::make_unique<IncrementalBackend>(smoother);
 }
 
 }  // namespace hybrid

@@ -47,7 +47,8 @@ class Backend {
   virtual BackendReport finish() = 0;
 
   /// Every variable ever added and not removed; one marginalised out keeps its last estimate.
-  virtual const Estimate& estimate() const = 0;
+  virtual const Values& values() const = 0;
+  virtual const Assignment& assignment() const = 0;
 
   /// All factors taken in so far and not removed.
   virtual const HybridGraph& graph() const = 0;

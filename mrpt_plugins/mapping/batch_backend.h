@@ -18,7 +18,8 @@ class BatchBackend : public Backend {
   std::string mode() const override { return "batch"; }
   BackendReport update(const Delta& delta) override;
   BackendReport finish() override { return solve(); }
-  const Estimate& estimate() const override { return estimate_; }
+  const Values& values() const override { return estimate_.values; }
+  const Assignment& assignment() const override { return estimate_.assignment; }
   const HybridGraph& graph() const override { return graph_; }
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;

@@ -49,7 +49,7 @@ const StepRecord& Mapper::add(const Keyframe& keyframe) try {
   Delta delta = move(keyframe);
   for (const auto& plugin : plugins_) observe(*plugin, keyframe, delta);
   const BackendReport report = backend_->update(delta);
-  T_map_robot_ = pose_at(backend_->estimate().values, pose_key(steps_.size()));
+  T_map_robot_ = pose_at(backend_->values(), pose_key(steps_.size()));
   steps_.push_back(record(keyframe, report));
   log_rows_.push_back(keyframe.row);
   return steps_.back();
@@ -79,9 +79,8 @@ Delta Mapper::move(const Keyframe& keyframe) {
 void Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta) {
   const Frame frame{pose_key(steps_.size()), T_map_robot_, keyframe.detections,
                     keyframe.observations};
-  const Estimate& estimate = backend_->estimate();
   Contribution contribution =
-      plugin.observe(frame, {estimate.values, estimate.assignment, landmarks_, is_3d_});
+      plugin.observe(frame, {backend_->values(), backend_->assignment(), landmarks_, is_3d_});
   for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
   for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
   for (const auto& [reason, count] : contribution.dropped) dropped_[reason] += count;
@@ -119,7 +118,7 @@ MapResult Mapper::result() const {
   result.class_names = class_names();
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;
-  const Values& values = backend_->estimate().values;
+  const Values& values = backend_->values();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});
   }
@@ -139,7 +138,7 @@ MapResult Mapper::result() const {
     const auto covariance = uncertainty.covariances.find(landmark.position);
     if (covariance != uncertainty.covariances.end()) out.covariance = padded(covariance->second);
     if (landmark.class_key) {
-      out.class_index = backend_->estimate().assignment.at(landmark.class_key->key);
+      out.class_index = backend_->assignment().at(landmark.class_key->key);
       const auto p = uncertainty.probabilities.find(landmark.class_key->key);
       if (p != uncertainty.probabilities.end()) out.class_probabilities = p->second;
     }

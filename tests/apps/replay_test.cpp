@@ -11,8 +11,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST_F(ReplayTest, KfSlamDemoReachesTheBatchOptimum) {
-  const auto summary = summary_of("-c " + config("kf_slam_demo.ini"));
+class Modes : public ReplayTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
+  const std::string ini = write(
+      "a.ini", read_file(config("kf_slam_demo.ini")) + "\n[solver]\nmode = " + GetParam() + "\n");
+  const auto summary = summary_of("-c " + ini);
+  EXPECT_EQ(summary["mode"], GetParam());
   EXPECT_EQ(summary["status"], "ok");
   EXPECT_EQ(summary["keyframes"], 250);
   EXPECT_EQ(summary["landmarks"], 70);
@@ -26,6 +31,8 @@ TEST_F(ReplayTest, KfSlamDemoReachesTheBatchOptimum) {
   const double redundancy = 3607 * 2 + 249 * 3 + 3 - 250 * 3 - 70 * 2;
   EXPECT_NEAR(summary["cost"], redundancy / 2, 4 * std::sqrt(redundancy / 2));
 }
+
+INSTANTIATE_TEST_SUITE_P(Solver, Modes, testing::Values("batch", "incremental"));
 
 TEST_F(ReplayTest, LogInSpaceIsBetterThanFiltered) {
   const auto truth = summary_of("-c " + config("kf_slam_6d_demo.ini"))["truth"];
