@@ -90,7 +90,13 @@ class Alternation {
     report_.objective = objective_;
     report_.cost = problem_.cost(state_);
     report_.analyses = problem_.analyses();
-    if (report_.message.empty()) report_.message = report_.last_solve.message;
+    if (status == AlternatingStatus::kConverged) {
+      report_.message = "converged after " + std::to_string(report_.iterations) +
+                        " pairs of half-steps; the last solve: " + report_.last_solve.message;
+    } else if (status == AlternatingStatus::kIterationLimit) {
+      report_.message = "the assignment still changed, or the objective fell, after " +
+                        std::to_string(report_.iterations) + " pairs of half-steps, the limit";
+    }
     return std::move(report_);
   }
 

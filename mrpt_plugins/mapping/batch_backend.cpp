@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "libhybrid/discrete/inference.h"
-#include "libhybrid/solvers/problem.h"
+#include "libhybrid/marginals/continuous.h"
 
 namespace hybrid {
 namespace {
@@ -39,22 +39,16 @@ std::vector<Table> tables_at(const HybridGraph& graph, const Values& values) {
   return tables;
 }
 
-/// Laplace covariances of some variables (eq. 12), a solve with the factorised Hessian each.
+/// Laplace covariances of some variables (eq. 12); none where the system is singular.
 void add_covariances(const HybridGraph& graph, const Estimate& at, const std::vector<Key>& keys,
                      Uncertainty& out) {
   if (keys.empty()) return;
-  Problem problem(graph, at.values, at.assignment);
-  problem.linearize(problem.load(at.values));
-  problem.assemble();
-  NormalEquations& system = problem.system();
-  if (system.factorize(0.0) >= 0) return;
-  for (const Key key : keys) {
-    const int block = problem.block(key), start = system.start(block), dim = system.dim(block);
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(system.scalars(), dim);
-    columns.middleRows(start, dim).setIdentity();
-    system.solve(columns.data(), dim);
-    out.covariances[key] = columns.middleRows(start, dim);
-  }
+  MarginalOptions options;
+  options.weak = WeakComponents::kUncoupled;
+  const ContinuousMarginals marginals(graph, at, options);
+  if (!marginals.valid()) return;
+  const Covariances all = marginals.all();
+  for (const Key key : keys) out.covariances[key] = all.at(key);
 }
 
 }  // namespace
