@@ -79,6 +79,7 @@ double* BayesTree::hessian(int f) {
 
 void BayesTree::reset_delta(int v) {
   double* d = deltas_.at(variables_[v].delta);
+  touch(variables_[v].clique);
   saved_deltas_.push_back({v, {d, d + variables_[v].dim}});
   std::fill_n(d, variables_[v].dim, 0.0);
 }
@@ -333,11 +334,13 @@ void BayesTree::commit(const std::vector<SymbolicClique>& symbolic, const std::v
 void BayesTree::roll_back() {
   for (int c : detached_) cliques_[c].detached = false;
   for (int f : removed_factors_) factors_[f].alive = true;
-  for (const Saved& saved : saved_hessians_) {
-    std::copy(saved.values.begin(), saved.values.end(), hessians_.at(factors_[saved.id].hessian));
+  // Backwards: what was saved twice must end as it was at first.
+  for (auto saved = saved_hessians_.rbegin(); saved != saved_hessians_.rend(); ++saved) {
+    std::copy(saved->values.begin(), saved->values.end(),
+              hessians_.at(factors_[saved->id].hessian));
   }
-  for (const Saved& saved : saved_deltas_) {
-    std::copy(saved.values.begin(), saved.values.end(), deltas_.at(variables_[saved.id].delta));
+  for (auto saved = saved_deltas_.rbegin(); saved != saved_deltas_.rend(); ++saved) {
+    std::copy(saved->values.begin(), saved->values.end(), deltas_.at(variables_[saved->id].delta));
   }
   for (int f : new_factors_) {
     factors_[f].alive = false;
