@@ -31,7 +31,7 @@ int DiscreteHalf::add(const std::vector<DiscreteKey>& keys, int owner, const Ass
 }
 
 void DiscreteHalf::remove(int f) {
-  pure_cost_ -= factors_[f].cost;
+  pure_cost_.subtract(factors_[f].cost);
   for (const DiscreteKey& key : factors_[f].keys) {
     const auto it = variables_.find(key.key);
     std::vector<int>& list = it->second.factors;
@@ -56,10 +56,10 @@ void DiscreteHalf::set_tables(int f, std::vector<Table> tables) {
 void DiscreteHalf::refresh_cost(int f) {
   Factor& factor = factors_[f];
   if (factor.owner >= 0) return;
-  pure_cost_ -= factor.cost;
+  pure_cost_.subtract(factor.cost);
   factor.cost = 0.0;
   for (const Table& table : factor.tables) factor.cost += table.cost(assignment_);
-  pure_cost_ += factor.cost;
+  pure_cost_.add(factor.cost);
 }
 
 void DiscreteHalf::move(Key key, int value) {

@@ -8,6 +8,7 @@
 #include "libhybrid/core/assignment.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/smoother/cost_sum.h"
 
 namespace hybrid {
 
@@ -44,7 +45,7 @@ class DiscreteHalf {
 
   const Assignment& assignment() const { return assignment_; }
   /// Sum of the tables of discrete factors at the assignment.
-  double pure_cost() const { return pure_cost_; }
+  double pure_cost() const { return pure_cost_.value(); }
   const std::vector<int>& factors_of(Key key) const { return variables_.at(key).factors; }
   int owner(int f) const { return factors_[f].owner; }
   bool contains(Key key) const { return variables_.count(key) != 0; }
@@ -75,7 +76,7 @@ class DiscreteHalf {
   std::vector<Factor> factors_;
   std::vector<int> free_;
   Assignment assignment_;
-  double pure_cost_ = 0.0;
+  CostSum pure_cost_;
   std::vector<Key> touched_;
 };
 

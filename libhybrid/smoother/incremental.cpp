@@ -48,7 +48,7 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
   }
   commit(staged);
   continuous_step(report, options_.wildfire);
-  while (discrete_step(report) && report.rounds < options_.rounds && take_flips(report)) {
+  while (discrete_step(report) && take_flips(report) && report.rounds < options_.rounds) {
     continuous_step(report, options_.wildfire);
   }
   report.objective_after = objective();
@@ -74,7 +74,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
     }
     undo_.clear();
     continuous_step(report, 0.0);
-    const bool flipped = discrete_step(report);
+    const bool flipped = discrete_step(report) && take_flips(report);
     if (!flipped && before - objective() <= tolerance * std::max(1.0, std::abs(before))) break;
   }
   report.objective_after = objective();
@@ -83,7 +83,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
 }
 
 double IncrementalSmoother::objective() const {
-  return term_cost_ + discrete_.pure_cost();
+  return term_cost_.value() + discrete_.pure_cost();
 }
 
 double IncrementalSmoother::cost() const {
@@ -126,7 +126,8 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
   undo_.push_back([this, t, component = term.component, tree_factor = term.tree_factor,
                    pulls = term.pulls, cost = term.cost] {
-    term_cost_ += cost - terms_[t].cost;
+    term_cost_.subtract(terms_[t].cost);
+    term_cost_.add(cost);
     terms_[t].component = component;
     terms_[t].tree_factor = tree_factor;
     terms_[t].pulls = pulls;
@@ -134,9 +135,9 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   });
   const int previous = term.component.index;
   term.component = component;
-  term_cost_ -= term.cost;
+  term_cost_.subtract(term.cost);
   term.cost = evaluate(term, estimate_);
-  term_cost_ += term.cost;
+  term_cost_.add(term.cost);
   const bool same_place =
       term.tree_factor >= 0 && belongs_in_tree(component) && active_slots(term) == before;
   if (same_place && component.index == previous) return;
@@ -205,14 +206,14 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
 /// again; and where that does not help, a part of the way.
 void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
   ++report.rounds;
-  const double before = term_cost_;
+  const double before = term_cost_.value();
   old_.clear();
   ++old_stamp_;
   for (int tries = 0;; ++tries) {
     changed_ = tree_.solve(wildfire);
     remember(changed_);
     move_estimate();
-    if (term_cost_ <= before) break;
+    if (term_cost_.value() <= before) break;
     if (tries == kMoreSteps) {
       back_off(before);
       break;
@@ -264,7 +265,12 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
       Term& term = terms_[t];
       if (!term.alive) continue;
       const double cost = evaluate(term, estimate_);
-      change += cost - term.cost;
+      if (std::isfinite(cost) && std::isfinite(term.cost)) {
+        change += cost - term.cost;
+      } else {
+        term_cost_.subtract(term.cost);
+        term_cost_.add(cost);
+      }
       term.cost = cost;
       if (term.hybrid != nullptr) stale_.push_back(t);
       if (term.tree_factor < 0) continue;
@@ -275,7 +281,7 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
       }
     }
   }
-  term_cost_ = std::isfinite(change) ? term_cost_ + change : INFINITY;
+  term_cost_.add(change);
   std::sort(moved_.begin(), moved_.end());
   moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
 }
@@ -303,7 +309,7 @@ void IncrementalSmoother::back_off(double before) {
       tree_.set_delta(old.slot, scaled);
     }
     refresh_costs(slots);
-    if (term_cost_ <= before || share == 0.0) {
+    if (term_cost_.value() <= before || share == 0.0) {
       if (share == 0.0) moved_ = slots;
       return;
     }

@@ -9,6 +9,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/bayes_tree.h"
+#include "libhybrid/smoother/cost_sum.h"
 #include "libhybrid/smoother/discrete_half.h"
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/terms.h"
@@ -123,7 +124,7 @@ class IncrementalSmoother {
   std::vector<int> term_of_continuous_, term_of_hybrid_,
       table_of_discrete_;  // by index of the handle
   std::vector<int> table_of_term_;
-  double term_cost_ = 0.0;  // sum over terms
+  CostSum term_cost_;  // over terms
 
   std::deque<Key> recent_;
   std::vector<int> last_;     // slots to eliminate last

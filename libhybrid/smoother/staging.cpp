@@ -118,7 +118,11 @@ void IncrementalSmoother::check(const Delta& delta) const {
     if (handle.kind == FactorKind::kContinuous) doomed.insert(term_of_continuous_[handle.index]);
     if (handle.kind == FactorKind::kHybrid) doomed.insert(term_of_hybrid_[handle.index]);
   }
+  std::unordered_set<Key> gone;
   for (Key key : delta.remove_values) {
+    if (!gone.insert(key).second) {
+      throw Error("variable " + to_string(key) + " is to be removed twice");
+    }
     for (int t : terms_.of_variable(estimate_.slot(key))) {
       if (doomed.count(t) == 0) {
         throw Error("variable " + to_string(key) + " cannot be removed: a factor still holds it");
@@ -143,11 +147,11 @@ void IncrementalSmoother::add_term(Term term, UpdateReport& report) {
     added.component.factor = added.continuous.get();
   }
   added.cost = evaluate(added, estimate_);
-  term_cost_ += added.cost;
+  term_cost_.add(added.cost);
   enter_tree(t);
   undo_.push_back([this, t] {
     graph_.remove(terms_[t].handle);
-    term_cost_ -= terms_[t].cost;
+    term_cost_.subtract(terms_[t].cost);
     terms_.remove(t);
   });
 }
@@ -233,12 +237,12 @@ void IncrementalSmoother::stage_removals(const Delta& delta, Staged& staged) {
     }
     Term& term = terms_[t];
     term.alive = false;
-    term_cost_ -= term.cost;
+    term_cost_.subtract(term.cost);
     undo_.push_back([this, t, tree_factor = term.tree_factor, pulls = term.pulls] {
       terms_[t].alive = true;
       terms_[t].tree_factor = tree_factor;
       terms_[t].pulls = pulls;
-      term_cost_ += terms_[t].cost;
+      term_cost_.add(terms_[t].cost);
     });
     leave_tree(t);
   }
