@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The incremental smoother on public graphs, fed pose by pose with a full estimate after each:
+//   bench-incremental [GRAPH...] [--json F]   time per step and final cost
+//   bench-incremental --growth N [--csv F]    time per step of an exploration without loops
+//   bench-incremental --binary N              cost of an update beside N untouched binary variables
+//   bench-incremental --marginals             covariances after and during a run
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "bench/graph_feed.h"
+#include "bench/stopwatch.h"
+#include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+
+namespace {
+
+using namespace hybrid;
+using namespace hybrid::bench;
+
+constexpr const char* kGraphs[] = {
+    "pose_graphs/CSAIL.g2o",      "pose_graphs/intel.g2o",
+    "pose_graphs/manhattan.g2o",  "pose_graphs_gt/manhattanOlson3500.g2o",
+    "pose_graphs/sphere2500.g2o", "pose_graphs/parking-garage.g2o",
+    "pose_graphs/city10000.g2o",  "victoria_park/victoria_park_known_assoc_gtsam.txt"};
+
+std::string data_path(const std::string& name) {
+  const char* directory = std::getenv("HYBRID_DATA_DIR");
+  return std::string(directory != nullptr ? directory : HYBRID_DATA_DIR) + "/" + name;
+}
+
+/// Writes under a temporary name first.
+void write_file(const std::string& path, const std::string& text) {
+  const std::string temporary = path + ".tmp";
+  std::ofstream out(temporary);
+  out << text;
+  out.close();
+  if (!out) throw Error(temporary + ": cannot be written");
+  std::filesystem::rename(temporary, path);
+}
+
+UpdateReport checked_update(IncrementalSmoother& smoother, const Delta& delta) {
+  const UpdateReport report = smoother.update(delta);
+  if (report.status != UpdateReport::Status::kOk) throw Error(report.message);
+  return report;
+}
+
+void print_times(const char* what, const Distribution& d) {
+  std::printf("  %-5s total %8.3f s   mean %.3f  p50 %.3f  p95 %.3f  p99 %.3f  max %.3f ms\n", what,
+              d.total, 1e3 * d.mean, 1e3 * d.p50, 1e3 * d.p95, 1e3 * d.p99, 1e3 * d.max);
+}
+
+double batch_optimum(const IncrementalSmoother& smoother) {
+  SolverOptions options;
+  options.relative_decrease = 1e-12;
+  const SolverResult result = levenberg_marquardt(smoother.graph(), smoother.estimate(), options);
+  return cost(smoother.graph(), result.values, smoother.assignment());
+}
+
+/// One row of the benchmark, as JSON.
+std::string run_graph(const std::string& path) {
+  const std::vector<Step> steps = read_steps(path);
+  IncrementalSmoother smoother;
+  std::vector<double> wall, cpu;
+  for (const Step& step : steps) {
+    const Stopwatch watch;
+    checked_update(smoother, to_delta(step, smoother.values()));
+    const Time time = watch.elapsed();
+    wall.push_back(time.wall);
+    cpu.push_back(time.cpu);
+  }
+  const double cost = smoother.cost();
+  const double optimum = batch_optimum(smoother);
+  const Stopwatch watch;
+  smoother.converge();
+  const Time converge = watch.elapsed();
+  const Distribution d = distribution(wall);
+  const Distribution c = distribution(cpu);
+  const std::string name = std::filesystem::path(path).stem().string();
+  std::printf("%s: %zu steps\n", name.c_str(), steps.size());
+  print_times("wall", d);
+  print_times("cpu", c);
+  std::printf(
+      "  cost %.6g, converged %.6g in %.3f s (cpu %.3f), batch optimum %.6g, %.0f B per "
+      "variable\n",
+      cost, smoother.cost(), converge.wall, converge.cpu, optimum,
+      smoother.memory().bytes_per_variable);
+  std::fflush(stdout);
+  char row[512];
+  std::snprintf(row, sizeof row,
+                "{\"graph\": \"%s\", \"total_s\": %.6f, \"mean_ms\": %.6f, \"p50_ms\": %.6f, "
+                "\"p95_ms\": %.6f, \"p99_ms\": %.6f, \"max_ms\": %.6f, \"cost\": %.9g, "
+                "\"cost_converged\": %.9g, \"batch_optimum\": %.9g, \"cpu_s\": %.6f, "
+                "\"cpu_p95_ms\": %.6f}",
+                name.c_str(), d.total, 1e3 * d.mean, 1e3 * d.p50, 1e3 * d.p95, 1e3 * d.p99,
+                1e3 * d.max, cost, smoother.cost(), optimum, c.total, 1e3 * c.p95);
+  return row;
+}
+
+void run_graphs(std::vector<std::string> graphs, const std::string& json) {
+  if (graphs.empty()) {
+    for (const char* name : kGraphs) graphs.push_back(data_path(name));
+  }
+  std::string text = "[";
+  for (std::size_t i = 0; i < graphs.size(); ++i) {
+    text += (i == 0 ? "\n  " : ",\n  ") + run_graph(graphs[i]);
+  }
+  if (!json.empty()) write_file(json, text + "\n]\n");
+}
+
+Key pose(int i) {
+  return {'x', static_cast<std::uint64_t>(i)};
+}
+
+ContinuousFactorPtr between(int i, int j, const SE2& z, double sigma) {
+  return std::make_shared<BetweenSE2>(pose(i), pose(j), z, Noise::isotropic(3, sigma));
+}
+
+/// The next pose of a winding path without loops.
+Delta next_pose(const IncrementalSmoother& smoother, int i) {
+  Delta delta;
+  if (i == 0) {
+    insert_first<SE2>(pose(0), delta);
+    return delta;
+  }
+  const SE2 z(1.0, 0.0, 0.3 * std::sin(0.05 * i));
+  delta.values.insert(pose(i), smoother.values().at<SE2>(pose(i - 1)) * z);
+  delta.continuous.push_back(between(i - 1, i, z, 0.05));
+  return delta;
+}
+
+/// Step time over the size of the graph, in blocks, and its least-squares slope.
+void run_growth(int poses, const std::string& csv) {
+  constexpr int kBlocks = 40;
+  IncrementalSmoother smoother;
+  std::string text = "poses,wall_us,cpu_us\n";
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (int block = 0; block < kBlocks; ++block) {
+    const int begin = static_cast<int>(static_cast<long>(poses) * block / kBlocks);
+    const int end = static_cast<int>(static_cast<long>(poses) * (block + 1) / kBlocks);
+    const Stopwatch watch;
+    for (int i = begin; i < end; ++i) checked_update(smoother, next_pose(smoother, i));
+    const Time time = watch.elapsed();
+    const double cpu = 1e6 * time.cpu / (end - begin);
+    text += std::to_string(end) + "," + std::to_string(1e6 * time.wall / (end - begin)) + "," +
+            std::to_string(cpu) + "\n";
+    const double x = end * 1e-5;
+    n += 1, sx += x, sy += cpu, sxx += x * x, sxy += x * cpu;
+  }
+  std::printf(
+      "%d poses without loops: mean %.2f us per step (cpu), slope %.3f us per 100,000 "
+      "poses, %.0f B per variable\n",
+      poses, sy / n, (n * sxy - sx * sy) / (n * sxx - sx * sx),
+      smoother.memory().bytes_per_variable);
+  if (!csv.empty()) write_file(csv, text);
+}
+
+HybridFactorPtr closure(int number, int i, int j, const SE2& z) {
+  return make_outlier_mixture({{'d', static_cast<std::uint64_t>(number)}, 2},
+                              between(i, j, z, 0.05), between(i, j, z, 0.05 * std::sqrt(1e7)), 0.5,
+                              0.5);
+}
+
+SE2 relative(const IncrementalSmoother& smoother, int i, int j) {
+  return smoother.values().at<SE2>(pose(i)).between(smoother.values().at<SE2>(pose(j)));
+}
+
+/// Times updates that add a pose and an untrusted closure, with `untouched` binary variables on the
+/// first poses of the path.
+Distribution time_beside(int untouched, std::vector<double>* cpu) {
+  constexpr int kPoses = 400;
+  constexpr int kUpdates = 1000;
+  IncrementalSmoother smoother;
+  for (int i = 0; i < kPoses; ++i) checked_update(smoother, next_pose(smoother, i));
+  Delta delta;
+  for (int k = 0; k < untouched; ++k) {
+    const int i = k % 50;
+    const SE2 wrong(k % 3 == 0 ? 2.0 : 0.0, 0.0, 0.0);
+    delta.hybrid.push_back(closure(k, i, i + 2, relative(smoother, i, i + 2) * wrong));
+  }
+  checked_update(smoother, delta);
+  std::vector<double> wall;
+  for (int k = 0; k < kUpdates; ++k) {
+    const int i = kPoses + k;
+    Delta next = next_pose(smoother, i);
+    const SE2 z = relative(smoother, i - 5, i - 1);
+    next.hybrid.push_back(closure(untouched + k, i - 5, i - 1, k % 4 == 0 ? z * z : z));
+    const Stopwatch watch;
+    checked_update(smoother, next);
+    const Time time = watch.elapsed();
+    wall.push_back(time.wall);
+    cpu->push_back(time.cpu);
+  }
+  return distribution(wall);
+}
+
+void run_binary(int many) {
+  for (int untouched : {10, many, 10, many}) {
+    std::vector<double> cpu;
+    const Distribution wall = time_beside(untouched, &cpu);
+    std::printf("beside %d untouched binary variables:\n", untouched);
+    print_times("wall", wall);
+    print_times("cpu", distribution(cpu));
+  }
+}
+
+void time_all_marginals(const std::string& path) {
+  IncrementalSmoother smoother;
+  for (const Step& step : read_steps(path)) {
+    checked_update(smoother, to_delta(step, smoother.values()));
+  }
+  double trace = 0.0;
+  const Stopwatch watch;
+  smoother.visit_covariances(
+      [&](Key, const Eigen::MatrixXd& covariance) { trace += covariance.trace(); });
+  const Time time = watch.elapsed();
+  std::printf("%s: covariances of all %zu poses in %.3f s (cpu %.3f), sum of traces %.6g\n",
+              std::filesystem::path(path).stem().c_str(), smoother.values().size(), time.wall,
+              time.cpu, trace);
+}
+
+/// The newest pose with the five landmarks seen last, after every step that has seen any.
+void time_online_marginals(const std::string& path) {
+  IncrementalSmoother smoother;
+  std::deque<Key> landmarks;
+  std::vector<double> wall, cpu;
+  for (const Step& step : read_steps(path)) {
+    checked_update(smoother, to_delta(step, smoother.values()));
+    Key newest = step.front().to;
+    for (const Measurement& m : step) {
+      if (!std::holds_alternative<Eigen::Vector2d>(m.measured)) continue;
+      newest = m.from;
+      if (std::find(landmarks.begin(), landmarks.end(), m.to) != landmarks.end()) continue;
+      landmarks.push_back(m.to);
+      if (landmarks.size() > 5) landmarks.pop_front();
+    }
+    if (landmarks.size() < 5) continue;
+    std::vector<Key> keys = {newest};
+    keys.insert(keys.end(), landmarks.begin(), landmarks.end());
+    const Stopwatch watch;
+    smoother.joint_covariance(keys);
+    const Time time = watch.elapsed();
+    wall.push_back(time.wall);
+    cpu.push_back(time.cpu);
+  }
+  const Distribution w = distribution(wall);
+  const Distribution c = distribution(cpu);
+  std::printf(
+      "%s: newest pose with five landmarks, %zu times: wall median %.1f p95 %.1f us, cpu "
+      "median %.1f p95 %.1f us\n",
+      std::filesystem::path(path).stem().c_str(), wall.size(), 1e6 * w.p50, 1e6 * w.p95,
+      1e6 * c.p50, 1e6 * c.p95);
+}
+
+void run_marginals() {
+  time_all_marginals(data_path("pose_graphs_gt/manhattanOlson3500.g2o"));
+  time_all_marginals(data_path("pose_graphs/city10000.g2o"));
+  time_online_marginals(data_path("victoria_park/victoria_park_known_assoc_gtsam.txt"));
+}
+
+int positive(const std::string& option, const std::string& text) {
+  const int value = std::atoi(text.c_str());
+  if (value <= 0) throw Error(option + " takes a positive number, not '" + text + "'");
+  return value;
+}
+
+void run(int argc, char** argv) {
+  std::vector<std::string> graphs;
+  std::string json, csv;
+  int growth = 0, binary = 0;
+  bool marginals = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string option = argv[i];
+    if (option.rfind("--", 0) != 0) {
+      graphs.push_back(option);
+      continue;
+    }
+    if (option == "--marginals") {
+      marginals = true;
+      continue;
+    }
+    if (i + 1 == argc) throw Error(option + " takes an argument, or does not exist");
+    const std::string value = argv[++i];
+    if (option == "--json") {
+      json = value;
+    } else if (option == "--csv") {
+      csv = value;
+    } else if (option == "--growth") {
+      growth = positive(option, value);
+    } else if (option == "--binary") {
+      binary = positive(option, value);
+    } else {
+      throw Error("there is no option " + option);
+    }
+  }
+  if (growth > 0) run_growth(growth, csv);
+  if (binary > 0) run_binary(binary);
+  if (marginals) run_marginals();
+  if (growth == 0 && binary == 0 && !marginals) run_graphs(graphs, json);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "bench-incremental: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
