@@ -6,6 +6,14 @@
 
 namespace hybrid {
 
+void finish_report(SolverStatus status, SolverReport& report) {
+  report.status = status;
+  if (status != SolverStatus::kNotFinite && !report.under_constrained.empty()) {
+    report.status = SolverStatus::kUnderConstrained;
+  }
+  report.message = describe(report);
+}
+
 std::string describe(const SolverReport& report) {
   const std::string after = " after " + std::to_string(report.iterations) + " iterations";
   switch (report.status) {

@@ -35,6 +35,13 @@ inline double step_norm(const NormalEquations& system, const std::vector<double>
   return largest;
 }
 
+/// Predicted decreases below this share of the cost are lost in rounding.
+inline constexpr double kNegligibleDecrease = 1e-14;
+
+/// Sets status and message; a solve that met a singular system is under-constrained, however it
+/// ended.
+void finish_report(SolverStatus status, SolverReport& report);
+
 /// One sentence on how a solve ended.
 std::string describe(const SolverReport& report);
 

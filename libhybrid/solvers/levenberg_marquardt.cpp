@@ -70,8 +70,8 @@ class LevenbergMarquardt {
         continue;
       }
       const double predicted = predicted_decrease();
-      const bool tiny =
-          step_norm(problem_.system(), step_) <= options_.step || predicted <= kNegligible * cost;
+      const bool tiny = step_norm(problem_.system(), step_) <= options_.step ||
+                        predicted <= kNegligibleDecrease * cost;
       problem_.retract(state_, step_.data(), trial_);
       const double trial_cost = problem_.linearize(trial_);
       if (trial_cost < cost) {
@@ -94,8 +94,6 @@ class LevenbergMarquardt {
   }
 
  private:
-  /// Decreases below this share of the cost are lost in rounding.
-  static constexpr double kNegligible = 1e-14;
   /// Damping that stays once the system was found singular.
   static constexpr double kSingularDamping = 1e-6;
 
@@ -129,11 +127,7 @@ class LevenbergMarquardt {
   }
 
   SolverReport finish(SolverStatus status) {
-    report_.status = status;
-    if (status != SolverStatus::kNotFinite && !report_.under_constrained.empty()) {
-      report_.status = SolverStatus::kUnderConstrained;
-    }
-    report_.message = describe(report_);
+    finish_report(status, report_);
     return std::move(report_);
   }
 
