@@ -34,10 +34,6 @@ std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<P
   return keys;
 }
 
-bool is_odometry(Key from, Key to) {
-  return to.index() == from.index() + 1;
-}
-
 /// A spanning tree over poses that leaves odometry only where odometry ends.
 template <class Pose>
 class Spanning {

@@ -37,6 +37,11 @@ struct PoseGraph {
   }
 };
 
+/// Whether a relative pose is odometry, from one pose to the next, or else a loop closure.
+inline bool is_odometry(Key from, Key to) {
+  return to.index() == from.index() + 1;
+}
+
 /// Values of all poses from relative motions alone: odometry edges (from i to i + 1, the first of
 /// each) as far as they reach, then other edges; landmarks from their first sighting. It starts at
 /// the pose of smallest id, at its VERTEX value or else at the origin. Throws Error naming vertices

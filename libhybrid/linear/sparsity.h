@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/assignment.h"
+#include "libhybrid/core/key.h"
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/block_pattern.h"
+
+namespace hybrid {
+
+/// Which blocks of a matrix are not zero, as (row, column).
+using Blocks = std::vector<std::pair<int, int>>;
+
+/// Which variables the continuous factors of a graph touch once the assignment has chosen the
+/// components: the rows and columns of the Jacobian, in blocks. Weak components, which solvers keep
+/// out of the system, are left out.
+struct JacobianPattern {
+  std::vector<Key> variables;             ///< columns, sorted
+  std::vector<int> dims;                  ///< tangent dimension of each variable
+  std::vector<std::vector<int>> factors;  ///< rows: the variables of each factor
+
+  /// Index of a variable; throws Error for one that no factor touches.
+  int index(Key key) const;
+};
+
+JacobianPattern jacobian_pattern(const HybridGraph& graph, const Assignment& assignment);
+
+/// Non-zero blocks of J, sorted.
+Blocks jacobian_blocks(const JacobianPattern& jacobian);
+
+/// The pattern of J'J.
+BlockPattern information_pattern(const JacobianPattern& jacobian);
+
+/// Blocks of a lower triangle, diagonal included, split by where they come from; sorted.
+struct FilledPattern {
+  Blocks original;  ///< there before the elimination
+  Blocks fill;      ///< made by it
+};
+
+/// The Cholesky factor of a matrix whose rows are eliminated in `order` (position -> block); rows
+/// and columns are positions. Throws Error unless `order` names every block once.
+FilledPattern cholesky_pattern(const BlockPattern& pattern, const std::vector<int>& order);
+
+/// The information matrix that remains of `pattern` when the marked blocks are marginalised (Schur
+/// complement): the neighbours of each connected set of them become fully coupled. Rows and columns
+/// are the remaining blocks, renumbered without gaps.
+FilledPattern marginalized_pattern(const BlockPattern& pattern, const std::vector<char>& removed);
+
+}  // namespace hybrid
