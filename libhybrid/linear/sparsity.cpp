@@ -72,6 +72,10 @@ std::vector<int> rim_of(int start, const std::vector<std::vector<int>>& neighbou
 
 }  // namespace
 
+bool JacobianPattern::contains(Key key) const {
+  return std::binary_search(variables.begin(), variables.end(), key);
+}
+
 int JacobianPattern::index(Key key) const {
   const auto it = std::lower_bound(variables.begin(), variables.end(), key);
   if (it == variables.end() || *it != key) throw Error("no factor touches " + to_string(key));

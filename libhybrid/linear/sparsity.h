@@ -23,6 +23,7 @@ struct JacobianPattern {
   std::vector<int> dims;                  ///< tangent dimension of each variable
   std::vector<std::vector<int>> factors;  ///< rows: the variables of each factor
 
+  bool contains(Key key) const;
   /// Index of a variable; throws Error for one that no factor touches.
   int index(Key key) const;
 };

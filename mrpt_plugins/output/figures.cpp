@@ -141,27 +141,4 @@ Image reliability_image(const Calibration& calibration, const std::string& title
   return render(plot);
 }
 
-Image sparsity_image(int rows, int columns, const std::vector<std::pair<int, int>>& nonzeros,
-                     const std::string& title, const std::string& subtitle) {
-  PlotSpec plot;
-  plot.title = title;
-  plot.subtitle = subtitle;
-  plot.x = {"column", Scale::kLinear, {{-0.5, std::max(1, columns) - 0.5}}};
-  plot.y = {"row", Scale::kLinear, {{-0.5, std::max(1, rows) - 0.5}}};
-  plot.equal_aspect = true;
-  plot.y_down = true;
-  plot.width = 1100;
-  plot.height = 1140;
-  Series dots;
-  dots.line = LineStyle::kNone;
-  dots.marker = Marker::kSquare;
-  dots.marker_radius = std::clamp(0.55 * 900.0 / std::max({1, rows, columns}), 0.5, 12.0);
-  for (const auto& [row, column] : nonzeros) {
-    dots.x.push_back(column);
-    dots.y.push_back(row);
-  }
-  plot.series = {dots};
-  return render(plot);
-}
-
 }  // namespace hybrid

@@ -26,8 +26,4 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
 /// and the number of claims per bin; on the diagonal means honest.
 Image reliability_image(const Calibration& calibration, const std::string& title);
 
-/// Non-zeros of a matrix as dots, row 0 at the top.
-Image sparsity_image(int rows, int columns, const std::vector<std::pair<int, int>>& nonzeros,
-                     const std::string& title, const std::string& subtitle);
-
 }  // namespace hybrid

@@ -92,6 +92,23 @@ std::string summary_json(const Summary& s) {
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
+std::string summary_json(const GraphSummary& s) {
+  Json out = {{"status", s.status}, {"method", s.method}, {"poses", s.poses}};
+  if (!s.message.empty()) out["message"] = s.message;
+  out["landmarks"] = s.landmarks;
+  out["solver_s"] = s.solver_s;
+  out["total_s"] = s.total_s;
+  out["iterations"] = s.iterations;
+  out["objective"] = s.objective;
+  out["cost"] = s.cost;
+  if (s.cost_online) out["cost_online"] = *s.cost_online;
+  out["inliers"] = s.inliers;
+  out["outliers"] = s.outliers;
+  if (s.steps) out["steps"] = to_json(*s.steps);
+  if (s.truth) out["truth"] = to_json(*s.truth);
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
 std::string steps_csv(const std::vector<StepRecord>& steps) {
   std::string text =
       "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks\n";

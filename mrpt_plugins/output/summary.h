@@ -53,6 +53,27 @@ struct Summary {
 /// The summary as JSON text; values that are not finite become null.
 std::string summary_json(const Summary& summary);
 
+/// The content of the summary.json of a pose graph.
+struct GraphSummary {
+  std::string status = "ok";
+  std::string message;  ///< where the status is not ok
+  std::string method;
+  std::size_t poses = 0;
+  std::size_t landmarks = 0;
+  double solver_s = 0;
+  double total_s = 0;
+  int iterations = 0;  ///< linear systems solved
+  double objective = 0;
+  double cost = 0;
+  std::size_t inliers = 0;  ///< loop closures by decision
+  std::size_t outliers = 0;
+  std::optional<StepStatistics> steps;
+  std::optional<double> cost_online;  ///< after the last step, before solving to convergence
+  std::optional<TruthSummary> truth;
+};
+
+std::string summary_json(const GraphSummary& summary);
+
 /// The steps as CSV: keyframe, time (s), solver_ms, iterations, flips, relinearized, objective,
 /// cost, landmarks.
 std::string steps_csv(const std::vector<StepRecord>& steps);

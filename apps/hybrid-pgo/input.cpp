@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/hybrid-pgo/solution.h"
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/read_graph.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kNamed = 10;  // vertices that a message names
+
+/// Ids of the keys that `values` lacks; empty if there are none.
+std::string missing_text(const std::vector<Key>& keys, const Values& values) {
+  std::vector<Key> missing;
+  for (Key key : keys) {
+    if (!values.contains(key)) missing.push_back(key);
+  }
+  std::sort(missing.begin(), missing.end());
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kNamed, missing.size()); ++i) {
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", missing[i].index());
+  }
+  if (missing.size() > kNamed) text += fmt::format(", ... ({} in all)", missing.size());
+  return text;
+}
+
+}  // namespace
+
+std::vector<Key> Input::poses() const {
+  std::vector<Key> poses;
+  for (Key key : initial.keys()) {
+    if (key.letter() == 'x') poses.push_back(key);
+  }
+  std::sort(poses.begin(), poses.end());
+  return poses;
+}
+
+Input read_input(const std::string& path, const std::string& start) {
+  Input input;
+  input.graph = read_graph(path);
+  try {
+    input.initial = initialize_from_odometry(input.graph);  // fails where not connected
+  } catch (const Error& e) {
+    throw Error(
+        fmt::format("{}: {}; a graph of several parts has no common frame", path, e.what()));
+  }
+  if (input.poses().empty()) throw Error(path + ": holds no pose");
+  if (start != "odometry") {
+    const std::string missing = missing_text(input.initial.keys(), input.graph.values);
+    if (missing.empty()) {
+      input.initial = input.graph.values;
+    } else if (start == "file") {
+      throw Error(
+          fmt::format("{}: has no VERTEX line for vertex {}; use --start odometry", path, missing));
+    }
+  }
+  input.factors = to_factors(input.graph, input.initial);
+  return input;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-pgo/optimize.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "apps/hybrid-pgo/outputs.h"
+#include "apps/hybrid-pgo/solution.h"
+#include "apps/hybrid-pgo/truth.h"
+#include "mrpt_plugins/output/sparsity.h"
+#include "mrpt_plugins/output/summary.h"
+
+namespace hybrid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+GraphSummary summarize(const Input& input, const Solution& solution, const std::vector<Loop>& loops,
+                       const std::vector<PosePair>& truth) {
+  GraphSummary summary;
+  if (!solution.message.empty()) summary.status = "partial";
+  summary.message = solution.message;
+  summary.method = solution.method;
+  summary.poses = input.poses().size();
+  summary.landmarks = input.initial.size() - summary.poses;
+  summary.solver_s = solution.seconds;
+  summary.iterations = solution.iterations;
+  summary.objective = solution.objective;
+  summary.cost = solution.cost;
+  summary.cost_online = solution.cost_online;
+  summary.inliers = loops.size();
+  if (!solution.steps.empty()) summary.steps = step_statistics(solution.steps);
+  if (!truth.empty()) {
+    summary.truth.emplace();
+    summary.truth->trajectory = trajectory_report(truth);
+  }
+  return summary;
+}
+
+void report(const GraphSummary& summary, const OutputDirectory& out) {
+  if (!summary.message.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.message);
+  fmt::print("{} poses, {} landmarks, {} loop closures, cost {:.6g}, {:.3f} s solving",
+             summary.poses, summary.landmarks, summary.inliers, summary.cost, summary.solver_s);
+  if (summary.steps) {
+    fmt::print(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
+               summary.steps->p95_ms, summary.steps->max_ms);
+  }
+  if (summary.truth) {
+    fmt::print(", rmse {:.4f} m, aligned {:.4f} m", summary.truth->trajectory->unaligned.rmse_m,
+               summary.truth->trajectory->aligned.rmse_m);
+  }
+  fmt::print(" -> {}\n", out.folder().string());
+}
+
+}  // namespace
+
+int optimize(const Options& options) {
+  const auto start = Clock::now();
+  const Input input = read_input(options.graph, options.start);
+  const std::string title = std::filesystem::path(options.graph).stem().string();
+  const std::vector<Key> poses = input.poses();
+  std::vector<PosePair> truth;
+  if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
+  const OutputDirectory out(options.output);
+
+  const Solution solution = options.online ? solve_online(input) : solve_batch(input);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    truth[i].estimate = to_mrpt(solution.values, poses[i]);
+  }
+  const std::vector<Loop> loops = find_loops(input, solution.values);
+  GraphSummary summary = summarize(input, solution, loops, truth);
+  write_graph(out, input, solution.values);
+  out.write("loops.csv", loops_csv(loops));
+  if (!solution.steps.empty()) out.write("steps.csv", steps_csv(solution.steps));
+  out.write("graph.png", png(draw_graph(title, input, solution, loops, truth)));
+  if (options.sparsity) {
+    HybridGraph graph;
+    for (const auto& factor : input.factors) graph.add(factor);
+    write_sparsity(out, graph, {}, solution.order, title);
+  }
+  summary.total_s = std::chrono::duration<double>(Clock::now() - start).count();
+  out.write("summary.json", summary_json(summary));
+  report(summary, out);
+  return solution.message.empty() ? kExitOk : kExitPartial;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-pgo/options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace hybrid {
+namespace {
+
+constexpr const char* kAbout =
+    "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "
+    "without.\n";
+
+constexpr const char* kFooter =
+    "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, summary.json;\n"
+    "steps.csv with --online; sparsity_*.png with --sparsity.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit of\n"
+    "iterations: the estimate was written, and summary.json has status \"partial\".\n"
+    "\nExample: hybrid-pgo intel.g2o --online -o out";
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+  Options options;
+  CLI::App app(kAbout, "hybrid-pgo");
+  app.footer(kFooter);
+  app.add_option("graph", options.graph, "the graph, .g2o or .graph")
+      ->type_name("GRAPH")
+      ->required();
+  CLI::Option* method =
+      app.add_option("--method", options.method, "lm: Levenberg-Marquardt on the whole graph")
+          ->type_name("METHOD")
+          ->check(CLI::IsMember({"lm"}))
+          ->capture_default_str();
+  app.add_flag("--online", options.online,
+               "incrementally, pose by pose, then to convergence; writes steps.csv")
+      ->excludes(method);
+  app.add_option("--start", options.start,
+                 "start at the poses of the file, or chain the odometry; default: the file if it "
+                 "has a VERTEX line for every vertex. Online, poses start at their first "
+                 "measurement, and this tells the first pose only")
+      ->type_name("file|odometry")
+      ->check(CLI::IsMember({"file", "odometry"}));
+  app.add_option("--truth", options.truth,
+                 "true poses: a graph file (by id), a TUM file (.tum), or rows 'x y angle' or "
+                 "'x y z yaw pitch roll' (in order of the ids)")
+      ->type_name("FILE");
+  app.add_flag("--sparsity", options.sparsity,
+               "draw the structure of Jacobian, information matrix, its Cholesky factor with "
+               "fill-in, and of a marginalisation");
+  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
+      ->type_name("OUT")
+      ->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
+    return std::nullopt;
+  }
+  return options;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace hybrid {
+
+/// Exit codes of the program.
+enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
+
+/// What the command line asks for.
+struct Options {
+  std::string graph;
+  std::string method = "lm";
+  bool online = false;
+  std::string start;  ///< "file", "odometry", or empty: the file if it holds all vertices
+  std::string truth;  ///< file; empty if unknown
+  bool sparsity = false;
+  std::string output = "hybrid-pgo-out";
+};
+
+/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
+/// with `exit_code` set; what to say has then been said.
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+
+}  // namespace hybrid

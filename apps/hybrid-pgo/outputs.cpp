@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-pgo/outputs.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "libhybrid/io/write_graph.h"
+#include "mrpt_plugins/output/graph_image.h"
+
+namespace hybrid {
+namespace {
+
+/// Calls visit(from, to, factor) for every relative pose.
+template <class Visit>
+void for_each_relative_pose(const Input& input, const Visit& visit) {
+  const std::size_t count = input.graph.poses2.size() + input.graph.poses3.size();
+  for (std::size_t f = 0; f < count; ++f) {
+    const ContinuousFactor& factor = *input.factors[f];
+    visit(factor.keys()[0], factor.keys()[1], factor);
+  }
+}
+
+/// Where a pose or landmark is (m), z = 0 in the plane.
+Eigen::Vector3d position(const Values& values, Key key) {
+  const double* x = values.data(key);
+  const VariableType type = values.type(key);
+  const bool in_space = type == Variable<SE3>::type() || type == Variable<Eigen::Vector3d>::type();
+  return {x[0], x[1], in_space ? x[2] : 0.0};
+}
+
+}  // namespace
+
+std::vector<Loop> find_loops(const Input& input, const Values& estimate) {
+  std::vector<Loop> loops;
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor& factor) {
+    if (is_odometry(from, to)) return;
+    loops.push_back({from, to});
+    loops.back().residual = std::sqrt(2 * factor.cost(estimate));
+  });
+  return loops;
+}
+
+std::string loops_csv(const std::vector<Loop>& loops) {
+  std::string text = "i,j,decision,inlier_probability,residual\n";
+  for (const Loop& loop : loops) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{}\n", loop.from.index(), loop.to.index(),
+                   loop.decision, loop.inlier_probability, loop.residual);
+  }
+  return text;
+}
+
+void write_graph(const OutputDirectory& out, const Input& input, const Values& estimate) {
+  PoseGraph graph = input.graph;
+  graph.values = Values();
+  for (Key key : input.initial.keys()) {
+    graph.values.insert(key, estimate.type(key), estimate.data(key));
+  }
+  out.write("graph.g2o", to_g2o(graph));
+}
+
+Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
+                 const std::vector<Loop>& loops, const std::vector<PosePair>& truth) {
+  GraphDrawing drawing;
+  drawing.title = "Pose graph " + title;
+  drawing.subtitle =
+      fmt::format("{}: cost {:.6g}", solution.steps.empty() ? "Batch" : "Online", solution.cost);
+  drawing.is_3d = input.is_3d();
+  const Values& values = solution.values;
+  for (Key key : input.poses()) drawing.poses.push_back(position(values, key));
+  for (Key key : values.keys()) {
+    if (key.letter() == 'l') drawing.landmarks.push_back(position(values, key));
+  }
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
+    if (!is_odometry(from, to)) return;
+    drawing.odometry.emplace_back(position(values, from), position(values, to));
+  });
+  for (const Loop& loop : loops) {
+    drawing.closures.emplace_back(position(values, loop.from), position(values, loop.to));
+  }
+  for (const PosePair& pair : truth) {
+    drawing.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());
+  }
+  return graph_image(drawing);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/hybrid-pgo/solution.h"
+#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/output/trajectory_metrics.h"
+
+namespace hybrid {
+
+/// A loop closure and what became of it.
+struct Loop {
+  Key from, to;
+  std::string decision = "trusted";
+  double inlier_probability = 1;
+  double residual = 0;  ///< norm of the whitened residual
+};
+
+/// All loop closures of a graph in the order of the file.
+std::vector<Loop> find_loops(const Input& input, const Values& estimate);
+
+/// loops.csv: i, j, decision, inlier_probability, residual.
+std::string loops_csv(const std::vector<Loop>& loops);
+
+/// graph.g2o: the estimate with the measurements of the input.
+void write_graph(const OutputDirectory& out, const Input& input, const Values& estimate);
+
+/// graph.png.
+Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
+                 const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
+
+}  // namespace hybrid

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/io/pose_graph.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// A pose graph with a start for all its vertices.
+struct Input {
+  PoseGraph graph;
+  Values initial;
+  std::vector<ContinuousFactorPtr> factors;  ///< those of `to_factors`
+
+  bool is_3d() const { return !graph.poses3.empty() || !graph.points3.empty(); }
+  /// Poses in the order of their ids.
+  std::vector<Key> poses() const;
+};
+
+/// Reads a graph; `start` is "file", "odometry" or empty for the file if it has all vertices.
+/// Throws Error naming the file where it is malformed, not connected, or lacks vertices it needs.
+Input read_input(const std::string& path, const std::string& start);
+
+/// What a solver made of it.
+struct Solution {
+  Values values;
+  std::string method;
+  std::string message;  ///< empty if it converged
+  int iterations = 0;
+  double seconds = 0;
+  double objective = 0;
+  double cost = 0;
+  std::vector<StepRecord> steps;      ///< online
+  std::optional<double> cost_online;  ///< after the last step, before solving to convergence
+  std::vector<Key> order;             ///< elimination order; empty where the solver does not tell
+};
+
+/// Levenberg-Marquardt on the whole graph. Throws Error where there is no estimate.
+Solution solve_batch(const Input& input);
+
+/// The incremental smoother, pose by pose, then to convergence. Throws Error where there is no
+/// estimate.
+Solution solve_online(const Input& input);
+
+}  // namespace hybrid

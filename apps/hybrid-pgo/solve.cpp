@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "apps/hybrid-pgo/progress.h"
+#include "apps/hybrid-pgo/solution.h"
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/pose_feed.h"
+#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+#include "mrpt_plugins/output/sparsity.h"
+
+namespace hybrid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// One update of the smoother, timed. `normalizer` sums the log-normalisers of all factors so far,
+/// by which cost and objective differ.
+StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalizer) {
+  StepRecord record;
+  const Key pose = feed.pose();
+  const Delta delta = feed.next(smoother.values());
+  for (const auto& factor : delta.continuous) normalizer += factor->log_normalizer();
+  const auto start = Clock::now();
+  const UpdateReport report = smoother.update(delta);
+  const double seconds = seconds_since(start);
+  if (report.status != UpdateReport::Status::kOk) {
+    throw Error(fmt::format("at pose {}: {}", pose.index(), report.message));
+  }
+  record.keyframe = static_cast<int>(pose.index());
+  record.solver_ms = 1e3 * seconds;
+  record.iterations = report.rounds;
+  record.flips = report.flips;
+  record.relinearized = report.relinearized;
+  record.objective = report.objective_after;
+  record.cost = report.objective_after - normalizer;
+  return record;
+}
+
+}  // namespace
+
+Solution solve_batch(const Input& input) {
+  Solution solution;
+  solution.method = "lm";
+  HybridGraph graph;
+  for (const auto& factor : input.factors) graph.add(factor);
+  SolverOptions options;
+  options.relative_decrease = 1e-9;
+  const SolverResult result = levenberg_marquardt(graph, {input.initial, {}}, options);
+  const SolverReport& report = result.report;
+  if (report.status == SolverStatus::kIterationLimit) {
+    solution.message =
+        fmt::format("stopped after {} iterations before it converged", report.iterations);
+  } else if (report.status != SolverStatus::kConverged) {
+    throw Error(to_string(report.status) + ": " + report.message);
+  }
+  solution.values = result.values;
+  solution.iterations = report.iterations;
+  solution.seconds = report.seconds;
+  solution.cost = cost(graph, solution.values, {});
+  solution.objective = objective(graph, solution.values, {});
+  return solution;
+}
+
+Solution solve_online(const Input& input) {
+  Solution solution;
+  solution.method = "incremental";
+  IncrementalSmoother smoother;
+  PoseFeed feed(input.graph, input.initial);
+  Progress progress(feed.steps());
+  double normalizer = 0;
+  while (!feed.done()) {
+    solution.steps.push_back(step(smoother, feed, normalizer));
+    StepRecord& last = solution.steps.back();
+    last.time = static_cast<double>(solution.steps.size() - 1);
+    last.landmarks = smoother.values().size() - solution.steps.size();
+    solution.seconds += 1e-3 * last.solver_ms;
+    solution.iterations += last.iterations;
+    progress.update(solution.steps.size(), last.cost);
+  }
+  solution.cost_online = smoother.cost();
+  const auto start = Clock::now();
+  const UpdateReport report = smoother.converge();
+  solution.seconds += seconds_since(start);
+  solution.iterations += report.rounds;
+  if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
+  solution.values = smoother.values();
+  solution.cost = smoother.cost();
+  solution.objective = smoother.objective();
+  solution.order = elimination_order(smoother);
+  return solution;
+}
+
+}  // namespace hybrid

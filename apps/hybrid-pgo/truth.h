@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/values.h"
+#include "mrpt_plugins/output/trajectory_metrics.h"
+
+namespace hybrid {
+
+/// The estimated poses with the true ones, moved so that the first ones coincide. The file is a
+/// graph (poses by id, from its VERTEX lines or its chained edges), a TUM file (.tum), or has rows
+/// `x y angle` or `x y z yaw pitch roll` [m, rad]; row i of the last three belongs to poses[i].
+/// Throws Error for a missing or malformed file, or one that lacks poses.
+std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
+                                      const Values& estimate);
+
+/// The pose variable `key`, of type SE2 or SE3, as T_map_robot.
+mrpt::poses::CPose3D to_mrpt(const Values& values, Key key);
+
+}  // namespace hybrid

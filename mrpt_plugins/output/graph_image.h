@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mrpt_plugins/output/image.h"
+
+namespace hybrid {
+
+/// What a picture of a pose graph shows; positions in metres in the map frame.
+struct GraphDrawing {
+  using Points = std::vector<Eigen::Vector3d>;
+  using Segments = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>;
+
+  std::string title;
+  std::string subtitle;
+  bool is_3d = false;  ///< then the picture is the plan, and says so
+  Points poses;        ///< in order
+  Points landmarks;
+  Points truth;       ///< true positions of the poses; may be empty
+  Segments odometry;  ///< measurements from one pose to the next
+  Segments closures;  ///< loop closures in force
+  Segments rejected;  ///< loop closures judged wrong
+};
+
+/// The graph from above, same scale in x and y.
+Image graph_image(const GraphDrawing& graph);
+
+}  // namespace hybrid

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/linear/sparsity.h"
+#include "libhybrid/smoother/incremental.h"
+#include "mrpt_plugins/output/output_directory.h"
+
+namespace hybrid {
+
+/// Pictures of the structure of a graph, one dot per block of a variable or factor:
+/// sparsity_jacobian.png, sparsity_information.png, sparsity_factor.png (the Cholesky factor, with
+/// fill-in, in the given elimination order of the variables) and sparsity_marginalized.png (the
+/// information matrix before and after the older half of the poses is marginalised). Without an
+/// order, a fill-reducing one is taken; variables that no factor in force touches are left out.
+/// Throws Error for a graph without continuous factors or an order that lacks variables.
+void write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
+                    const Assignment& assignment, const std::vector<Key>& order,
+                    const std::string& title);
+
+/// The variables of a smoother in the elimination order of its Bayes tree.
+std::vector<Key> elimination_order(const IncrementalSmoother& smoother);
+
+}  // namespace hybrid
