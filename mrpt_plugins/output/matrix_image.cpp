@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kFrame = 900;        // pixels of the longer side of a matrix
 constexpr double kShortest = 300;     // of the shorter one; below it, the scales differ
-constexpr int kSmallestDot = 3;       // of the sheet, which has twice the resolution
-constexpr double kTop = 200;          // room for the texts above a matrix
-constexpr double kLeft = 100;         // and beside it, for the numbers of the rows
-constexpr double kBetween = 60;       // between the panels
+constexpr int kSmallestDot = 4;       // of the sheet, which has twice the resolution
+constexpr double kTop = 205;          // room for the texts above a matrix
+constexpr double kLeft = 140;         // and beside it, for the numbers of the rows
+constexpr double kBetween = 40;       // between the panels
 constexpr double kNarrowest = 760;    // room for the texts of a single panel
 constexpr Color kRemark{90, 90, 90};  // of headings and notes
 
@@ -97,9 +97,9 @@ void draw_panel(Canvas& canvas, const Pixel& corner, const MatrixPanel& panel, c
   style.size = 15;
   style.color = kRemark;
   const std::string note = dot_note(panel, frame);
-  canvas.text(corner - Pixel(0, kTop - 92),
+  canvas.text(corner - Pixel(0, kTop - 106),
               note.empty() ? panel.heading : panel.heading + "; " + note, style);
-  draw_legend(canvas, corner - Pixel(0, kTop - 120), panel);
+  draw_legend(canvas, corner - Pixel(0, kTop - 140), panel);
   const Box box{corner.x(), corner.y(), corner.x() + frame.width, corner.y() + frame.height};
   const Axis x{panel.column_label, Scale::kLinear, {{0.0, double(panel.columns)}}};
   const Axis y{panel.row_label, Scale::kLinear, {{0.0, double(panel.rows)}}};

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/io/read_graph.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Result {
+  int code = -1;
+  std::string text;
+};
+
+Result run(const std::string& arguments) {
+  Result result;
+  FILE* pipe = popen((HYBRID_BINARY_DIR "/bin/hybrid-pgo " + arguments + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) result.text += buffer.data();
+  result.code = WEXITSTATUS(pclose(pipe));
+  return result;
+}
+
+std::string data_dir() {
+  const char* environment = std::getenv("HYBRID_DATA_DIR");
+  return environment != nullptr ? environment : HYBRID_DATA_DIR;
+}
+
+std::string edge(int i, int j, const hybrid::SE2& z) {
+  std::ostringstream line;
+  line << "EDGE_SE2 " << i << ' ' << j << ' ' << z.x() << ' ' << z.y() << ' ' << z.angle()
+       << " 400 0 0 400 0 2500\n";
+  return line.str();
+}
+
+/// A robot that drives `laps` times around a square of eight poses, measures its way with a bias
+/// and recognises each pose of the lap before.
+std::string laps_graph(int laps) {
+  const auto truth = [](int k) { return hybrid::SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
+  std::string text;
+  for (int k = 1; k < 8 * laps; ++k) {
+    const hybrid::SE2 z = truth(k - 1).inverse() * truth(k);
+    text += edge(k - 1, k, z * hybrid::SE2(0.01, 0.005 * (k % 5), 0.01));
+    if (k >= 8) text += edge(k - 8, k, truth(k - 8).inverse() * truth(k));
+  }
+  return text;
+}
+
+class Pgo : public testing::Test {
+ protected:
+  Pgo() { fs::create_directories(folder); }
+  ~Pgo() override { fs::remove_all(folder); }
+
+  std::string at(const std::string& name) const { return (folder / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name) << text;
+    return at(name);
+  }
+  std::string read(const std::string& name) const {
+    std::ifstream in(folder / name);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  nlohmann::json summary(const std::string& out) const {
+    return nlohmann::json::parse(read(out + "/summary.json"));
+  }
+  int lines(const std::string& name) const {
+    const std::string text = read(name);
+    return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  }
+  /// Runs batch and online and returns the two summaries.
+  std::pair<nlohmann::json, nlohmann::json> both(const std::string& graph) const {
+    const Result batch = run(graph + " -o " + at("batch"));
+    EXPECT_EQ(batch.code, 0) << batch.text;
+    const Result online = run(graph + " --online -o " + at("online"));
+    EXPECT_EQ(online.code, 0) << online.text;
+    return {summary("batch"), summary("online")};
+  }
+  /// The program fails with one line that holds `part`, and writes nothing.
+  void expect_failure(const std::string& arguments, const std::string& part) const {
+    const Result result = run(arguments + " -o " + at("none"));
+    EXPECT_EQ(result.code, 1) << arguments;
+    EXPECT_NE(result.text.find(part), std::string::npos) << result.text;
+    EXPECT_EQ(std::count(result.text.begin(), result.text.end(), '\n'), 1) << result.text;
+    EXPECT_FALSE(fs::exists(at("none/graph.g2o")));
+  }
+
+  const fs::path folder = fs::temp_directory_path() / ("hybrid_pgo_" + std::to_string(getpid()));
+};
+
+TEST_F(Pgo, BatchAndOnlineEndAtTheSameCost) {
+  const auto [batch, online] = both(write("laps.g2o", laps_graph(4)));
+  EXPECT_EQ(batch["status"], "ok");
+  EXPECT_EQ(batch["method"], "lm");
+  EXPECT_GT(batch["cost"], 0.01);
+  EXPECT_NEAR(online["cost"], batch["cost"], 1e-6 * batch["cost"].get<double>());
+  EXPECT_NEAR(online["objective"], batch["objective"], 1e-6);
+  EXPECT_EQ(batch["inliers"], 24);
+  EXPECT_EQ(batch["outliers"], 0);
+  EXPECT_FALSE(batch.contains("steps"));
+  for (const char* name : {"total_s", "mean_ms", "p50_ms", "p95_ms", "p99_ms", "max_ms"}) {
+    EXPECT_GT(online["steps"][name], 0.0) << name;
+  }
+  EXPECT_GE(online["cost_online"].get<double>(), online["cost"].get<double>() - 1e-9);
+}
+
+TEST_F(Pgo, WritesFilesThatReadBack) {
+  const std::string graph = write("laps.g2o", laps_graph(3));
+  const Result result = run(graph + " --online --sparsity -o " + at("out/new"));
+  EXPECT_EQ(result.code, 0) << result.text;
+  EXPECT_EQ(lines("out/new/steps.csv"), 1 + 24);
+  EXPECT_EQ(lines("out/new/loops.csv"), 1 + 16);
+  EXPECT_EQ(
+      read("out/new/loops.csv").find("i,j,decision,inlier_probability,residual\n0,8,trusted,1"),
+      0u);
+  for (const char* name : {"graph", "sparsity_jacobian", "sparsity_information", "sparsity_factor",
+                           "sparsity_marginalized"}) {
+    EXPECT_EQ(read(std::string("out/new/") + name + ".png").substr(1, 3), "PNG") << name;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/new"), {}), 9);
+  const hybrid::PoseGraph written = hybrid::read_graph(at("out/new/graph.g2o"));
+  EXPECT_EQ(written.values.size(), 24u);
+  EXPECT_EQ(written.edge_count(), 23u + 16u);
+  // Solved again from the estimate, the graph stays where it is.
+  EXPECT_EQ(run(at("out/new/graph.g2o") + " --start file -o " + at("again")).code, 0);
+  EXPECT_NEAR(summary("again")["cost"], summary("out/new")["cost"], 1e-9);
+  EXPECT_LE(summary("again")["iterations"], 2);
+}
+
+TEST_F(Pgo, ComparesWithTheTruth) {
+  std::string rows, graph;
+  for (int k = 0; k < 6; ++k) {
+    rows += std::to_string(5.0 + k) + " 1 0\n";  // in another frame than the graph
+    if (k > 0) graph += edge(k - 1, k, hybrid::SE2(1, 0, 0));
+  }
+  const std::string file = write("g.g2o", graph);
+  ASSERT_EQ(run(file + " --truth " + write("truth.txt", rows) + " -o " + at("out")).code, 0);
+  const auto trajectory = summary("out")["truth"]["trajectory"];
+  EXPECT_NEAR(trajectory["max_m"], 0.0, 1e-9);
+  EXPECT_NEAR(trajectory["aligned"]["rmse_m"], 0.0, 1e-9);
+  ASSERT_EQ(run(file + " --truth " + at("out/graph.g2o") + " -o " + at("self")).code, 0);
+  EXPECT_NEAR(summary("self")["truth"]["trajectory"]["rotation_rmse_deg"], 0.0, 1e-6);
+  expect_failure(file + " --truth " + write("short.txt", "0 0 0\n"), "has 1 poses, the graph 6");
+  expect_failure(file + " --truth " + write("bad.txt", "0 0 0\n1 x 2\n"), "bad.txt:2");
+}
+
+TEST_F(Pgo, FeedsLandmarksAndPosesThatWait) {
+  // Pose 1 is known only through pose 2; landmark 9 is seen twice.
+  std::string text = edge(0, 2, hybrid::SE2(2, 0, 0)) + edge(2, 1, hybrid::SE2(-1, 0, 0));
+  text += edge(2, 3, hybrid::SE2(1, 0, 0)) + "EDGE_SE2_XY 0 9 1 1 4 0 4\n";
+  text += "EDGE_SE2_XY 3 9 -2 1.2 4 0 4\n";
+  const auto [batch, online] = both(write("wait.g2o", text));
+  EXPECT_EQ(online["landmarks"], 1);
+  EXPECT_EQ(online["poses"], 4);
+  EXPECT_GT(batch["cost"], 1e-3);
+  EXPECT_NEAR(online["cost"], batch["cost"], 1e-6 * batch["cost"].get<double>());
+}
+
+TEST_F(Pgo, ExplainsItselfAndFailsClearly) {
+  const Result help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.text.find("--sparsity"), std::string::npos);
+  const std::string good = write("good.g2o", edge(0, 1, hybrid::SE2()));
+  EXPECT_NE(run("").code, 0);
+  EXPECT_NE(run(good + " --method newton -o " + at("none")).code, 0);
+  expect_failure(at("missing.g2o"), "missing.g2o");
+  expect_failure(write("empty.g2o", ""), "empty.g2o");
+  expect_failure(write("broken.g2o", edge(0, 1, hybrid::SE2()) + "EDGE_SE2 1 2 0 0\n"),
+                 "broken.g2o:2");
+  const std::string parts =
+      write("parts.g2o", edge(0, 1, hybrid::SE2()) + edge(5, 6, hybrid::SE2()));
+  expect_failure(parts, "connects vertex 5, 6 to vertex 0");
+  expect_failure(parts + " --online", "connects vertex 5, 6 to vertex 0");
+  expect_failure(good + " --start file", "no VERTEX line for vertex 0, 1; use --start odometry");
+  const Result unwritable = run(good + " -o /proc/none");
+  EXPECT_EQ(unwritable.code, 1);
+  EXPECT_NE(unwritable.text.find("/proc/none"), std::string::npos) << unwritable.text;
+}
+
+TEST_F(Pgo, SolvesPublicGraphs) {
+  for (const std::string name : {"CSAIL", "intel"}) {
+    const std::string graph = data_dir() + "/pose_graphs/" + name + ".g2o";
+    if (!fs::exists(graph)) GTEST_SKIP() << graph << " is not there";
+    const auto [batch, online] = both(graph);
+    EXPECT_NEAR(online["cost"], batch["cost"], 1e-4 * batch["cost"].get<double>()) << name;
+    EXPECT_LT(online["cost_online"], 1.05 * online["cost"].get<double>()) << name;
+    EXPECT_LT(online["steps"]["p95_ms"], 100.0) << name;
+  }
+}
+
+}  // namespace
