@@ -286,36 +286,6 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
   moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
 }
 
-/// Goes a part of the way from the old estimate to the present one, the largest that does not raise
-/// the objective; at worst none, with everything to be linearised again in the next update.
-void IncrementalSmoother::back_off(double before) {
-  std::vector<int> slots;
-  std::vector<double> steps;
-  for (const Old& old : old_) {
-    const VariableType type = estimate_.type(old.slot);
-    slots.push_back(old.slot);
-    steps.resize(steps.size() + type.dim);
-    local(type, old.x.data(), estimate_.data(old.slot), steps.data() + steps.size() - type.dim);
-  }
-  double scaled[64];
-  for (double share = 0.5;; share = share > 0.01 ? 0.5 * share : 0.0) {
-    const double* step = steps.data();
-    for (const Old& old : old_) {
-      const VariableType type = estimate_.type(old.slot);
-      for (int i = 0; i < type.dim; ++i) scaled[i] = share * *step++;
-      retract(type, old.x.data(), scaled, estimate_.data(old.slot));
-      if (share == 0.0) std::copy(old.x.begin(), old.x.end(), estimate_.data(old.slot));
-      local(type, theta_.data(old.slot), estimate_.data(old.slot), scaled);
-      tree_.set_delta(old.slot, scaled);
-    }
-    refresh_costs(slots);
-    if (term_cost_.value() <= before || share == 0.0) {
-      if (share == 0.0) moved_ = slots;
-      return;
-    }
-  }
-}
-
 /// Tables of hybrid factors whose variables have moved.
 void IncrementalSmoother::refresh_tables() {
   std::sort(stale_.begin(), stale_.end());

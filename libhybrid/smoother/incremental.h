@@ -110,6 +110,7 @@ class IncrementalSmoother {
   void move_estimate();
   void refresh_costs(const std::vector<int>& slots);
   void back_off(double before);
+  std::vector<double> cauchy_step(const std::vector<int>& slots) const;
   bool discrete_step(UpdateReport& report);
   void refresh_tables();
   void record(UpdateReport& report) const { report.objectives.push_back(objective()); }

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// What the smoother does when a full step would raise the objective.
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "libhybrid/smoother/incremental.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kTries = 7;
+
+}  // namespace
+
+/// Goes a part of the way from the old estimate to the present one, the largest tried that does not
+/// raise the objective; at worst none, with everything to be linearised again in the next update.
+void IncrementalSmoother::back_off(double before) {
+  std::vector<int> slots;
+  std::vector<double> full;
+  for (const Old& old : old_) {
+    const VariableType type = estimate_.type(old.slot);
+    slots.push_back(old.slot);
+    full.resize(full.size() + type.dim);
+    local(type, old.x.data(), estimate_.data(old.slot), full.data() + full.size() - type.dim);
+  }
+  const auto restore = [&] {
+    for (const Old& old : old_) std::copy(old.x.begin(), old.x.end(), estimate_.data(old.slot));
+  };
+  std::vector<double> bend(full.size(), 0.0);  // where the path to the full step bends
+  if (options_.step == SmootherOptions::Step::kDogleg) {
+    restore();
+    bend = cauchy_step(slots);
+  }
+  std::vector<double> part(full.size());
+  const auto move = [&](double share) {
+    for (std::size_t i = 0; i < full.size(); ++i) {
+      if (options_.step == SmootherOptions::Step::kGaussNewton) {
+        part[i] = share * full[i];
+      } else if (share < 0.5) {
+        part[i] = 2.0 * share * bend[i];
+      } else {
+        part[i] = bend[i] + (2.0 * share - 1.0) * (full[i] - bend[i]);
+      }
+    }
+    const double* step = part.data();
+    for (const Old& old : old_) {
+      const VariableType type = estimate_.type(old.slot);
+      retract(type, old.x.data(), step, estimate_.data(old.slot));
+      step += type.dim;
+    }
+  };
+  double share = 1.0;
+  for (int k = 0;; ++k) {
+    share *= options_.step == SmootherOptions::Step::kDogleg ? 0.7 : 0.5;
+    const bool give_up = k == kTries;
+    if (give_up) {
+      restore();
+    } else {
+      move(share);
+    }
+    refresh_costs(slots);
+    if (!give_up && term_cost_ > before) continue;
+    if (give_up) moved_ = slots;
+    break;
+  }
+  std::vector<double> step;
+  for (int slot : slots) {
+    step.resize(theta_.type(slot).dim);
+    local(theta_.type(slot), theta_.data(slot), estimate_.data(slot), step.data());
+    tree_.set_delta(slot, step.data());
+  }
+}
+
+/// The minimiser of the linearised objective along steepest descent, over some variables at the
+/// estimate.
+std::vector<double> IncrementalSmoother::cauchy_step(const std::vector<int>& slots) const {
+  std::vector<int> offset(theta_.slot_count(), -1);
+  int size = 0;
+  for (int slot : slots) {
+    offset[slot] = size;
+    size += theta_.type(slot).dim;
+  }
+  std::vector<int> terms;
+  for (int slot : slots)
+    terms.insert(terms.end(), terms_.of_variable(slot).begin(), terms_.of_variable(slot).end());
+  std::sort(terms.begin(), terms.end());
+  terms.erase(std::unique(terms.begin(), terms.end()), terms.end());
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+  double curvature = 0.0;
+  // Once for the gradient g = J'r, once for g'J'J g.
+  for (const bool second : {false, true}) {
+    for (int t : terms) {
+      const Term& term = terms_[t];
+      if (!term.alive || term.component.factor == nullptr) continue;
+      const ContinuousFactor& factor = *term.component.factor;
+      const std::vector<int> own = active_slots(term);
+      std::vector<const double*> x;
+      for (int slot : own) x.push_back(estimate_.data(slot));
+      Eigen::VectorXd r(factor.rows());
+      Eigen::MatrixXd J(factor.rows(), factor.cols());
+      factor.linearize(x.data(), r.data(), J.data());
+      Eigen::VectorXd Jg = Eigen::VectorXd::Zero(factor.rows());
+      int column = 0;
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        const int dim = factor.types()[i].dim;
+        if (offset[own[i]] >= 0) {
+          auto block = gradient.segment(offset[own[i]], dim);
+          if (second) {
+            Jg += J.middleCols(column, dim) * block;
+          } else {
+            block += J.middleCols(column, dim).transpose() * r;
+          }
+        }
+        column += dim;
+      }
+      curvature += Jg.squaredNorm();
+    }
+  }
+  const double scale = curvature > 0.0 ? gradient.squaredNorm() / curvature : 0.0;
+  std::vector<double> step(size);
+  Eigen::Map<Eigen::VectorXd>(step.data(), size) = -scale * gradient;
+  return step;
+}
+
+}  // namespace hybrid

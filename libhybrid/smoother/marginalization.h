@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+
+namespace hybrid {
+
+/// How some variables are taken out of a graph without loss of (linearised) information.
+struct Marginalization {
+  Delta delta;  ///< removes the variables and their factors, adds a prior on the separator
+  std::vector<Key> separator;  ///< variables that shared a factor with them, now tied together
+  int fill = 0;                ///< pairs of separator variables that shared no factor before
+  bool determined = true;      ///< false where the factors did not determine the variables
+  Key under_constrained;       ///< one that they did not determine
+};
+
+/// Marginalises continuous variables by the Schur complement of their factors, linearised at the
+/// estimate: Lambda_SS - Lambda_SM Lambda_MM^-1 Lambda_MS becomes a linear prior on the separator
+/// S. Hybrid factors count with their present component; where the component does not depend on the
+/// discrete values (a class), what they say about those values stays as a table, else their
+/// decision is frozen. `factors` are the handles of all factors that hold a variable of `keys`.
+Marginalization marginalize(const HybridGraph& graph, const Values& values,
+                            const Assignment& assignment, const std::vector<Key>& keys,
+                            const std::vector<Handle>& factors);
+
+}  // namespace hybrid

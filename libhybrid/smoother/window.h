@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/marginalization.h"
+
+namespace hybrid {
+
+/// What of the past stays in the graph.
+struct WindowOptions {
+  enum class Mode {
+    kFull,      ///< everything: full smoothing
+    kFixedLag,  ///< variables that a factor touched within the last `lag` updates
+    kFilter     ///< the newest pose and all landmarks
+  };
+  Mode mode = Mode::kFull;
+  int lag = 50;  ///< in updates; 0 or less is no limit
+};
+
+/// What an update of a window did besides the update proper.
+struct WindowReport : UpdateReport {
+  int marginalized = 0;  ///< continuous variables that left the graph
+  int fill = 0;          ///< pairs of variables newly tied together by that
+};
+
+/// The incremental smoother over a window: old states are marginalised by the Schur complement into
+/// priors on what remains. Variables that have left keep their last estimate, for trajectories and
+/// maps.
+class WindowSmoother {
+ public:
+  explicit WindowSmoother(const WindowOptions& window = {}, const SmootherOptions& options = {})
+      : window_(window), smoother_(options) {}
+
+  WindowReport update(const Delta& delta);
+  UpdateReport converge(int max_rounds = 50) { return smoother_.converge(max_rounds); }
+
+  const IncrementalSmoother& smoother() const { return smoother_; }
+  /// Last estimates of the variables that have left, and last values of discrete ones.
+  const Estimate& past() const { return past_; }
+
+ private:
+  void touch(const Delta& delta, const std::vector<Handle>& handles);
+  std::vector<Key> outdated(const Delta& delta) const;
+  void leave(const std::vector<Key>& keys, WindowReport& report);
+  void gather_tables(Delta& delta) const;
+
+  WindowOptions window_;
+  IncrementalSmoother smoother_;
+  Estimate past_;
+  std::unordered_map<Key, int> last_touch_;  // by variable in the graph: the update
+  std::unordered_map<Key, Handle> table_;    // single-variable tables that marginalisation left
+  int updates_ = 0;
+};
+
+}  // namespace hybrid
