@@ -56,13 +56,14 @@ ContinuousFactorPtr LinearPrior::from_information(std::vector<Key> keys, const V
   const double least = 1e-12 * d.cwiseAbs().maxCoeff();
   int rank = 0;
   while (rank < d.size() && d[rank] > least) ++rank;
-  const Eigen::MatrixXd upper = ldlt.matrixU();  // L'
+  const Eigen::MatrixXd lower = ldlt.matrixL();
   const Eigen::VectorXd root = d.head(rank).cwiseSqrt();
-  const Eigen::MatrixXd R = root.asDiagonal() * (upper.topRows(rank) * ldlt.transpositionsP());
+  const Eigen::MatrixXd transposed =
+      ldlt.transpositionsP().transpose() * (lower.leftCols(rank) * root.asDiagonal());
   Eigen::VectorXd y = ldlt.transpositionsP() * gradient;
   ldlt.matrixL().solveInPlace(y);
   const Eigen::VectorXd r = y.head(rank).cwiseQuotient(root);
-  return std::make_shared<LinearPrior>(std::move(keys), points, R, r);
+  return std::make_shared<LinearPrior>(std::move(keys), points, transposed.transpose(), r);
 }
 
 Eigen::VectorXd LinearPrior::tangent(const double* const* x) const {

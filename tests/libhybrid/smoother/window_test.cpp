@@ -103,6 +103,21 @@ TEST(WindowSmoother, WithAnInfiniteLagEqualsFullSmoothing) {
   EXPECT_DOUBLE_EQ(window.smoother().objective(), full.objective());
 }
 
+// On a chain the newest pose has the same marginal, whatever has left the window.
+TEST(WindowSmoother, KeepsTheInformationOfWhatLeaves) {
+  std::mt19937 first(11), second(11);
+  WindowSmoother window({WindowOptions::Mode::kFixedLag, 5});
+  IncrementalSmoother full;
+  for (int k = 0; k < 120; ++k) {
+    window.update(step(k, first, window.smoother().values()));
+    full.update(step(k, second, full.values()));
+    const Eigen::MatrixXd expected = full.joint_covariance({state(k)});
+    EXPECT_LT((window.smoother().joint_covariance({state(k)}) - expected).norm(),
+              1e-6 * expected.norm())
+        << k;
+  }
+}
+
 TEST(WindowSmoother, MemoryIsBounded) {
   std::mt19937 random(5);
   WindowSmoother window({WindowOptions::Mode::kFixedLag, 20});
