@@ -51,6 +51,7 @@ void IncrementalSmoother::back_off(double before) {
       step += type.dim;
     }
   };
+  std::vector<double> delta;
   double share = 1.0;
   for (int k = 0;; ++k) {
     share *= options_.step == SmootherOptions::Step::kDogleg ? 0.7 : 0.5;
@@ -60,16 +61,15 @@ void IncrementalSmoother::back_off(double before) {
     } else {
       move(share);
     }
+    for (int slot : slots) {
+      delta.resize(theta_.type(slot).dim);
+      local(theta_.type(slot), theta_.data(slot), estimate_.data(slot), delta.data());
+      tree_.set_delta(slot, delta.data());
+    }
     refresh_costs(slots);
-    if (!give_up && term_cost_ > before) continue;
+    if (!give_up && term_cost_.value() > before) continue;
     if (give_up) moved_ = slots;
     break;
-  }
-  std::vector<double> step;
-  for (int slot : slots) {
-    step.resize(theta_.type(slot).dim);
-    local(theta_.type(slot), theta_.data(slot), estimate_.data(slot), step.data());
-    tree_.set_delta(slot, step.data());
   }
 }
 
