@@ -10,13 +10,14 @@
 namespace hybrid {
 namespace {
 
-constexpr int kTries = 7;
+constexpr int kTries = 14;
 
 }  // namespace
 
 /// Goes a part of the way from the old estimate to the present one, the largest tried that does not
 /// raise the objective; at worst none, with everything to be linearised again in the next update.
-void IncrementalSmoother::back_off(double before) {
+/// Returns whether it went any.
+bool IncrementalSmoother::back_off(double before) {
   std::vector<int> slots;
   std::vector<double> full;
   for (const Old& old : old_) {
@@ -69,7 +70,7 @@ void IncrementalSmoother::back_off(double before) {
     refresh_costs(slots);
     if (!give_up && term_cost_.value() > before) continue;
     if (give_up) moved_ = slots;
-    break;
+    return !give_up;
   }
 }
 

@@ -31,6 +31,7 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
     record(report);
     report.objective_before = objective();
     discrete_step(report);
+    enter_new_terms(report.handles);
   } catch (...) {
     tree_.abandon();
     undo();
@@ -47,9 +48,9 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
     return report;
   }
   commit(staged);
-  continuous_step(report, options_.wildfire);
+  continuous_step(report, options_.wildfire, kMoreSteps);
   while (discrete_step(report) && take_flips(report) && report.rounds < options_.rounds) {
-    continuous_step(report, options_.wildfire);
+    continuous_step(report, options_.wildfire, kMoreSteps);
   }
   report.objective_after = objective();
   report.seconds = seconds_since(start);
@@ -60,6 +61,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
   const auto start = std::chrono::steady_clock::now();
   UpdateReport report;
   report.objective_before = objective();
+  int more_steps = kMoreSteps;
   while (report.rounds < max_rounds) {
     const double before = objective();
     std::vector<int> all;
@@ -73,9 +75,13 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
       break;
     }
     undo_.clear();
-    continuous_step(report, 0.0);
+    const bool stuck = !continuous_step(report, 0.0, more_steps);
     const bool flipped = discrete_step(report) && take_flips(report);
-    if (!flipped && before - objective() <= tolerance * std::max(1.0, std::abs(before))) break;
+    // Several steps on end need not lead downhill; one Gauss-Newton step does, if short enough.
+    const bool again = stuck && more_steps > 0;
+    more_steps = again ? 0 : kMoreSteps;
+    if (!flipped && !again && before - objective() <= tolerance * std::max(1.0, std::abs(before)))
+      break;
   }
   report.objective_after = objective();
   report.seconds = seconds_since(start);
@@ -203,19 +209,20 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
 /// where the true objective rises with it, some more of them with the worst factors linearised
-/// again; and where that does not help, a part of the way.
-void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
+/// again; and where that does not help, a part of the way. Returns false where it stays put.
+bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, int more_steps) {
   ++report.rounds;
   const double before = term_cost_.value();
   old_.clear();
   ++old_stamp_;
+  bool moved_on = true;
   for (int tries = 0;; ++tries) {
     changed_ = tree_.solve(wildfire);
     remember(changed_);
     move_estimate();
     if (term_cost_.value() <= before) break;
-    if (tries == kMoreSteps) {
-      back_off(before);
+    if (tries == more_steps) {
+      moved_on = back_off(before);
       break;
     }
     std::vector<int> moved;
@@ -224,12 +231,13 @@ void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire)
     if (!eliminate(report)) {
       undo();
       report.status = UpdateReport::Status::kOk;
-      back_off(before);
+      moved_on = back_off(before);
       break;
     }
     undo_.clear();
   }
   record(report);
+  return moved_on;
 }
 
 /// Keeps the estimates of some variables as they were before this half-step.

@@ -95,6 +95,7 @@ class IncrementalSmoother {
   Staged stage(const Delta& delta, UpdateReport& report);
   void stage_removals(const Delta& delta, Staged& staged);
   void add_term(Term term, UpdateReport& report);
+  void enter_new_terms(const std::vector<Handle>& handles);
   void commit(const Staged& staged);
   void undo();
 
@@ -105,11 +106,11 @@ class IncrementalSmoother {
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   bool eliminate(UpdateReport& report);
   bool take_flips(UpdateReport& report);
-  void continuous_step(UpdateReport& report, double wildfire);
+  bool continuous_step(UpdateReport& report, double wildfire, int more_steps);
   void remember(const std::vector<int>& slots);
   void move_estimate();
   void refresh_costs(const std::vector<int>& slots);
-  void back_off(double before);
+  bool back_off(double before);
   std::vector<double> cauchy_step(const std::vector<int>& slots) const;
   bool discrete_step(UpdateReport& report);
   void refresh_tables();

@@ -148,7 +148,7 @@ void IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   }
   added.cost = evaluate(added, estimate_);
   term_cost_.add(added.cost);
-  enter_tree(t);
+  if (added.hybrid == nullptr) enter_tree(t);
   undo_.push_back([this, t] {
     graph_.remove(terms_[t].handle);
     term_cost_.subtract(terms_[t].cost);
@@ -161,7 +161,6 @@ IncrementalSmoother::Staged IncrementalSmoother::stage(const Delta& delta, Updat
   Staged staged;
   undo_.clear();
   stage_removals(delta, staged);
-  last_.clear();
   for (Key key : delta.values.keys()) {
     const VariableType type = delta.values.type(key);
     theta_.insert(key, type, delta.values.data(key));
@@ -204,16 +203,24 @@ IncrementalSmoother::Staged IncrementalSmoother::stage(const Delta& delta, Updat
     table_of_term_[t] = f;
     stale_.push_back(t);
   }
-  for (Handle handle : report.handles) {
+  return staged;
+}
+
+/// Enters new hybrid terms with the components that the discrete half-step has chosen, so that a
+/// measurement rejected at once never touches the tree; and lists what to eliminate last.
+void IncrementalSmoother::enter_new_terms(const std::vector<Handle>& handles) {
+  last_.clear();
+  for (Handle handle : handles) {
     if (handle.kind == FactorKind::kDiscrete) continue;
     const int t = handle.kind == FactorKind::kContinuous ? term_of_continuous_[handle.index]
                                                          : term_of_hybrid_[handle.index];
+    if (terms_[t].tree_factor < 0) enter_tree(t);
+    if (terms_[t].tree_factor < 0) continue;
     last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
   for (Key key : recent_) {
     if (theta_.contains(key)) last_.push_back(theta_.slot(key));
   }
-  return staged;
 }
 
 void IncrementalSmoother::stage_removals(const Delta& delta, Staged& staged) {
