@@ -80,7 +80,9 @@ int optimize(const Options& options) {
   if (options.sparsity) {
     HybridGraph graph;
     for (const auto& factor : input.factors) graph.add(factor);
-    write_sparsity(out, graph, {}, solution.order, title);
+    for (const std::string& warning : write_sparsity(out, graph, {}, solution.order, title)) {
+      fmt::print(stderr, "hybrid-pgo: {}\n", warning);
+    }
   }
   summary.total_s = std::chrono::duration<double>(Clock::now() - start).count();
   out.write("summary.json", summary_json(summary));

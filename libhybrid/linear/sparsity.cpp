@@ -159,8 +159,18 @@ FilledPattern cholesky_pattern(const BlockPattern& pattern, const std::vector<in
   return result;
 }
 
-FilledPattern marginalized_pattern(const BlockPattern& pattern, const std::vector<char>& removed) {
+std::vector<std::vector<int>> marginal_cliques(const BlockPattern& pattern,
+                                               const std::vector<char>& removed) {
   const auto neighbours = neighbours_of(pattern);
+  std::vector<std::vector<int>> cliques;
+  std::vector<char> seen(pattern.size(), 0);
+  for (int b = 0; b < pattern.size(); ++b) {
+    if (removed[b] && !seen[b]) cliques.push_back(rim_of(b, neighbours, removed, seen));
+  }
+  return cliques;
+}
+
+FilledPattern marginalized_pattern(const BlockPattern& pattern, const std::vector<char>& removed) {
   std::vector<int> number(pattern.size(), -1);
   int count = 0;
   for (int b = 0; b < pattern.size(); ++b) {
@@ -173,12 +183,10 @@ FilledPattern marginalized_pattern(const BlockPattern& pattern, const std::vecto
   }
   std::sort(result.original.begin(), result.original.end());
   Blocks coupled;
-  std::vector<char> seen(pattern.size(), 0);
-  for (int b = 0; b < pattern.size(); ++b) {
-    if (!removed[b] || seen[b]) continue;
-    const std::vector<int> rim = rim_of(b, neighbours, removed, seen);
-    for (std::size_t i = 0; i < rim.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) coupled.emplace_back(number[rim[i]], number[rim[j]]);
+  for (const std::vector<int>& clique : marginal_cliques(pattern, removed)) {
+    for (std::size_t i = 0; i < clique.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j)
+        coupled.emplace_back(number[clique[i]], number[clique[j]]);
     }
   }
   normalize(coupled);

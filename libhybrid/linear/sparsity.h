@@ -46,6 +46,11 @@ struct FilledPattern {
 /// and columns are positions. Throws Error unless `order` names every block once.
 FilledPattern cholesky_pattern(const BlockPattern& pattern, const std::vector<int>& order);
 
+/// The sets of remaining blocks that marginalising the marked ones couples fully, one for each
+/// connected set of marked blocks; sorted.
+std::vector<std::vector<int>> marginal_cliques(const BlockPattern& pattern,
+                                               const std::vector<char>& removed);
+
 /// The information matrix that remains of `pattern` when the marked blocks are marginalised (Schur
 /// complement): the neighbours of each connected set of them become fully coupled. Rows and columns
 /// are the remaining blocks, renumbered without gaps.

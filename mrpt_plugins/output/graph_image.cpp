@@ -72,7 +72,7 @@ Image graph_image(const GraphDrawing& graph) {
   Series poses = points(graph.poses, fmt::format("{} poses", graph.poses.size()), palette::kInk);
   poses.line = LineStyle::kNone;
   poses.marker = Marker::kCircle;
-  poses.marker_radius = std::clamp(60.0 / std::sqrt(double(graph.poses.size() + 1)), 1.2, 5.0);
+  poses.marker_radius = std::clamp(40.0 / std::sqrt(double(graph.poses.size() + 1)), 1.2, 4.0);
   plot.series.push_back(poses);
   if (!graph.landmarks.empty()) {
     Series landmarks =

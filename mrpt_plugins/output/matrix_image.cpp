@@ -16,12 +16,12 @@ namespace hybrid {
 namespace {
 
 constexpr double kFrame = 900;        // pixels of the longer side of a matrix
-constexpr double kShortest = 300;     // of the shorter one; below it, the scales differ
+constexpr double kShortest = 450;     // of the shorter one; below it, the scales differ
 constexpr int kSmallestDot = 4;       // of the sheet, which has twice the resolution
 constexpr double kTop = 205;          // room for the texts above a matrix
 constexpr double kLeft = 140;         // and beside it, for the numbers of the rows
 constexpr double kBetween = 40;       // between the panels
-constexpr double kNarrowest = 760;    // room for the texts of a single panel
+constexpr double kNarrowest = 820;    // room for the texts of a single panel
 constexpr Color kRemark{90, 90, 90};  // of headings and notes
 
 struct Size {
@@ -79,7 +79,8 @@ std::string dot_note(const MatrixPanel& panel, const Size& frame) {
   const int rows = covered(panel.rows, frame.height);
   const int columns = covered(panel.columns, frame.width);
   if (rows <= 1 && columns <= 1) return "";
-  return fmt::format("a dot is as large as {} x {} entries", rows, columns);
+  return fmt::format("a dot covers {} x {} of them{}", rows, columns,
+                     panel.layers.size() > 1 ? ", the last colour on top" : "");
 }
 
 void draw_legend(Canvas& canvas, Pixel at, const MatrixPanel& panel) {

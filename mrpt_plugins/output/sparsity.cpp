@@ -18,6 +18,7 @@ namespace {
 constexpr Color kBlocks = palette::kEstimate;
 constexpr Color kFill{230, 120, 0};
 constexpr Color kOld{165, 165, 165};
+constexpr double kMostBlocks = 3e7;  // of a picture; more would take gigabytes
 
 double percent(std::size_t part, double whole) {
   return 100.0 * static_cast<double>(part) / whole;
@@ -110,12 +111,12 @@ Image factor_picture(const BlockPattern& information, const std::vector<int>& or
   const std::size_t total = factor.original.size() + factor.fill.size();
   MatrixPanel panel = square("L with L L' = J'J", order.size(), "place in the elimination order");
   const std::string subtitle =
-      fmt::format("{} blocks of L ({:.3g} % of the triangle): {} of the matrix, {} fill-in.", total,
-                  percent(total, 0.5 * n * (n + 1)), factor.original.size(), factor.fill.size());
-  panel.layers.push_back(
-      {fmt::format("{} blocks of fill-in", factor.fill.size()), kFill, std::move(factor.fill)});
+      fmt::format("L has {} blocks ({:.3g} % of its triangle), {} of them fill-in.", total,
+                  percent(total, 0.5 * n * (n + 1)), factor.fill.size());
   panel.layers.push_back({fmt::format("{} blocks that J'J has too", factor.original.size()),
                           kBlocks, std::move(factor.original)});
+  panel.layers.push_back(
+      {fmt::format("{} blocks of fill-in", factor.fill.size()), kFill, std::move(factor.fill)});
   return matrix_image("Cholesky factor of " + title, subtitle, {panel});
 }
 
@@ -159,9 +160,9 @@ Image marginal_picture(const JacobianPattern& jacobian, const BlockPattern& info
 
 }  // namespace
 
-void write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
-                    const Assignment& assignment, const std::vector<Key>& order,
-                    const std::string& title) {
+std::vector<std::string> write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
+                                        const Assignment& assignment, const std::vector<Key>& order,
+                                        const std::string& title) {
   const JacobianPattern sorted = jacobian_pattern(graph, assignment);
   if (sorted.variables.empty()) throw Error("a graph without factors has no structure to draw");
   const BlockPattern sorted_information = information_pattern(sorted);
@@ -178,7 +179,16 @@ void write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
   write("jacobian", jacobian_picture(jacobian, title));
   write("information", information_picture(jacobian, information, title));
   write("factor", factor_picture(sorted_information, elimination, title));
+  double coupled = 0;
+  for (const auto& clique : marginal_cliques(information, older_half(jacobian))) {
+    coupled += 0.5 * static_cast<double>(clique.size()) * static_cast<double>(clique.size());
+  }
+  if (coupled > kMostBlocks) {
+    return {fmt::format("sparsity_marginalized.png is left out: {:.2g} blocks are too many to draw",
+                        coupled)};
+  }
   write("marginalized", marginal_picture(jacobian, information, title));
+  return {};
 }
 
 std::vector<Key> elimination_order(const IncrementalSmoother& smoother) {

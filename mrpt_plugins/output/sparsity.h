@@ -17,10 +17,11 @@ namespace hybrid {
 /// fill-in, in the given elimination order of the variables) and sparsity_marginalized.png (the
 /// information matrix before and after the older half of the poses is marginalised). Without an
 /// order, a fill-reducing one is taken; variables that no factor in force touches are left out.
+/// Returns warnings for the user: a marginalisation that couples too much to be drawn is left out.
 /// Throws Error for a graph without continuous factors or an order that lacks variables.
-void write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
-                    const Assignment& assignment, const std::vector<Key>& order,
-                    const std::string& title);
+std::vector<std::string> write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
+                                        const Assignment& assignment, const std::vector<Key>& order,
+                                        const std::string& title);
 
 /// The variables of a smoother in the elimination order of its Bayes tree.
 std::vector<Key> elimination_order(const IncrementalSmoother& smoother);
