@@ -79,8 +79,8 @@ std::string dot_note(const MatrixPanel& panel, const Size& frame) {
   const int rows = covered(panel.rows, frame.height);
   const int columns = covered(panel.columns, frame.width);
   if (rows <= 1 && columns <= 1) return "";
-  return fmt::format("a dot covers {} x {} of them{}", rows, columns,
-                     panel.layers.size() > 1 ? ", the last colour on top" : "");
+  return fmt::format("a dot covers {} x {}{}", rows, columns,
+                     panel.layers.size() > 1 ? ", last colour on top" : "");
 }
 
 void draw_legend(Canvas& canvas, Pixel at, const MatrixPanel& panel) {
@@ -95,7 +95,7 @@ void draw_legend(Canvas& canvas, Pixel at, const MatrixPanel& panel) {
 
 void draw_panel(Canvas& canvas, const Pixel& corner, const MatrixPanel& panel, const Size& frame) {
   TextStyle style;
-  style.size = 15;
+  style.size = 14;
   style.color = kRemark;
   const std::string note = dot_note(panel, frame);
   canvas.text(corner - Pixel(0, kTop - 106),

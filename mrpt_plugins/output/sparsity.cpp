@@ -109,10 +109,10 @@ Image factor_picture(const BlockPattern& information, const std::vector<int>& or
   FilledPattern factor = cholesky_pattern(information, order);
   const double n = information.size();
   const std::size_t total = factor.original.size() + factor.fill.size();
-  MatrixPanel panel = square("L with L L' = J'J", order.size(), "place in the elimination order");
+  MatrixPanel panel = square("L", order.size(), "place in the elimination order");
   const std::string subtitle =
-      fmt::format("L has {} blocks ({:.3g} % of its triangle), {} of them fill-in.", total,
-                  percent(total, 0.5 * n * (n + 1)), factor.fill.size());
+      fmt::format("L L' = J'J. L has {} blocks ({:.3g} % of its triangle), {} of them fill-in.",
+                  total, percent(total, 0.5 * n * (n + 1)), factor.fill.size());
   panel.layers.push_back({fmt::format("{} blocks that J'J has too", factor.original.size()),
                           kBlocks, std::move(factor.original)});
   panel.layers.push_back(
