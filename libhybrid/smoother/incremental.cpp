@@ -12,7 +12,11 @@ namespace hybrid {
 namespace {
 
 /// Gauss-Newton steps that a half-step may take beyond the first.
-constexpr int kMoreSteps = 2;
+constexpr int kMoreSteps = 3;
+
+/// Before the next, factors are linearised again until what linear models miss is below this share
+/// of the rise.
+constexpr double kErrorShare = 0.1;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -225,9 +229,11 @@ bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire,
       moved_on = back_off(before);
       break;
     }
+    choose_moved(kErrorShare * (term_cost_.value() - before));
     std::vector<int> moved;
     moved.swap(moved_);
-    move_linearization(moved.empty() ? changed_ : moved, report);
+    if (moved.empty()) moved = changed_;
+    move_linearization(moved, report);
     if (!eliminate(report)) {
       undo();
       report.status = UpdateReport::Status::kOk;
@@ -263,7 +269,7 @@ void IncrementalSmoother::move_estimate() {
 /// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
 /// variables of those whose linear model is off.
 void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
-  moved_.clear();
+  errors_.clear();
   double change = 0.0;
   ++stamp_;
   for (int slot : slots) {
@@ -284,12 +290,25 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
       if (term.tree_factor < 0) continue;
       const double fixed = term.component.constant + term.component.factor->log_normalizer();
       const double error = cost - fixed - tree_.linear_cost(term.tree_factor);
-      if (!(std::abs(error) <= options_.relinearize)) {
-        moved_.insert(moved_.end(), term.slots.begin(), term.slots.end());
-      }
+      errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
     }
   }
   term_cost_.add(change);
+  choose_moved(INFINITY);
+}
+
+/// Lists, as `moved_`, the variables of factors whose linear model is off: each by more than the
+/// option says, and as many more as it takes for the rest to be off by no more than `budget`
+/// together.
+void IncrementalSmoother::choose_moved(double budget) {
+  moved_.clear();
+  std::sort(errors_.begin(), errors_.end());
+  double rest = 0.0;
+  for (const auto& [error, t] : errors_) {
+    rest += error;
+    if (error <= options_.relinearize && rest <= budget) continue;
+    moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+  }
   std::sort(moved_.begin(), moved_.end());
   moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
 }

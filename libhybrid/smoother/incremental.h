@@ -110,6 +110,7 @@ class IncrementalSmoother {
   void remember(const std::vector<int>& slots);
   void move_estimate();
   void refresh_costs(const std::vector<int>& slots);
+  void choose_moved(double budget);
   bool back_off(double before);
   std::vector<double> cauchy_step(const std::vector<int>& slots) const;
   bool discrete_step(UpdateReport& report);
@@ -137,6 +138,8 @@ class IncrementalSmoother {
     int slot;
     std::vector<double> x;
   };
+  std::vector<std::pair<double, int>>
+      errors_;            // of linear models, and the terms, at the last refresh
   std::vector<Old> old_;  // estimates before the continuous half-step under way
   std::vector<unsigned> term_stamp_, slot_stamp_;
   unsigned stamp_ = 0;
