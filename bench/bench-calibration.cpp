@@ -100,8 +100,7 @@ int main(int argc, char** argv) try {
   hybrid::OutputDirectory(output).write(
       "reliability.png",
       hybrid::png(hybrid::reliability_image(
-          result,
-          fmt::format("Class probabilities, {} simulated logs", seeds))));
+          result, fmt::format("Class probabilities, {} simulated logs", seeds))));
   fmt::print("{} predictions: expected calibration error {:.4f}, Brier {:.4f}, log loss {:.4f}\n",
              result.predictions, result.expected_error, result.brier, result.log_loss);
   fmt::print("{} of {} landmarks seen at least five times have the right class at the end\n",

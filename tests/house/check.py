@@ -29,8 +29,8 @@ FLOORS = [
     {"factors", "discrete"},
     {"hybrid"},
     {"linear"},
-    {"solvers", "marginals", "io"},
-    {"smoother"},
+    {"solvers", "io"},
+    {"marginals", "smoother"},
 ]
 
 FOREIGN = re.compile(r"^(mrpt|opencv2?|cv|nlohmann|fmt|CLI|rclcpp|ros)\b", re.IGNORECASE)

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "libhybrid/hybrid/graph.h"
 #include "tests/libhybrid/factors/user_factor_example.h"
 #include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
@@ -32,6 +33,13 @@ TEST(UserFactor, Jacobians) {
 TEST(UserFactor, MeasuresTheDistance) {
   const WallDistance factor(Key('x', 0), {1.0, 0.0}, 5.0, 3.0, Noise::unit(1));
   EXPECT_NEAR(factor.evaluate({2.0, 7.0, 1.0}, nullptr)[0], 0.0, 1e-15);
+}
+
+TEST(UserFactor, GoesIntoAGraph) {
+  HybridGraph graph;
+  const Eigen::Vector2d normal(1.0, 0.0);
+  graph.emplace<WallDistance>(Key('x', 3), normal, 5.0, 4.98, Noise::isotropic(1, 0.02));
+  EXPECT_EQ(graph.continuous().size(), 1u);
 }
 
 std::string read(const std::string& path) {

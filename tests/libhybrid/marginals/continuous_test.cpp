@@ -6,8 +6,8 @@
 
 #include <Eigen/LU>
 
-#include "../solvers/simulated_graphs.h"
 #include "libhybrid/factors/bearing_range.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

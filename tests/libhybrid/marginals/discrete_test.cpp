@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "../solvers/simulated_graphs.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

@@ -11,7 +11,7 @@
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/alternating.h"
-#include "tests/libhybrid/solvers/simulated_graphs.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
-#include "tests/libhybrid/solvers/simulated_graphs.h"
 #include "tests/support/random.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

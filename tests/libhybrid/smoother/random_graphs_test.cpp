@@ -12,8 +12,8 @@
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/alternating.h"
-#include "tests/libhybrid/solvers/simulated_graphs.h"
 #include "tests/support/random.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

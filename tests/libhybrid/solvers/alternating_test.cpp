@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "libhybrid/solvers/levenberg_marquardt.h"
-#include "tests/libhybrid/solvers/simulated_graphs.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

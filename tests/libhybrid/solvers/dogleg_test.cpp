@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "libhybrid/solvers/levenberg_marquardt.h"
-#include "simulated_graphs.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "libhybrid/factors/bearing.h"
-#include "tests/libhybrid/solvers/simulated_graphs.h"
+#include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {
