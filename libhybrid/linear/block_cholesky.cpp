@@ -67,7 +67,7 @@ std::size_t update_size(const BlockCholesky::Supernode& s) {
 }  // namespace
 
 BlockCholesky::BlockCholesky(const BlockMatrix& matrix, const BlockOrdering& ordering)
-    : size_(matrix.scalars()) {
+    : size_(matrix.scalars()), inverse_diagonal_(matrix.scalars()) {
   build_supernodes(matrix, ordering);
   link_children();
   place_blocks(matrix);
@@ -264,6 +264,9 @@ int BlockCholesky::process(int s, const BlockMatrix& matrix, const double* extra
   }
   double* panel = panels_.data() + node.panel;
   const int failed = front::factorize_panel(panel, node.stride, node.height, node.columns);
+  for (int c = 0; c < node.columns; ++c) {
+    inverse_diagonal_[node.first + c] = 1.0 / panel[std::size_t(c) * (node.stride + 1)];
+  }
   if (node.below() > 0) {
     double* update = workspace_.data() + node.update;
     const int size = front::round_up(node.below());
@@ -294,57 +297,52 @@ int BlockCholesky::factorize(const BlockMatrix& matrix, const double* extra, Wor
 }
 
 void BlockCholesky::solve_lower_step(const Supernode& node, double* x,
-                                     std::vector<double>& below) const {
-  const double* column = panel(node);
-  const int m = node.below();
-  below.assign(m, 0.0);
-  double* own = x + node.first;
-  for (int c = 0; c < node.columns; ++c, column += node.stride) {
-    own[c] /= column[c];
-    front::add_scaled(-own[c], column + c + 1, own + c + 1, node.columns - c - 1);
-    front::add_scaled(own[c], column + node.columns, below.data(), m);
+                                     std::vector<double>& buffer) const {
+  buffer.assign(node.stride, 0.0);
+  std::copy_n(x + node.first, node.columns, buffer.begin());
+  for (int first = 0; first < node.columns; first += front::kTileColumns) {
+    front::with_tile_columns(node.columns, first, [&](auto n) {
+      front::forward_columns<n()>(panel(node), node.stride, node.height, first,
+                                  inverse_diagonal_.data() + node.first, buffer.data());
+    });
   }
-  const int* row = rows(node) + node.columns;
-  for (int r = 0; r < m; ++r) x[row[r]] -= below[r];
+  std::copy_n(buffer.begin(), node.columns, x + node.first);
+  const int* row = rows(node);
+  for (int r = node.columns; r < node.height; ++r) x[row[r]] += buffer[r];
 }
 
 void BlockCholesky::solve_lower(double* x) const {
-  std::vector<double> below;
-  for (const Supernode& node : supernodes_) solve_lower_step(node, x, below);
+  std::vector<double> buffer;
+  for (const Supernode& node : supernodes_) solve_lower_step(node, x, buffer);
 }
 
 void BlockCholesky::solve_lower_along(int supernode, double* x) const {
-  std::vector<double> below;
+  std::vector<double> buffer;
   for (int s = supernode; s >= 0; s = supernodes_[s].parent) {
-    solve_lower_step(supernodes_[s], x, below);
+    solve_lower_step(supernodes_[s], x, buffer);
   }
 }
 
 void BlockCholesky::solve_upper(double* x) const {
-  std::vector<double> below;
+  std::vector<double> buffer;
   for (auto node = supernodes_.rbegin(); node != supernodes_.rend(); ++node) {
-    const int m = node->below();
-    const int* row = rows(*node) + node->columns;
-    below.resize(m);
-    for (int r = 0; r < m; ++r) below[r] = x[row[r]];
-    double* own = x + node->first;
-    for (int c = node->columns - 1; c >= 0; --c) {
-      const double* column = panel(*node) + std::size_t(c) * node->stride;
-      const double sum = front::dot(column + c + 1, own + c + 1, node->columns - c - 1) +
-                         front::dot(column + node->columns, below.data(), m);
-      own[c] = (own[c] - sum) / column[c];
+    const int* row = rows(*node);
+    buffer.assign(node->stride, 0.0);
+    for (int r = 0; r < node->height; ++r) buffer[r] = x[row[r]];
+    const int last = (node->columns - 1) / front::kTileColumns * front::kTileColumns;
+    for (int first = last; first >= 0; first -= front::kTileColumns) {
+      front::with_tile_columns(node->columns, first, [&](auto n) {
+        front::backward_columns<n()>(panel(*node), node->stride, node->height, first,
+                                     inverse_diagonal_.data() + node->first, buffer.data());
+      });
     }
+    std::copy_n(buffer.begin(), node->columns, x + node->first);
   }
 }
 
 void BlockCholesky::solve(double* x) const {
   solve_lower(x);
   solve_upper(x);
-}
-
-double BlockCholesky::diagonal(int scalar) const {
-  const Supernode& node = supernodes_[supernode_of_[scalar]];
-  return panel(node)[std::size_t(scalar - node.first) * (node.stride + 1)];
 }
 
 }  // namespace hybrid

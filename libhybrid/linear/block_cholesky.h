@@ -60,7 +60,7 @@ class BlockCholesky {
   const int* rows(const Supernode& s) const { return rows_.data() + s.row_begin; }
   const double* panel(const Supernode& s) const { return panels_.data() + s.panel; }
   /// Diagonal entry of L.
-  double diagonal(int scalar) const;
+  double diagonal(int scalar) const { return 1.0 / inverse_diagonal_[scalar]; }
 
   /// Consecutive rows of an update matrix that stay consecutive in the parent's front: row `from` +
   /// i below the supernode is row `to` + i of the parent's panel.
@@ -86,7 +86,7 @@ class BlockCholesky {
   void load_panel(int s, const BlockMatrix& matrix, const double* extra);
   void add_to_panel(const Supernode& child, const Supernode& parent);
   void add_to_update(const Supernode& child, const Supernode& parent);
-  void solve_lower_step(const Supernode& node, double* x, std::vector<double>& below) const;
+  void solve_lower_step(const Supernode& node, double* x, std::vector<double>& buffer) const;
   int process(int s, const BlockMatrix& matrix, const double* extra, WorkerPool* pool);
 
   int size_ = 0;
@@ -101,6 +101,7 @@ class BlockCholesky {
   std::vector<int> top_;                   // the rest, in postorder
   std::vector<double> panels_;
   std::vector<double> workspace_;
+  std::vector<double> inverse_diagonal_;  // of L
 };
 
 }  // namespace hybrid

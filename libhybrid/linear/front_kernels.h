@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 /// Dense kernels of the Cholesky factorisation on column-major panels. Rows are worked in packets
 /// of four, so panels have kRowPadding rows of padding at the end of each column and update
@@ -95,24 +96,29 @@ int factorize_columns(double* panel, int stride, int height, int first) {
   return failed;
 }
 
+/// Calls function(integral constant n) with n = min(4, columns - first), one of 1 .. 4.
+template <class Function>
+inline void with_tile_columns(int columns, int first, const Function& function) {
+  switch (std::min(kTileColumns, columns - first)) {
+    case 1:
+      return function(std::integral_constant<int, 1>());
+    case 2:
+      return function(std::integral_constant<int, 2>());
+    case 3:
+      return function(std::integral_constant<int, 3>());
+    default:
+      return function(std::integral_constant<int, 4>());
+  }
+}
+
 /// Cholesky of the first `columns` columns of a panel of `height` rows. Returns as above.
 inline int factorize_panel(double* panel, int stride, int height, int columns) {
   int failed = -1;
   for (int first = 0; first < columns; first += kTileColumns) {
     int result = -1;
-    switch (std::min(kTileColumns, columns - first)) {
-      case 1:
-        result = factorize_columns<1>(panel, stride, height, first);
-        break;
-      case 2:
-        result = factorize_columns<2>(panel, stride, height, first);
-        break;
-      case 3:
-        result = factorize_columns<3>(panel, stride, height, first);
-        break;
-      default:
-        result = factorize_columns<4>(panel, stride, height, first);
-    }
+    with_tile_columns(columns, first, [&](auto n) {
+      result = factorize_columns<n()>(panel, stride, height, first);
+    });
     if (failed < 0) failed = result;
   }
   return failed;
@@ -186,6 +192,49 @@ inline void add_scaled(double factor, const double* x, double* y, int n) {
     *reinterpret_cast<Packet*>(y + i) += factor * *reinterpret_cast<const Packet*>(x + i);
   }
   for (; i < n; ++i) y[i] += factor * x[i];
+}
+
+/// Forward substitution with columns first .. first + kColumns - 1 of a panel on `x`, which has a
+/// row for each row of the panel and three of padding.
+template <int kColumns>
+inline void forward_columns(const double* panel, int stride, int height, int first,
+                            const double* inverse_diagonal, double* x) {
+  const double* tile = panel + std::ptrdiff_t(first) * stride;
+  double own[kColumns];
+  for (int c = 0; c < kColumns; ++c) {
+    double sum = x[first + c];
+    for (int d = 0; d < c; ++d) sum -= tile[std::ptrdiff_t(d) * stride + first + c] * own[d];
+    x[first + c] = own[c] = sum * inverse_diagonal[first + c];
+  }
+  for (int row = first + kColumns; row < height; row += kPacket) {
+    Packet& target = *reinterpret_cast<Packet*>(x + row);
+    Packet sum = target;
+    for (int c = 0; c < kColumns; ++c) {
+      sum -= own[c] * *reinterpret_cast<const Packet*>(tile + std::ptrdiff_t(c) * stride + row);
+    }
+    target = sum;
+  }
+}
+
+/// Backward substitution with the transpose of the same columns; the padding of `x` must be zero.
+template <int kColumns>
+inline void backward_columns(const double* panel, int stride, int height, int first,
+                             const double* inverse_diagonal, double* x) {
+  const double* tile = panel + std::ptrdiff_t(first) * stride;
+  Packet sums[kColumns] = {};
+  for (int row = first + kColumns; row < height; row += kPacket) {
+    const Packet values = *reinterpret_cast<const Packet*>(x + row);
+    for (int c = 0; c < kColumns; ++c) {
+      sums[c] += values * *reinterpret_cast<const Packet*>(tile + std::ptrdiff_t(c) * stride + row);
+    }
+  }
+  for (int c = kColumns - 1; c >= 0; --c) {
+    double sum = x[first + c] - ((sums[c][0] + sums[c][1]) + (sums[c][2] + sums[c][3]));
+    for (int d = c + 1; d < kColumns; ++d) {
+      sum -= tile[std::ptrdiff_t(c) * stride + first + d] * x[first + d];
+    }
+    x[first + c] = sum * inverse_diagonal[first + c];
+  }
 }
 
 }  // namespace hybrid::front

@@ -11,6 +11,8 @@ namespace hybrid {
 namespace {
 
 constexpr int kColumnsPerTask = 256;
+/// Smaller matrices are assembled by one thread.
+constexpr std::size_t kParallelEntries = 60000;
 /// Damping is relative to the diagonal, which is kept above this share of its mean so that nearly
 /// unobserved directions are damped too.
 constexpr double kDiagonalFloor = 1e-9;
@@ -121,10 +123,13 @@ bool NormalEquations::bind(const ResidualLayout& layout) {
 
 void NormalEquations::assemble(const double* r, const double* J, WorkerPool& pool) {
   const int tasks = (matrix_.size() + kColumnsPerTask - 1) / kColumnsPerTask;
-  pool.run(tasks, [&](int task) {
-    const int end = std::min(matrix_.size(), (task + 1) * kColumnsPerTask);
-    for (int col = task * kColumnsPerTask; col < end; ++col) assemble_column(col, r, J);
-  });
+  pool.run(
+      tasks,
+      [&](int task) {
+        const int end = std::min(matrix_.size(), (task + 1) * kColumnsPerTask);
+        for (int col = task * kColumnsPerTask; col < end; ++col) assemble_column(col, r, J);
+      },
+      matrix_.values().size() >= kParallelEntries);
 }
 
 void NormalEquations::assemble_column(int col, const double* r, const double* J) {

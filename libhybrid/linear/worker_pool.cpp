@@ -20,8 +20,8 @@ WorkerPool::~WorkerPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void WorkerPool::run(int count, const std::function<void(int)>& body) {
-  if (workers_.empty() || count < 2) {
+void WorkerPool::run(int count, const std::function<void(int)>& body, bool worthwhile) {
+  if (workers_.empty() || count < 2 || !worthwhile) {
     for (int i = 0; i < count; ++i) body(i);
     return;
   }

@@ -19,20 +19,21 @@ inline double seconds_since(std::chrono::steady_clock::time_point start) {
 
 /// Largest entry of the gradient in standard deviations, see SolverOptions::gradient.
 inline double gradient_norm(const NormalEquations& system) {
-  double largest = 0.0;
+  double square = 0.0;
   for (int i = 0; i < system.scalars(); ++i) {
-    largest = std::max(largest, std::abs(system.gradient()[i]) / std::sqrt(system.diagonal()[i]));
+    const double g = system.gradient()[i];
+    square = std::max(square, g * g / system.diagonal()[i]);
   }
-  return largest;
+  return std::sqrt(square);
 }
 
 /// Largest entry of a step in standard deviations, see SolverOptions::step.
 inline double step_norm(const NormalEquations& system, const std::vector<double>& step) {
-  double largest = 0.0;
+  double square = 0.0;
   for (int i = 0; i < system.scalars(); ++i) {
-    largest = std::max(largest, std::abs(step[i]) * std::sqrt(system.diagonal()[i]));
+    square = std::max(square, step[i] * step[i] * system.diagonal()[i]);
   }
-  return largest;
+  return std::sqrt(square);
 }
 
 /// Predicted decreases below this share of the cost are lost in rounding.

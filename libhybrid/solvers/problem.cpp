@@ -9,6 +9,8 @@ namespace hybrid {
 namespace {
 
 constexpr int kTermsPerTask = 256;
+/// Smaller problems, by entries of the Jacobian, are linearised by one thread.
+constexpr std::size_t kParallelEntries = 60000;
 constexpr std::size_t kFewVariables = 8;
 
 /// Calls function(x) with x[i] pointing to variable i of a factor.
@@ -162,10 +164,13 @@ double Problem::sum_over_terms(const Function& function) const {
   const int count = static_cast<int>(terms_.size());
   const int tasks = (count + kTermsPerTask - 1) / kTermsPerTask;
   std::vector<double> sums(tasks, 0.0);
-  pool_->run(tasks, [&](int task) {
-    const int end = std::min(count, (task + 1) * kTermsPerTask);
-    for (int t = task * kTermsPerTask; t < end; ++t) sums[task] += function(t);
-  });
+  pool_->run(
+      tasks,
+      [&](int task) {
+        const int end = std::min(count, (task + 1) * kTermsPerTask);
+        for (int t = task * kTermsPerTask; t < end; ++t) sums[task] += function(t);
+      },
+      layout_.jacobian_size >= kParallelEntries);
   double sum = 0.0;
   for (double part : sums) sum += part;
   return sum;
