@@ -34,7 +34,7 @@ Eigen::MatrixXd boxminus_jacobian(VariableType type, const double* e) {
 
 }  // namespace
 
-LinearPrior::LinearPrior(std::vector<Key> keys, const Values& points, Eigen::MatrixXd R,
+LinearPrior::LinearPrior(const std::vector<Key>& keys, const Values& points, Eigen::MatrixXd R,
                          Eigen::VectorXd r)
     : ContinuousFactor(keys, types_of(keys, points), static_cast<int>(R.rows())),
       R_(std::move(R)),
@@ -47,7 +47,8 @@ LinearPrior::LinearPrior(std::vector<Key> keys, const Values& points, Eigen::Mat
     throw Error("a linear prior has matrices that do not fit");
 }
 
-ContinuousFactorPtr LinearPrior::from_information(std::vector<Key> keys, const Values& points,
+ContinuousFactorPtr LinearPrior::from_information(const std::vector<Key>& keys,
+                                                  const Values& points,
                                                   const Eigen::MatrixXd& information,
                                                   const Eigen::VectorXd& gradient) {
   // Lambda = P' L D L' P with pivoting; directions without information drop out.
@@ -63,7 +64,7 @@ ContinuousFactorPtr LinearPrior::from_information(std::vector<Key> keys, const V
   Eigen::VectorXd y = ldlt.transpositionsP() * gradient;
   ldlt.matrixL().solveInPlace(y);
   const Eigen::VectorXd r = y.head(rank).cwiseQuotient(root);
-  return std::make_shared<LinearPrior>(std::move(keys), points, transposed.transpose(), r);
+  return std::make_shared<LinearPrior>(keys, points, transposed.transpose(), r);
 }
 
 Eigen::VectorXd LinearPrior::tangent(const double* const* x) const {

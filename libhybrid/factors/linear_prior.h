@@ -15,11 +15,12 @@ namespace hybrid {
 class LinearPrior : public ContinuousFactor {
  public:
   /// `points` holds x0; R has one column per tangent dimension of `keys`, in their order.
-  LinearPrior(std::vector<Key> keys, const Values& points, Eigen::MatrixXd R, Eigen::VectorXd r);
+  LinearPrior(const std::vector<Key>& keys, const Values& points, Eigen::MatrixXd R,
+              Eigen::VectorXd r);
 
   /// From the information form: Lambda (symmetric, positive semidefinite) and gradient eta at x0,
   /// so that the cost is x' Lambda x / 2 + eta' x up to a constant.
-  static ContinuousFactorPtr from_information(std::vector<Key> keys, const Values& points,
+  static ContinuousFactorPtr from_information(const std::vector<Key>& keys, const Values& points,
                                               const Eigen::MatrixXd& information,
                                               const Eigen::VectorXd& gradient);
 

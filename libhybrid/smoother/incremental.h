@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <deque>
 #include <functional>
+#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -92,6 +93,9 @@ class IncrementalSmoother {
   };
 
   void check(const Delta& delta) const;
+  void check_discrete(const std::vector<DiscreteKey>& keys, const Delta& delta,
+                      std::unordered_map<Key, int>& cardinality) const;
+  void check_removals(const Delta& delta) const;
   Staged stage(const Delta& delta, UpdateReport& report);
   void stage_removals(const Delta& delta, Staged& staged);
   void add_term(Term term, UpdateReport& report);
