@@ -38,8 +38,10 @@ TEST(Front, EqualsTheFactorOfEigenForAllSizes) {
       load(a, front);
       ASSERT_EQ(front.factorize(f, 1e-13), -1);
       const Eigen::MatrixXd L = a.topLeftCorner(f, f).llt().matrixL();
-      const Eigen::MatrixXd below =
-          L.triangularView<Eigen::Lower>().solve(a.topRightCorner(f, n - f)).transpose();
+      Eigen::MatrixXd below(n - f, f);
+      if (f < n) {
+        below = L.triangularView<Eigen::Lower>().solve(a.topRightCorner(f, n - f)).transpose();
+      }
       const Eigen::MatrixXd schur = a.bottomRightCorner(n - f, n - f) - below * below.transpose();
       double error = 0.0;
       for (int j = 0; j < n; ++j) {
