@@ -17,13 +17,26 @@ void sort_unique(std::vector<Key>& keys) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
+/// Sum of two tables over one and the same variable; an empty one counts as zero.
+Table sum(const Table& a, const Table& b) {
+  if (a.keys().empty()) return b;
+  std::vector<double> costs = a.costs();
+  for (std::size_t i = 0; i < costs.size(); ++i) costs[i] += b.costs()[i];
+  return {a.keys(), std::move(costs)};
+}
+
 }  // namespace
+
+const Table* WindowSmoother::past_table(Key key) const {
+  const auto it = past_tables_.find(key);
+  return it == past_tables_.end() ? nullptr : &it->second;
+}
 
 WindowReport WindowSmoother::update(const Delta& delta) {
   WindowReport report;
-  static_cast<UpdateReport&>(report) = smoother_.update(delta);
-  if (report.status != UpdateReport::Status::kOk || window_.mode == WindowOptions::Mode::kFull)
-    return report;
+  const bool full = window_.mode == WindowOptions::Mode::kFull;
+  static_cast<UpdateReport&>(report) = full ? smoother_.update(delta) : take_in(delta);
+  if (full || report.status != UpdateReport::Status::kOk) return report;
   ++updates_;
   touch(delta, report.handles);
   const std::vector<Key> keys = outdated(delta);
@@ -31,14 +44,80 @@ WindowReport WindowSmoother::update(const Delta& delta) {
   return report;
 }
 
+/// The change with those variables that its factors hold although they have left; the tables of
+/// discrete ones come last.
+Delta WindowSmoother::with_returning(const Delta& delta) const {
+  Delta out = delta;
+  const auto recall = [&](const std::vector<Key>& keys) {
+    for (Key key : keys) {
+      if (out.values.contains(key) || !past_.values.contains(key)) continue;
+      out.values.insert(key, past_.values.type(key), past_.values.data(key));
+    }
+  };
+  std::vector<Key> recalled;
+  const auto recall_discrete = [&](const std::vector<DiscreteKey>& keys) {
+    for (const DiscreteKey& key : keys) {
+      if (!past_.assignment.contains(key.key)) continue;
+      if (std::find(recalled.begin(), recalled.end(), key.key) != recalled.end()) continue;
+      recalled.push_back(key.key);
+      out.assignment.set(key.key, past_.assignment.at(key.key));
+      if (const Table* table = past_table(key.key)) out.discrete.push_back(*table);
+    }
+  };
+  for (const ContinuousFactorPtr& factor : delta.continuous) {
+    if (factor != nullptr) recall(factor->keys());
+  }
+  for (const Table& table : delta.discrete) recall_discrete(table.keys());
+  for (const HybridFactorPtr& factor : delta.hybrid) {
+    if (factor == nullptr) continue;
+    recall(factor->keys());
+    recall_discrete(factor->discrete_keys());
+  }
+  return out;
+}
+
+/// Updates the graph; what enters again is no longer past.
+UpdateReport WindowSmoother::take_in(const Delta& delta) {
+  const Delta change = with_returning(delta);
+  UpdateReport report = smoother_.update(change);
+  if (report.status != UpdateReport::Status::kOk) return report;
+  for (Key key : change.values.keys()) {
+    last_touch_[key] = updates_ + 1;
+    if (past_.values.contains(key)) past_.values.erase(key);
+  }
+  const auto own = static_cast<std::ptrdiff_t>(delta.continuous.size() + delta.discrete.size());
+  const auto recalled = static_cast<std::ptrdiff_t>(change.discrete.size() - delta.discrete.size());
+  const auto begin = report.handles.begin() + own;
+  for (auto handle = begin; handle != begin + recalled; ++handle) {
+    const Key key = smoother_.graph().discrete().at(*handle).keys()[0].key;
+    holders_[key].push_back(*handle);
+  }
+  report.handles.erase(begin, begin + recalled);
+  const auto forget = [&](const std::vector<DiscreteKey>& keys) {
+    for (const DiscreteKey& key : keys) {
+      past_.assignment.erase(key.key);
+      past_tables_.erase(key.key);
+    }
+  };
+  for (const Table& table : delta.discrete) forget(table.keys());
+  for (const HybridFactorPtr& factor : delta.hybrid) forget(factor->discrete_keys());
+  return report;
+}
+
 void WindowSmoother::touch(const Delta& delta, const std::vector<Handle>& handles) {
-  for (Key key : delta.values.keys()) last_touch_[key] = updates_;
+  for (Key key : delta.remove_values) last_touch_.erase(key);
   const HybridGraph& graph = smoother_.graph();
   for (Handle handle : handles) {
     if (handle.kind == FactorKind::kContinuous) {
       for (Key key : graph.continuous().at(handle)->keys()) last_touch_[key] = updates_;
     } else if (handle.kind == FactorKind::kHybrid) {
-      for (Key key : graph.hybrid().at(handle)->keys()) last_touch_[key] = updates_;
+      const HybridFactor& factor = *graph.hybrid().at(handle);
+      for (Key key : factor.keys()) last_touch_[key] = updates_;
+      for (const DiscreteKey& key : factor.discrete_keys()) holders_[key.key].push_back(handle);
+    } else {
+      for (const DiscreteKey& key : graph.discrete().at(handle).keys()) {
+        holders_[key.key].push_back(handle);
+      }
     }
   }
 }
@@ -61,18 +140,52 @@ std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
   return keys;
 }
 
-/// Sums the new single-variable tables with those left before, so that their number does not grow.
-void WindowSmoother::gather_tables(Delta& delta) const {
-  for (Table& table : delta.discrete) {
-    if (table.keys().size() != 1) continue;
-    const auto before = table_.find(table.keys()[0].key);
-    if (before == table_.end()) continue;
-    std::vector<double> costs = table.costs();
-    const std::vector<double>& old = smoother_.graph().discrete().at(before->second).costs();
-    for (std::size_t i = 0; i < costs.size(); ++i) costs[i] += old[i];
-    table = Table(table.keys(), std::move(costs));
-    delta.remove.push_back(before->second);
+/// A discrete variable that a change leaves with nothing but tables of its own goes too: the change
+/// then removes them, and their sum is returned (empty without tables). Of a variable that stays,
+/// the table that the change adds takes in the one of earlier changes, so that their number does
+/// not grow.
+std::optional<Table> WindowSmoother::settle(Key key, Delta& delta) {
+  const HybridGraph& graph = smoother_.graph();
+  std::vector<Handle>& holders = holders_[key];
+  const auto dead = [&](Handle handle) { return !graph.contains(handle); };
+  holders.erase(std::remove_if(holders.begin(), holders.end(), dead), holders.end());
+  std::vector<Handle> staying;
+  for (Handle handle : holders) {
+    if (std::find(delta.remove.begin(), delta.remove.end(), handle) == delta.remove.end())
+      staying.push_back(handle);
   }
+  const auto its_own = [&](const Table& table) {
+    return table.keys().size() == 1 && table.keys()[0].key == key;
+  };
+  const auto holds = [&](const Table& table) {
+    return std::any_of(table.keys().begin(), table.keys().end(),
+                       [&](const DiscreteKey& other) { return other.key == key; });
+  };
+  const bool leaves = std::all_of(staying.begin(), staying.end(),
+                                  [&](Handle handle) {
+                                    return handle.kind == FactorKind::kDiscrete &&
+                                           its_own(graph.discrete().at(handle));
+                                  }) &&
+                      std::none_of(delta.discrete.begin(), delta.discrete.end(),
+                                   [&](const Table& t) { return holds(t) && !its_own(t); });
+  const auto added = std::find_if(delta.discrete.begin(), delta.discrete.end(), its_own);
+  if (!leaves) {
+    const auto before = table_.find(key);
+    if (added == delta.discrete.end() || before == table_.end()) return std::nullopt;
+    *added = sum(*added, graph.discrete().at(before->second));
+    delta.remove.push_back(before->second);
+    return std::nullopt;
+  }
+  Table total;
+  if (added != delta.discrete.end()) {
+    total = *added;
+    delta.discrete.erase(added);
+  }
+  for (Handle handle : staying) {
+    total = sum(total, graph.discrete().at(handle));
+    delta.remove.push_back(handle);
+  }
+  return total;
 }
 
 void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
@@ -90,20 +203,34 @@ void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
   Marginalization change =
       marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors);
   if (!change.determined) return;  // it stays until its factors determine it
-  gather_tables(change.delta);
   sort_unique(discrete);
-  for (Key key : discrete) past_.assignment.set(key, smoother_.assignment().at(key));
-  Values left;
-  for (Key key : keys) left.insert(key, smoother_.values().type(key), smoother_.values().data(key));
+  std::vector<std::pair<Key, Table>> settled;
+  for (Key key : discrete) {
+    if (auto table = settle(key, change.delta)) settled.emplace_back(key, std::move(*table));
+  }
+  Estimate before;
+  for (Key key : keys)
+    before.values.insert(key, smoother_.values().type(key), smoother_.values().data(key));
+  for (const auto& [key, table] : settled)
+    before.assignment.set(key, smoother_.assignment().at(key));
   const UpdateReport done = smoother_.update(change.delta);
   if (done.status != UpdateReport::Status::kOk) return;
   for (Key key : keys) {
-    past_.values.insert(key, left.type(key), left.data(key));
+    past_.values.insert(key, before.values.type(key), before.values.data(key));
     last_touch_.erase(key);
+    report.left.push_back(key);
+  }
+  for (auto& [key, table] : settled) {
+    past_.assignment.set(key, before.assignment.at(key));
+    if (!table.keys().empty()) past_tables_[key] = std::move(table);
+    holders_.erase(key);
+    table_.erase(key);
+    report.left_discrete.push_back(key);
   }
   for (Handle handle : done.handles) {
     if (handle.kind != FactorKind::kDiscrete) continue;
     const Table& table = smoother_.graph().discrete().at(handle);
+    for (const DiscreteKey& key : table.keys()) holders_[key.key].push_back(handle);
     if (table.keys().size() == 1) table_[table.keys()[0].key] = handle;
   }
   report.marginalized += static_cast<int>(keys.size());

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -23,13 +24,20 @@ struct WindowOptions {
 
 /// What an update of a window did besides the update proper.
 struct WindowReport : UpdateReport {
-  int marginalized = 0;  ///< continuous variables that left the graph
-  int fill = 0;          ///< pairs of variables newly tied together by that
+  int marginalized = 0;            ///< continuous variables that left the graph
+  int fill = 0;                    ///< pairs of variables newly tied together by that
+  std::vector<Key> left;           ///< the continuous variables that left
+  std::vector<Key> left_discrete;  ///< and the discrete ones
 };
 
 /// The incremental smoother over a window: old states are marginalised by the Schur complement into
-/// priors on what remains. Variables that have left keep their last estimate, for trajectories and
-/// maps.
+/// priors on what remains, and discrete variables leave with the last continuous variable they say
+/// something about. Variables that have left keep their last estimate, for trajectories and maps.
+///
+/// A variable that has left and that a new factor holds enters again: a continuous one as a new
+/// variable, initialised at its last estimate, with nothing known of it but what the new factors
+/// say (the window's priors keep what it once said about the others, so nothing counts twice); a
+/// discrete one with all that was known of it.
 class WindowSmoother {
  public:
   explicit WindowSmoother(const WindowOptions& window = {}, const SmootherOptions& options = {})
@@ -41,18 +49,24 @@ class WindowSmoother {
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
   const Estimate& past() const { return past_; }
+  /// All that was known of a discrete variable when it left; null where nothing is kept.
+  const Table* past_table(Key key) const;
 
  private:
+  Delta with_returning(const Delta& delta) const;
+  UpdateReport take_in(const Delta& delta);
   void touch(const Delta& delta, const std::vector<Handle>& handles);
   std::vector<Key> outdated(const Delta& delta) const;
   void leave(const std::vector<Key>& keys, WindowReport& report);
-  void gather_tables(Delta& delta) const;
+  std::optional<Table> settle(Key key, Delta& delta);
 
   WindowOptions window_;
   IncrementalSmoother smoother_;
   Estimate past_;
-  std::unordered_map<Key, int> last_touch_;  // by variable in the graph: the update
-  std::unordered_map<Key, Handle> table_;    // single-variable tables that marginalisation left
+  std::unordered_map<Key, Table> past_tables_;
+  std::unordered_map<Key, int> last_touch_;               // by variable in the graph: the update
+  std::unordered_map<Key, std::vector<Handle>> holders_;  // factors by discrete variable
+  std::unordered_map<Key, Handle> table_;  // single-variable tables that marginalisation left
   int updates_ = 0;
 };
 

@@ -4,7 +4,7 @@
 #include "mrpt_plugins/mapping/backend.h"
 
 #include "mrpt_plugins/mapping/batch_backend.h"
-#include "mrpt_plugins/mapping/incremental_backend.h"
+#include "mrpt_plugins/mapping/window_backend.h"
 
 namespace hybrid {
 
@@ -33,16 +33,32 @@ SmootherOptions read_smoother_options(IniSection& solver) {
   SmootherOptions options;
   options.relinearize =
       solver.get("relinearize", options.relinearize,
-                 "incremental: variables are linearised again once the linear model of a factor is "
+                 "online: variables are linearised again once the linear model of a factor is "
                  "off by more than this, in units of the objective",
                  kPositive);
   options.wildfire = solver.get(
       "wildfire", options.wildfire,
-      "incremental: a step is propagated while it lowers the objective by more than this",
-      kPositive);
-  options.rounds =
-      solver.get("rounds", options.rounds, "incremental: alternation rounds for each keyframe",
-                 IniRange{1, 1000});
+      "online: a step is propagated while it lowers the objective by more than this", kPositive);
+  options.rounds = solver.get("rounds", options.rounds,
+                              "online: alternation rounds for each keyframe", IniRange{1, 1000});
+  const std::string step = solver.choice(
+      "step", "gauss_newton", {"gauss_newton", "dogleg"},
+      "online: how a step that would raise the objective is shortened, along itself or along "
+      "Powell's dogleg");
+  using Step = SmootherOptions::Step;
+  options.step = step == "dogleg" ? Step::kDogleg : Step::kGaussNewton;
+  return options;
+}
+
+WindowOptions read_window_options(IniSection& solver, const std::string& mode) {
+  WindowOptions options;
+  using Mode = WindowOptions::Mode;
+  if (mode == "fixed_lag") options.mode = Mode::kFixedLag;
+  if (mode == "filter") options.mode = Mode::kFilter;
+  options.lag = solver.get("lag", options.lag,
+                           "fixed_lag: keyframes that a variable stays after its last measurement; "
+                           "0: for ever",
+                           kNonNegative);
   return options;
 }
 
@@ -50,15 +66,17 @@ SmootherOptions read_smoother_options(IniSection& solver) {
 
 std::unique_ptr<Backend> make_backend(IniSection solver) {
   const std::string mode = solver.choice(
-      "mode", "batch", {"batch", "incremental"},
-      "batch: the whole graph at the end; incremental: a full estimate after each keyframe too. "
-      "Both solve to convergence at the end");
+      "mode", "incremental", {"incremental", "batch", "fixed_lag", "filter"},
+      "batch: the whole graph at the end; the others are online, with an estimate after each "
+      "keyframe. incremental: all of the past; fixed_lag: a window of it; filter: the newest pose "
+      "and all landmarks. All solve what they keep to convergence at the end");
   const AlternatingOptions batch = read_batch_options(solver);
   const int solve_every = solver.get(
       "solve_every", 0, "batch: keyframes between solves on the way; 0: none", kNonNegative);
   const SmootherOptions smoother = read_smoother_options(solver);
+  const WindowOptions window = read_window_options(solver, mode);
   if (mode == "batch") return std::make_unique<BatchBackend>(batch, solve_every);
-  return std::make_unique<IncrementalBackend>(smoother);
+  return std::make_unique<WindowBackend>(window, smoother);
 }
 
 }  // namespace hybrid

@@ -50,8 +50,12 @@ class Backend {
   virtual const Values& values() const = 0;
   virtual const Assignment& assignment() const = 0;
 
-  /// All factors taken in so far and not removed.
+  /// All factors taken in so far and not removed; for variables marginalised out, linear priors.
   virtual const HybridGraph& graph() const = 0;
+
+  /// The continuous variables of the graph in the order of their elimination; empty where the
+  /// back-end keeps none.
+  virtual std::vector<Key> elimination_order() const { return {}; }
 
   /// Uncertainty of some variables at the estimate; a variable without it is left out.
   virtual Uncertainty uncertainty(const std::vector<Key>& continuous,

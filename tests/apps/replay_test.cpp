@@ -34,6 +34,48 @@ TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
 
 INSTANTIATE_TEST_SUITE_P(Solver, Modes, testing::Values("batch", "incremental"));
 
+class Windows : public ReplayTest, public testing::WithParamInterface<const char*> {
+ protected:
+  nlohmann::json truth_of(const std::string& name) const {
+    const std::string ini =
+        write("a.ini", read_file(config(name)) + "\n[solver]\nlag = 20\nmode = " + GetParam());
+    const std::string log = HYBRID_SOURCE_DIR "/rawlogs/classed_demo";
+    const bool classed = name == "classed_demo.ini";
+    const auto summary = summary_of("-c " + ini +
+                                    (classed ? " --rawlog " + log + ".rawlog --truth-path " + log +
+                                                   "_ground_truth_robot_path.txt --truth-map " +
+                                                   log + "_ground_truth.txt"
+                                             : ""));
+    EXPECT_EQ(summary["mode"], GetParam());
+    EXPECT_EQ(summary["status"], "ok");
+    return summary["truth"];
+  }
+};
+
+TEST_P(Windows, KfSlamDemoStaysNearTheBatchOptimum) {
+  const auto truth = truth_of("kf_slam_demo.ini");
+  EXPECT_EQ(truth["landmarks"]["matched"], 70);
+  EXPECT_LT(truth["landmarks"]["mean_m"], 0.005);
+  EXPECT_LT(truth["landmarks"]["max_m"], 0.02);
+  EXPECT_LT(truth["trajectory"]["rmse_m"], 0.006);
+}
+
+TEST_P(Windows, ClassesAndLandmarksOutsideTheWindowRemain) {
+  const auto truth = truth_of("classed_demo.ini");
+  EXPECT_EQ(truth["landmarks"]["matched"], 20);
+  EXPECT_LT(truth["landmarks"]["mean_m"], 0.5);
+  EXPECT_LT(truth["trajectory"]["rmse_m"], 0.25);
+  EXPECT_EQ(truth["class_accuracy"], 1.0);
+  const auto map = nlohmann::json::parse(read_file(folder / "out" / "landmarks.json"));
+  for (const auto& landmark : map["landmarks"]) {
+    double sum = 0.0;
+    for (const double p : landmark["class_probabilities"]) sum += p;
+    EXPECT_NEAR(sum, 1.0, 1e-6) << landmark;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solver, Windows, testing::Values("fixed_lag", "filter"));
+
 TEST_F(ReplayTest, LogInSpaceIsBetterThanFiltered) {
   const auto truth = summary_of("-c " + config("kf_slam_6d_demo.ini"))["truth"];
   EXPECT_EQ(truth["landmarks"]["matched"], 48);
@@ -135,7 +177,7 @@ TEST_F(ReplayTest, HelpAndPrintConfigExplain) {
   EXPECT_NE(help.text.find("Exit code"), std::string::npos);
   const Ran print = run_replay("--print-config -p " HYBRID_EXAMPLE_PLUGIN);
   EXPECT_EQ(print.code, 0);
-  for (const char* part : {"[solver]", "mode = batch", "[ClassedBearingRangeKnownIds]",
+  for (const char* part : {"[solver]", "mode = incremental", "[ClassedBearingRangeKnownIds]",
                            "[RobustBearingRange]", "huber_width = 3", "min_distance"}) {
     EXPECT_NE(print.text.find(part), std::string::npos) << part;
   }

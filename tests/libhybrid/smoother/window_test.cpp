@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <memory>
 #include <random>
 
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/hybrid/semantic.h"
 
 namespace hybrid {
 namespace {
@@ -129,6 +131,117 @@ TEST(WindowSmoother, MemoryIsBounded) {
   }
   EXPECT_LE(window.smoother().values().size(), 22u);
   EXPECT_LE(window.smoother().memory().bytes, early + early / 4);
+}
+
+/// A walk along x that sees landmark k with the next two poses, and names its class.
+class Walk {
+ public:
+  explicit Walk(const WindowOptions& options) : window_(options) {}
+
+  static Key landmark(int i) { return {'l', static_cast<std::uint64_t>(i)}; }
+  static DiscreteKey class_of(int i) { return {Key('s', static_cast<std::uint64_t>(i)), 2}; }
+  static HybridFactorPtr sighting(int k, int i, const Vector2d& offset) {
+    return std::make_shared<WeightedFactor>(
+        std::make_shared<Motion>(state(k), landmark(i), offset, 0.1),
+        likelihood_table(class_of(i), {0.2, 0.8}));
+  }
+
+  /// The next pose, without sightings.
+  Delta move() const {
+    Delta delta;
+    const Vector2d at(k_, 0.0);
+    delta.values.insert(state(k_), at);
+    if (k_ == 0) {
+      delta.continuous.push_back(std::make_shared<Prior<Vector2d>>(state(0), at, Noise::unit(2)));
+    } else {
+      delta.continuous.push_back(
+          std::make_shared<Motion>(state(k_ - 1), state(k_), Vector2d(1.0, 0.0), 0.3));
+    }
+    return delta;
+  }
+  Delta move_and_see() const {
+    Delta delta = move();
+    delta.values.insert(landmark(k_), Vector2d(k_ + 0.5, 0.9));
+    delta.discrete.push_back(prior_table(class_of(k_), {0.5, 0.5}));
+    delta.hybrid.push_back(sighting(k_, k_, {0.0, 1.0}));
+    if (smoother().values().contains(landmark(k_ - 1))) {
+      delta.hybrid.push_back(sighting(k_, k_ - 1, {-1.0, 1.0}));
+    }
+    return delta;
+  }
+  WindowReport take(const Delta& delta) {
+    WindowReport report = window_.update(delta);
+    EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
+    ++k_;
+    return report;
+  }
+
+  const WindowSmoother& window() const { return window_; }
+  const IncrementalSmoother& smoother() const { return window_.smoother(); }
+
+ private:
+  WindowSmoother window_;
+  int k_ = 0;
+};
+
+/// How much likelier the second class is than the first, as a difference of costs.
+double preference(const std::vector<const Table*>& tables) {
+  double sum = 0.0;
+  for (const Table* table : tables) sum += table->costs()[0] - table->costs()[1];
+  return sum;
+}
+
+TEST(WindowSmoother, ClassesLeaveWithTheirLandmarksAndMemoryIsBounded) {
+  Walk walk({WindowOptions::Mode::kFixedLag, 5});
+  std::size_t early = 0;
+  for (int k = 0; k < 1000; ++k) {
+    walk.take(walk.move_and_see());
+    if (k == 100) early = walk.smoother().memory().bytes;
+  }
+  EXPECT_LE(walk.smoother().assignment().size(), 8u);
+  EXPECT_LE(walk.smoother().graph().discrete().size(), 16u);
+  EXPECT_LE(walk.smoother().memory().bytes, early + early / 4);
+  for (int i : {0, 500, 900}) {
+    EXPECT_FALSE(walk.smoother().assignment().contains(Walk::class_of(i).key));
+    EXPECT_EQ(walk.window().past().assignment.at(Walk::class_of(i).key), 1);
+    const Table* table = walk.window().past_table(Walk::class_of(i).key);
+    ASSERT_NE(table, nullptr);
+    EXPECT_NEAR(preference({table}), 2 * std::log(4.0), 1e-9);
+  }
+}
+
+TEST(WindowSmoother, WhatLeftEntersAgainWhenSeenAgain) {
+  Walk walk({WindowOptions::Mode::kFixedLag, 4});
+  for (int k = 0; k < 12; ++k) walk.take(walk.move_and_see());
+  const Key position = Walk::landmark(2), label = Walk::class_of(2).key;
+  ASSERT_TRUE(walk.window().past().values.contains(position));
+  ASSERT_FALSE(walk.smoother().values().contains(position));
+
+  Delta bad = walk.move();
+  bad.hybrid.push_back(Walk::sighting(12, 2, {std::nan(""), 1.0}));
+  EXPECT_THROW(walk.take(bad), Error);
+  EXPECT_TRUE(walk.window().past().values.contains(position));
+  EXPECT_NE(walk.window().past_table(label), nullptr);
+
+  Delta again = walk.move();
+  const Vector2d offset(2.25 - 12.0, 1.0);  // not where it was seen before
+  again.hybrid.push_back(Walk::sighting(12, 2, offset));
+  const WindowReport report = walk.take(again);
+  ASSERT_EQ(report.handles.size(), 2u);  // those of the change, not what came back with it
+  EXPECT_EQ(report.handles[1].kind, FactorKind::kHybrid);
+  EXPECT_FALSE(walk.window().past().values.contains(position));
+  EXPECT_FALSE(walk.window().past().assignment.contains(label));
+  EXPECT_EQ(walk.window().past_table(label), nullptr);
+  // Where the new sighting puts it, with the class of all three.
+  const Values& values = walk.smoother().values();
+  EXPECT_LT((values.at<Vector2d>(position) - values.at<Vector2d>(state(12)) - offset).norm(), 1e-6);
+  EXPECT_NEAR(preference(walk.smoother().component(label)), 3 * std::log(4.0), 1e-9);
+
+  for (int k = 0; k < 6; ++k) walk.take(walk.move_and_see());
+  EXPECT_TRUE(walk.window().past().values.contains(position));
+  EXPECT_FALSE(walk.smoother().assignment().contains(label));
+  ASSERT_NE(walk.window().past_table(label), nullptr);
+  EXPECT_NEAR(preference({walk.window().past_table(label)}), 3 * std::log(4.0), 1e-9);
 }
 
 }  // namespace

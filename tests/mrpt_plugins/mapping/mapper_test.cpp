@@ -122,7 +122,7 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
   EXPECT_NEAR(last.cost, cost(mapper.backend().graph(), before.values, before.assignment),
               1e-6 * last.cost);
   const BackendReport report = mapper.finish();
-  ASSERT_GE(report.half_steps.size(), 2U);
+  ASSERT_GE(report.half_steps.size(), std::string(GetParam().mode) == "filter" ? 1U : 2U);
   for (std::size_t k = 1; k < report.half_steps.size(); ++k) {
     EXPECT_LE(report.half_steps[k], report.half_steps[k - 1]) << "half-step " << k;
   }
@@ -143,20 +143,24 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
 
 INSTANTIATE_TEST_SUITE_P(DimensionsAndModes, Mapping,
                          testing::Values(Case{false, "batch"}, Case{true, "batch"},
-                                         Case{false, "incremental"}, Case{true, "incremental"}));
+                                         Case{false, "incremental"}, Case{true, "incremental"},
+                                         Case{false, "fixed_lag\nlag = 5"},
+                                         Case{true, "fixed_lag\nlag = 5"}, Case{false, "filter"},
+                                         Case{true, "filter"}));
 
 TEST(Mapper, AllWaysToSolveEndAtTheSameEstimate) {
   std::vector<double> objectives;
-  for (const char* text : {"[solver]\nmode = batch\n", "[solver]\nmode = batch\nsolve_every = 5\n",
-                           "[solver]\nmode = incremental\n"}) {
+  for (const char* text :
+       {"[solver]\nmode = batch\n", "[solver]\nmode = batch\nsolve_every = 5\n",
+        "[solver]\nmode = incremental\n", "", "[solver]\nmode = fixed_lag\nlag = 0\n",
+        "[solver]\nmode = incremental\nstep = dogleg\n"}) {
     World world(false);
     IniFile ini(text, "test.ini");
     Mapper mapper = make_mapper("ClassedBearingRangeKnownIds", false, ini);
     for (int i = 0; i < 20; ++i) mapper.add(world.keyframe(i));
     objectives.push_back(mapper.finish().objective);
   }
-  EXPECT_NEAR(objectives[1], objectives[0], 1e-4);
-  EXPECT_NEAR(objectives[2], objectives[0], 1e-4);
+  for (const double objective : objectives) EXPECT_NEAR(objective, objectives[0], 1e-4);
 }
 
 TEST(Mapper, MissingOdometryIsBridgedAndCounted) {

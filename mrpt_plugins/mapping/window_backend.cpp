@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/window_backend.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "libhybrid/discrete/inference.h"
+#include "mrpt_plugins/output/sparsity.h"
+
+namespace hybrid {
+namespace {
+
+/// What the factors of a change add to the objective beside their cost.
+double constant_of(const Delta& delta, const Assignment& assignment) {
+  double sum = 0;
+  for (const ContinuousFactorPtr& factor : delta.continuous) sum += factor->log_normalizer();
+  for (const Table& table : delta.discrete) sum += table.cost(assignment);
+  for (const HybridFactorPtr& factor : delta.hybrid) {
+    const Component component = factor->given(assignment);
+    sum += component.constant;
+    if (component.factor != nullptr) sum += component.factor->log_normalizer();
+  }
+  return sum;
+}
+
+/// Replaces or adds a value.
+void put(Values& values, Key key, const Values& from) {
+  const double* x = from.data(key);
+  const VariableType type = from.type(key);
+  if (values.contains(key)) {
+    std::copy_n(x, type.size, values.data(values.slot(key)));
+  } else {
+    values.insert(key, type, x);
+  }
+}
+
+}  // namespace
+
+std::string WindowBackend::mode() const {
+  switch (window_.mode) {
+    case WindowOptions::Mode::kFull:
+      return "incremental";
+    case WindowOptions::Mode::kFixedLag:
+      return "fixed_lag";
+    case WindowOptions::Mode::kFilter:
+      return "filter";
+  }
+  return {};
+}
+
+const Values& WindowBackend::values() const {
+  return is_full() ? smoother_.smoother().values() : merged_.values;
+}
+
+const Assignment& WindowBackend::assignment() const {
+  return is_full() ? smoother_.smoother().assignment() : merged_.assignment;
+}
+
+std::vector<Key> WindowBackend::elimination_order() const {
+  return hybrid::elimination_order(smoother_.smoother());
+}
+
+/// Takes the estimate of the window over, and of what has just left it.
+void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete) {
+  if (is_full()) return;
+  const Estimate& past = smoother_.past();
+  const Values& live = smoother_.smoother().values();
+  for (const Key key : left) put(merged_.values, key, past.values);
+  for (const Key key : left_discrete) merged_.assignment.set(key, past.assignment.at(key));
+  for (const Key key : live.keys()) put(merged_.values, key, live);
+  for (const auto& [key, value] : smoother_.smoother().assignment()) {
+    merged_.assignment.set(key, value);
+  }
+}
+
+BackendReport WindowBackend::update(const Delta& delta) {
+  const WindowReport update = smoother_.update(delta);
+  if (update.status == UpdateReport::Status::kSingular) throw Error(update.message);
+  for (const Key key : delta.remove_values) {
+    if (merged_.values.contains(key)) merged_.values.erase(key);
+  }
+  merge(update.left, update.left_discrete);
+  if (!is_full() || update.flips > 0 || !delta.remove.empty()) {
+    constant_ = smoother_.smoother().objective() - smoother_.smoother().cost();
+  } else {
+    constant_ += constant_of(delta, assignment());
+  }
+  return report_of(update);
+}
+
+BackendReport WindowBackend::finish() {
+  const UpdateReport update = smoother_.converge();
+  merge({}, {});
+  constant_ = smoother_.smoother().objective() - smoother_.smoother().cost();
+  return report_of(update);
+}
+
+BackendReport WindowBackend::report_of(const UpdateReport& update) const {
+  BackendReport report;
+  report.seconds = update.seconds;
+  report.iterations = update.rounds;
+  report.flips = update.flips;
+  report.relinearized = update.relinearized;
+  report.objective = smoother_.smoother().objective();
+  report.cost = report.objective - constant_;
+  report.half_steps = update.objectives;
+  if (update.status != UpdateReport::Status::kOk) report.warnings.push_back(update.message);
+  return report;
+}
+
+Uncertainty WindowBackend::uncertainty(const std::vector<Key>& continuous,
+                                       const std::vector<DiscreteKey>& discrete) const {
+  Uncertainty out;
+  const IncrementalSmoother& smoother = smoother_.smoother();
+  const std::unordered_set<Key> wanted(continuous.begin(), continuous.end());
+  if (!wanted.empty()) {
+    smoother.visit_covariances([&](Key key, const Eigen::MatrixXd& covariance) {
+      if (wanted.count(key) != 0) out.covariances[key] = covariance;
+    });
+  }
+  for (const DiscreteKey& key : discrete) {
+    std::vector<const Table*> tables;
+    if (smoother.assignment().contains(key.key)) {
+      tables = smoother.component(key.key);
+    } else if (const Table* table = smoother_.past_table(key.key)) {
+      tables = {table};
+    } else {
+      continue;
+    }
+    const DiscreteMarginals marginals = discrete_marginals(tables);
+    const auto p = marginals.at(key.key);
+    out.probabilities[key.key].assign(p.data(), p.data() + p.size());
+  }
+  return out;
+}
+
+}  // namespace hybrid
