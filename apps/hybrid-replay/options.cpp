@@ -15,7 +15,9 @@ constexpr const char* kAbout =
 constexpr const char* kFooter =
     "\nWritten to OUT: trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, "
     "landmarks.json,\n"
-    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, scene.3Dscene.\n"
+    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; where "
+    "asked,\n"
+    "sparsity_*.png and frames/.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\".\n"
@@ -45,7 +47,16 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("OUT")
       ->capture_default_str();
   app.add_flag("!--no-pictures", options.pictures,
-               "do not draw map.png, map_3d.png, scene.3Dscene");
+               "do not draw map.png, map_3d.png, steps.png, scene.3Dscene");
+  app.add_option("--frames", options.frames,
+                 "write the growing map as so many pictures, frames/frame_0001.png and so on")
+      ->type_name("N")
+      ->check(CLI::Range(1, 9999));
+  app.add_option("--video", options.video,
+                 "write the growing map as an MPEG-4 video of N frames, 100 without --frames")
+      ->type_name("FILE.mp4");
+  app.add_flag("--sparsity", options.sparsity,
+               "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   try {

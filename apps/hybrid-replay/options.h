@@ -19,6 +19,9 @@ struct Options {
   std::vector<std::string> plugin_libraries;
   std::string output = "hybrid-replay-out";
   bool pictures = true;
+  bool sparsity = false;
+  int frames = 0;     ///< pictures of the growing map, each a file; 0: none
+  std::string video;  ///< film of them; empty: none
   bool print_config = false;
 };
 

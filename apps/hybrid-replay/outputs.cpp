@@ -8,6 +8,7 @@
 
 #include "libhybrid/io/write_graph.h"
 #include "mrpt_plugins/mapping/graph_export.h"
+#include "mrpt_plugins/output/figures.h"
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scene.h"
@@ -39,6 +40,7 @@ std::vector<std::string> write_pictures(const OutputDirectory& out, const MapRes
   if (!view.warning.empty()) warnings.push_back(view.warning);
   out.write("map_3d.png", png(view.image));
   save_scene(out, "scene.3Dscene", result, truth);
+  out.write("steps.png", png(steps_image(result.steps, result.title)));
   return warnings;
 }
 

@@ -17,7 +17,7 @@ namespace hybrid {
 std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult& result,
                                      const Backend& backend);
 
-/// Draws map.png, map_3d.png and scene.3Dscene; returns warnings for the user.
+/// Draws map.png, map_3d.png, steps.png and scene.3Dscene; returns warnings for the user.
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
                                         const GroundTruth& truth);
 

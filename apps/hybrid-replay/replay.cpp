@@ -8,29 +8,50 @@
 #include <chrono>
 #include <utility>
 
+#include "apps/hybrid-replay/movie.h"
 #include "apps/hybrid-replay/outputs.h"
 #include "apps/hybrid-replay/progress.h"
 #include "apps/hybrid-replay/settings.h"
 #include "apps/hybrid-replay/truth.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/output/video.h"
 
 namespace hybrid {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr int kVideoFrames = 100;  // where --frames does not say
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+std::size_t count_keyframes(const Settings& settings) {
+  KeyframeSource source(settings.rawlog, settings.source);
+  std::size_t count = 0;
+  while (source.next()) ++count;
+  return count;
+}
+
+/// The film that is asked for, or none.
+Movie make_movie(const Options& options, const Settings& settings) {
+  if (!options.video.empty()) check_video(options.video);
+  const bool asked = options.frames > 0 || !options.video.empty();
+  if (!asked) return {0, 0};
+  return {options.frames > 0 ? options.frames : kVideoFrames, count_keyframes(settings)};
+}
+
 /// Feeds the whole log to the mapper and solves to convergence.
-BackendReport run(KeyframeSource& source, Mapper& mapper, Progress& progress) {
+BackendReport run(KeyframeSource& source, Mapper& mapper, Progress& progress, Movie& movie) {
   std::size_t keyframes = 0;
   while (const auto keyframe = source.next()) {
     const StepRecord& step = mapper.add(*keyframe);
     progress.update(source.progress(), ++keyframes, step.landmarks, step.objective);
+    if (movie.size() > 0) movie.watch(keyframes, mapper);
   }
   if (keyframes == 0) {
     throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
@@ -64,6 +85,24 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
   return summary;
 }
 
+/// What only the command line asks for: matrices, frames, video. Returns warnings.
+std::vector<std::string> write_extras(const Options& options, const OutputDirectory& out,
+                                      const MapResult& result, const GroundTruth& truth,
+                                      const Mapper& mapper, Movie& movie) {
+  std::vector<std::string> warnings;
+  if (options.sparsity) {
+    const Backend& backend = mapper.backend();
+    warnings = write_sparsity(out, backend.graph(), backend.assignment(),
+                              backend.elimination_order(), result.title);
+  }
+  if (movie.size() > 0) movie.finish(result);
+  if (options.frames > 0) movie.write_frames(OutputDirectory(out.folder() / "frames"), truth);
+  if (!options.video.empty()) {
+    save_video(options.video, movie.size(), [&](int i) { return movie.frame(i, truth); });
+  }
+  return warnings;
+}
+
 void report(const Summary& summary, const OutputDirectory& out, Progress& progress) {
   for (const auto& [reason, count] : summary.dropped) {
     progress.message(fmt::format("{}: {}", reason, count));
@@ -92,10 +131,12 @@ int replay(const Options& options) {
   KeyframeSource source(settings.rawlog, settings.source);
   const OutputDirectory out(options.output);
 
+  Movie movie = make_movie(options, settings);
+
   Progress progress;
   Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
                 source.is_3d());
-  const BackendReport last = run(source, mapper, progress);
+  const BackendReport last = run(source, mapper, progress, movie);
 
   MapResult result = mapper.result();
   result.title = settings.title;
@@ -110,6 +151,7 @@ int replay(const Options& options) {
   warn(write_texts(out, result, mapper.backend()));
   summary.total_s = seconds_since(start);
   if (options.pictures) warn(write_pictures(out, result, truth.get()));
+  warn(write_extras(options, out, result, truth.get(), mapper, movie));
   out.write("summary.json", summary_json(summary));
   report(summary, out, progress);
   return summary.status == "ok" ? kExitOk : kExitPartial;

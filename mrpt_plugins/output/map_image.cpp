@@ -80,10 +80,11 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 
 }  // namespace
 
-Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height) {
+Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
+                const std::optional<Extent>& shown) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kPanel - 55, height - 85.0};
-  const Extent extent = map_extent(result, truth);
+  const Extent extent = shown ? *shown : map_extent(result, truth);
   const double rim = 0.05 * (extent.high - extent.low).head<2>().maxCoeff();
   Axis x{"x (m)", Scale::kLinear, {{extent.low.x() - rim, extent.high.x() + rim}}};
   Axis y{"y (m)", Scale::kLinear, {{extent.low.y() - rim, extent.high.y() + rim}}};

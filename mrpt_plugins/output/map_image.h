@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <optional>
+
 #include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/output/map_style.h"
 #include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
@@ -11,8 +14,9 @@ namespace hybrid {
 /// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
 /// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their
 /// ids and covariance ellipses (3 standard deviations; enlarged by a round factor that the legend
-/// states when they would be too small to see), legend and scale bar.
+/// states when they would be too small to see), legend and scale bar. It shows `extent`, or all
+/// there is.
 Image map_image(const MapResult& result, const GroundTruth& truth = {}, int width = 1600,
-                int height = 1200);
+                int height = 1200, const std::optional<Extent>& extent = {});
 
 }  // namespace hybrid
