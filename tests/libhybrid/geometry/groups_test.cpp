@@ -96,10 +96,10 @@ TYPED_TEST(GroupTest, Axioms) {
 TYPED_TEST(GroupTest, ActsOnPointsAsItsMatrix) {
   const auto a = this->random.template value<TypeParam>();
   const auto m = a.matrix();
-  constexpr int kPoint = this->kRotations == 3 ? 3 : 2;
+  constexpr int kPoint = TestFixture::kRotations == 3 ? 3 : 2;
   const Eigen::Matrix<double, kPoint, 1> p = this->random.template vector<kPoint>();
   Eigen::VectorXd h = Eigen::VectorXd::Ones(m.rows());
-  h.head<kPoint>() = p;
+  h.template head<kPoint>() = p;
   EXPECT_LT((a * p - (m * h).template head<kPoint>()).norm(), 1e-14);
 }
 
@@ -117,7 +117,7 @@ TYPED_TEST(GroupTest, LogInvertsExp) {
 TYPED_TEST(GroupTest, LogOfAnAngleBeyondPiIsTheShorterWay) {
   const auto v = this->tangent(M_PI + 0.5);
   const auto log = TypeParam::exp(v).log();
-  EXPECT_NEAR(log.template tail<this->kRotations>().norm(), M_PI - 0.5, 1e-12);
+  EXPECT_NEAR(log.template tail<TestFixture::kRotations>().norm(), M_PI - 0.5, 1e-12);
   EXPECT_LT(distance(TypeParam::exp(log), TypeParam::exp(v)), 1e-12);
 }
 
