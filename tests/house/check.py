@@ -31,6 +31,7 @@ FLOORS = [
     {"linear"},
     {"solvers", "io"},
     {"marginals", "smoother"},
+    {"association", "registration", "robust", "switching"},
 ]
 
 FOREIGN = re.compile(r"^(mrpt|opencv2?|cv|nlohmann|fmt|CLI|rclcpp|ros)\b", re.IGNORECASE)

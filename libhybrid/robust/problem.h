@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/values.h"
+#include "libhybrid/factors/factor.h"
+
+namespace hybrid {
+
+/// A pose graph whose loop closures may be false (section V-A): factors that are believed as they
+/// are, and candidates, each of which a binary variable switches between inlier and outlier
+/// (eq. 16).
+struct RobustProblem {
+  std::vector<ContinuousFactorPtr> trusted;   ///< odometry and priors
+  std::vector<ContinuousFactorPtr> closures;  ///< candidates, with their inlier covariance
+  Values initial;                             ///< of all variables
+};
+
+/// What a robust solver says of one candidate.
+struct Verdict {
+  bool accepted = false;
+  double inlier_probability = 0.0;  ///< given the continuous estimate (eq. 14)
+  double chi_square = 0.0;          ///< squared whitened residual at the estimate
+  /// tr(I - A P A') / d in [0, 1], with A the whitened Jacobian and P the covariance: how far the
+  /// other factors can check this one. Near 0 nothing but the closure itself speaks for it.
+  double redundancy = 1.0;
+  bool checkable = true;  ///< false where the redundancy is too small to tell a lie from the truth
+};
+
+/// What a robust solver found. `verdicts` is in the order of `RobustProblem::closures`.
+struct RobustResult {
+  std::string method;
+  Values values;
+  std::vector<Verdict> verdicts;
+  double objective = 0.0;  ///< joint negative log posterior of eq. 6 under the mixture of eq. 17
+  double cost = 0.0;       ///< half the weighted squared error of trusted and accepted factors
+  int iterations = 0;      ///< linear systems solved
+  double seconds = 0.0;
+  bool converged = true;
+  std::string message;
+};
+
+}  // namespace hybrid
