@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+
+#include "libhybrid/factors/factor.h"
+
+namespace hybrid {
+
+/// A factor with the covariance of its noise multiplied by a number: the outlier model of eq. 17
+/// for a measurement of any kind.
+class Inflated : public ContinuousFactor {
+ public:
+  /// Throws Error for a null factor, or a variance factor that is not positive and finite.
+  Inflated(ContinuousFactorPtr factor, double variance_factor);
+
+  double cost(const double* const* x) const override;
+  double linearize(const double* const* x, double* r, double* J) const override;
+  double log_normalizer() const override;
+  std::string name() const override { return "inflated " + factor_->name(); }
+  using ContinuousFactor::cost;
+
+ private:
+  ContinuousFactorPtr factor_;
+  double variance_factor_;
+  double scale_;  // of residual and Jacobian
+};
+
+}  // namespace hybrid
