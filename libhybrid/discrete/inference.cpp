@@ -219,6 +219,24 @@ DiscreteMarginals discrete_marginals(const std::vector<const Table*>& tables,
   return result;
 }
 
+TableMarginals table_marginals(const std::vector<const Table*>& tables, const TableLimits& limits) {
+  const DiscreteGraph graph(tables);
+  const JunctionForest forest = make_junction_forest(graph, limits, true);
+  Elimination elimination(graph, forest);
+  TableMarginals result;
+  result.log_partition = calibrate(graph, forest, limits, elimination);
+  for (std::size_t t = 0; t < tables.size(); ++t) {
+    const IntSpan scope = graph.scope(static_cast<int>(t));
+    if (scope.size() == 0) {
+      if (!tables[t]->costs().empty()) result.log_partition -= tables[t]->costs()[0];
+      result.tables.push_back({1.0});
+      continue;
+    }
+    result.tables.push_back(elimination.marginal({scope.begin(), scope.end()}));
+  }
+  return result;
+}
+
 std::vector<double> joint_marginal(const std::vector<const Table*>& tables,
                                    const std::vector<Key>& variables, const TableLimits& limits) {
   const DiscreteGraph given(tables);

@@ -79,4 +79,15 @@ std::vector<double> joint_marginal(const std::vector<const Table*>& tables,
                                    const std::vector<Key>& variables,
                                    const TableLimits& limits = {});
 
+/// Joint probabilities of the variables of every table, row-major like its costs: the expected
+/// sufficient statistics of expectation-maximisation.
+struct TableMarginals {
+  std::vector<std::vector<double>> tables;  ///< one per table; {1} for one without variables
+  double log_partition = 0.0;               ///< log of the sum of exp(-cost) over all joint values
+};
+
+/// All of them by one sum-product, two passes over the junction tree. Throws as above.
+TableMarginals table_marginals(const std::vector<const Table*>& tables,
+                               const TableLimits& limits = {});
+
 }  // namespace hybrid
