@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "apps/hybrid-switching/options.h"
+#include "libhybrid/switching/learn.h"
+
+namespace hybrid {
+
+/// A labelled series as its file has it.
+struct LabelledTable {
+  std::vector<std::vector<double>> rows;
+  std::vector<int> labels;
+  int modes = 0;
+
+  int size() const { return static_cast<int>(rows.size()); }
+  double at(int row, int column) const { return rows[row][column - 1]; }
+};
+
+/// Reads rows of numbers; lines that start with '#' are comments. Throws Error that names file and
+/// line for rows without the columns asked for, numbers that are not finite, and labels that are
+/// not 0, 1, ...
+LabelledTable read_table(const std::string& path, const Options& options);
+
+/// The series of rows first .. last - 1: the changes of the angles, wrapped, then the values. No
+/// row outside enters: the first change repeats the second.
+Series series_of(const LabelledTable& table, int first, int last, const Options& options);
+
+/// Modes of a whole table, each fold found with a model that was learnt from the others.
+struct FoldedLabels {
+  std::vector<int> folds;  ///< by row
+  std::vector<int> modes;
+  Eigen::MatrixXd probabilities;   ///< a column per row of the table
+  std::vector<double> accuracies;  ///< by fold
+  std::vector<SwitchingModel> models;
+};
+FoldedLabels label_folds(const LabelledTable& table, const Options& options);
+
+}  // namespace hybrid

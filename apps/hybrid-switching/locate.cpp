@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-switching/locate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/range.h"
+#include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/marginals/discrete.h"
+#include "libhybrid/solvers/alternating.h"
+
+namespace hybrid {
+namespace {
+
+using AnchoredRange = Range<SE2, Eigen::Vector2d>;
+
+constexpr int kHeadings = 8;         ///< starts of the solver, since the first heading is unknown
+constexpr double kWidePrior = 10.0;  ///< of the first pose [m, rad]
+constexpr double kAnchorSigma = 1e-4;
+constexpr int kMaxRounds = 50;
+constexpr double kLearnt = 1e-4;      ///< change of parameters at which learning ends [m]
+constexpr double kLeastSigma = 0.02;  ///< of a mode [m]
+constexpr double kPriorCount = 2.0;   ///< observations that the first guess of a mode is worth
+
+/// The problem but for the ranges.
+class RangeProblem {
+ public:
+  explicit RangeProblem(const RangeLog& log) : log_(log) {
+    for (const AnchorRange& r : log.ranges) times_.push_back(r.time);
+    for (const WheelSpeeds& w : log.odometry) times_.push_back(w.time);
+    std::sort(times_.begin(), times_.end());
+    times_.erase(std::unique(times_.begin(), times_.end()), times_.end());
+    add_motion();
+    for (const AnchorRange& r : log.ranges) anchors_[r.anchor_id] = r.anchor;
+  }
+
+  const std::vector<double>& times() const { return times_; }
+  const HybridGraph& base() const { return base_; }
+
+  Key pose(double time) const {
+    const auto it = std::lower_bound(times_.begin(), times_.end(), time);
+    return {'x', static_cast<std::uint64_t>(it - times_.begin())};
+  }
+  static Key anchor(int id) { return {'a', static_cast<std::uint64_t>(id)}; }
+
+  /// Dead reckoning from the middle of the anchors.
+  Values start(double heading) const {
+    Values values;
+    Eigen::Vector2d middle(0, 0);
+    for (const auto& [id, p] : anchors_) {
+      values.insert(anchor(id), p);
+      middle += p / static_cast<double>(anchors_.size());
+    }
+    SE2 T(middle.x(), middle.y(), heading);
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      if (i > 0) T = T * steps_[i - 1];
+      values.insert(Key('x', i), T);
+    }
+    return values;
+  }
+
+  HybridGraph graph_without_ranges() const {
+    HybridGraph graph = base_;
+    for (const auto& [id, p] : anchors_) {
+      graph.emplace<Prior<Eigen::Vector2d>>(anchor(id), p, Noise::isotropic(2, kAnchorSigma));
+    }
+    return graph;
+  }
+
+ private:
+  void add_motion() {
+    const Eigen::Vector3d wide = Eigen::Vector3d::Constant(kWidePrior);
+    base_.emplace<Prior<SE2>>(Key('x', 0), SE2(), Noise::diagonal(wide));
+    std::size_t row = 0;
+    for (std::size_t i = 0; i + 1 < times_.size(); ++i) {
+      while (row + 1 < log_.odometry.size() && log_.odometry[row + 1].time <= times_[i]) ++row;
+      const WheelSpeeds& w = log_.odometry[row];
+      const double dt = times_[i + 1] - times_[i];
+      const double forward = 0.5 * (w.right + w.left) * dt,
+                   turn = (w.right - w.left) / (2.0 * w.half_base) * dt;
+      const double wheels = std::sqrt(w.variance_right + w.variance_left);
+      steps_.push_back(SE2::exp({forward, 0.0, turn}));
+      const Eigen::Vector3d sigmas(0.5 * wheels * dt, std::sqrt(w.variance_side) * dt,
+                                   wheels / (2.0 * w.half_base) * dt);
+      base_.emplace<BetweenSE2>(Key('x', i), Key('x', i + 1), steps_.back(),
+                                Noise::diagonal(sigmas));
+    }
+  }
+
+  const RangeLog& log_;
+  std::vector<double> times_;
+  std::vector<SE2> steps_;
+  std::map<int, Eigen::Vector2d> anchors_;
+  HybridGraph base_;
+};
+
+ContinuousFactorPtr range_factor(const RangeProblem& problem, const AnchorRange& r, double bias,
+                                 double sigma, Loss loss = {}) {
+  return std::make_shared<AnchoredRange>(problem.pose(r.time), RangeProblem::anchor(r.anchor_id),
+                                         std::max(0.0, r.range - bias), Noise::isotropic(1, sigma),
+                                         Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), loss);
+}
+
+/// The best of several first headings.
+AlternatingResult solve(const RangeProblem& problem, const HybridGraph& graph,
+                        const Assignment& assignment) {
+  AlternatingResult best;
+  for (int k = 0; k < kHeadings; ++k) {
+    AlternatingResult result =
+        alternate(graph, {problem.start(2.0 * M_PI * k / kHeadings), assignment});
+    if (k == 0 || result.report.objective < best.report.objective) best = std::move(result);
+  }
+  return best;
+}
+
+DiscreteKey range_mode(std::size_t i) {
+  return {Key('m', i), 2};
+}
+
+/// Ranges as mixtures, modes chained by anchor.
+HybridGraph mode_graph(const RangeProblem& problem, const RangeLog& log, const RangeModes& modes) {
+  HybridGraph graph = problem.graph_without_ranges();
+  std::map<int, std::vector<DiscreteKey>> chains;
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) {
+    const AnchorRange& r = log.ranges[i];
+    std::vector<MixtureComponent> components;
+    for (int m = 0; m < 2; ++m) {
+      components.push_back({range_factor(problem, r, modes.bias[m], modes.sigma[m])});
+    }
+    graph.add(
+        std::make_shared<Mixture>(std::vector<DiscreteKey>{range_mode(i)}, std::move(components)));
+    chains[r.anchor_id].push_back(range_mode(i));
+  }
+  for (const auto& [id, keys] : chains) {
+    for (Table& table : chain_tables(modes.chain, keys)) graph.add(std::move(table));
+  }
+  return graph;
+}
+
+double predicted_range(const RangeProblem& problem, const AnchorRange& r, const Values& values) {
+  return (values.at<SE2>(problem.pose(r.time)).translation() - r.anchor).norm();
+}
+
+/// One round of learning at an estimate: weighted means and variances, expected changes.
+RangeModes learn(const RangeProblem& problem, const RangeLog& log, const HybridGraph& graph,
+                 const Values& values, const RangeModes& guess, const RangeModes& now) {
+  const DiscreteMarginals marginals = discrete_marginals(graph, values);
+  MarkovCounts counts(2);
+  std::map<int, Eigen::VectorXd> before;
+  Eigen::Array2d weight = Eigen::Array2d::Constant(kPriorCount), sum, squares;
+  for (int m = 0; m < 2; ++m) sum[m] = kPriorCount * guess.bias[m];
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) {
+    const AnchorRange& r = log.ranges[i];
+    const Eigen::VectorXd p = marginals.at(range_mode(i).key);
+    weight += p.array();
+    sum += p.array() * (r.range - predicted_range(problem, r, values));
+    Eigen::VectorXd& last = before[r.anchor_id];
+    if (last.size() == 0) counts.starts += p;
+    if (last.size() != 0) counts.changes += last * p.transpose();
+    last = p;
+  }
+  RangeModes out = now;
+  for (int m = 0; m < 2; ++m) out.bias[m] = sum[m] / weight[m];
+  for (int m = 0; m < 2; ++m) squares[m] = kPriorCount * guess.sigma[m] * guess.sigma[m];
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) {
+    const AnchorRange& r = log.ranges[i];
+    const double e = r.range - predicted_range(problem, r, values);
+    const auto p = marginals.at(range_mode(i).key);
+    for (int m = 0; m < 2; ++m) squares[m] += p[m] * (e - out.bias[m]) * (e - out.bias[m]);
+  }
+  for (int m = 0; m < 2; ++m) {
+    out.sigma[m] = std::max(kLeastSigma, std::sqrt(squares[m] / weight[m]));
+  }
+  out.chain = counts.chain(1.0);
+  return out;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+Located make_located(const std::string& method, const RangeProblem& problem,
+                     const AlternatingResult& result) {
+  Located out;
+  out.method = method;
+  out.times = problem.times();
+  out.objective = result.report.objective;
+  for (std::size_t i = 0; i < out.times.size(); ++i) {
+    out.path.push_back(result.estimate.values.at<SE2>(Key('x', i)));
+  }
+  return out;
+}
+
+}  // namespace
+
+Located locate(const RangeLog& log, const std::string& method, Loss loss) {
+  const auto start = std::chrono::steady_clock::now();
+  const RangeProblem problem(log);
+  HybridGraph graph = problem.graph_without_ranges();
+  for (const AnchorRange& r : log.ranges) {
+    graph.add(range_factor(problem, r, 0.0, std::sqrt(r.variance), loss));
+  }
+  Located out = make_located(method, problem, solve(problem, graph, {}));
+  out.seconds = seconds_since(start);
+  return out;
+}
+
+Located locate_with_modes(const RangeLog& log) {
+  const auto start = std::chrono::steady_clock::now();
+  const RangeProblem problem(log);
+  const double sigma = std::sqrt(log.ranges.front().variance);
+  const RangeModes guess{{0.0, 2.0 * sigma}, {sigma, 2.0 * sigma}, sticky_chain(2, 0.8)};
+  RangeModes modes = guess;
+  Assignment assignment;
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) assignment.set(range_mode(i).key, 0);
+  HybridGraph graph = mode_graph(problem, log, modes);
+  AlternatingResult result = solve(problem, graph, assignment);
+  int rounds = 0;
+  for (double change = 1.0; change > kLearnt && rounds < kMaxRounds; ++rounds) {
+    const RangeModes learnt = learn(problem, log, graph, result.estimate.values, guess, modes);
+    change = 0.0;
+    for (int m = 0; m < 2; ++m) {
+      change = std::max({change, std::abs(learnt.bias[m] - modes.bias[m]),
+                         std::abs(learnt.sigma[m] - modes.sigma[m])});
+    }
+    modes = learnt;
+    graph = mode_graph(problem, log, modes);
+    result = alternate(graph, result.estimate);
+  }
+  Located out = make_located("modes", problem, result);
+  const DiscreteMarginals marginals = discrete_marginals(graph, result.estimate.values);
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) {
+    out.non_line_of_sight.push_back(marginals.at(range_mode(i).key)[1]);
+  }
+  out.modes = modes;
+  out.rounds = rounds;
+  out.seconds = seconds_since(start);
+  return out;
+}
+
+std::vector<double> position_errors(const Located& located, const std::vector<TruePoint>& truth) {
+  std::vector<double> errors;
+  for (const TruePoint& p : truth) {
+    const auto it = std::lower_bound(located.times.begin(), located.times.end(), p.time - 1e-3);
+    if (it == located.times.end() || std::abs(*it - p.time) > 1e-3) continue;
+    errors.push_back((located.path[it - located.times.begin()].translation() - p.position).norm());
+  }
+  return errors;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/hybrid-switching/labelled_table.h"
+#include "apps/hybrid-switching/reports.h"
+#include "mrpt_plugins/output/mode_image.h"
+#include "mrpt_plugins/output/output_directory.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::string> mode_names(const Options& options, int modes) {
+  std::vector<std::string> names = options.names;
+  for (auto m = names.size(); m < static_cast<std::size_t>(modes); ++m) {
+    names.push_back(fmt::format("mode {}", m));
+  }
+  return names;
+}
+
+Json rows(const Eigen::MatrixXd& m) {
+  Json out = Json::array();
+  for (int i = 0; i < m.rows(); ++i) {
+    out.push_back(Json::array());
+    for (int j = 0; j < m.cols(); ++j) out.back().push_back(m(i, j));
+  }
+  return out;
+}
+
+Json to_json(const SwitchingModel& model) {
+  Json out = {{"order", model.order}, {"transition", rows(model.chain.transition)}};
+  for (const Autoregression& motion : model.motions) {
+    out["motions"].push_back(
+        {{"coefficients", rows(motion.coefficients)}, {"covariance", rows(motion.covariance)}});
+  }
+  return out;
+}
+
+/// Frames by label (row) and mode found (column).
+Eigen::MatrixXd confusion(const LabelledTable& table, const FoldedLabels& found) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(table.modes, table.modes);
+  for (int t = 0; t < table.size(); ++t) out(table.labels[t], found.modes[t]) += 1;
+  return out;
+}
+
+std::string labels_csv(const LabelledTable& table, const FoldedLabels& found) {
+  std::string text = "row,fold,label,mode";
+  for (int m = 0; m < table.modes; ++m) text += fmt::format(",p{}", m);
+  text += '\n';
+  for (int t = 0; t < table.size(); ++t) {
+    text += fmt::format("{},{},{},{}", t, found.folds[t], table.labels[t], found.modes[t]);
+    for (int m = 0; m < table.modes; ++m) text += fmt::format(",{:.6g}", found.probabilities(m, t));
+    text += '\n';
+  }
+  return text;
+}
+
+Image timeline(const Options& options, const LabelledTable& table, const FoldedLabels& found,
+               double accuracy) {
+  ModeTimeline t;
+  t.title = "Modes of " + std::filesystem::path(options.input).filename().string();
+  t.subtitle = fmt::format(
+      "{:.1f} % of {} instants labelled right; each of {} folds (dashed) with a model learnt from "
+      "the others{}",
+      100 * accuracy, table.size(), options.folds,
+      options.without_labels ? ", without their labels" : "");
+  t.x_label = "instant";
+  t.y_label = options.angle_columns.empty()
+                  ? fmt::format("column {}", options.value_columns[0])
+                  : fmt::format("change of column {} (rad per instant)", options.angle_columns[0]);
+  t.mode_names = mode_names(options, table.modes);
+  const Series series = series_of(table, 0, table.size(), options);
+  for (int i = 0; i < table.size(); ++i) {
+    t.x.push_back(i);
+    t.curve.push_back(series(0, i));
+  }
+  t.strips = {{"labels", table.labels}, {"found", found.modes}};
+  t.folds = found.folds;
+  return mode_timeline_image(t);
+}
+
+Image path(const Options& options, const LabelledTable& table, const FoldedLabels& found) {
+  ModePath p;
+  p.title = "Path in the colours of the modes found";
+  p.subtitle = std::filesystem::path(options.input).filename().string();
+  p.x_label = fmt::format("column {}", options.path_columns[0]);
+  p.y_label = fmt::format("column {}", options.path_columns[1]);
+  p.mode_names = mode_names(options, table.modes);
+  for (int i = 0; i < table.size(); ++i) {
+    p.points.emplace_back(table.at(i, options.path_columns[0]),
+                          table.at(i, options.path_columns[1]));
+  }
+  p.modes = found.modes;
+  return mode_path_image(p);
+}
+
+}  // namespace
+
+void report_series(const Options& options) {
+  const LabelledTable table = read_table(options.input, options);
+  const FoldedLabels found = label_folds(table, options);
+  const Eigen::MatrixXd counts = confusion(table, found);
+  const double accuracy = counts.diagonal().sum() / table.size();
+  const OutputDirectory out(options.output);
+  out.write("labels.csv", labels_csv(table, found));
+  if (options.pictures) {
+    out.write("modes.png", png(timeline(options, table, found, accuracy)));
+    out.write("path.png", png(path(options, table, found)));
+  }
+  Json summary = {{"status", "ok"},
+                  {"method", options.without_labels ? "expectation-maximisation" : "labels"},
+                  {"instants", table.size()},
+                  {"modes", table.modes},
+                  {"accuracy", accuracy},
+                  {"fold_accuracy", found.accuracies},
+                  {"confusion", rows(counts)}};
+  for (const SwitchingModel& model : found.models) summary["models"].push_back(to_json(model));
+  out.write("summary.json", summary.dump(2) + '\n');
+  fmt::print("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes,
+             100 * accuracy, out.folder().string());
+}
+
+}  // namespace hybrid

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "apps/hybrid-switching/options.h"
+
+namespace hybrid {
+
+/// Labels a series fold by fold, scores the labels and writes all outputs. Throws Error for bad
+/// input.
+void report_series(const Options& options);
+
+/// Locates a robot by its ranges, with modes and with kernels, compares with the truth where it is
+/// known, and writes all outputs. Throws Error for bad input.
+void report_ranges(const Options& options);
+
+}  // namespace hybrid

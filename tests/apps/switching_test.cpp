@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class SwitchingApp : public testing::Test {
+ protected:
+  SwitchingApp() { fs::create_directories(folder); }
+  ~SwitchingApp() override { fs::remove_all(folder); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name) << text;
+    return (folder / name).string();
+  }
+
+  int run(const std::string& arguments) {
+    const std::string command = HYBRID_BINARY_DIR "/bin/hybrid-switching " + arguments + " -o " +
+                                (folder / "out").string() + " 2>&1";
+    FILE* pipe = popen(command.c_str(), "r");
+    std::array<char, 4096> buffer{};
+    text.clear();
+    while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
+    return WEXITSTATUS(pclose(pipe));
+  }
+
+  nlohmann::json summary() const {
+    std::ifstream file(folder / "out" / "summary.json");
+    return nlohmann::json::parse(file);
+  }
+
+  void expect_failure(const std::string& arguments, const std::string& part) {
+    EXPECT_EQ(run(arguments), 1) << text;
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_FALSE(fs::exists(folder / "out" / "summary.json"));
+  }
+
+  const fs::path folder =
+      fs::temp_directory_path() / ("hybrid_switching_" + std::to_string(getpid()));
+  std::string text;
+};
+
+std::string data(const std::string& name) {
+  const char* environment = std::getenv("HYBRID_DATA_DIR");
+  return std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/" + name;
+}
+
+/// Rows "k label x y heading" of something that turns left, right and left again.
+std::string turning_table(int n) {
+  std::mt19937 random(3);
+  std::ostringstream rows;
+  rows << "# k label x y heading\n";
+  double heading = 0;
+  for (int k = 0; k < n; ++k) {
+    const int label = k / 40 % 2;
+    heading += (label == 0 ? 0.2 : -0.2) + 0.05 * (random() / 4294967296.0 - 0.5);
+    rows << k << ' ' << label << ' ' << std::cos(heading) << ' ' << std::sin(heading) << ' '
+         << std::remainder(heading, 2 * M_PI) << '\n';
+  }
+  return rows.str();
+}
+
+TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
+  const std::string table = write("table.txt", turning_table(400));
+  ASSERT_EQ(run(table + " --names left,right"), 0) << text;
+  EXPECT_GE(summary()["accuracy"].get<double>(), 0.97);
+  for (const char* name : {"labels.csv", "modes.png", "path.png"}) {
+    EXPECT_GT(fs::file_size(folder / "out" / name), 1000U) << name;
+  }
+  ASSERT_EQ(run(table + " --without-labels --folds 4 --no-pictures"), 0) << text;
+  EXPECT_GE(summary()["accuracy"].get<double>(), 0.97);
+}
+
+TEST_F(SwitchingApp, BadInputIsNamed) {
+  expect_failure("/nonexistent.txt", "cannot read /nonexistent.txt");
+  expect_failure(write("empty.txt", ""), "0 rows are too few");
+  expect_failure(write("short.txt", "0 1 2.0\n"), "short.txt:1: 3 columns, but column 5");
+  expect_failure(write("nan.txt", "# x\n0 1 2 3 nan\n"), "nan.txt:2: 'nan' is not a finite number");
+  expect_failure(write("label.txt", "0 1.5 2 3 4\n"), "label 1.5 is not one of");
+  expect_failure(write("short.txt", turning_table(60)), "no instant to learn from is labelled");
+  expect_failure(write("log.txt", "range2 0 -1 0.01 0 0 1\n"), "log.txt:1: a range must not be");
+  expect_failure(write("log.txt", "range2 0 1 0.01 0 0 1\n"), "both are needed");
+  expect_failure(write("log.txt", "range2 0 1 0.01 0 0 1\nwhat 1\n"), "log.txt:2: 'what' is");
+}
+
+TEST_F(SwitchingApp, BeeDance) {
+  const std::string table = data("bee_dance/seqA_train0.txt");
+  if (!fs::exists(table)) GTEST_SKIP() << "needs bee_dance";
+  ASSERT_EQ(run(table + " --no-pictures"), 0) << text;
+  EXPECT_EQ(summary()["instants"].get<int>(), 757);
+  EXPECT_GE(summary()["accuracy"].get<double>(), 0.92);
+  for (const auto& fold : summary()["fold_accuracy"]) EXPECT_GE(fold.get<double>(), 0.9);
+  ASSERT_EQ(run(table + " --no-pictures --without-labels"), 0) << text;
+  EXPECT_GE(summary()["accuracy"].get<double>(), 0.9);
+}
+
+TEST_F(SwitchingApp, RangesOutOfSight) {
+  const std::string log = data("indoor_uwb_nlos/Indoor_UWB_Input.txt");
+  if (!fs::exists(log)) GTEST_SKIP() << "needs indoor_uwb_nlos";
+  ASSERT_EQ(run(log + " --truth " + data("indoor_uwb_nlos/Indoor_UWB_GT.txt")), 0) << text;
+  const auto error = [&](const char* method) {
+    return summary()["methods"][method]["truth"]["mean_m"].get<double>();
+  };
+  EXPECT_LT(error("modes"), 0.045);
+  EXPECT_LT(error("modes"), 0.7 * error("cauchy"));
+  EXPECT_LT(error("modes"), 0.7 * error("narrow cauchy"));
+  for (const char* name : {"trajectory.csv", "ranges.csv", "modes.png", "path.png"}) {
+    EXPECT_GT(fs::file_size(folder / "out" / name), 1000U) << name;
+  }
+}
+
+}  // namespace
