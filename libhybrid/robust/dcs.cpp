@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/robust/dcs.h"
+
+#include <algorithm>
+
+#include "libhybrid/solvers/convergence.h"
+
+namespace hybrid {
+
+double dcs_scale(double chi_square, double phi) {
+  return std::min(1.0, 2.0 * phi / (phi + chi_square));
+}
+
+Kernel dcs_kernel(double phi) {
+  return {[phi](double s) { return s <= phi ? s : phi * (3.0 * s - phi) / (s + phi); },
+          [phi](double s) {
+            const double scale = dcs_scale(s, phi);
+            return scale * scale;
+          }};
+}
+
+RobustResult solve_dcs(const RobustProblem& problem, const DcsOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (!(options.phi > 0.0)) {
+    throw Error("phi of dynamic covariance scaling must be positive, got " +
+                std::to_string(options.phi));
+  }
+  const std::vector<Kernel> kernels(problem.closures.size(), dcs_kernel(options.phi));
+  RobustResult result = solve_kernels(problem, kernels, options);
+  result.method = "dcs";
+  std::vector<bool> accepted;
+  for (double s : chi_squares(problem, result.values)) {
+    accepted.push_back(dcs_scale(s, options.phi) >= 0.5);
+  }
+  finish(problem, accepted, options.mixture, result);
+  result.seconds = seconds_since(start);
+  return result;
+}
+
+}  // namespace hybrid
