@@ -10,7 +10,7 @@
 namespace hybrid {
 namespace {
 
-constexpr int kRounds = 50;           // of roles
+constexpr int kRounds = 50;  // of roles
 constexpr int kIterationsPerRound = 10;
 
 DiscreteKey role_key(std::size_t closure) {
@@ -42,8 +42,8 @@ ClosureProblem::ClosureProblem(const RobustProblem& problem,
     components.push_back({closures[k], 0.0, false});
     components.push_back({closures[k], 0.0, true});
     components.push_back({nullptr, 0.0, true});
-    graph_.add(std::make_shared<Mixture>(std::vector<DiscreteKey>{role_key(k)},
-                                         std::move(components)));
+    graph_.add(
+        std::make_shared<Mixture>(std::vector<DiscreteKey>{role_key(k)}, std::move(components)));
   }
   problem_ = std::make_unique<Problem>(graph_, values_, assignment(), threads);
 }

@@ -34,6 +34,7 @@ class ClosureProblem {
   /// Levenberg-Marquardt from the current values; adds to iterations().
   SolverReport solve(const SolverOptions& options);
   const Values& values() const { return values_; }
+  void set_values(const Values& values) { values_ = values; }
   int iterations() const { return iterations_; }
   /// How often the sparsity was analysed.
   int analyses() const { return problem_->analyses(); }

@@ -11,8 +11,6 @@
 namespace hybrid {
 namespace {
 
-using Loss = GncOptions::Loss;
-
 /// A kernel that multiplies by a weight which its owner changes.
 Kernel weighted_by(const double* weight) {
   return {[weight](double s) { return *weight * s; }, [weight](double) { return *weight; }};
@@ -32,22 +30,23 @@ class Gnc {
 
   RobustResult run() {
     RobustResult result;
-    result.method = options_.loss == Loss::kTruncatedLeastSquares ? "gnc" : "gnc-gm";
+    result.method = options_.loss == GncLoss::kTruncatedLeastSquares ? "gnc" : "gnc-gm";
     SolverOptions few = options_.solver;
     few.max_iterations = options_.iterations_per_round;
     weighted_.solve(few);
     double mu = first_mu();
     result.converged = mu < 0.0;  // all closures are within reach of least squares
     for (int round = 0; round < options_.max_rounds && !result.converged; ++round) {
-      const bool last = options_.loss == Loss::kGemanMcClure && mu == 1.0;
+      const bool last = options_.loss == GncLoss::kGemanMcClure && mu == 1.0;
       update_weights(mu);
+      if (options_.restart) weighted_.set_values(problem_.initial);
       weighted_.solve(few);
-      result.converged = last || (options_.loss == Loss::kTruncatedLeastSquares && binary());
+      result.converged = last || (options_.loss == GncLoss::kTruncatedLeastSquares && binary());
       mu = gnc_next_mu(options_.loss, mu, options_.growth);
     }
     if (!result.converged) {
-      result.message = "weights were still changing after " +
-                       std::to_string(options_.max_rounds) + " rounds, the limit";
+      result.message = "weights were still changing after " + std::to_string(options_.max_rounds) +
+                       " rounds, the limit";
     }
     const SolverReport report = weighted_.solve(options_.solver);
     if (result.converged) result.message = report.message;
@@ -73,9 +72,9 @@ class Gnc {
   std::vector<ClosureRole> roles() const {
     std::vector<ClosureRole> roles;
     for (double w : weights_) {
-      roles.push_back(w == 0.0                            ? ClosureRole::kAbsent
+      roles.push_back(w == 0.0                         ? ClosureRole::kAbsent
                       : w < options_.negligible_weight ? ClosureRole::kWeak
-                                                          : ClosureRole::kCoupled);
+                                                       : ClosureRole::kCoupled);
     }
     return roles;
   }
@@ -87,7 +86,7 @@ class Gnc {
     for (std::size_t k = 0; k < s.size(); ++k) {
       const double mu = gnc_first_mu(options_.loss, s[k], c2_[k]);
       if (mu < 0.0) continue;
-      const bool truncated = options_.loss == Loss::kTruncatedLeastSquares;
+      const bool truncated = options_.loss == GncLoss::kTruncatedLeastSquares;
       first = first < 0.0 ? mu : truncated ? std::min(first, mu) : std::max(first, mu);
     }
     return first;
@@ -116,13 +115,13 @@ class Gnc {
 
 }  // namespace
 
-double gnc_first_mu(Loss loss, double largest_chi_square, double c2) {
-  if (loss == Loss::kGemanMcClure) return std::max(1.0, 2.0 * largest_chi_square / c2);
+double gnc_first_mu(GncLoss loss, double largest_chi_square, double c2) {
+  if (loss == GncLoss::kGemanMcClure) return std::max(1.0, 2.0 * largest_chi_square / c2);
   return largest_chi_square <= c2 ? -1.0 : c2 / (2.0 * largest_chi_square - c2);
 }
 
-double gnc_weight(Loss loss, double chi_square, double mu, double c2) {
-  if (loss == Loss::kGemanMcClure) {
+double gnc_weight(GncLoss loss, double chi_square, double mu, double c2) {
+  if (loss == GncLoss::kGemanMcClure) {
     const double ratio = mu * c2 / (chi_square + mu * c2);
     return ratio * ratio;
   }
@@ -131,8 +130,8 @@ double gnc_weight(Loss loss, double chi_square, double mu, double c2) {
   return std::sqrt(c2 / chi_square * mu * (mu + 1.0)) - mu;
 }
 
-double gnc_next_mu(Loss loss, double mu, double growth) {
-  return loss == Loss::kGemanMcClure ? std::max(1.0, mu / growth) : mu * growth;
+double gnc_next_mu(GncLoss loss, double mu, double growth) {
+  return loss == GncLoss::kGemanMcClure ? std::max(1.0, mu / growth) : mu * growth;
 }
 
 RobustResult solve_gnc(const RobustProblem& problem, const GncOptions& options) {

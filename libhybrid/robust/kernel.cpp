@@ -17,7 +17,7 @@ const ContinuousFactor& checked(const ContinuousFactorPtr& factor) {
 }  // namespace
 
 KernelFactor::KernelFactor(ContinuousFactorPtr factor, Kernel kernel)
-    : ContinuousFactor(checked(factor).keys(), factor->types(), factor->rows()),
+    : ContinuousFactor(checked(factor).keys(), checked(factor).types(), checked(factor).rows()),
       factor_(std::move(factor)),
       kernel_(std::move(kernel)) {}
 

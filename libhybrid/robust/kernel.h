@@ -16,7 +16,8 @@ struct Kernel {
   std::function<double(double)> weight;  ///< rho'(s), in [0, 1]
 };
 
-/// A factor under a kernel: cost rho(s) / 2, residual and Jacobian scaled by the root of the weight.
+/// A factor under a kernel: cost rho(s) / 2, residual and Jacobian scaled by the root of the
+/// weight.
 class KernelFactor : public ContinuousFactor {
  public:
   KernelFactor(ContinuousFactorPtr factor, Kernel kernel);

@@ -28,8 +28,8 @@ class SwitchedFactor : public ContinuousFactor {
   ContinuousFactorPtr factor_;
 };
 
-/// The switch that minimises s^2 chi2 + phi (1 - s)^2, phi / (phi + chi2): twice it, at most one, is
-/// the scale of dynamic covariance scaling.
+/// The switch that minimises s^2 chi2 + phi (1 - s)^2, phi / (phi + chi2): twice it, at most one,
+/// is the scale of dynamic covariance scaling.
 double best_switch(double chi_square, double phi);
 
 /// The name of the switch of a closure.
