@@ -14,7 +14,7 @@ struct ConsistencyOptions {
   /// Two closures agree where the squared whitened error of their loop is below the chi-square
   /// quantile of this probability.
   double probability = 0.99;
-  long max_nodes = 200000;  ///< of the exact search for the largest set; 0: greedy only
+  long max_nodes = 10000;  ///< of the exact search for the largest set; 0: greedy only
   /// Throws Error for more closures: time and memory grow with the square of their number.
   int max_closures = 10000;
 };
