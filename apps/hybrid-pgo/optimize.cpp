@@ -10,7 +10,7 @@
 
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/solution.h"
-#include "apps/hybrid-pgo/truth.h"
+#include "mrpt_plugins/input/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 
