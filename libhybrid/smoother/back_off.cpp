@@ -18,16 +18,24 @@ constexpr int kTries = 14;
 /// raise the objective; at worst none, with everything to be linearised again in the next update.
 /// Returns whether it went any.
 bool IncrementalSmoother::back_off(double before) {
-  std::vector<int> slots;
+  const std::vector<int> slots = old_slots_;
+  const auto for_each_old = [&](const auto& visit) {
+    const double* x = old_.data();
+    for (int slot : slots) {
+      visit(slot, x);
+      x += estimate_.type(slot).size;
+    }
+  };
   std::vector<double> full;
-  for (const Old& old : old_) {
-    const VariableType type = estimate_.type(old.slot);
-    slots.push_back(old.slot);
+  for_each_old([&](int slot, const double* x) {
+    const VariableType type = estimate_.type(slot);
     full.resize(full.size() + type.dim);
-    local(type, old.x.data(), estimate_.data(old.slot), full.data() + full.size() - type.dim);
-  }
+    local(type, x, estimate_.data(slot), full.data() + full.size() - type.dim);
+  });
   const auto restore = [&] {
-    for (const Old& old : old_) std::copy(old.x.begin(), old.x.end(), estimate_.data(old.slot));
+    for_each_old([&](int slot, const double* x) {
+      std::copy_n(x, estimate_.type(slot).size, estimate_.data(slot));
+    });
   };
   std::vector<double> bend(full.size(), 0.0);  // where the path to the full step bends
   if (options_.step == SmootherOptions::Step::kDogleg) {
@@ -46,11 +54,11 @@ bool IncrementalSmoother::back_off(double before) {
       }
     }
     const double* step = part.data();
-    for (const Old& old : old_) {
-      const VariableType type = estimate_.type(old.slot);
-      retract(type, old.x.data(), step, estimate_.data(old.slot));
+    for_each_old([&](int slot, const double* x) {
+      const VariableType type = estimate_.type(slot);
+      retract(type, x, step, estimate_.data(slot));
       step += type.dim;
-    }
+    });
   };
   std::vector<double> delta;
   double share = 1.0;

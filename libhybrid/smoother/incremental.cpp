@@ -217,6 +217,7 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
 bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, int more_steps) {
   ++report.rounds;
   const double before = term_cost_.value();
+  old_slots_.clear();
   old_.clear();
   ++old_stamp_;
   bool moved_on = true;
@@ -254,7 +255,8 @@ void IncrementalSmoother::remember(const std::vector<int>& slots) {
     if (slot_stamp_[slot] == old_stamp_) continue;
     slot_stamp_[slot] = old_stamp_;
     const double* x = estimate_.data(slot);
-    old_.push_back({slot, {x, x + estimate_.type(slot).size}});
+    old_slots_.push_back(slot);
+    old_.insert(old_.end(), x, x + estimate_.type(slot).size);
   }
 }
 
@@ -302,7 +304,7 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
 /// together.
 void IncrementalSmoother::choose_moved(double budget) {
   moved_.clear();
-  std::sort(errors_.begin(), errors_.end());
+  if (std::isfinite(budget)) std::sort(errors_.begin(), errors_.end());
   double rest = 0.0;
   for (const auto& [error, t] : errors_) {
     rest += error;

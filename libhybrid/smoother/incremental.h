@@ -138,13 +138,10 @@ class IncrementalSmoother {
   std::vector<int> changed_;  // slots whose estimate moved in the last continuous step
   std::vector<int> moved_;    // slots to linearise again in the next update
   std::vector<int> stale_;    // hybrid terms whose variables moved since their tables were made
-  struct Old {
-    int slot;
-    std::vector<double> x;
-  };
   std::vector<std::pair<double, int>>
-      errors_;            // of linear models, and the terms, at the last refresh
-  std::vector<Old> old_;  // estimates before the continuous half-step under way
+      errors_;                  // of linear models, and the terms, at the last refresh
+  std::vector<int> old_slots_;  // that the continuous half-step under way has moved, and
+  std::vector<double> old_;     // their estimates before it, one after the other
   std::vector<unsigned> term_stamp_, slot_stamp_;
   unsigned stamp_ = 0;
   unsigned old_stamp_ = 0;

