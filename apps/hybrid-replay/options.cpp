@@ -15,9 +15,9 @@ constexpr const char* kAbout =
 constexpr const char* kFooter =
     "\nWritten to OUT: trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, "
     "landmarks.json,\n"
-    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; where "
-    "asked,\n"
-    "sparsity_*.png and frames/.\n"
+    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; with a "
+    "true\n"
+    "path error.png; where asked, sparsity_*.png and frames/.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\".\n"
@@ -34,7 +34,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("--rawlog", options.rawlog, "the log, instead of [log] rawlog")->type_name("FILE");
   app.add_option("--truth-path", options.truth_path,
                  "true path of the robot, instead of [log] truth_path: MRPT's "
-                 "_ground_truth_robot_path.txt, or TUM (.tum)")
+                 "_ground_truth_robot_path.txt, TUM (.tum) or `time x y z` (.xyz)")
       ->type_name("FILE");
   app.add_option("--truth-map", options.truth_map,
                  "true landmarks, instead of [log] truth_map: MRPT's _ground_truth.txt")
@@ -47,7 +47,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("OUT")
       ->capture_default_str();
   app.add_flag("!--no-pictures", options.pictures,
-               "do not draw map.png, map_3d.png, steps.png, scene.3Dscene");
+               "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
   app.add_option("--frames", options.frames,
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")
       ->type_name("N")

@@ -44,4 +44,13 @@ std::vector<std::string> write_pictures(const OutputDirectory& out, const MapRes
   return warnings;
 }
 
+void write_error_plot(const OutputDirectory& out, const MapResult& result, const Truth& truth,
+                      const std::vector<std::size_t>& log_rows) {
+  if (truth.get().path.empty()) return;
+  const Truth::Pairs estimate = truth.pairs(result.trajectory, log_rows);
+  const Truth::Pairs reckoned = truth.pairs(result.dead_reckoning, log_rows);
+  out.write("error.png",
+            png(error_image(estimate.times, estimate.poses, reckoned.poses, result.title)));
+}
+
 }  // namespace hybrid

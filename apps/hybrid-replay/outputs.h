@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/hybrid-replay/truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/output_directory.h"
 #include "mrpt_plugins/output/result.h"
@@ -20,5 +21,9 @@ std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult
 /// Draws map.png, map_3d.png, steps.png and scene.3Dscene; returns warnings for the user.
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
                                         const GroundTruth& truth);
+
+/// Draws error.png, the error of position over time, if there is a true path.
+void write_error_plot(const OutputDirectory& out, const MapResult& result, const Truth& truth,
+                      const std::vector<std::size_t>& log_rows);
 
 }  // namespace hybrid

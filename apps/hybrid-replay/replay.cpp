@@ -118,6 +118,9 @@ void report(const Summary& summary, const OutputDirectory& out, Progress& progre
   if (summary.truth && summary.truth->landmarks) {
     fmt::print(", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
   }
+  if (summary.truth && summary.truth->associations && summary.truth->associations->labelled > 0) {
+    fmt::print(", associations right {:.2f} %", 100 * summary.truth->associations->accuracy());
+  }
   fmt::print(" -> {}\n", out.folder().string());
 }
 
@@ -127,7 +130,7 @@ int replay(const Options& options) {
   const auto start = Clock::now();
   IniFile ini(options.config);
   Settings settings = read_settings(ini, options);
-  Truth truth(settings.truth_path, settings.truth_map);
+  Truth truth(settings.truth_path, settings.truth_map, settings.truth_point);
   KeyframeSource source(settings.rawlog, settings.source);
   const OutputDirectory out(options.output);
 
@@ -141,16 +144,18 @@ int replay(const Options& options) {
   MapResult result = mapper.result();
   result.title = settings.title;
   Summary summary = summarize(source, mapper, last, result);
-  if (!truth.empty()) {
-    truth.adapt_to(result, mapper.log_rows());
-    summary.truth = compare(truth, result, mapper);
-  }
+  truth.adapt_to(result, mapper.log_rows());
+  summary.truth = compare(truth, result, mapper, settings.match_radius);
+  if (truth.empty() && !summary.truth->associations) summary.truth.reset();
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
   warn(write_texts(out, result, mapper.backend()));
   summary.total_s = seconds_since(start);
-  if (options.pictures) warn(write_pictures(out, result, truth.get()));
+  if (options.pictures) {
+    warn(write_pictures(out, result, truth.get()));
+    write_error_plot(out, result, truth, mapper.log_rows());
+  }
   warn(write_extras(options, out, result, truth.get(), mapper, movie));
   out.write("summary.json", summary_json(summary));
   report(summary, out, progress);

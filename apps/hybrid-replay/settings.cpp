@@ -17,8 +17,13 @@ void read_log(IniFile& ini, const Options& options, Settings& settings) {
   settings.rawlog = chosen(options.rawlog, log.path("rawlog", "", "the log"));
   settings.truth_path = chosen(
       options.truth_path, log.path("truth_path", "",
-                                   "true path of the robot, MRPT's _ground_truth_robot_path.txt or "
-                                   "TUM (.tum); empty: unknown"));
+                                   "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
+                                   "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
+  const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
+                             "place on the robot of what gave the positions of a .xyz file, such "
+                             "as the antenna [m]");
+  if (point.size() != 3) log.fail("truth_point", "needs three numbers");
+  settings.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
       chosen(options.truth_map, log.path("truth_map", "",
                                          "true landmarks, MRPT's _ground_truth.txt; empty: "
@@ -32,6 +37,12 @@ void read_log(IniFile& ini, const Options& options, Settings& settings) {
 Settings read_settings(IniFile& ini, const Options& options) {
   Settings settings;
   read_log(ini, options, settings);
+  settings.match_radius =
+      ini.section("evaluation", "Comparison with the truth")
+          .get("match_radius", settings.match_radius,
+               "where the ids of the log are not taken for granted, a landmark counts as found if "
+               "one of the map is this near, each taken once [m]",
+               kPositive);
   settings.source = read_source_options(ini);
   settings.motion = read_motion_options(ini);
   settings.backend = make_backend(ini.section("solver", "How the estimate is found"));

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ namespace hybrid {
 struct Settings {
   std::string title;
   std::string rawlog, truth_path, truth_map;
+  Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
+  double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
   SourceOptions source;
   MotionOptions motion;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;

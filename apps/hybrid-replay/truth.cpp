@@ -20,11 +20,17 @@ constexpr double kMaxTimeDifference = 0.05;  // s, between a pose and its truth 
 
 }  // namespace
 
-Truth::Truth(const std::string& path_file, const std::string& map_file)
+Truth::Truth(const std::string& path_file, const std::string& map_file,
+             const Eigen::Vector3d& point)
     : path_file_(path_file), map_file_(map_file) {
   if (!path_file.empty()) {
-    has_times_ = std::filesystem::path(path_file).extension() == ".tum";
-    if (has_times_) {
+    const auto extension = std::filesystem::path(path_file).extension();
+    has_times_ = extension == ".tum" || extension == ".xyz";
+    if (extension == ".xyz") {
+      truth_.path = read_positions(path_file);
+      content_ = TruthContent::kPositions;
+      T_robot_point_ = {point.x(), point.y(), point.z(), 0, 0, 0};
+    } else if (has_times_) {
       truth_.path = read_tum(path_file);
     } else {
       for (const auto& pose : read_true_path(path_file)) {
@@ -51,12 +57,7 @@ void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& lo
     truth_.landmarks[i].class_index = static_cast<int>(it - names.begin());
   }
   if (truth_.path.empty() || result.trajectory.empty()) return;
-  const std::vector<PosePair> first = pairs({result.trajectory.front()}, {log_rows.front()});
-  if (first.empty()) {
-    throw Error(fmt::format("{}: has no pose within {} s of the first pose of the log", path_file_,
-                            kMaxTimeDifference));
-  }
-  const mrpt::poses::CPose3D origin = first.front().truth;
+  const mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
   for (TimedPose& pose : truth_.path) pose.pose = pose.pose - origin;
   for (TrueLandmark& landmark : truth_.landmarks) {
     const auto p = origin.inverseComposePoint(
@@ -65,35 +66,76 @@ void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& lo
   }
 }
 
-std::vector<PosePair> Truth::pairs(const Trajectory& estimate,
-                                   const std::vector<std::size_t>& log_rows) const {
-  if (has_times_) return pair_by_time(estimate, truth_.path, kMaxTimeDifference);
+mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,
+                                          const std::vector<std::size_t>& log_rows) const {
+  const bool all = content_ == TruthContent::kPositions;
+  const std::vector<PosePair> known =
+      (all ? pairs(estimate, log_rows) : pairs({estimate.front()}, {log_rows.front()})).poses;
+  if (known.empty()) {
+    throw Error(fmt::format("{}: has no pose within {} s of {} pose of the log", path_file_,
+                            kMaxTimeDifference, all ? "any" : "the first"));
+  }
+  return all ? alignment(known) : known.front().truth;
+}
+
+Truth::Pairs Truth::pairs(const Trajectory& estimate,
+                          const std::vector<std::size_t>& log_rows) const {
+  Pairs out;
+  if (has_times_) {
+    for (const TimedPose& pose : estimate) {
+      const auto pair =
+          pair_by_time({{pose.time, pose.pose + T_robot_point_}}, truth_.path, kMaxTimeDifference);
+      if (pair.empty()) continue;
+      out.times.push_back(pose.time);
+      out.poses.push_back(pair.front());
+    }
+    return out;
+  }
   const std::size_t last = *std::max_element(log_rows.begin(), log_rows.end());
   if (last >= truth_.path.size()) {
     throw Error(fmt::format("{}: has {} poses, but the log has a frame for row {}", path_file_,
                             truth_.path.size(), last));
   }
-  return pair_by_index(estimate, truth_.path, log_rows);
+  for (const TimedPose& pose : estimate) out.times.push_back(pose.time);
+  out.poses = pair_by_index(estimate, truth_.path, log_rows);
+  return out;
 }
 
-TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper) {
+namespace {
+
+/// Mean NEES of the poses, where all have a covariance and a true orientation.
+std::optional<double> pose_nees(const Truth& truth, const std::vector<PosePair>& pairs,
+                                const Mapper& mapper) {
+  if (truth.content() == TruthContent::kPositions) return std::nullopt;
+  const auto covariances = mapper.pose_covariances();
+  const bool complete = std::all_of(covariances.begin(), covariances.end(),
+                                    [](const auto& P) { return P.rows() > 0; });
+  if (!complete || pairs.size() != covariances.size()) return std::nullopt;
+  return mean_nees(pairs, covariances);
+}
+
+}  // namespace
+
+TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper,
+                     double radius) {
   TruthSummary summary;
   if (!truth.get().path.empty()) {
-    const auto pairs = truth.pairs(result.trajectory, mapper.log_rows());
-    summary.trajectory = trajectory_report(pairs);
-    summary.dead_reckoning =
-        trajectory_report(truth.pairs(result.dead_reckoning, mapper.log_rows()));
-    const auto covariances = mapper.pose_covariances();
-    const bool complete = std::all_of(covariances.begin(), covariances.end(),
-                                      [](const auto& P) { return P.rows() > 0; });
-    if (complete && pairs.size() == covariances.size()) {
-      summary.nees_pose = mean_nees(pairs, covariances);
-    }
+    const auto pairs = truth.pairs(result.trajectory, mapper.log_rows()).poses;
+    summary.trajectory = trajectory_report(pairs, truth.content());
+    summary.dead_reckoning = trajectory_report(
+        truth.pairs(result.dead_reckoning, mapper.log_rows()).poses, truth.content());
+    summary.nees_pose = pose_nees(truth, pairs, mapper);
   }
+  const std::vector<AssociationDecision> decisions = mapper.decisions();
+  if (!decisions.empty()) summary.associations = association_report(decisions);
   if (!truth.get().landmarks.empty()) {
-    const auto matching = match_by_id(result.landmarks, truth.get().landmarks);
-    summary.landmarks = landmark_errors(matching, result.landmarks, truth.get().landmarks);
-    summary.class_accuracy = class_accuracy(matching, result.landmarks, truth.get().landmarks);
+    const auto& landmarks = truth.get().landmarks;
+    const auto matching = decisions.empty()
+                              ? match_by_id(result.landmarks, landmarks)
+                              : match_by_distance(result.landmarks, landmarks, radius);
+    summary.landmarks = landmark_errors(matching, result.landmarks, landmarks);
+    summary.class_accuracy = class_accuracy(matching, result.landmarks, landmarks);
+    summary.nees_landmark = landmark_nees(matching, result.landmarks, landmarks);
   }
   return summary;
 }

@@ -69,6 +69,27 @@ bool positive_definite(const Eigen::Matrix3d& covariance, bool is_3d) {
   return covariance.llt().info() == Eigen::Success;
 }
 
+/// The covariance of one detection, whose own sigmas stand in for those of the sensor unless
+/// sigmas were chosen.
+Eigen::Matrix3d own_covariance(const CObservationClassedBearingRange::Detection& d,
+                               Eigen::Matrix3d covariance, bool is_3d,
+                               const DetectionOptions& options) {
+  const auto take = [&](int i, double chosen, float own) {
+    if (chosen <= 0 && std::isfinite(own) && own > 0) covariance(i, i) = double{own} * own;
+  };
+  take(0, options.sigma_range, d.std_range);
+  take(1, options.sigma_yaw, d.std_yaw);
+  if (is_3d) take(2, options.sigma_pitch, d.std_pitch);
+  return covariance;
+}
+
+/// The id as the options want it, and the true one, which an id of the sensor is too.
+void choose_ids(IdSource source, Detection& d) {
+  if (!d.true_id) d.true_id = d.id;
+  if (source == IdSource::kNone) d.id.reset();
+  if (source == IdSource::kTruth) d.id = d.true_id;
+}
+
 std::optional<std::int64_t> id_of(std::int32_t id, DropReport& report) {
   if (id >= 0) return id;
   if (id != INVALID_LANDMARK_ID) ++report["id repaired: negative, taken as none"];
@@ -100,6 +121,7 @@ std::vector<double> probabilities(const std::vector<float>& scores, std::size_t 
 void add_if_usable(Detection d, const DetectionOptions& options, std::set<std::int64_t>& seen,
                    DetectionFrame& frame, DropReport& report) {
   if (!frame.is_3d) d.pitch = 0;
+  choose_ids(options.ids, d);
   if (const char* reason = fault(d, options)) {
     ++report[reason];
   } else if (d.id && !seen.insert(*d.id).second) {
@@ -164,10 +186,10 @@ DetectionFrame read(const CObservationClassedBearingRange& observation,
   for (const auto& m : observation.detections) {
     std::optional<std::int64_t> true_id;
     if (m.true_landmark_id >= 0) true_id = m.true_landmark_id;
-    add_if_usable(
-        {m.range, m.yaw, m.pitch, id_of(m.landmark_id, report), true_id,
-         probabilities(m.class_scores, frame.class_names.size(), options, report), covariance},
-        options, seen, frame, report);
+    add_if_usable({m.range, m.yaw, m.pitch, id_of(m.landmark_id, report), true_id,
+                   probabilities(m.class_scores, frame.class_names.size(), options, report),
+                   own_covariance(m, covariance, frame.is_3d, options)},
+                  options, seen, frame, report);
   }
   return frame;
 }

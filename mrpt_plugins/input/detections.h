@@ -19,9 +19,9 @@ namespace hybrid {
 /// One sighting of a landmark. The point lies at CPose3D(0, 0, 0, yaw, pitch, 0) * (range, 0, 0) in
 /// the frame of the sensor: positive pitch points down.
 struct Detection {
-  double range = 0, yaw = 0, pitch = 0;     ///< [m], [rad]; pitch is 0 for a planar sensor.
-  std::optional<std::int64_t> id;           ///< Landmark, if the sensor identifies it.
-  std::optional<std::int64_t> true_id;      ///< For evaluation only.
+  double range = 0, yaw = 0, pitch = 0;  ///< [m], [rad]; pitch is 0 for a planar sensor.
+  std::optional<std::int64_t> id;        ///< Landmark, if the sensor identifies it.
+  std::optional<std::int64_t> true_id;   ///< For evaluation only; `id` where the log has no other.
   std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
   /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -39,8 +39,16 @@ struct DetectionFrame {
   std::vector<Detection> detections;
 };
 
+/// Which landmark ids a mapper gets to see.
+enum class IdSource {
+  kLog,    ///< Those of the sensor.
+  kNone,   ///< None: they are only kept as truth, for evaluation.
+  kTruth,  ///< The true ones, where the log has them: an association that is never wrong.
+};
+
 /// What is accepted as a measurement, and which noise it is given.
 struct DetectionOptions {
+  IdSource ids = IdSource::kLog;
   double max_range = 1000.0;  ///< Ranges beyond are dropped [m].
   /// Used in place of the sigmas of the log, where positive [m], [rad].
   double sigma_range = 0, sigma_yaw = 0, sigma_pitch = 0;

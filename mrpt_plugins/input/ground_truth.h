@@ -35,4 +35,8 @@ std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path);
 /// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times rising.
 std::vector<TimedPose> read_tum(const std::string& path);
 
+/// Positions without orientation, as a satellite receiver gives them: rows `time x y z`, times
+/// rising. The rotation of the poses is the identity and means nothing.
+std::vector<TimedPose> read_positions(const std::string& path);
+
 }  // namespace hybrid

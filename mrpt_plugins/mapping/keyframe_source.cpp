@@ -35,6 +35,11 @@ Dimension parse_dimension(const std::string& text) {
   return text == "3" ? Dimension::kSpace : Dimension::kAuto;
 }
 
+IdSource parse_ids(const std::string& text) {
+  if (text == "none") return IdSource::kNone;
+  return text == "truth" ? IdSource::kTruth : IdSource::kLog;
+}
+
 }  // namespace
 
 SourceOptions read_source_options(IniFile& ini) {
@@ -63,6 +68,11 @@ SourceOptions read_source_options(IniFile& ini) {
   d.sigma_yaw = sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", kNonNegative);
   d.sigma_pitch =
       sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says", kNonNegative);
+
+  d.ids = parse_ids(sensor.choice(
+      "ids", "log", {"log", "none", "truth"},
+      "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
+      "association; truth: the true ones where the log has them, for comparison"));
 
   IniSection log = ini.section("log", "What a log may not say by itself");
   MotionModel& m = options.reader.motion_model;

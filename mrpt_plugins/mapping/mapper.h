@@ -39,6 +39,9 @@ class Mapper {
   /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty where not known.
   std::vector<Eigen::MatrixXd> pose_covariances() const;
 
+  /// What became of every detection, of all plugins that decide it themselves.
+  std::vector<AssociationDecision> decisions() const;
+
   const Backend& backend() const { return *backend_; }
   const LandmarkBook& landmarks() const { return landmarks_; }
   /// Reason -> number of measurements that were not used.

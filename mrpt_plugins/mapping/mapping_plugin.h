@@ -17,6 +17,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/mapping/landmark_book.h"
+#include "mrpt_plugins/output/landmark_metrics.h"
 
 namespace hybrid {
 
@@ -60,6 +61,10 @@ class MappingPlugin : public mrpt::rtti::CObject {
 
   /// Names of the values of the class variables this plugin makes; empty if it makes none.
   virtual std::vector<std::string> class_names() const { return {}; }
+
+  /// What became of every detection given so far, at the present estimate, for evaluation; empty if
+  /// the plugin takes the ids of the log for granted.
+  virtual std::vector<AssociationDecision> decisions(const MapView&) const { return {}; }
 };
 
 /// Creates a plugin by class name (with or without namespace) and configures it from `[name]`.

@@ -33,6 +33,10 @@ std::uint32_t read_count(mrpt::serialization::CArchive& in, const char* what) {
   return count;
 }
 
+bool has_own_sigma(const CObservationClassedBearingRange::Detection& d) {
+  return d.std_range != 0 || d.std_yaw != 0 || d.std_pitch != 0;
+}
+
 std::string best_class(const CObservationClassedBearingRange& observation,
                        const CObservationClassedBearingRange::Detection& detection) {
   const auto& scores = detection.class_scores;
@@ -43,11 +47,13 @@ std::string best_class(const CObservationClassedBearingRange& observation,
 
 }  // namespace
 
+/// Version 1 adds sigmas to each detection; logs without any stay as they were.
 std::uint8_t CObservationClassedBearingRange::serializeGetVersion() const {
-  return 0;
+  return std::any_of(detections.begin(), detections.end(), has_own_sigma) ? 1 : 0;
 }
 
 void CObservationClassedBearingRange::serializeTo(mrpt::serialization::CArchive& out) const {
+  const bool with_sigmas = serializeGetVersion() == 1;
   out << timestamp << sensorLabel << sensor_pose << min_range << max_range << fov_yaw << fov_pitch
       << std_range << std_yaw << std_pitch << has_pitch;
   out.WriteAs<std::uint32_t>(class_names.size());
@@ -57,12 +63,13 @@ void CObservationClassedBearingRange::serializeTo(mrpt::serialization::CArchive&
     out << d.range << d.yaw << d.pitch << d.landmark_id << d.true_landmark_id;
     out.WriteAs<std::uint32_t>(d.class_scores.size());
     for (const float score : d.class_scores) out << score;
+    if (with_sigmas) out << d.std_range << d.std_yaw << d.std_pitch;
   }
 }
 
 void CObservationClassedBearingRange::serializeFrom(mrpt::serialization::CArchive& in,
                                                     std::uint8_t version) {
-  if (version != 0) MRPT_THROW_UNKNOWN_SERIALIZATION_VERSION(version);
+  if (version > 1) MRPT_THROW_UNKNOWN_SERIALIZATION_VERSION(version);
   in >> timestamp >> sensorLabel >> sensor_pose >> min_range >> max_range >> fov_yaw >> fov_pitch >>
       std_range >> std_yaw >> std_pitch >> has_pitch;
   class_names.resize(read_count(in, "classes"));
@@ -72,6 +79,7 @@ void CObservationClassedBearingRange::serializeFrom(mrpt::serialization::CArchiv
     in >> d.range >> d.yaw >> d.pitch >> d.landmark_id >> d.true_landmark_id;
     d.class_scores.resize(read_count(in, "class scores"));
     for (float& score : d.class_scores) in >> score;
+    if (version >= 1) in >> d.std_range >> d.std_yaw >> d.std_pitch;
   }
 }
 

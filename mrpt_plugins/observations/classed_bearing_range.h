@@ -29,6 +29,8 @@ class CObservationClassedBearingRange : public mrpt::obs::CObservation {
     std::int32_t true_landmark_id = mrpt::obs::INVALID_LANDMARK_ID;
     /// Probability of each entry of `class_names`; empty if the detection is not classified.
     std::vector<float> class_scores;
+    /// Sigmas of this detection where they differ from those of the sensor; 0: those of the sensor.
+    float std_range = 0, std_yaw = 0, std_pitch = 0;
   };
 
   mrpt::poses::CPose3D sensor_pose;    ///< On the robot.

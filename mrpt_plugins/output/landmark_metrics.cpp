@@ -3,9 +3,11 @@
 
 #include "mrpt_plugins/output/landmark_metrics.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 namespace hybrid {
@@ -77,23 +79,52 @@ std::optional<double> class_accuracy(const LandmarkMatching& matching,
   return static_cast<double>(right) / static_cast<double>(known);
 }
 
-std::optional<double> association_accuracy(const std::vector<AssociationDecision>& decisions,
-                                           const LandmarkMatching& matching,
-                                           const std::vector<LandmarkEstimate>& estimates,
-                                           const std::vector<TrueLandmark>& truth) {
-  if (decisions.empty()) return std::nullopt;
-  std::map<std::int64_t, std::int64_t> true_id;
-  for (const auto& [e, t] : matching) true_id.emplace(estimates[e].id, truth[t].id);
-  std::size_t right = 0;
-  for (const AssociationDecision& d : decisions) {
-    if (!d.estimated_id) {
-      right += d.true_id ? 0 : 1;
-      continue;
-    }
-    const auto found = true_id.find(*d.estimated_id);
-    if (found != true_id.end() && d.true_id == found->second) ++right;
+std::optional<double> landmark_nees(const LandmarkMatching& matching,
+                                    const std::vector<LandmarkEstimate>& estimates,
+                                    const std::vector<TrueLandmark>& truth) {
+  double sum = 0;
+  Eigen::Index freedoms = 0;
+  for (const auto& [e, t] : matching) {
+    const Eigen::Index n = estimates[e].is_3d ? 3 : 2;
+    const Eigen::MatrixXd P = estimates[e].covariance.topLeftCorner(n, n);
+    const Eigen::VectorXd error = (estimates[e].position - truth[t].position).head(n);
+    const Eigen::LLT<Eigen::MatrixXd> llt(P);
+    if (llt.info() != Eigen::Success) continue;
+    sum += error.dot(llt.solve(error));
+    freedoms += n;
   }
-  return static_cast<double>(right) / static_cast<double>(decisions.size());
+  if (freedoms == 0) return std::nullopt;
+  return sum / static_cast<double>(freedoms);
+}
+
+AssociationReport association_report(const std::vector<AssociationDecision>& decisions) {
+  AssociationReport report;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> votes;  // (estimated, true)
+  for (const AssociationDecision& d : decisions) {
+    if (!d.true_id) {
+      ++report.unlabelled;
+      if (!d.estimated_id) ++report.unlabelled_rejected;
+    } else {
+      ++report.labelled;
+      if (d.estimated_id) {
+        ++votes[{*d.estimated_id, *d.true_id}];
+      } else {
+        ++report.rejected;
+      }
+    }
+  }
+  std::vector<std::pair<std::size_t, std::pair<std::int64_t, std::int64_t>>> clearest;
+  for (const auto& [pair, count] : votes) clearest.emplace_back(count, pair);
+  std::stable_sort(clearest.begin(), clearest.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::set<std::int64_t> taken_estimates, taken_truths;
+  for (const auto& [count, pair] : clearest) {
+    if (taken_estimates.count(pair.first) != 0 || taken_truths.count(pair.second) != 0) continue;
+    taken_estimates.insert(pair.first);
+    taken_truths.insert(pair.second);
+    report.right += count;
+  }
+  return report;
 }
 
 }  // namespace hybrid

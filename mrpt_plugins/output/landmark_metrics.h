@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -26,6 +29,15 @@ LandmarkMatching match_by_distance(const std::vector<LandmarkEstimate>& estimate
 struct LandmarkErrors {
   std::size_t matched = 0, spurious = 0, missed = 0;
   double mean_m = 0, max_m = 0;  ///< NaN when nothing is matched
+  /// Fractions of the estimates and of the truths that are matched; NaN without any.
+  double precision() const { return share(matched, matched + spurious); }
+  double recall() const { return share(matched, matched + missed); }
+
+ private:
+  static double share(std::size_t part, std::size_t all) {
+    return all == 0 ? std::numeric_limits<double>::quiet_NaN()
+                    : static_cast<double>(part) / static_cast<double>(all);
+  }
 };
 
 LandmarkErrors landmark_errors(const LandmarkMatching& matching,
@@ -38,17 +50,31 @@ std::optional<double> class_accuracy(const LandmarkMatching& matching,
                                      const std::vector<LandmarkEstimate>& estimates,
                                      const std::vector<TrueLandmark>& truth);
 
-/// What one measurement was attributed to and what it really came from; empty means clutter.
+/// Mean of e' P^-1 e over the matched landmarks with a covariance and their coordinates, 1 when
+/// honest; empty where there are none.
+std::optional<double> landmark_nees(const LandmarkMatching& matching,
+                                    const std::vector<LandmarkEstimate>& estimates,
+                                    const std::vector<TrueLandmark>& truth);
+
+/// What one measurement was attributed to and what it really came from. No estimated id: it was
+/// taken for clutter. No true id: clutter, or nobody knows.
 struct AssociationDecision {
   std::optional<std::int64_t> estimated_id;
   std::optional<std::int64_t> true_id;
 };
 
-/// Fraction of the decisions that are right: clutter called clutter, or the estimated landmark
-/// matched to the true one. Empty when there are no decisions.
-std::optional<double> association_accuracy(const std::vector<AssociationDecision>& decisions,
-                                           const LandmarkMatching& matching,
-                                           const std::vector<LandmarkEstimate>& estimates,
-                                           const std::vector<TrueLandmark>& truth);
+/// How often measurements were attributed rightly.
+struct AssociationReport {
+  std::size_t labelled = 0;             ///< measurements with a true id
+  std::size_t right = 0;                ///< of them, attributed to the landmark that stands for it
+  std::size_t rejected = 0;             ///< of them, taken for clutter
+  std::size_t unlabelled = 0;           ///< measurements without a true id
+  std::size_t unlabelled_rejected = 0;  ///< of them, taken for clutter
+  double accuracy() const { return static_cast<double>(right) / static_cast<double>(labelled); }
+};
+
+/// Landmarks of the map stand for true ones, one to one, so that most measurements agree, the
+/// clearest pairs first: what belongs to a second copy of a landmark is wrong.
+AssociationReport association_report(const std::vector<AssociationDecision>& decisions);
 
 }  // namespace hybrid

@@ -37,11 +37,30 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
   }
 }
 
+/// The true path in pieces: a receiver's gaps stay gaps.
+std::vector<Trajectory> pieces(const Trajectory& path) {
+  constexpr double kGap = 10;  // times the usual distance in time
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < path.size(); ++i) steps.push_back(path[i].time - path[i - 1].time);
+  if (steps.empty()) return {path};
+  std::vector<double> sorted = steps;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  std::vector<Trajectory> out(1);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i > 0 && steps[i - 1] > kGap * usual) out.emplace_back();
+    out.back().push_back(path[i]);
+  }
+  return out;
+}
+
 void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const GroundTruth& truth,
                 LabelPlacer& labels) {
   const std::vector<Pixel> path = to_pixels(axes, result.trajectory);
   const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
-  canvas.polyline(to_pixels(axes, truth.path), map_style::kTruth);
+  for (const Trajectory& piece : pieces(truth.path)) {
+    canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
+  }
   canvas.polyline(reckoned, map_style::kDeadReckoning);
   canvas.polyline(path, map_style::kEstimate);
   labels.avoid(path);

@@ -26,15 +26,28 @@ Json to_json(const TrajectoryErrors& e) {
 Json to_json(const TrajectoryReport& report) {
   Json out = to_json(report.unaligned);
   out["aligned"] = to_json(report.aligned);
+  for (const RelativeError& e : report.relative) {
+    out["relative"].push_back({{"distance_m", e.distance_m},
+                               {"stretches", e.stretches},
+                               {"translation_m", e.translation_m},
+                               {"rotation_deg", e.rotation_deg}});
+  }
   return out;
 }
 
 Json to_json(const LandmarkErrors& e) {
-  return {{"matched", e.matched},
-          {"spurious", e.spurious},
-          {"missed", e.missed},
-          {"mean_m", e.mean_m},
+  return {{"matched", e.matched}, {"spurious", e.spurious},
+          {"missed", e.missed},   {"precision", e.precision()},
+          {"recall", e.recall()}, {"mean_m", e.mean_m},
           {"max_m", e.max_m}};
+}
+
+Json to_json(const AssociationReport& a) {
+  return {{"labelled", a.labelled},
+          {"right", a.right},
+          {"rejected", a.rejected},
+          {"unlabelled", a.unlabelled},
+          {"unlabelled_rejected", a.unlabelled_rejected}};
 }
 
 Json to_json(const StepStatistics& s) {
@@ -48,8 +61,12 @@ Json to_json(const TruthSummary& t) {
   if (t.dead_reckoning) out["dead_reckoning"] = to_json(*t.dead_reckoning);
   if (t.landmarks) out["landmarks"] = to_json(*t.landmarks);
   if (t.class_accuracy) out["class_accuracy"] = *t.class_accuracy;
-  if (t.association_accuracy) out["association_accuracy"] = *t.association_accuracy;
+  if (t.associations) {
+    if (t.associations->labelled > 0) out["association_accuracy"] = t.associations->accuracy();
+    out["associations"] = to_json(*t.associations);
+  }
   if (t.nees_pose) out["nees_pose"] = *t.nees_pose;
+  if (t.nees_landmark) out["nees_landmark"] = *t.nees_landmark;
   return out;
 }
 

@@ -28,9 +28,10 @@ struct TruthSummary {
   std::optional<TrajectoryReport> trajectory;
   std::optional<TrajectoryReport> dead_reckoning;
   std::optional<LandmarkErrors> landmarks;
-  std::optional<double> class_accuracy;        ///< fraction of the matched landmarks
-  std::optional<double> association_accuracy;  ///< fraction of the measurements
-  std::optional<double> nees_pose;             ///< mean over poses and degrees of freedom
+  std::optional<double> class_accuracy;  ///< fraction of the matched landmarks
+  std::optional<AssociationReport> associations;
+  std::optional<double> nees_pose;      ///< mean over poses and degrees of freedom
+  std::optional<double> nees_landmark;  ///< the same over landmarks
 };
 
 /// The content of a replay's summary.json.

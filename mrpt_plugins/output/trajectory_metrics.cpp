@@ -148,11 +148,21 @@ CPose3D alignment(const std::vector<PosePair>& pairs) {
           mrpt::math::CVectorFixedDouble<3>(mrpt::math::TPoint3D(t.x(), t.y(), t.z()))};
 }
 
-TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs) {
+TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs, TruthContent content) {
   const CPose3D T_truth_estimate = alignment(pairs);
   std::vector<PosePair> moved = pairs;
   for (PosePair& p : moved) p.estimate = T_truth_estimate + p.estimate;
-  return {trajectory_errors(pairs), trajectory_errors(moved)};
+  TrajectoryReport report{trajectory_errors(pairs), trajectory_errors(moved), {}};
+  if (content == TruthContent::kPositions) {
+    for (TrajectoryErrors* e : {&report.unaligned, &report.aligned}) {
+      e->rotation_mean_deg = e->rotation_rmse_deg = kNaN;
+    }
+    return report;
+  }
+  for (const RelativeError& e : relative_errors(pairs, {1, 10, 100, 500})) {
+    if (e.stretches > 0) report.relative.push_back(e);
+  }
+  return report;
 }
 
 std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,

@@ -31,20 +31,12 @@ struct TrajectoryErrors {
   double mean_m = 0, rmse_m = 0, max_m = 0, rotation_mean_deg = 0, rotation_rmse_deg = 0;
 };
 
-/// Errors as they are and after the best rigid motion of the estimate onto the truth.
-struct TrajectoryReport {
-  TrajectoryErrors unaligned, aligned;
-};
-
 /// Absolute errors without alignment; NaN when there are no pairs.
 TrajectoryErrors trajectory_errors(const std::vector<PosePair>& pairs);
 
 /// The rigid motion T_truth_estimate without scale that minimises the squared distances of the
 /// positions (Umeyama 1991). Poses that all lie in the plane z = 0 are aligned within the plane.
 mrpt::poses::CPose3D alignment(const std::vector<PosePair>& pairs);
-
-/// Both errors at once.
-TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs);
 
 /// Mean relative error over all stretches of one length of the true path.
 struct RelativeError {
@@ -53,6 +45,21 @@ struct RelativeError {
   double translation_m = 0;   ///< mean error of the relative position; NaN without stretches
   double rotation_deg = 0;    ///< mean error of the relative orientation; NaN without stretches
 };
+
+/// Errors as they are and after the best rigid motion of the estimate onto the truth, and relative
+/// errors over stretches of 1, 10, 100 and 500 m, as far as the path is long enough.
+struct TrajectoryReport {
+  TrajectoryErrors unaligned, aligned;
+  std::vector<RelativeError> relative;
+};
+
+/// What a truth file tells of each pose. Without orientations, errors of rotation are NaN and there
+/// are no relative errors.
+enum class TruthContent { kPoses, kPositions };
+
+/// All errors at once.
+TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs,
+                                   TruthContent content = TruthContent::kPoses);
 
 /// Relative pose errors for each distance (m along the true path).
 std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,

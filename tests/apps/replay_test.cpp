@@ -132,7 +132,7 @@ TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
                                        "graph.g2o",      "steps.csv",
                                        "summary.json",   "map.png",
                                        "map_3d.png",     "scene.3Dscene",
-                                       "steps.png"};
+                                       "steps.png",      "error.png"};
   EXPECT_EQ(files, expected);
 }
 

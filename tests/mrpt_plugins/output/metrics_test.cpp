@@ -200,14 +200,28 @@ TEST(LandmarkMetrics, ByDistanceIsOneToOneAndNearestFirst) {
   EXPECT_EQ(match_by_distance(estimates, truth, 0.3), (LandmarkMatching{{1, 0}}));
 }
 
-TEST(LandmarkMetrics, AssociationAccuracy) {
-  const std::vector<LandmarkEstimate> estimates = {estimate_at(10, 0, 0), estimate_at(11, 5, 0)};
-  const std::vector<TrueLandmark> truth = {{1, {0, 0, 0}, {}}};
-  const LandmarkMatching m = match_by_distance(estimates, truth, 1);
-  const std::vector<AssociationDecision> decisions = {{10, 1}, {10, {}}, {{}, {}}, {{}, 1},
-                                                      {11, 1}, {10, 1},  {10, 1},  {11, {}}};
-  EXPECT_DOUBLE_EQ(association_accuracy(decisions, m, estimates, truth).value(), 0.5);
-  EXPECT_FALSE(association_accuracy({}, m, estimates, truth).has_value());
+TEST(LandmarkMetrics, AssociationsAreJudgedByWhatMostMeasurementsOfALandmarkSaw) {
+  // Landmark 10 stands for 1 (three of its four), 12 for 2; 11 is a second copy of 1.
+  const std::vector<AssociationDecision> decisions = {
+      {10, 1}, {10, 1}, {10, 1}, {10, 2}, {11, 1}, {11, 1}, {12, 2}, {{}, 2}, {{}, {}}, {10, {}}};
+  const AssociationReport report = association_report(decisions);
+  EXPECT_EQ(report.labelled, 8u);
+  EXPECT_EQ(report.right, 4u);
+  EXPECT_EQ(report.rejected, 1u);
+  EXPECT_EQ(report.unlabelled, 2u);
+  EXPECT_EQ(report.unlabelled_rejected, 1u);
+  EXPECT_DOUBLE_EQ(report.accuracy(), 0.5);
+  EXPECT_EQ(association_report({}).labelled, 0u);
+}
+
+TEST(LandmarkMetrics, NeesIsOneWhereErrorsAreAsLargeAsClaimed) {
+  LandmarkEstimate estimate;
+  estimate.position = {1.1, 1.8, 0};
+  estimate.covariance = Eigen::Vector3d(0.01, 0.04, 0).asDiagonal();
+  const std::vector<TrueLandmark> truth = {{4, {1, 2, 0}, {}}};
+  EXPECT_NEAR(landmark_nees({{0, 0}}, {estimate}, truth).value(), 1.0, 1e-9);
+  estimate.covariance.setZero();  // not known
+  EXPECT_FALSE(landmark_nees({{0, 0}}, {estimate}, truth));
 }
 
 TEST(Calibration, HandComputedFigures) {
