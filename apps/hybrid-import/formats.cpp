@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-import/formats.h"
+
+#include <memory>
+
+#include "mrpt_plugins/import/kitti.h"
+#include "mrpt_plugins/import/kitti_tracking.h"
+#include "mrpt_plugins/import/mrclam.h"
+#include "mrpt_plugins/import/stata.h"
+#include "mrpt_plugins/import/victoria_park.h"
+
+namespace hybrid {
+namespace {
+
+/// A subcommand whose options live as long as it does.
+template <class Options, class Import>
+std::pair<CLI::App*, Options*> subcommand(CLI::App& app, Convert& convert, const char* name,
+                                          const char* about, Import import) {
+  auto options = std::make_shared<Options>();
+  CLI::App* format = app.add_subcommand(name, about);
+  format->option_defaults()->always_capture_default();
+  format->callback([options, &convert, import] {
+    convert = [options, import](const std::string& output) { return import(*options, output); };
+  });
+  return {format, options.get()};
+}
+
+void add_walk(CLI::App& format, OdometryWalk& walk) {
+  format.add_option("--walk-along", walk.along, "odometry noise along [m per sqrt(m)]");
+  format.add_option("--walk-across", walk.across, "odometry noise across [m per sqrt(m)]");
+  format.add_option("--walk-heading", walk.heading, "of the heading [rad per sqrt(m)]");
+  format.add_option("--walk-turning", walk.turning, "of the heading [rad per sqrt(rad turned)]");
+}
+
+void add_noise(CLI::App& format, MotionNoise& noise) {
+  format.add_option("--noise-translation", noise.translation,
+                    "drawn for each axis of each motion [m]");
+  format.add_option("--noise-rotation", noise.rotation, "drawn for each motion [rad]");
+  format.add_option("--seed", noise.seed, "of the noise");
+}
+
+}  // namespace
+
+CLI::App* add_victoria_park(CLI::App& app, Convert& convert) {
+  const auto [format, options] = subcommand<VictoriaParkOptions>(
+      app, convert, "victoria-park", "Victoria Park: a car with a laser among trees",
+      import_victoria_park);
+  format->add_option("folder", options->folder, "Folder of the data set")->required();
+  format->add_flag("!--no-reference", options->reference,
+                   "do not give detections the ids of the reference association");
+  format->add_option("--sigma-range", options->sigma_range, "of the detector [m]");
+  format->add_option("--sigma-bearing", options->sigma_bearing, "of the detector [rad]");
+  add_walk(*format, options->walk);
+  return format;
+}
+
+CLI::App* add_mrclam(CLI::App& app, Convert& convert) {
+  const auto [format, options] = subcommand<MrclamOptions>(
+      app, convert, "mrclam", "UTIAS MR.CLAM: one of five robots among barcoded landmarks",
+      import_mrclam);
+  format->add_option("folder", options->folder, "Folder of the data set")->required();
+  format->add_option("--robot", options->robot, "whose log")->check(CLI::Range(1, 5));
+  format->add_flag("--keep-robots", options->keep_robots,
+                   "keep sightings of other robots, as detections without an id");
+  format->add_option("--sigma-range", options->sigma_range, "of the detector [m]");
+  format->add_option("--sigma-bearing", options->sigma_bearing, "of the detector [rad]");
+  add_walk(*format, options->walk);
+  return format;
+}
+
+CLI::App* add_kitti(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<KittiOptions>(
+      app, convert, "kitti",
+      "KITTI odometry: visual odometry in the plane or in space, boxes of a detector of cars",
+      import_kitti);
+  format->add_option("--odometry", o->odometry, "F.g2o: EDGE_SE2 lines; F.txt: 3x4 matrices")
+      ->required();
+  format->add_option("--covariances", o->covariances, "of the motions of F.txt, 21 numbers a row");
+  format->add_option("--inflate", o->inflate, "factor of their standard deviations");
+  format
+      ->add_option("--boxes", o->boxes,
+                   "rows: frame x_min y_min width height coco_class confidence")
+      ->required();
+  format->add_option("--truth", o->truth, "true poses, 3x4 matrices");
+  format->add_option("--period", o->period, "between images [s]");
+  format->add_option("--focal", o->focal, "focal length [pixels]");
+  format->add_option("--center-u", o->center_u, "principal point [pixels]");
+  format->add_option("--center-v", o->center_v, "principal point [pixels]");
+  format->add_option("--camera-height", o->camera_height, "above the road [m]");
+  format->add_option("--object-height", o->object_height, "of a car [m]");
+  format->add_option("--sigma-height", o->sigma_height, "of the height of cars [m]");
+  format->add_option("--half-length", o->half_length, "from the side seen to the middle [m]");
+  format->add_option("--max-depth", o->max_depth, "boxes farther away are dropped [m]");
+  format->add_option("--agreement", o->agreement,
+                     "boxes whose depths by height and by road differ by more are dropped");
+  format->add_option(
+      "--oracle-radius", o->oracle_radius,
+      "true ids for sightings that the true poses put within so many metres; 0: none");
+  return format;
+}
+
+CLI::App* add_kitti_tracking(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<KittiTrackingOptions>(
+      app, convert, "kitti-tracking", "KITTI tracking: labelled objects, standing and moving",
+      import_kitti_tracking);
+  format->add_option("--labels", o->labels, "KITTI's label file")->required();
+  format->add_option("--poses", o->poses, "of the camera, 3x4 matrices")->required();
+  format->add_option("--pose-scale", o->pose_scale,
+                     "factor of their translations, where they and the labels disagree in scale");
+  add_noise(*format, o->noise);
+  format->add_option("--period", o->period, "between frames [s]");
+  format->add_option("--max-range", o->max_range, "objects farther away are dropped [m]");
+  format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
+  format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
+  format->add_option("--still-rms", o->still_rms,
+                     "tracks that spread more about their mean move [m]");
+  format->add_option("--class-accuracy", o->class_accuracy,
+                     "share of detections that keep their class; the others get any");
+  return format;
+}
+
+CLI::App* add_stata(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<StataOptions>(
+      app, convert, "stata", "MIT Stata Center: objects of 8 classes seen by a carried camera",
+      import_stata);
+  format->add_option("folder", o->folder, "Folder of the data set")->required();
+  add_noise(*format, o->noise);
+  format->add_option("--period", o->period, "between key-frames [s]");
+  format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
+  format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
+  format->add_option("--min-score", o->min_score, "detections with less are dropped");
+  return format;
+}
+
+}  // namespace hybrid

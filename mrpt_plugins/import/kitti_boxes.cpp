@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/kitti_boxes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/input/text_table.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kPixelNoise = 3;    // of the edges of a box
+constexpr double kRoadNoise = 0.01;  // rad, between camera and road, as the car pitches
+constexpr double kShapeNoise = 0.7;  // m, from the middle of what is seen to that of the car
+constexpr std::int64_t kCocoIds[] = {2, 3, 5, 7};
+
+struct Box {
+  double left, top, width, height, confidence;
+  std::size_t class_index;
+};
+
+/// A depth and its standard deviation [m].
+struct Depth {
+  double mean, sigma;
+};
+
+Depth depth_by_height(const Box& box, const KittiOptions& o) {
+  const double z = o.focal * o.object_height / box.height;
+  return {z, z * std::hypot(o.sigma_height / o.object_height, kPixelNoise / box.height)};
+}
+
+/// Nothing where the box ends above the horizon.
+std::optional<Depth> depth_by_road(const Box& box, const KittiOptions& o) {
+  const double below = box.top + box.height - o.center_v;
+  if (below <= kPixelNoise) return std::nullopt;
+  const double z = o.focal * o.camera_height / below;
+  return Depth{z, z * std::hypot(kRoadNoise * o.focal, kPixelNoise) / below};
+}
+
+/// Why a box tells nothing, or its depth.
+const char* find_depth(const Box& box, const KittiOptions& o, Depth& depth) {
+  const Depth h = depth_by_height(box, o);
+  const std::optional<Depth> road = depth_by_road(box, o);
+  if (!road) return "box dropped: its lower edge is above the horizon";
+  if (std::abs(h.mean - road->mean) > o.agreement * std::max(h.mean, road->mean)) {
+    return "box dropped: depth by height and depth by road differ";
+  }
+  const double wh = 1 / (h.sigma * h.sigma), wr = 1 / (road->sigma * road->sigma);
+  depth = {(wh * h.mean + wr * road->mean) / (wh + wr), 1 / std::sqrt(wh + wr)};
+  return depth.mean > o.max_depth ? "box dropped: too far away" : nullptr;
+}
+
+BoxSighting sighting_of(const Box& box, const Depth& depth, const KittiOptions& o, bool is_3d) {
+  const double u = box.left + 0.5 * box.width, v = box.top + 0.5 * box.height;
+  const Eigen::Vector3d ray((u - o.center_u) / o.focal, (v - o.center_v) / o.focal, 1);
+  const Eigen::Vector3d surface = depth.mean * ray;
+  BoxSighting out;
+  out.point = robot_point(surface + o.half_length * surface.normalized());
+  out.detection = detection_of(out.point, is_3d);
+  const double range = out.point.norm();
+  out.detection.std_range = static_cast<float>(std::hypot(depth.sigma * ray.norm(), kShapeNoise));
+  out.detection.std_yaw =
+      static_cast<float>(std::hypot(kShapeNoise / range, kPixelNoise / o.focal));
+  if (is_3d) {
+    out.detection.std_pitch =
+        static_cast<float>(std::hypot(o.sigma_height / range, kPixelNoise / o.focal));
+  }
+  const std::size_t classes = kitti_box_classes().size();
+  const double others = (1 - box.confidence) / static_cast<double>(classes - 1);
+  out.detection.class_scores.assign(classes, static_cast<float>(others));
+  out.detection.class_scores[box.class_index] = static_cast<float>(box.confidence);
+  return out;
+}
+
+}  // namespace
+
+const std::vector<std::string>& kitti_box_classes() {
+  static const std::vector<std::string> names{"car", "motorbike", "bus", "truck"};
+  return names;
+}
+
+std::vector<BoxSighting> read_boxes(const KittiOptions& options, bool is_3d, LogWriter& log) {
+  std::vector<BoxSighting> sightings;
+  TextTable table(options.boxes);
+  while (const auto row = table.next()) {
+    row->expect_columns(7, 7, "frame x_min y_min width height coco_class confidence");
+    const auto frame = static_cast<std::size_t>(row->id(0));
+    if (!sightings.empty() && frame < sightings.back().frame) row->fail("frames go backwards");
+    Box box{row->number(1), row->number(2), row->number(3), row->number(4), row->number(6), 0};
+    if (box.width <= 0 || box.height <= 0) row->fail("box without width or height");
+    if (box.confidence < 0 || box.confidence > 1) row->fail("confidence not within 0 and 1");
+    const auto* known = std::find(std::begin(kCocoIds), std::end(kCocoIds), row->id(5));
+    if (known == std::end(kCocoIds)) {
+      log.drop("box dropped: no vehicle");
+      continue;
+    }
+    box.class_index = static_cast<std::size_t>(known - std::begin(kCocoIds));
+    Depth depth{};
+    if (const char* reason = find_depth(box, options, depth)) {
+      log.drop(reason);
+      continue;
+    }
+    sightings.push_back(sighting_of(box, depth, options, is_3d));
+    sightings.back().frame = frame;
+  }
+  return sightings;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/mrclam.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/import/planar_truth.h"
+#include "mrpt_plugins/input/text_table.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::int64_t kRobots = 5;  // subjects 1 to 5; landmarks have higher numbers
+
+/// The file of a robot, or its thinned form.
+std::string robot_file(const MrclamOptions& options, const char* kind, const char* thinned) {
+  const std::string stem = fmt::format("{}/Robot{}_{}", options.folder, options.robot, kind);
+  const std::string full = stem + ".dat";
+  return std::filesystem::exists(full) ? full : stem + thinned + ".dat";
+}
+
+std::map<std::int64_t, std::int64_t> read_barcodes(const std::string& path) {
+  std::map<std::int64_t, std::int64_t> subject_of;
+  TextTable table(path);
+  while (const auto row = table.next()) {
+    row->expect_columns(2, 2, "subject barcode");
+    if (!subject_of.emplace(row->id(1), row->id(0)).second) row->fail("barcode listed twice");
+  }
+  return subject_of;
+}
+
+Velocity read_command(const TextRow& row) {
+  row.expect_columns(3, 3, "time forward_velocity angular_velocity");
+  return {row.number(0), row.number(1), row.number(2)};
+}
+
+void add_landmarks(const std::string& path, LogWriter& log) {
+  TextTable table(path);
+  while (const auto row = table.next()) {
+    row->expect_columns(3, 5, "subject x y [x std y std]");
+    log.true_landmark(row->id(0), {row->number(1), row->number(2), 0.0});
+  }
+}
+
+/// The measurements of one time, added to the log once they are complete.
+class Frame {
+ public:
+  Frame(const MrclamOptions& options, LogWriter& log)
+      : options_(options),
+        log_(log),
+        odometry_(robot_file(options, "Odometry", "_changes"), read_command, options.walk),
+        truth_(robot_file(options, "Groundtruth", "_10th")) {}
+
+  /// Starts the frame of another time.
+  void begin(double time) {
+    end();
+    time_ = time;
+    seen_ = planar_detections("CAMERA", options_.sigma_range, options_.sigma_bearing, {});
+  }
+
+  void end() {
+    if (!seen_) return;
+    const auto truth = truth_.at(time_);
+    if (truth) {
+      log_.add({time_, odometry_.move_to(time_), {seen_}, truth});
+    } else {
+      log_.drop("detection dropped: no true pose at its time", seen_->detections.size());
+    }
+    seen_.reset();
+  }
+
+  bool is_of(double time) const { return seen_ && time == time_; }
+  double time() const { return time_; }
+  CObservationClassedBearingRange& detections() { return *seen_; }
+
+ private:
+  const MrclamOptions& options_;
+  LogWriter& log_;
+  VelocityOdometry odometry_;
+  PlanarTruth truth_;
+  double time_ = 0;
+  CObservationClassedBearingRange::Ptr seen_;
+};
+
+}  // namespace
+
+ImportReport import_mrclam(const MrclamOptions& options, const std::string& output) {
+  LogWriter log(output);
+  const auto subject_of = read_barcodes(options.folder + "/Barcodes.dat");
+  Frame frame(options, log);
+  TextTable table(robot_file(options, "Measurement", ""));
+  while (const auto row = table.next()) {
+    row->expect_columns(4, 4, "time barcode range bearing");
+    const double time = row->number(0);
+    if (time < frame.time()) row->fail("time goes backwards");
+    if (!frame.is_of(time)) frame.begin(time);
+    CObservationClassedBearingRange::Detection d;
+    d.range = static_cast<float>(row->number(2));
+    d.yaw = static_cast<float>(row->number(3));
+    const auto subject = subject_of.find(row->id(1));
+    if (subject == subject_of.end()) {
+      log.drop("detection dropped: barcode of nothing listed");
+      continue;
+    }
+    if (subject->second > kRobots) {
+      d.landmark_id = static_cast<std::int32_t>(subject->second);
+    } else if (!options.keep_robots) {
+      log.drop("detection dropped: another robot");
+      continue;
+    }
+    frame.detections().detections.push_back(d);
+  }
+  frame.end();
+  add_landmarks(options.folder + "/Landmark_Groundtruth.dat", log);
+  return log.finish();
+}
+
+}  // namespace hybrid

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/import/velocity_odometry.h"
+
+namespace hybrid {
+
+/// UTIAS MR.CLAM (Leung et al. 2011): five robots in a room with barcoded cylinders.
+struct MrclamOptions {
+  /// Folder with Barcodes.dat, Landmark_Groundtruth.dat and RobotN_{Measurement,Odometry,
+  /// Groundtruth}.dat; the latter two may be thinned, as RobotN_Odometry_changes.dat and
+  /// RobotN_Groundtruth_10th.dat.
+  std::string folder;
+  int robot = 1;             ///< 1 to 5
+  bool keep_robots = false;  ///< Keep sightings of other robots, as detections without an id.
+  double sigma_range = 0.2, sigma_bearing = 0.03;  ///< [m], [rad]
+  OdometryWalk walk{0.05, 0.02, 0.02, 0.04, 1e-3};
+};
+
+/// Converts what one robot saw into a log with a step for each time of measurement, ids being
+/// subject numbers, the motion that of the velocity commands, the truth that of the motion capture.
+ImportReport import_mrclam(const MrclamOptions& options, const std::string& output);
+
+}  // namespace hybrid

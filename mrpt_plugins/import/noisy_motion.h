@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstdint>
+
+#include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/simulation/random.h"
+
+namespace hybrid {
+
+/// Gaussian noise given to motions of poses that are too good to be called odometry. With the same
+/// seed it is the same.
+struct MotionNoise {
+  double translation = 0;  ///< Sigma of each axis and step [m].
+  double rotation = 0;     ///< [rad]
+  std::uint64_t seed = 1;
+};
+
+/// The motion with noise drawn and stated in its covariance; in the plane only x, y and yaw of it.
+OdometryIncrement noisy_motion(const mrpt::poses::CPose3D& motion, const MotionNoise& noise,
+                               bool is_3d, Random& random);
+
+}  // namespace hybrid

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/import/noisy_motion.h"
+
+namespace hybrid {
+
+/// Objects in an office, seen by a carried RGB-D camera (Mu et al. 2016).
+struct StataOptions {
+  /// Folder with frames.txt (index seq T_world_camera) and detections.txt (frame class score x y z
+  /// size box).
+  std::string folder;
+  MotionNoise noise{0.02, 0.01, 1};  ///< Given to the odometry, which is the motion of the poses.
+  double period = 0.5;               ///< Between key-frames [s].
+  double sigma_range = 0.15, sigma_bearing = 0.04;  ///< [m], [rad]
+  double min_score = 0;                             ///< Detections with less are dropped.
+};
+
+/// Converts the data set into a log in space with a step for each key-frame. There is no truth: the
+/// poses that the noise is added to stand for it.
+ImportReport import_stata(const StataOptions& options, const std::string& output);
+
+}  // namespace hybrid

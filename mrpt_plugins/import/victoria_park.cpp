@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/victoria_park.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+// The car, in metres: between the axles; from the middle of the rear axle to its left wheel, whose
+// turns the encoder counts; from there to the laser.
+constexpr double kAxles = 2.83, kHalfTrack = 0.76, kLaserAhead = 3.78, kLaserLeft = 0.5;
+
+constexpr double kGpsSlack = 1.5;           // m, between fixes beside the way driven
+constexpr double kReferenceWindow = 0.3;    // m of way between a sighting and its scan
+constexpr double kReferenceDistance = 0.5;  // m between a sighting and its detection
+
+struct Tree {
+  double range = 0, bearing = 0;
+  std::optional<std::int64_t> id;
+};
+
+struct Scan {
+  double time = 0;
+  double way = 0;  ///< Driven since the start [m].
+  OdometryIncrement motion;
+  std::vector<Tree> trees;
+};
+
+/// The standard car model: speed of the middle of the rear axle and turn rate.
+Velocity car_velocity(const TextRow& row) {
+  row.expect_columns(3, 3, "time speed steering");
+  const double steering = row.number(2);
+  if (std::abs(steering) > 1.2) row.fail("steering angle above 1.2 rad");
+  const double curvature = std::tan(steering) / kAxles;
+  const double speed = row.number(1) / (1 - kHalfTrack * curvature);
+  return {row.number(0), speed, speed * curvature};
+}
+
+std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log) {
+  std::vector<Scan> scans;
+  VelocityOdometry car(options.folder + "/odometry.txt", car_velocity, options.walk);
+  TextTable times(options.folder + "/scan_times.txt");
+  while (const auto row = times.next()) {
+    row->expect_columns(1, 1, "time");
+    const double time = row->number(0);
+    if (!scans.empty() && time <= scans.back().time) {
+      log.drop("scan dropped: not after the one before");
+      continue;
+    }
+    OdometryIncrement motion = car.move_to(time);
+    scans.push_back({time, car.way(), std::move(motion), {}});
+  }
+  TextTable trees(options.folder + "/tree_detections.txt");
+  auto scan = scans.begin();
+  while (const auto row = trees.next()) {
+    row->expect_columns(4, 4, "time range bearing diameter");
+    const double time = row->number(0);
+    while (scan != scans.end() && scan->time < time - 1e-4) ++scan;
+    if (scan == scans.end() || scan->time > time + 1e-4) {
+      log.drop("tree dropped: no scan at its time");
+      if (scan == scans.end()) scan = scans.begin();
+      continue;
+    }
+    scan->trees.push_back({row->number(1), row->number(2) - M_PI_2, {}});
+  }
+  return scans;
+}
+
+/// A sighting of the reference association, in the frame of the rear axle.
+struct Sighting {
+  double way;
+  std::int64_t id;
+  Eigen::Vector2d point;
+};
+
+/// The reference counts poses and not time, but its odometry is that of the same car model: the way
+/// driven says which scan a sighting belongs to.
+std::vector<Sighting> read_reference(const std::string& path) {
+  std::vector<Sighting> sightings;
+  std::map<std::int64_t, double> way{{0, 0.0}};
+  TextTable table(path);
+  while (const auto row = table.next()) {
+    row->expect_columns(8, 12, "ODOMETRY i j x y angle ... or LANDMARK i j x y ...");
+    const std::int64_t from = row->id(1), to = row->id(2);
+    const auto start = way.find(from);
+    if (start == way.end()) row->fail(fmt::format("pose {} has no odometry before", from));
+    const Eigen::Vector2d point(row->number(3), row->number(4));
+    if (row->words[0] == "ODOMETRY") {
+      way[to] = start->second + point.norm();
+    } else if (row->words[0] == "LANDMARK") {
+      sightings.push_back({start->second, to, point});
+    } else {
+      row->fail(fmt::format("'{}' is neither ODOMETRY nor LANDMARK", row->words[0]));
+    }
+  }
+  return sightings;
+}
+
+Eigen::Vector2d point_of(const Tree& tree) {
+  return {kLaserAhead + tree.range * std::cos(tree.bearing),
+          kLaserLeft + tree.range * std::sin(tree.bearing)};
+}
+
+/// Gives the detection nearest to each sighting, in the scans made where it was, the sighting's id.
+void give_ids(const std::vector<Sighting>& reference, std::vector<Scan>& scans, LogWriter& log) {
+  for (const Sighting& sighting : reference) {
+    auto scan = std::lower_bound(scans.begin(), scans.end(), sighting.way - kReferenceWindow,
+                                 [](const Scan& s, double way) { return s.way < way; });
+    Tree* best = nullptr;
+    double nearest = kReferenceDistance;
+    for (; scan != scans.end() && scan->way <= sighting.way + kReferenceWindow; ++scan) {
+      for (Tree& tree : scan->trees) {
+        const double distance = (point_of(tree) - sighting.point).norm();
+        if (distance >= nearest) continue;
+        nearest = distance;
+        best = &tree;
+      }
+    }
+    if (best == nullptr) {
+      log.drop("reference sighting dropped: no detection within 0.5 m of it");
+    } else if (best->id && *best->id != sighting.id) {
+      log.drop("reference sighting dropped: its detection has another id already");
+    } else {
+      best->id = sighting.id;
+    }
+  }
+}
+
+/// Positions of the satellite receiver, checked against the way the car drove.
+void add_gps(const VictoriaParkOptions& options, const std::vector<Scan>& scans, LogWriter& log) {
+  TextTable table(options.folder + "/gps.txt");
+  std::size_t scan = 0;
+  std::optional<Eigen::Vector2d> last;
+  double last_time = 0, last_way = 0;
+  while (const auto row = table.next()) {
+    row->expect_columns(3, 3, "time x y");
+    const double time = row->number(0);
+    const Eigen::Vector2d position(row->number(1), row->number(2));
+    while (scan + 1 < scans.size() && scans[scan + 1].time <= time) ++scan;
+    const double way = scans[scan].way;
+    if (last && time <= last_time) {
+      log.drop("GPS fix dropped: time goes backwards");
+    } else if (last && (position - *last).norm() > way - last_way + kGpsSlack) {
+      log.drop("GPS fix dropped: farther from the last one than the car drove");
+    } else {
+      log.true_position(time, {position.x(), position.y(), 0.0});
+      last = position;
+      last_time = time;
+      last_way = way;
+    }
+  }
+}
+
+}  // namespace
+
+ImportReport import_victoria_park(const VictoriaParkOptions& options, const std::string& output) {
+  LogWriter log(output);
+  std::vector<Scan> scans = read_scans(options, log);
+  if (options.reference) {
+    give_ids(read_reference(options.folder + "/victoria_park_known_assoc_gtsam.txt"), scans, log);
+  }
+  const mrpt::poses::CPose3D T_car_laser(kLaserAhead, kLaserLeft, 0, 0, 0, 0);
+  for (const Scan& scan : scans) {
+    auto frame =
+        planar_detections("LASER", options.sigma_range, options.sigma_bearing, T_car_laser);
+    frame->fov_yaw = static_cast<float>(M_PI);
+    frame->max_range = 80;
+    for (const Tree& tree : scan.trees) {
+      CObservationClassedBearingRange::Detection d;
+      d.range = static_cast<float>(tree.range);
+      d.yaw = static_cast<float>(tree.bearing);
+      if (tree.id) d.landmark_id = static_cast<std::int32_t>(*tree.id);
+      frame->detections.push_back(d);
+    }
+    log.add({scan.time, scan.motion, {frame}, {}});
+  }
+  add_gps(options, scans, log);
+  return log.finish();
+}
+
+}  // namespace hybrid

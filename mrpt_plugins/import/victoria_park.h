@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/import/velocity_odometry.h"
+
+namespace hybrid {
+
+/// Victoria Park (Guivant and Nebot): a car with a laser among trees.
+struct VictoriaParkOptions {
+  /// Folder with odometry.txt (t speed steering), scan_times.txt (t), tree_detections.txt (t range
+  /// bearing diameter; bearing pi/2 is straight ahead), gps.txt (t x y), and for the reference
+  /// association victoria_park_known_assoc_gtsam.txt.
+  std::string folder;
+  /// Whether sightings of the reference association get its landmark ids.
+  bool reference = true;
+  double sigma_range = 0.3;       ///< [m]
+  double sigma_bearing = 0.0175;  ///< [rad]
+  OdometryWalk walk{0.05, 0.02, 0.012, 0, 1e-4};
+};
+
+/// Converts the data set into a log with a step for each scan. The robot is the middle of the rear
+/// axle; its motion follows the standard car model from the speed of the left rear wheel and the
+/// steering angle. Positions of the satellite receiver go beside the log; those that lie farther
+/// from the last good one than the car drove are dropped.
+ImportReport import_victoria_park(const VictoriaParkOptions& options, const std::string& output);
+
+}  // namespace hybrid
