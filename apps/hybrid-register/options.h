@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace hybrid {
+
+/// Exit codes of the program.
+enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
+
+/// What the command line asks for.
+struct Options {
+  std::string source, target;
+  std::string metric = "surface";
+  std::string start;  ///< file with a 4x4 matrix; empty: the identity
+  bool search = true;
+  int threads = 0;
+  std::string unit;
+  std::string output = "hybrid-register-out";
+};
+
+/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
+/// with `exit_code` set; what to say has then been said.
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+
+}  // namespace hybrid

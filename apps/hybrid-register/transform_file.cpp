@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-register/transform_file.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kTolerance = 1e-3;  // of a rotation matrix that somebody typed
+
+}  // namespace
+
+SE3 read_transform(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw Error(path + ": cannot be read");
+  Eigen::Matrix4d M;
+  for (int i = 0; i < 16; ++i) {
+    if (!(in >> M(i / 4, i % 4))) {
+      throw Error(fmt::format("{}: number {} of 16 is missing or no number", path, i + 1));
+    }
+  }
+  std::string more;
+  if (in >> more) throw Error(path + ": has more than 16 numbers");
+  const Eigen::Matrix3d R = M.topLeftCorner<3, 3>();
+  const bool rigid = M.allFinite() && R.determinant() > 0 &&
+                     (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
+                     (M.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() < kTolerance;
+  if (!rigid)
+    throw Error(path + ": is not a rigid motion (rotation, translation, last row 0 0 0 1)");
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  return {M.topRightCorner<3, 1>(), Eigen::Quaterniond(nearest).normalized()};
+}
+
+std::string transform_text(const SE3& T) {
+  const Eigen::Matrix4d M = T.matrix();
+  std::string text;
+  for (int i = 0; i < 4; ++i) {
+    fmt::format_to(std::back_inserter(text), "{:.15g} {:.15g} {:.15g} {:.15g}\n", M(i, 0), M(i, 1),
+                   M(i, 2), M(i, 3));
+  }
+  return text;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace hybrid {
+
+/// A point cloud: positions in one frame and one unit of length.
+using Points = std::vector<Eigen::Vector3d>;
+
+}  // namespace hybrid

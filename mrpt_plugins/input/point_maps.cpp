@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/point_maps.h"
+
+#include <fmt/format.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+
+#include <charconv>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/point_text.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::maps::CPointsMap;
+using mrpt::maps::CSimpleMap;
+using mrpt::maps::CSimplePointsMap;
+
+PointFile points_of(const CPointsMap& map) {
+  PointFile file;
+  std::vector<float> x, y, z;
+  map.getAllPoints(x, y, z);
+  for (std::size_t i = 0; i < x.size(); ++i) add_point(file, {x[i], y[i], z[i]});
+  return file;
+}
+
+/// Points of the scans of one step; all of them, without thinning.
+PointFile read_step(const std::string& path, std::size_t wanted) {
+  RawlogReader reader(path);
+  std::size_t steps = 0;
+  while (const auto step = reader.next()) {
+    ++steps;
+    if (step->index != wanted) continue;
+    CSimplePointsMap map;
+    map.insertionOptions.minDistBetweenLaserPoints = 0;
+    map.insertionOptions.disableDeletion = true;
+    for (const auto& observation : step->observations) map.insertObservation(*observation);
+    if (map.empty()) {
+      throw Error(fmt::format("{}: step {} has no observation with points", path, wanted));
+    }
+    return points_of(map);
+  }
+  if (!reader.message().empty()) throw Error(fmt::format("{}: {}", path, reader.message()));
+  throw Error(fmt::format("{}: has {} steps, step {} was asked for", path, steps, wanted));
+}
+
+PointFile read_map(const std::string& path) {
+  ObjectReader reader(path);
+  while (const auto object = reader.next()) {
+    if (const auto* map = dynamic_cast<const CPointsMap*>(object.get())) return points_of(*map);
+    if (const auto* map = dynamic_cast<const CSimpleMap*>(object.get())) {
+      CSimplePointsMap points;
+      points.loadFromSimpleMap(*map);
+      return points_of(points);
+    }
+  }
+  if (reader.status() != LogStatus::kComplete) {
+    throw Error(fmt::format(
+        "{}: {}; read are .xyz, .txt, .asc, .csv, .ply, .pcd, MRPT's points maps and rawlogs", path,
+        reader.message()));
+  }
+  throw Error(path + ": holds no points map");
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+bool is_rawlog(const std::string& path) {
+  return ends_with(path, ".rawlog") || ends_with(path, ".rawlog.gz");
+}
+
+}  // namespace
+
+PointFile read_point_source(const std::string& path) {
+  if (is_point_file(path)) return read_points(path);
+  const std::size_t mark = path.rfind('#');
+  if (mark != std::string::npos && is_rawlog(path.substr(0, mark))) {
+    std::size_t step = 0;
+    const char* end = path.data() + path.size();
+    const auto [last, error] = std::from_chars(path.data() + mark + 1, end, step);
+    if (error != std::errc() || last != end) {
+      throw Error(fmt::format("{}: '#' must be followed by the number of a step", path));
+    }
+    return read_step(path.substr(0, mark), step);
+  }
+  PointFile file = is_rawlog(path) ? read_step(path, 0) : read_map(path);
+  if (file.points.empty()) throw Error(path + ": holds no point");
+  return file;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/overlay_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mrpt_plugins/output/axes.h"
+#include "mrpt_plugins/output/canvas.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kShown = 12000;  // points of a cloud that a panel shows at most
+constexpr Color kTarget = palette::kDeadReckoning;
+constexpr Color kSource = palette::kEstimate;
+
+struct View {
+  int x, y;  // axes to the right and up
+  const char* name;
+};
+
+constexpr View kViews[] = {{0, 1, "along z"}, {0, 2, "along y"}, {1, 2, "along x"}};
+
+Points thinned(const Points& points) {
+  const std::size_t step = (points.size() + kShown - 1) / kShown;
+  Points few;
+  for (std::size_t i = 0; i < points.size(); i += step) few.push_back(points[i]);
+  return few;
+}
+
+Points moved(const SE3& T, Points points) {
+  for (Eigen::Vector3d& p : points) p = T * p;
+  return points;
+}
+
+struct Bounds {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector3d high = Eigen::Vector3d::Constant(-1e300);
+  void add(const Points& points) {
+    for (const Eigen::Vector3d& p : points) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+};
+
+Axis axis(const Bounds& bounds, int index, const std::string& unit) {
+  const double room = std::max(1e-6, 0.04 * (bounds.high - bounds.low).maxCoeff());
+  Axis result;
+  result.label = fmt::format("{} ({})", "xyz"[index], unit);
+  result.range = {{bounds.low[index] - room, bounds.high[index] + room}};
+  return result;
+}
+
+void scatter(Canvas& canvas, const Axes& axes, const View& view, const Points& points, Color color,
+             double radius) {
+  for (const Eigen::Vector3d& p : points) {
+    canvas.marker(axes.pixel(p[view.x], p[view.y]), Marker::kSquare, radius, color, false);
+  }
+}
+
+void draw_panel(Canvas& canvas, const Box& box, const View& view, const std::string& heading,
+                const Bounds& bounds, const std::string& unit, const Points& target,
+                const Points& source) {
+  Axis x = axis(bounds, view.x, unit), y = axis(bounds, view.y, unit);
+  Axes::equalize(box, x, y);
+  const Axes axes(box, x, y);
+  axes.draw(canvas);
+  const double radius = target.size() + source.size() < 3000 ? 2.0 : 0.8;
+  canvas.clip(box);
+  scatter(canvas, axes, view, target, kTarget, radius);
+  scatter(canvas, axes, view, source, kSource, radius);
+  canvas.unclip();
+  TextStyle style;
+  style.size = 15;
+  style.bold = true;
+  canvas.text({box.left, box.top - 16}, heading, style);
+}
+
+void draw_head(Canvas& canvas, const Overlay& overlay, bool thinned_any) {
+  TextStyle title;
+  title.size = 21;
+  title.bold = true;
+  canvas.text({105, 40}, overlay.title, title);
+  TextStyle style;
+  style.size = 14;
+  style.color = {90, 90, 90};
+  canvas.text({105, 74}, overlay.note, style);
+  style.color = palette::kInk;
+  double left = 113;
+  const auto entry = [&](const std::string& text, Color color) {
+    canvas.marker({left, 106}, Marker::kSquare, 7, color);
+    canvas.text({left + 18, 106}, text, style);
+    left += 60 + Canvas::text_extent(text, style).x();
+  };
+  const std::string note = thinned_any ? fmt::format(", at most {} drawn", kShown) : "";
+  entry(fmt::format("target, {} points{}", overlay.target.size(), note), kTarget);
+  entry(fmt::format("source, {} points{}", overlay.source.size(), note), kSource);
+}
+
+}  // namespace
+
+Image overlay_image(const Overlay& overlay) {
+  const Points target = thinned(overlay.target), source = thinned(overlay.source);
+  const Points sources[] = {moved(overlay.before, source), moved(overlay.after, source)};
+  Bounds bounds, of_target;
+  of_target.add(target);
+  bounds.add(target);
+  for (const Points& points : sources) bounds.add(points);
+  const Eigen::Vector3d size = of_target.high - of_target.low;
+  const bool flat = size.z() <= 1e-6 * size.maxCoeff();
+  const int views = flat ? 1 : 3;
+
+  // Flat clouds stand side by side, others in two rows.
+  const int width = 1800, height = flat ? 960 : 1280;
+  Canvas canvas(width, height);
+  draw_head(canvas, overlay,
+            target.size() < overlay.target.size() || source.size() < overlay.source.size());
+  const int columns = flat ? 2 : 3, rows = flat ? 1 : 2;
+  const double top = 170, cell_width = (width - 20.0) / columns;
+  const double cell_height = (height - top) / rows;
+  for (int state = 0; state < 2; ++state) {
+    for (int v = 0; v < views; ++v) {
+      const double left = (flat ? state : v) * cell_width;
+      const double upper = top + (flat ? 0 : state) * cell_height;
+      const Box box{left + 105, upper, left + cell_width - 15, upper + cell_height - 115};
+      const std::string heading =
+          fmt::format("{}, seen {}", state == 0 ? "Before" : "After", kViews[v].name);
+      draw_panel(canvas, box, kViews[v], heading, bounds, overlay.unit, target, sources[state]);
+    }
+  }
+  return canvas.image();
+}
+
+}  // namespace hybrid

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/io/read_points.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ReadPoints : public ::testing::Test {
+ protected:
+  ReadPoints() { fs::create_directories(folder_); }
+  ~ReadPoints() override { fs::remove_all(folder_); }
+
+  std::string file(const std::string& name, const std::string& content) {
+    const std::string path = (folder_ / name).string();
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  }
+  /// The message of the error, or "" if there is none.
+  std::string error(const std::string& name, const std::string& content) {
+    try {
+      read_points(file(name, content));
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  }
+  static bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  }
+
+  fs::path folder_ = fs::temp_directory_path() / ("hybrid_points_" + std::to_string(getpid()));
+};
+
+const Points kExpected = {{1, 2, 3}, {-4.5, 5e-1, 6}};
+
+TEST_F(ReadPoints, RowsWithCommentsColumnsAndSeparators) {
+  const std::string rows = "# x y z\n1 2 3\n\n-4.5,5e-1;+6 255 \r\n";
+  EXPECT_EQ(read_points(file("a.xyz", rows)).points, kExpected);
+  EXPECT_EQ(read_points(file("a.CSV", rows)).points, kExpected);
+}
+
+TEST_F(ReadPoints, PlyText) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\ncomment made by hand\nelement camera 1\nproperty float f\n"
+      "element vertex 2\nproperty uchar red\nproperty float x\nproperty float y\n"
+      "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "0.5\n7 1 2 3\n8 -4.5 0.5 6\n3 0 1 0\n";
+  EXPECT_EQ(read_points(file("a.ply", ply)).points, kExpected);
+}
+
+template <class T>
+std::string bytes(T value, bool swap) {
+  std::string text(sizeof(T), '\0');
+  std::memcpy(text.data(), &value, sizeof(T));
+  return swap ? std::string(text.rbegin(), text.rend()) : text;
+}
+
+TEST_F(ReadPoints, PlyBinaryOfBothOrders) {
+  for (const bool big : {false, true}) {
+    std::string ply = std::string("ply\nformat binary_") + (big ? "big" : "little") +
+                      "_endian 1.0\nelement strip 1\nproperty list uchar short i\n"
+                      "element vertex 2\nproperty short intensity\nproperty float x\n"
+                      "property float y\nproperty double z\nend_header\n";
+    ply += bytes<unsigned char>(2, big) + bytes<short>(1, big) + bytes<short>(2, big);
+    for (const Eigen::Vector3d& p : kExpected) {
+      ply += bytes<short>(-3, big) + bytes(float(p.x()), big) + bytes(float(p.y()), big) +
+             bytes(p.z(), big);
+    }
+    EXPECT_EQ(read_points(file("b.ply", ply)).points, kExpected);
+    EXPECT_TRUE(has(error("c.ply", ply.substr(0, ply.size() - 3)), "the file ends after 1"));
+  }
+}
+
+TEST_F(ReadPoints, PcdText) {
+  const std::string pcd =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS rgb normal x y z\nSIZE 4 4 4 4 4\nTYPE F F F F F\n"
+      "COUNT 1 2 1 1 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n"
+      "0 8 9 1 2 3\n0 8 9 nan nan nan\n0 8 9 -4.5 0.5 6\n";
+  const PointFile read = read_points(file("a.pcd", pcd));
+  EXPECT_EQ(read.points, kExpected);
+  EXPECT_EQ(read.left_out, 1u);
+}
+
+TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
+  EXPECT_TRUE(has(error("a.obj", "1 2 3\n"), "unknown kind of point cloud"));
+  EXPECT_TRUE(has(error("a.xyz", ""), "holds no point"));
+  EXPECT_TRUE(has(error("a.xyz", "nan 1 2\n"), "none of its points is finite"));
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n1 2\n"), "a.xyz:2: a point needs 3 numbers, got 2"));
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n\n1 two 3\n"), "a.xyz:3: 'two' is not a number"));
+  EXPECT_TRUE(has(error("a.ply", "solid\n"), "does not begin with 'ply'"));
+  EXPECT_TRUE(has(error("a.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                        "property float y\nend_header\n1 2\n"),
+                  "no property 'z'"));
+  EXPECT_TRUE(has(error("a.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                        "property float y\nproperty float z\nend_header\n1 2 3\n"),
+                  "the header says 2 of element 'vertex', the file ends after 1"));
+  EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\n"), "ends inside the header"));
+  EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\nelement face 1\nend_header\n1\n"),
+                  "no element 'vertex'"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA binary\n"), "only 'DATA ascii'"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n"),
+                  "says 2 points, the file ends after 1"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y\nPOINTS 1\nDATA ascii\n1 2\n"), "no x, y and z"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2\n"), "3 values, got 2"));
+  EXPECT_THROW(read_points((folder_ / "absent.xyz").string()), Error);
+  EXPECT_THROW(read_points(folder_.string() + ".xyz"), Error);
+}
+
+}  // namespace
+}  // namespace hybrid
