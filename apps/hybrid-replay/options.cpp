@@ -43,6 +43,10 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "libraries with further plugins or observation classes, separated by commas")
       ->type_name("LIB.so")
       ->delimiter(',');
+  app.add_option("--set", options.settings,
+                 "a value instead of that in the INI; may be given several times")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false);
   app.add_option("-o,--output", options.output, "folder for the results, created if absent")
       ->type_name("OUT")
       ->capture_default_str();

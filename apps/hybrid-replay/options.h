@@ -17,6 +17,7 @@ struct Options {
   std::string config;
   std::string rawlog, truth_path, truth_map;  ///< override the INI where not empty
   std::vector<std::string> plugin_libraries;
+  std::vector<std::string> settings;  ///< section.key=value, instead of what the INI says
   std::string output = "hybrid-replay-out";
   bool pictures = true;
   bool sparsity = false;

@@ -109,14 +109,16 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
   return render(plot);
 }
 
-Image reliability_image(const Calibration& calibration, const std::string& title) {
+Image reliability_image(const Calibration& calibration, const std::string& title,
+                        const ClaimNames& names) {
   PlotSpec plot;
   plot.title = title;
-  plot.subtitle = fmt::format(
-      "{} objects, Brier score {:.3f}, log loss {:.3f}, calibration error {:.3f}",
-      calibration.predictions, calibration.brier, calibration.log_loss, calibration.expected_error);
-  plot.x = {"probability claimed for a class", Scale::kLinear, {{0.0, 1.0}}};
-  plot.y = {"fraction that really was of that class", Scale::kLinear, {{-0.02, 1.02}}};
+  plot.subtitle =
+      fmt::format("{} {}, Brier score {:.3f}, log loss {:.3f}, calibration error {:.3f}",
+                  calibration.predictions, names.things, calibration.brier, calibration.log_loss,
+                  calibration.expected_error);
+  plot.x = {names.claimed, Scale::kLinear, {{0.0, 1.0}}};
+  plot.y = {names.observed, Scale::kLinear, {{-0.02, 1.02}}};
   plot.width = 1000;
   plot.height = 1060;
   Series diagonal;

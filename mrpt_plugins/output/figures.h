@@ -22,8 +22,19 @@ Image steps_image(const std::vector<StepRecord>& steps, const std::string& title
 Image error_image(const std::vector<double>& times, const std::vector<PosePair>& estimate,
                   const std::vector<PosePair>& dead_reckoning, const std::string& title);
 
+/// What the probabilities of a reliability diagram are about.
+struct ClaimNames {
+  const char* things = "objects";
+  const char* claimed = "probability claimed for a class";
+  const char* observed = "fraction that really was of that class";
+};
+inline constexpr ClaimNames kClassClaims{};
+inline constexpr ClaimNames kClosureClaims{"loop closures", "inlier probability claimed",
+                                           "fraction that really was true"};
+
 /// Reliability diagram: claimed probability against observed frequency with 95 % intervals (Wilson)
 /// and the number of claims per bin; on the diagonal means honest.
-Image reliability_image(const Calibration& calibration, const std::string& title);
+Image reliability_image(const Calibration& calibration, const std::string& title,
+                        const ClaimNames& names = kClassClaims);
 
 }  // namespace hybrid

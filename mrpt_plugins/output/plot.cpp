@@ -115,6 +115,21 @@ void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points
   }
 }
 
+/// The area between the ends of the error bars, one quadrilateral per stretch of the line.
+void draw_band(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
+  constexpr double kOpacity = 0.15;
+  const auto drawn = [&](std::size_t i) {
+    return usable(s.x[i], spec.x.scale) && usable(s.lower[i], spec.y.scale) &&
+           usable(s.upper[i], spec.y.scale);
+  };
+  for (std::size_t i = 1; i < s.lower.size(); ++i) {
+    if (!drawn(i - 1) || !drawn(i)) continue;
+    canvas.fill({axes.pixel(s.x[i - 1], s.lower[i - 1]), axes.pixel(s.x[i], s.lower[i]),
+                 axes.pixel(s.x[i], s.upper[i]), axes.pixel(s.x[i - 1], s.upper[i - 1])},
+                s.color, kOpacity);
+  }
+}
+
 void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
   canvas.clip(axes.box());
   std::vector<Pixel> points;
@@ -123,7 +138,8 @@ void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const S
     points.push_back(seen ? axes.pixel(s.x[i], s.y[i]) : Pixel(kNan, kNan));
   }
   const double edge = axes.pixel(0, spec.y.scale == Scale::kLog ? 1 : 0).y();
-  for (std::size_t i = 0; i < s.lower.size(); ++i) {
+  if (s.band) draw_band(canvas, axes, spec, s);
+  for (std::size_t i = 0; i < s.lower.size() && !s.band; ++i) {
     if (!points[i].allFinite() || !std::isfinite(s.upper[i])) continue;
     const double x = points[i].x();
     const double high = axes.pixel(s.x[i], s.upper[i]).y();

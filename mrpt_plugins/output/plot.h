@@ -34,6 +34,7 @@ struct Series {
   double marker_radius = 6;                    ///< pixels
   std::vector<double> lower = {}, upper = {};  ///< ends of error bars, one per point, or empty
   std::vector<std::string> notes = {};         ///< a text beside each point, or empty
+  bool band = false;  ///< draw lower to upper as a band along the line instead of bars
 };
 
 /// A picture of one pair of axes; the legend stands above the frame and hides nothing.

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/hybrid-experiment/options.h"
+
+namespace hybrid {
+
+/// Runs the trials that have no result yet, then writes summaries and plots. `program` is this
+/// executable: the other programs are beside it. Returns the exit code; throws on failure.
+int run_experiment(const Options& options, const std::filesystem::path& program);
+
+/// All sections and keys as a valid INI with comments: of the INI given, or the defaults.
+std::string config_text(const Options& options);
+
+}  // namespace hybrid

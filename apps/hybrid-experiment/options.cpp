@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-experiment/options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "mrpt_plugins/experiment/methods.h"
+
+namespace hybrid {
+namespace {
+
+constexpr const char* kAbout =
+    "Runs an experiment: many trials over graphs, shares of false loop closures, methods and "
+    "seeds,\n"
+    "or over replays of logs, several at a time, and draws what came out.\n";
+
+std::string footer() {
+  std::string text = "\nMethods for pose graphs:\n";
+  for (const MethodName& method : method_names()) {
+    text += fmt::format("  {:<16}{}\n", method.name, method.meaning);
+  }
+  text +=
+      "\nWritten to OUT: results.csv (a row per trial, appended as it ends), summary.csv (medians\n"
+      "and quartiles), summary.txt (the table printed at the end), a PNG per graph, "
+      "reliability_*.png,"
+      "\nexperiment.ini (the settings); for replays also trials/.\n"
+      "\nIt may be interrupted at any time: run again with the same OUT, it goes on where it was, "
+      "and\n"
+      "trials that have ended are not run again. More trials, rates, methods or graphs may be "
+      "asked\n"
+      "for meanwhile; with other settings or changed files it stops and says which.\n"
+      "\nExit code: 0 all well; 1 failure; 2 some trials failed: results.csv says which and why.\n"
+      "\nExample: hybrid-experiment -c config/experiments/fig2.ini -o out";
+  return text;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+  Options options;
+  CLI::App app(kAbout, "hybrid-experiment");
+  app.footer(footer());
+  app.add_option("-c,--config", options.config, "INI file with all settings; see --print-config")
+      ->type_name("INI");
+  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
+      ->type_name("OUT")
+      ->capture_default_str();
+  app.add_option("--data-dir", options.data_dir,
+                 "folder of the graphs, instead of [experiment] "
+                 "data_dir and $HYBRID_DATA_DIR")
+      ->type_name("DIR");
+  app.add_option("-j,--jobs", options.jobs, "trials at a time, instead of [experiment] jobs")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  app.add_flag("--print-config", options.print_config,
+               "print every section and key with its meaning, default and the value in effect");
+  try {
+    app.parse(argc, argv);
+    if (options.config.empty() && !options.print_config) {
+      throw CLI::RequiredError("-c (try -c config/experiments/fig2.ini, or --help)");
+    }
+  } catch (const CLI::ParseError& e) {
+    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
+    return std::nullopt;
+  }
+  return options;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace hybrid {
+
+/// Exit codes of the program.
+enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
+
+/// What the command line asks for.
+struct Options {
+  std::string config;
+  std::string output = "hybrid-experiment-out";
+  std::string data_dir;  ///< overrides the INI where not empty
+  int jobs = 0;          ///< overrides the INI where positive
+  bool print_config = false;
+};
+
+/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
+/// with `exit_code` set; what to say has then been said.
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+
+}  // namespace hybrid

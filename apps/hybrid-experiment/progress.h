@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace hybrid {
+
+/// Tells the user on standard error how many trials have ended: one line that renews itself on a
+/// terminal; in a pipe a plain line per twentieth.
+class Progress {
+ public:
+  /// `todo` trials are to be run.
+  explicit Progress(std::size_t todo);
+  ~Progress();
+
+  /// One more trial has ended; `what` names it.
+  void ended(const std::string& what);
+  /// Prints a line of its own.
+  void message(const std::string& text);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void show(const std::string& what);
+
+  std::size_t todo_;
+  std::size_t done_ = 0;
+  std::size_t twentieths_ = 0;
+  bool terminal_;
+  bool line_shown_ = false;
+  Clock::time_point start_;
+};
+
+}  // namespace hybrid

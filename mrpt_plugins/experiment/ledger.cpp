@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/experiment/ledger.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+const std::vector<std::string> kBefore = {"trial",        "graph", "variant", "method",
+                                          "outlier_rate", "seed",  "status"};
+const std::vector<std::string> kAfter = {"reliability", "message"};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+/// Text that fits a cell without quotes.
+std::string plain(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ';');
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '"'; }, ' ');
+  return text;
+}
+
+}  // namespace
+
+Ledger::Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics)
+    : path_(folder / "results.csv"), metrics_(std::move(metrics)) {
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  const auto fail = [&](const std::string& why) {
+    if (file_ >= 0) ::close(file_);
+    throw Error(path_.string() + ": " + why);
+  };
+  if (file_ < 0) fail(std::strerror(errno));
+  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) fail("another program is writing it");
+  std::ifstream in(path_, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::size_t whole = 0;
+  try {
+    whole = read(text);
+  } catch (const Error& e) {
+    fail(e.what());
+  }
+  if (::ftruncate(file_, static_cast<off_t>(whole)) != 0) fail(std::strerror(errno));
+  if (::lseek(file_, 0, SEEK_END) < 0) fail(std::strerror(errno));
+  if (whole == 0) {
+    const std::string first = header();
+    if (::write(file_, first.data(), first.size()) != static_cast<ssize_t>(first.size())) {
+      fail(std::strerror(errno));
+    }
+  }
+}
+
+Ledger::~Ledger() {
+  ::close(file_);
+}
+
+std::size_t Ledger::read(const std::string& text) {
+  std::size_t whole = 0;
+  for (std::size_t number = 1; whole < text.size(); ++number) {
+    const std::size_t end = text.find('\n', whole);
+    if (end == std::string::npos) return whole;  // cut off
+    const std::string line = text.substr(whole, end - whole);
+    if (number == 1 && line + "\n" != header()) {
+      throw Error("has other columns than this experiment; use another output folder");
+    }
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() != kBefore.size() + metrics_.size() + kAfter.size()) {
+      throw Error(
+          fmt::format("line {} has {} cells instead of {}; remove it to run its trial again",
+                      number, cells.size(), kBefore.size() + metrics_.size() + kAfter.size()));
+    }
+    whole = end + 1;
+    if (number == 1) continue;
+    TrialResult result;
+    result.status = cells[kBefore.size() - 1];
+    for (std::size_t m = 0; m < metrics_.size(); ++m) {
+      const std::string& cell = cells[kBefore.size() + m];
+      double value = 0;
+      const auto [rest, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+      if (cell.empty()) continue;
+      if (error != std::errc() || rest != cell.data() + cell.size()) {
+        throw Error(fmt::format("line {}: '{}' is not a number", number, cell));
+      }
+      result.metrics[metrics_[m]] = value;
+    }
+    result.reliability = cells[cells.size() - 2];
+    result.message = cells.back();
+    results_[cells[0]] = std::move(result);
+    rows_[cells[0]] = line + "\n";
+  }
+  return whole;
+}
+
+std::string Ledger::header() const {
+  return fmt::format("{},{},{}\n", fmt::join(kBefore, ","), fmt::join(metrics_, ","),
+                     fmt::join(kAfter, ","));
+}
+
+std::string Ledger::row(const Trial& trial, const TrialResult& result) const {
+  std::string text = fmt::format("{},{},{},{},{},{},{}", trial.key(), trial.graph, trial.variant,
+                                 trial.method, trial.outlier_rate, trial.seed, result.status);
+  for (const std::string& name : metrics_) {
+    const auto it = result.metrics.find(name);
+    text += ',';
+    if (it != result.metrics.end() && std::isfinite(it->second)) {
+      text += fmt::format("{}", it->second);
+    }
+  }
+  return text + fmt::format(",{},{}\n", plain(result.reliability), plain(result.message));
+}
+
+const TrialResult& Ledger::at(const Trial& trial) const {
+  const auto it = results_.find(trial.key());
+  if (it == results_.end()) throw Error("trial " + trial.key() + " has not been run");
+  return it->second;
+}
+
+void Ledger::append(const Trial& trial, const TrialResult& result) {
+  const std::string line = row(trial, result);
+  if (::write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
+      ::fdatasync(file_) != 0) {
+    throw Error(path_.string() + ": " + std::strerror(errno));
+  }
+  results_[trial.key()] = result;
+  rows_[trial.key()] = line;
+}
+
+std::string Ledger::text(const std::vector<Trial>& trials) const {
+  std::string text = header();
+  std::map<std::string, std::string> others = rows_;
+  for (const Trial& trial : trials) {
+    const auto it = others.find(trial.key());
+    if (it == others.end()) continue;
+    text += it->second;
+    others.erase(it);
+  }
+  for (const auto& [key, row] : others) text += row;
+  return text;
+}
+
+}  // namespace hybrid

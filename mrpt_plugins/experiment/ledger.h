@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/experiment/plan.h"
+
+namespace hybrid {
+
+/// How a trial ended, and what was measured.
+struct TrialResult {
+  std::string status =
+      "ok";  ///< ok, partial (the solver did not converge), failed, timeout, crashed
+  std::map<std::string, double> metrics;  ///< by name; absent where unknown
+  std::string reliability;                ///< see reliability_text
+  std::string message;                    ///< where the status is not ok
+};
+
+/// results.csv: one row per finished trial, appended at once and flushed, so that an interruption
+/// loses nothing but what was running. Only one program at a time may write it.
+class Ledger {
+ public:
+  /// Opens or creates `folder`/results.csv for rows with these metrics. A last line that was cut
+  /// off is dropped. Throws Error where the file has other columns, or another program writes it.
+  Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics);
+  ~Ledger();
+  Ledger(const Ledger&) = delete;
+  Ledger& operator=(const Ledger&) = delete;
+
+  bool contains(const Trial& trial) const { return results_.count(trial.key()) != 0; }
+  /// Throws Error for a trial that is not there.
+  const TrialResult& at(const Trial& trial) const;
+  void append(const Trial& trial, const TrialResult& result);
+
+  const std::vector<std::string>& metrics() const { return metrics_; }
+  /// The whole file with the rows of these trials first, in their order, then all others.
+  std::string text(const std::vector<Trial>& trials) const;
+
+ private:
+  std::string row(const Trial& trial, const TrialResult& result) const;
+  std::string header() const;
+  /// Rows of `text`; returns how many bytes of it are whole rows.
+  std::size_t read(const std::string& text);
+
+  std::filesystem::path path_;
+  std::vector<std::string> metrics_;
+  std::map<std::string, TrialResult> results_;  // by key
+  std::map<std::string, std::string> rows_;     // the same as text
+  int file_ = -1;
+};
+
+}  // namespace hybrid

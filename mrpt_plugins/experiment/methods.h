@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/robust/consistency.h"
+#include "libhybrid/robust/dcs.h"
+#include "libhybrid/robust/gnc.h"
+#include "libhybrid/robust/switchable.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+
+/// Settings of all robust methods.
+struct MethodOptions {
+  MixtureOptions mixture;
+  GncOptions gnc;
+  DcsOptions dcs;
+  SwitchableOptions switchable;
+  ConsistencyOptions consistency;
+};
+
+/// Names that solve_by_name takes, with one line each on what they are.
+struct MethodName {
+  std::string name, meaning;
+};
+const std::vector<MethodName>& method_names();
+
+/// Declares and reads the sections [mixture], [gnc], [dcs], [switchable], [consistency].
+MethodOptions read_method_options(IniFile& ini);
+
+/// Solves on one thread. `truth` tells which closures are true, which only "oracle" looks at.
+/// Throws Error for an unknown name.
+RobustResult solve_by_name(const std::string& name, const RobustProblem& problem,
+                           const std::vector<bool>& truth, const MethodOptions& options);
+
+}  // namespace hybrid

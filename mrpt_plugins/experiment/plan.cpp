@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/experiment/plan.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kVariant = "{variant}";
+
+/// Hash of the content of a file (FNV-1a), to notice that it changed.
+std::uint64_t hash_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(path + ": cannot be read");
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (std::istreambuf_iterator<char> it(in), end; it != end; ++it) {
+    hash = (hash ^ static_cast<unsigned char>(*it)) * 0x100000001b3ULL;
+  }
+  return hash;
+}
+
+std::vector<std::string> all_names() {
+  std::vector<std::string> names;
+  for (const MethodName& method : method_names()) names.push_back(method.name);
+  return names;
+}
+
+/// A file named in an INI: as it is if absolute, else in the folder of the data.
+std::string data_path(const std::string& name, const fs::path& folder) {
+  return name.empty() || fs::path(name).is_absolute() ? name : (folder / name).string();
+}
+
+void check_file(const IniSection& section, const std::string& key, const std::string& path) {
+  if (!path.empty() && !fs::is_regular_file(path)) {
+    section.fail(key, fmt::format("there is no file '{}'; relative names are looked for in "
+                                  "[experiment] data_dir, or $HYBRID_DATA_DIR",
+                                  path));
+  }
+}
+
+void check_names(const IniSection& section, const std::string& key,
+                 const std::vector<std::string>& names) {
+  std::set<std::string> seen;
+  for (const std::string& name : names) {
+    if (name.find_first_of(",/\"") != std::string::npos) {
+      section.fail(key, fmt::format("'{}': a name must not hold a comma, slash or quote", name));
+    }
+    if (!seen.insert(name).second) section.fail(key, fmt::format("names '{}' twice", name));
+  }
+}
+
+GraphPlan read_graph_plan(IniFile& ini, const std::string& name, const fs::path& data) {
+  IniSection section =
+      ini.section(name, "A pose graph, or several whose file names hold {variant}");
+  GraphPlan graph;
+  graph.name = name;
+  const auto file_of = [&](const char* key, const char* meaning) {
+    return data_path(section.get(key, "", meaning), data);
+  };
+  graph.file = data_path(section.require<std::string>("file", "g2o or TORO"), data);
+  graph.variants = section.get("variants", std::vector<std::string>{},
+                               "what {variant} in the names of files stands for, in turn");
+  graph.variant_label = section.get("variant_label", "variant", "what the variants are, for plots");
+  graph.from_odometry = section.choice("start", "file", {"file", "odometry"},
+                                       "VERTEX lines, or chained odometry (also where the file "
+                                       "lacks vertices)") == "odometry";
+  graph.truth = file_of("truth",
+                        "true poses, as for hybrid-pgo --truth; empty: the optimum of the "
+                        "graph without false closures");
+  graph.truth_times = file_of("truth_times", "time of each pose, for a truth with times");
+  graph.labels = file_of("labels", "pairs 'i j' of poses, the true closures of the file");
+  graph.label_distance =
+      section.get("label_distance", 0.0,
+                  "without labels: true closures are right within this distance (m) of the truth; "
+                  "0: all closures of the file are true",
+                  kNonNegative);
+  graph.label_angle = section.degrees("label_angle", 20.0, "and within this angle", kPositive);
+  check_names(section, "variants", graph.variants);
+  const bool varies = graph.file.find(kVariant) != std::string::npos;
+  if (varies == graph.variants.empty()) {
+    section.fail("variants", "needs {variant} in the name of the file, and the other way round");
+  }
+  if (graph.label_distance > 0 && graph.truth.empty()) {
+    section.fail("label_distance", "needs a truth to judge closures by");
+  }
+  if (graph.variants.empty()) graph.variants = {""};
+  for (const std::string& variant : graph.variants) {
+    check_file(section, "file", with_variant(graph.file, variant));
+    check_file(section, "labels", with_variant(graph.labels, variant));
+  }
+  check_file(section, "truth", graph.truth);
+  check_file(section, "truth_times", graph.truth_times);
+  return graph;
+}
+
+ReplayPlan read_replay_plan(IniFile& ini, const std::string& name) {
+  IniSection section = ini.section(name, "A replay; paths are relative to this file");
+  ReplayPlan replay;
+  replay.name = name;
+  replay.config = section.path("config", "", "INI of hybrid-replay");
+  replay.simulate = section.path(
+      "simulate", "", "INI of hybrid-simulate: every seed simulates a log first; empty: none");
+  for (const char* key : {"config", "simulate"}) {
+    const std::string& path = key[0] == 'c' ? replay.config : replay.simulate;
+    if (path.empty() && key[0] == 's') continue;
+    if (!fs::is_regular_file(path)) {
+      section.fail(key, fmt::format("there is no file '{}'", path));
+    }
+  }
+  return replay;
+}
+
+void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
+  const bool documenting = ini.sections().empty();
+  if (plan.replay) {
+    const auto names = experiment.get("replays", std::vector<std::string>{},
+                                      "for replays: names of their sections");
+    check_names(experiment, "replays", names);
+    if (names.empty()) experiment.fail("replays", "names no replay");
+    for (const std::string& name : names) plan.replays.push_back(read_replay_plan(ini, name));
+    for (const std::string& name : plan.methods) {
+      IniSection section = ini.section(name, "Settings of the replays under this name");
+      plan.replay_variants.push_back(
+          {name, section.get("set", std::vector<std::string>{},
+                             "what differs from their INI files: section.key=value ...")});
+    }
+    return;
+  }
+  const char* environment = std::getenv("HYBRID_DATA_DIR");
+  std::string data = experiment.path(
+      "data_dir", "", "folder of the graphs; empty: $HYBRID_DATA_DIR, or else that of this file");
+  if (data.empty()) data = environment != nullptr ? environment : ini.directory().string();
+  const auto names = experiment.get("graphs", std::vector<std::string>{},
+                                    "names of the sections that tell the graphs");
+  check_names(experiment, "graphs", names);
+  if (documenting) return;
+  if (names.empty()) experiment.fail("graphs", "names no graph");
+  for (const std::string& name : names) plan.graphs.push_back(read_graph_plan(ini, name, data));
+}
+
+void read_methods(IniSection& experiment, ExperimentPlan& plan) {
+  plan.methods = experiment.get(
+      "methods", plan.replay ? std::vector<std::string>{"replay"} : std::vector<std::string>{"gnc"},
+      plan.replay ? "names of sections, each with other settings of the replays"
+                  : fmt::format("what is compared: {}", fmt::join(all_names(), ", ")));
+  check_names(experiment, "methods", plan.methods);
+  if (plan.methods.empty()) experiment.fail("methods", "names no method");
+  if (plan.replay) return;
+  const std::vector<std::string> known = all_names();
+  for (const std::string& name : plan.methods) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    const std::string near = nearest_name(name, known);
+    experiment.fail("methods", fmt::format("there is no method '{}'{}", name,
+                                           near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+}
+
+/// Every line of the settings but those that only add or leave out trials, and the files.
+std::map<std::string, std::string> fingerprint_of(const IniFile& ini, const ExperimentPlan& plan) {
+  static const std::set<std::string> kFree = {"jobs",          "trials",   "methods",
+                                              "outlier_rates", "graphs",   "title",
+                                              "data_dir",      "variants", "success_ate"};
+  std::map<std::string, std::string> settings;
+  std::istringstream lines(ini.documentation());
+  std::string section;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line[0] == '[') section = line.substr(1, line.find(']') - 1);
+    const std::size_t equals = line.find('=');
+    if (line.empty() || line[0] == '#' || line[0] == ';' || equals == std::string::npos) continue;
+    const std::string key = line.substr(0, line.find_last_not_of(" =", equals) + 1);
+    if (kFree.count(key) == 0) settings[section + "." + key] = line.substr(equals + 1);
+  }
+  const auto add = [&](const std::string& path) {
+    if (path.empty()) return;
+    settings[fs::path(path).filename().string()] = fmt::format("content {:016x}", hash_file(path));
+  };
+  for (const GraphPlan& graph : plan.graphs) {
+    for (const std::string& variant : graph.variants) {
+      add(with_variant(graph.file, variant));
+      add(with_variant(graph.labels, variant));
+    }
+    add(graph.truth);
+    add(graph.truth_times);
+  }
+  for (const ReplayPlan& replay : plan.replays) {
+    add(replay.config);
+    add(replay.simulate);
+  }
+  return settings;
+}
+
+}  // namespace
+
+std::string with_variant(std::string text, const std::string& variant) {
+  for (auto at = text.find(kVariant); at != std::string::npos; at = text.find(kVariant, at)) {
+    text.replace(at, std::string(kVariant).size(), variant);
+    at += variant.size();
+  }
+  return text;
+}
+
+std::string Trial::key() const {
+  return fmt::format("{}/{}/{}/{}/{}", graph, variant, method, outlier_rate, seed);
+}
+
+ExperimentPlan read_plan(IniFile& ini) {
+  ExperimentPlan plan;
+  IniSection experiment = ini.section("experiment", "What is run");
+  plan.replay = experiment.choice("kind", "pose_graph", {"pose_graph", "replay"},
+                                  "robust pose graphs, or replays of logs") == "replay";
+  plan.title = experiment.get("title", "Experiment", "heading of the plots");
+  read_methods(experiment, plan);
+  plan.trials = experiment.get("trials", 10, "seeds per point", IniRange{1, 100000});
+  plan.first_seed = experiment.get<std::uint64_t>("first_seed", 1, "seeds are this, the next, ...");
+  plan.time_limit =
+      experiment.get("time_limit", 300.0, "seconds after which a trial is ended", kPositive);
+  plan.jobs = experiment.get("jobs", 0, "trials at a time; 0: one per core", IniRange{0, 1024});
+  read_sources(ini, experiment, plan);
+  if (plan.replay) {
+    plan.fields =
+        experiment.get("fields",
+                       std::vector<std::string>{"objective", "cost", "truth.trajectory.rmse_m",
+                                                "truth.landmarks.mean_m", "truth.class_accuracy"},
+                       "what is taken from summary.json");
+    plan.outlier_rates = {0.0};
+  } else {
+    plan.outlier_rates =
+        experiment.get("outlier_rates", std::vector<double>{0.0},
+                       "shares of false closures, added by the protocol of the paper");
+    plan.success_ate =
+        experiment.get("success_ate", plan.success_ate,
+                       "a trial succeeds with a mean error of at most this (m)", kPositive);
+    plan.method_options = read_method_options(ini);
+    for (double rate : plan.outlier_rates) {
+      if (!(rate >= 0.0 && rate < 1.0)) {
+        experiment.fail("outlier_rates", fmt::format("{} is not in [0, 1)", rate));
+      }
+    }
+    if (plan.outlier_rates.empty()) experiment.fail("outlier_rates", "holds no number");
+  }
+  ini.reject_unknown();
+  plan.fingerprint = fingerprint_of(ini, plan);
+  return plan;
+}
+
+std::vector<Trial> trials_of(const ExperimentPlan& plan) {
+  std::vector<Trial> trials;
+  const auto add = [&](std::size_t source, const std::string& name, const std::string& variant,
+                       double rate, std::uint64_t seed) {
+    for (const std::string& method : plan.methods) {
+      trials.push_back({source, name, variant, method, rate, seed});
+    }
+  };
+  const auto seeds = static_cast<std::uint64_t>(plan.trials);
+  for (std::size_t g = 0; g < plan.graphs.size(); ++g) {
+    for (const std::string& variant : plan.graphs[g].variants) {
+      for (double rate : plan.outlier_rates) {
+        // Without false closures to draw, all seeds are the same trial.
+        for (std::uint64_t s = 0; s < (rate == 0.0 ? 1 : seeds); ++s) {
+          add(g, plan.graphs[g].name, variant, rate, plan.first_seed + s);
+        }
+      }
+    }
+  }
+  for (std::size_t r = 0; r < plan.replays.size(); ++r) {
+    for (std::uint64_t s = 0; s < (plan.replays[r].simulate.empty() ? 1 : seeds); ++s) {
+      add(r, plan.replays[r].name, "", 0.0, plan.first_seed + s);
+    }
+  }
+  return trials;
+}
+
+}  // namespace hybrid

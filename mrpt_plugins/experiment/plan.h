@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/experiment/methods.h"
+
+namespace hybrid {
+
+/// A pose graph of an experiment, or a family of graphs whose file names differ in one word.
+struct GraphPlan {
+  std::string name;
+  std::string file;
+  std::vector<std::string> variants;  ///< what {variant} stands for; one empty word if none
+  std::string variant_label;          ///< what the variants are, for the plots
+  bool from_odometry = false;         ///< else from the VERTEX lines
+  std::string truth, truth_times;     ///< empty: truth is the optimum of the graph as it is
+  std::string labels;                 ///< file of pairs `i j`, the true closures; empty: see below
+  /// A closure is true where it differs from the truth by at most this [m, rad]; 0: all are true.
+  double label_distance = 0, label_angle = 0;
+};
+
+/// A replay of an experiment.
+struct ReplayPlan {
+  std::string name;
+  std::string config;    ///< INI of hybrid-replay
+  std::string simulate;  ///< INI of hybrid-simulate, run with every seed first; empty: none
+};
+
+/// Settings that turn one replay into another, in the place of a method.
+struct ReplayVariant {
+  std::string name;
+  std::vector<std::string> settings;  ///< section.key=value
+};
+
+/// The text with every {variant} replaced.
+std::string with_variant(std::string text, const std::string& variant);
+
+/// One run of an experiment; its key tells it apart from all others.
+struct Trial {
+  std::size_t source = 0;  ///< index of the graph or replay
+  std::string graph, variant, method;
+  double outlier_rate = 0;
+  std::uint64_t seed = 0;
+
+  std::string key() const;
+};
+
+/// What an INI file asks for.
+struct ExperimentPlan {
+  bool replay = false;  ///< else pose graphs
+  std::string title;
+  std::vector<GraphPlan> graphs;
+  std::vector<ReplayPlan> replays;
+  std::vector<std::string> methods;
+  std::vector<ReplayVariant> replay_variants;  ///< one per method, for replays
+  std::vector<std::string> fields;             ///< of summary.json, for replays
+  MethodOptions method_options;
+  std::vector<double> outlier_rates;
+  int trials = 1;
+  std::uint64_t first_seed = 1;
+  double time_limit = 0;  ///< seconds
+  double success_ate = 0.1;
+  int jobs = 0;
+  /// Settings by which trials of the same key would differ, by section.key, and hashes of the files
+  /// used.
+  std::map<std::string, std::string> fingerprint;
+};
+
+/// Declares and reads all sections. Throws Error naming the key for anything unknown or wrong, and
+/// for files that are not there.
+ExperimentPlan read_plan(IniFile& ini);
+
+/// All trials, by graph, variant, rate, seed and method.
+std::vector<Trial> trials_of(const ExperimentPlan& plan);
+
+}  // namespace hybrid

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/experiment/plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/plot.h"
+
+namespace hybrid {
+namespace {
+
+struct Panel {
+  const char* metric;
+  const char* label;
+  double floor;  // smaller values are drawn here
+};
+
+constexpr Panel kPanels[] = {{"ate_mean_m", "mean position error (m)", 1e-4},
+                             {"rotation_mean_deg", "mean rotation error (deg)", 1e-4},
+                             {"cpu_s", "processor time of the solver (s)", 1e-3}};
+
+std::size_t place(const std::vector<std::string>& names, const std::string& name) {
+  const auto it = std::find(names.begin(), names.end(), name);
+  if (it == names.end()) throw std::invalid_argument("there is no metric '" + name + "'");
+  return static_cast<std::size_t>(it - names.begin());
+}
+
+/// Colour, mark and dash of a method: the same in all panels.
+Series series_of(std::size_t method, const std::string& name) {
+  Series series;
+  series.label = name;
+  series.color = series_color(method);
+  series.marker = class_marker(method);
+  series.marker_radius = 5;
+  series.line = method < 6 ? LineStyle::kSolid : LineStyle::kDashed;
+  series.band = true;
+  return series;
+}
+
+/// Whether all variants are numbers, which then is where they stand on the axis.
+bool numeric(const std::vector<std::string>& variants, std::vector<double>& values) {
+  for (const std::string& text : variants) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return false;
+    values.push_back(value);
+  }
+  return true;
+}
+
+/// A strip with a title and a line that says what the reader sees.
+Image heading(const std::string& title, const std::string& about, int width) {
+  Canvas canvas(width, 84);
+  TextStyle style;
+  style.size = 21;
+  style.bold = true;
+  canvas.text({60, 34}, title, style);
+  style.size = 14;
+  style.bold = false;
+  style.color = {90, 90, 90};
+  canvas.text({60, 70}, about, style);
+  return canvas.image();
+}
+
+/// One picture above another of the same width.
+Image stacked(Image above, const Image& below) {
+  above.height += below.height;
+  above.rgb.insert(above.rgb.end(), below.rgb.begin(), below.rgb.end());
+  return above;
+}
+
+}  // namespace
+
+Image side_by_side(const std::vector<Image>& images) {
+  Image all;
+  for (const Image& image : images) {
+    if (all.height != 0 && image.height != all.height) {
+      throw std::invalid_argument("pictures side by side must have the same height");
+    }
+    all.height = image.height;
+    all.width += image.width;
+  }
+  all.rgb.reserve(std::size_t(3) * all.width * all.height);
+  for (int y = 0; y < all.height; ++y) {
+    for (const Image& image : images) {
+      const auto row = image.rgb.begin() + std::ptrdiff_t(3) * image.width * y;
+      all.rgb.insert(all.rgb.end(), row, row + std::ptrdiff_t(3) * image.width);
+    }
+  }
+  return all;
+}
+
+Image comparison_image(const ExperimentPlan& plan, const std::string& graph,
+                       const std::vector<PointSummary>& points,
+                       const std::vector<std::string>& metrics) {
+  const auto found = std::find_if(plan.graphs.begin(), plan.graphs.end(),
+                                  [&](const GraphPlan& g) { return g.name == graph; });
+  if (found == plan.graphs.end()) throw std::invalid_argument("there is no graph '" + graph + "'");
+  const bool by_variant = found->variants.size() > 1;
+  std::vector<double> variants;
+  const bool has_numbers = by_variant && numeric(found->variants, variants);
+  const auto x_of = [&](const PointSummary& point) {
+    if (!by_variant) return 100.0 * point.outlier_rate;
+    const std::size_t v = place(found->variants, point.variant);
+    return has_numbers ? variants[v] : static_cast<double>(v + 1);
+  };
+  std::vector<Image> panels;
+  for (const Panel& panel : kPanels) {
+    PlotSpec plot;
+    plot.x.label = by_variant ? found->variant_label : "false among all closures (%)";
+    plot.y = {panel.label, Scale::kLog, std::nullopt};
+    plot.width = 760;
+    plot.height = 700;
+    const std::size_t m = place(metrics, panel.metric);
+    for (std::size_t i = 0; i < plan.methods.size(); ++i) {
+      Series series = series_of(i, plan.methods[i]);
+      for (const PointSummary& point : points) {
+        if (point.method != plan.methods[i] || point.graph != graph) continue;
+        const Quartiles& q = point.metrics.at(m);
+        series.x.push_back(x_of(point));
+        series.y.push_back(std::max(panel.floor, q.median));
+        series.lower.push_back(std::max(panel.floor, q.q1));
+        series.upper.push_back(std::max(panel.floor, q.q3));
+      }
+      plot.series.push_back(series);
+    }
+    panels.push_back(render(plot));
+  }
+  const Image row = side_by_side(panels);
+  const std::string about = fmt::format(
+      "Median over {} seeds, band between the quartiles; errors below 0.0001 are drawn "
+      "there. One thread per trial.",
+      plan.trials);
+  return stacked(heading(fmt::format("{}: {}", plan.title, graph), about, row.width), row);
+}
+
+Image replay_image(const ExperimentPlan& plan, const std::string& metric,
+                   const std::vector<PointSummary>& points,
+                   const std::vector<std::string>& metrics) {
+  PlotSpec plot;
+  plot.title = fmt::format("{}: {}", plan.title, metric);
+  plot.subtitle = "Median with quartiles over seeds; replays";
+  plot.y.label = metric;
+  plot.x.label = "replay";
+  plot.width = 1100;
+  plot.height = 700;
+  std::vector<std::string> names;
+  for (const ReplayPlan& replay : plan.replays) {
+    names.push_back(replay.name);
+    plot.subtitle +=
+        fmt::format("{} {} = {}", names.size() == 1 ? "" : ",", names.size(), replay.name);
+  }
+  plot.x.range = {{0.5, static_cast<double>(names.size()) + 0.5}};
+  const std::size_t m = place(metrics, metric);
+  for (std::size_t i = 0; i < plan.methods.size(); ++i) {
+    Series series = series_of(i, plan.methods[i]);
+    series.band = false;
+    series.line = LineStyle::kNone;
+    series.marker_radius = 8;
+    const double shift =
+        plan.methods.size() == 1 ? 0.0 : 0.5 * (double(i) / double(plan.methods.size() - 1) - 0.5);
+    for (const PointSummary& point : points) {
+      if (point.method != plan.methods[i]) continue;
+      const Quartiles& q = point.metrics.at(m);
+      series.x.push_back(static_cast<double>(place(names, point.graph) + 1) + shift);
+      series.y.push_back(q.median);
+      series.lower.push_back(q.q1);
+      series.upper.push_back(q.q3);
+    }
+    plot.series.push_back(series);
+  }
+  return render(plot);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/experiment/statistics.h"
+#include "mrpt_plugins/output/image.h"
+
+namespace hybrid {
+
+/// Pictures side by side, of equal height.
+Image side_by_side(const std::vector<Image>& images);
+
+/// One graph of an experiment: error of position, of rotation and time against the share of false
+/// closures (or the variant of the graph), a panel each; medians over seeds with a band between the
+/// quartiles. Points must be of that graph.
+Image comparison_image(const ExperimentPlan& plan, const std::string& graph,
+                       const std::vector<PointSummary>& points,
+                       const std::vector<std::string>& metrics);
+
+/// One metric of all replays: medians with quartiles, one column per replay and a mark per method.
+Image replay_image(const ExperimentPlan& plan, const std::string& metric,
+                   const std::vector<PointSummary>& points,
+                   const std::vector<std::string>& metrics);
+
+}  // namespace hybrid

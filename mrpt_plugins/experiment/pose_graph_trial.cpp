@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/experiment/pose_graph_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/read_graph.h"
+#include "libhybrid/robust/outliers.h"
+#include "libhybrid/robust/plain.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::poses::CPose3D;
+using KeyPair = std::pair<Key, Key>;
+
+std::vector<Key> poses_of(const Values& values) {
+  std::vector<Key> poses;
+  for (Key key : values.keys()) {
+    if (key.letter() == 'x') poses.push_back(key);
+  }
+  std::sort(poses.begin(), poses.end());
+  return poses;
+}
+
+std::set<KeyPair> read_labels(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw Error(path + ": cannot be read");
+  std::set<KeyPair> pairs;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    std::istringstream text(line.substr(0, line.find('#')));
+    std::uint64_t i = 0, j = 0;
+    text >> std::ws;
+    if (text.eof()) continue;
+    if (!(text >> i >> j) || !(text >> std::ws).eof()) {
+      throw Error(fmt::format("{}:{}: expected 'i j'", path, number));
+    }
+    pairs.insert(std::minmax(Key('x', i), Key('x', j)));
+  }
+  return pairs;
+}
+
+/// Whether a measured motion is what the true poses say, where both are known.
+template <class Edge>
+bool agrees(const Edge& edge, const PreparedGraph& prepared, const GraphPlan& plan) {
+  const auto from = prepared.truth.find(edge.from);
+  const auto to = prepared.truth.find(edge.to);
+  if (from == prepared.truth.end() || to == prepared.truth.end()) return false;
+  Values measured;
+  measured.insert(edge.from, edge.measured);
+  const CPose3D error = (to->second - from->second) - to_mrpt(measured, edge.from);
+  const double angle = mrpt::poses::CPose3D(0, 0, 0, error.yaw(), error.pitch(), error.roll())
+                           .getRotationMatrix()
+                           .trace();
+  return error.norm() <= plan.label_distance &&
+         std::acos(std::clamp(0.5 * (angle - 1.0), -1.0, 1.0)) <= plan.label_angle;
+}
+
+void label(const GraphPlan& plan, const std::string& variant, PreparedGraph& prepared) {
+  std::set<KeyPair> pairs;
+  if (!plan.labels.empty()) pairs = read_labels(with_variant(plan.labels, variant));
+  const auto add = [&](const auto& edges) {
+    for (const auto& edge : edges) {
+      if (is_odometry(edge.from, edge.to)) continue;
+      prepared.true_closures.push_back(!plan.labels.empty()
+                                           ? pairs.count(std::minmax(edge.from, edge.to)) != 0
+                                       : plan.label_distance > 0.0 ? agrees(edge, prepared, plan)
+                                                                   : true);
+    }
+  };
+  add(prepared.graph.poses2);
+  add(prepared.graph.poses3);
+}
+
+/// Poses at the optimum of the true closures.
+std::map<Key, CPose3D> optimum(const PreparedGraph& prepared) {
+  const RobustProblem problem = to_robust_problem(prepared.graph, prepared.initial);
+  ComparisonOptions options;
+  options.solver.threads = 1;
+  options.solver.relative_decrease = 1e-10;
+  const RobustResult result = solve_given(problem, prepared.true_closures, options);
+  std::map<Key, CPose3D> poses;
+  for (Key key : poses_of(result.values)) poses.emplace(key, to_mrpt(result.values, key));
+  return poses;
+}
+
+void compare_decisions(const RobustResult& result, const std::vector<bool>& truth,
+                       TrialResult& trial) {
+  double right = 0, accepted = 0, all_true = 0, brier = 0, log_loss = 0;
+  std::vector<double> probabilities;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const Verdict& verdict = result.verdicts[k];
+    accepted += verdict.accepted;
+    all_true += truth[k];
+    right += verdict.accepted && truth[k];
+    const double p = verdict.inlier_probability;
+    probabilities.push_back(p);
+    brier += 2.0 * (p - truth[k]) * (p - truth[k]);
+    log_loss -= std::log(std::max(1e-15, truth[k] ? p : 1.0 - p));
+  }
+  const auto count = static_cast<double>(truth.size());
+  auto& metrics = trial.metrics;
+  metrics["closures"] = count;
+  metrics["accepted"] = accepted;
+  if (accepted > 0) metrics["precision"] = right / accepted;
+  if (all_true > 0) metrics["recall"] = right / all_true;
+  if (count == 0) return;
+  metrics["false_share"] = 1.0 - all_true / count;
+  metrics["brier"] = brier / count;
+  metrics["log_loss"] = log_loss / count;
+  trial.reliability = reliability_text(probabilities, truth);
+}
+
+}  // namespace
+
+const std::vector<std::string>& pose_graph_metrics() {
+  static const std::vector<std::string> kNames = {
+      "seconds",   "cpu_s",  "ate_mean_m",  "ate_rmse_m", "rotation_mean_deg",
+      "objective", "cost",   "iterations",  "closures",   "accepted",
+      "precision", "recall", "false_share", "brier",      "log_loss"};
+  return kNames;
+}
+
+PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant) {
+  const std::string file = with_variant(plan.file, variant);
+  PreparedGraph prepared;
+  prepared.graph = read_graph(file);
+  try {
+    prepared.initial = initialize_from_odometry(prepared.graph);
+  } catch (const Error& e) {
+    throw Error(file + ": " + e.what());
+  }
+  bool complete = !plan.from_odometry;
+  for (Key key : prepared.initial.keys()) {
+    complete = complete && prepared.graph.values.contains(key);
+  }
+  if (complete) prepared.initial = prepared.graph.values;
+  if (!plan.truth.empty()) {
+    prepared.truth = read_true_poses(plan.truth, plan.truth_times, poses_of(prepared.initial));
+  }
+  label(plan, variant, prepared);
+  if (plan.truth.empty()) prepared.truth = optimum(prepared);
+  return prepared;
+}
+
+TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
+                                 const MethodOptions& options) {
+  const PoseGraph graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
+  const RobustProblem problem = to_robust_problem(graph, prepared.initial);
+  std::vector<bool> truth = prepared.true_closures;
+  truth.resize(problem.closures.size(), false);
+  const std::clock_t start = std::clock();
+  const RobustResult result = solve_by_name(trial.method, problem, truth, options);
+  TrialResult out;
+  out.metrics["cpu_s"] = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  out.metrics["seconds"] = result.seconds;
+  out.metrics["objective"] = result.objective;
+  out.metrics["cost"] = result.cost;
+  out.metrics["iterations"] = result.iterations;
+  if (!result.converged) {
+    out.status = "partial";
+    out.message = result.message;
+  }
+  std::vector<PosePair> pairs;
+  for (const auto& [key, pose] : prepared.truth) {
+    pairs.push_back({to_mrpt(result.values, key), pose});
+  }
+  const TrajectoryErrors errors = trajectory_report(pairs).aligned;
+  out.metrics["ate_mean_m"] = errors.mean_m;
+  out.metrics["ate_rmse_m"] = errors.rmse_m;
+  out.metrics["rotation_mean_deg"] = errors.rotation_mean_deg;
+  compare_decisions(result, truth, out);
+  return out;
+}
+
+std::string reliability_text(const std::vector<double>& probabilities,
+                             const std::vector<bool>& truth) {
+  std::vector<long> count(10, 0), right(10, 0);
+  std::vector<double> sum(10, 0.0);
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const int tenth = std::clamp(static_cast<int>(10.0 * probabilities[k]), 0, 9);
+    ++count[tenth];
+    right[tenth] += truth[k];
+    sum[tenth] += probabilities[k];
+  }
+  std::string text;
+  for (int i = 0; i < 10; ++i) {
+    text += fmt::format("{}{}/{}/{:.6g}", i == 0 ? "" : " ", count[i], right[i], sum[i]);
+  }
+  return text;
+}
+
+void ReliabilitySum::add(const std::string& text, double brier, double log_loss) {
+  if (text.empty()) return;
+  std::istringstream in(text);
+  double closures = 0;
+  for (Tenth& tenth : tenths_) {
+    double count = 0, right = 0, sum = 0;
+    char a = 0, b = 0;
+    if (!(in >> count >> a >> right >> b >> sum) || a != '/' || b != '/') {
+      throw Error("not a count of probabilities: '" + text + "'");
+    }
+    tenth.count += count;
+    tenth.right += right;
+    tenth.sum += sum;
+    closures += count;
+  }
+  closures_ += closures;
+  brier_ += closures * brier;
+  log_loss_ += closures * log_loss;
+}
+
+Calibration ReliabilitySum::calibration() const {
+  Calibration result;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  result.predictions = static_cast<std::size_t>(closures_);
+  result.brier = closures_ > 0 ? brier_ / closures_ : nan;
+  result.log_loss = closures_ > 0 ? log_loss_ / closures_ : nan;
+  result.expected_error = closures_ > 0 ? 0.0 : nan;
+  for (std::size_t i = 0; i < tenths_.size(); ++i) {
+    const Tenth& tenth = tenths_[i];
+    ReliabilityBin bin;
+    bin.lower = 0.1 * static_cast<double>(i);
+    bin.upper = bin.lower + 0.1;
+    bin.count = static_cast<std::size_t>(tenth.count);
+    bin.mean_predicted = tenth.count > 0 ? tenth.sum / tenth.count : nan;
+    bin.observed = tenth.count > 0 ? tenth.right / tenth.count : nan;
+    if (tenth.count > 0) {
+      result.expected_error +=
+          tenth.count / closures_ * std::abs(bin.observed - bin.mean_predicted);
+    }
+    result.bins.push_back(bin);
+  }
+  return result;
+}
+
+}  // namespace hybrid

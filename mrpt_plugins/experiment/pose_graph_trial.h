@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/io/pose_graph.h"
+#include "mrpt_plugins/experiment/ledger.h"
+#include "mrpt_plugins/experiment/plan.h"
+#include "mrpt_plugins/input/graph_truth.h"
+#include "mrpt_plugins/output/calibration.h"
+
+namespace hybrid {
+
+/// Names of what a trial on a pose graph measures: seconds and cpu_s (s, of the solver),
+/// ate_mean_m, ate_rmse_m, rotation_mean_deg (after rigid alignment), objective, cost, iterations,
+/// closures, accepted, precision, recall, false_share (of the closures), brier, log_loss (of the
+/// inlier probabilities).
+const std::vector<std::string>& pose_graph_metrics();
+
+/// A graph read from its file, with what is known of the truth.
+struct PreparedGraph {
+  PoseGraph graph;
+  Values initial;
+  std::map<Key, mrpt::poses::CPose3D> truth;
+  std::vector<bool> true_closures;  ///< of the file, in its order
+};
+
+/// Reads a graph, its truth and its labels; without a file of true poses, solves for the optimum of
+/// the true closures. Uses one thread. Throws Error naming the file.
+PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant);
+
+/// Adds false closures, solves, compares.
+TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
+                                 const MethodOptions& options);
+
+/// Counts of claimed inlier probabilities by tenths: `count/true/sum` for each, by spaces.
+std::string reliability_text(const std::vector<double>& probabilities,
+                             const std::vector<bool>& truth);
+
+/// Adds up such texts into a calibration over closures; texts that are empty count nothing.
+class ReliabilitySum {
+ public:
+  /// Brier score and log loss are means per closure. Throws Error for a malformed text.
+  void add(const std::string& text, double brier, double log_loss);
+  Calibration calibration() const;
+
+ private:
+  struct Tenth {
+    double count = 0, right = 0, sum = 0;
+  };
+  std::vector<Tenth> tenths_ = std::vector<Tenth>(10);
+  double closures_ = 0, brier_ = 0, log_loss_ = 0;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <filesystem>
+
+#include "mrpt_plugins/experiment/ledger.h"
+#include "mrpt_plugins/experiment/plan.h"
+
+namespace hybrid {
+
+/// Names of what a replay measures: seconds (of the solver), total_s, keyframes, landmarks, and the
+/// fields of summary.json that the plan names, by their paths, e.g. truth.trajectory.rmse_m.
+std::vector<std::string> replay_metrics(const ExperimentPlan& plan);
+
+/// Simulates a log where the plan says so, and replays it by the programs hybrid-simulate and
+/// hybrid-replay of the folder `programs`, into a folder of the trial's own below `output`. Throws
+/// Error with the last line of their output where one of them fails.
+TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
+                             const std::filesystem::path& programs,
+                             const std::filesystem::path& output);
+
+}  // namespace hybrid

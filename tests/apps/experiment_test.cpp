@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "libhybrid/geometry/se2.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Ran {
+  int code = -1;
+  std::string text;
+};
+
+Ran run(const std::string& arguments, const std::string& before = "") {
+  Ran ran;
+  const std::string program = HYBRID_BINARY_DIR "/bin/hybrid-experiment ";
+  FILE* pipe = popen((before + program + arguments + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
+  ran.code = WEXITSTATUS(pclose(pipe));
+  return ran;
+}
+
+/// Laps around a square of eight poses, each recognised a lap later.
+std::string laps_graph(int laps) {
+  const auto truth = [](int k) { return hybrid::SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
+  std::ostringstream text;
+  const auto edge = [&](int i, int j, const hybrid::SE2& z) {
+    text << "EDGE_SE2 " << i << ' ' << j << ' ' << z.x() << ' ' << z.y() << ' ' << z.angle()
+         << " 400 0 0 400 0 2500\n";
+  };
+  for (int k = 1; k < 8 * laps; ++k) {
+    const hybrid::SE2 z = truth(k - 1).between(truth(k));
+    edge(k - 1, k, z * hybrid::SE2(0.01, 0.005 * (k % 5), 0.01));
+    if (k >= 8) edge(k - 8, k, truth(k - 8).between(truth(k)));
+  }
+  return text.str();
+}
+
+class Experiment : public testing::Test {
+ protected:
+  Experiment() {
+    fs::create_directories(folder);
+    write("laps.g2o", laps_graph(4));
+  }
+  ~Experiment() override { fs::remove_all(folder); }
+
+  std::string at(const std::string& name) const { return (folder / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name) << text;
+    return at(name);
+  }
+  std::string read(const std::string& name) const {
+    std::ifstream in(folder / name);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// An INI for the graph of laps.
+  std::string config(const std::string& experiment) const {
+    return write("e.ini", "[experiment]\ndata_dir = .\ngraphs = laps\n" + experiment +
+                              "\n[laps]\nfile = laps.g2o\nstart = odometry\n");
+  }
+  /// Rows of results.csv without the columns of times, by key.
+  std::map<std::string, std::string> rows(const std::string& out) const {
+    std::map<std::string, std::string> result;
+    std::istringstream lines(read(out + "/results.csv"));
+    std::string line;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+      std::istringstream cells(line);
+      std::string cell, kept;
+      for (int c = 0; std::getline(cells, cell, ','); ++c) {
+        if (c != 7 && c != 8) kept += cell + ",";
+      }
+      EXPECT_TRUE(result.emplace(line.substr(0, line.find(',')), kept).second) << line;
+    }
+    return result;
+  }
+
+  const fs::path folder =
+      fs::temp_directory_path() / ("hybrid_exp_app_" + std::to_string(getpid()));
+};
+
+TEST_F(Experiment, ComparesMethods) {
+  const std::string ini = config(
+      "methods = odometry oracle lm gnc gnc-gm dcs switchable max-mixture consistency "
+      "consistency-gnc\noutlier_rates = 0 0.4\ntrials = 2\n");
+  const Ran ran = run("-c " + ini + " -o " + at("out"));
+  EXPECT_EQ(ran.code, 0) << ran.text;
+  EXPECT_EQ(rows("out").size(), 10u * 3u);
+  for (const char* name : {"laps.png", "reliability_gnc.png"}) {
+    EXPECT_EQ(read(std::string("out/") + name).substr(1, 3), "PNG") << name;
+  }
+  EXPECT_EQ(read("out/summary.csv").rfind("graph,variant,method,outlier_rate,trials,", 0), 0u);
+  EXPECT_NE(read("out/summary.txt").find("switchable"), std::string::npos);
+  EXPECT_NE(ran.text.find("100 %"), std::string::npos);
+  // What knows the truth is at the optimum of the clean graph; what believes lies is not.
+  for (const auto& [key, row] : rows("out")) {
+    const double ate = std::stod(row.substr(row.find(",ok,") + 4));
+    if (key.rfind("laps//oracle", 0) == 0) EXPECT_LT(ate, 1e-6) << row;
+    if (key.rfind("laps//lm/0.4", 0) == 0) EXPECT_GT(ate, 0.05) << row;
+    if (key.rfind("laps//gnc/0.4", 0) == 0) EXPECT_LT(ate, 0.05) << row;
+  }
+}
+
+TEST_F(Experiment, IsTheSameOnAnyNumberOfCores) {
+  const std::string ini = config("methods = gnc dcs\noutlier_rates = 0.3\ntrials = 4\n");
+  ASSERT_EQ(run("-j 1 -c " + ini + " -o " + at("one")).code, 0);
+  ASSERT_EQ(run("-j 3 -c " + ini + " -o " + at("three")).code, 0);
+  EXPECT_EQ(rows("one"), rows("three"));
+  EXPECT_EQ(rows("one").size(), 8u);
+}
+
+TEST_F(Experiment, GoesOnWhereItWasKilled) {
+  const std::string ini = config("methods = gnc\noutlier_rates = 0.5\ntrials = 400\n");
+  run("-c " + ini + " -o " + at("out"), "timeout -s KILL 0.6 ");
+  std::string before = read("out/results.csv");
+  before.resize(before.rfind('\n') + 1);
+  const auto done = std::count(before.begin(), before.end(), '\n') - 1;
+  EXPECT_LT(done, 400);
+  std::ofstream(folder / "out/results.csv", std::ios::app) << "laps//gnc/0.5/40";  // cut off
+  const Ran again = run("-c " + ini + " -o " + at("out"));
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(rows("out").size(), 400u);
+  if (done > 0) {
+    EXPECT_NE(again.text.find(std::to_string(done) + " of 400 trials have been run before"),
+              std::string::npos)
+        << again.text;
+  }
+  // What had been run stays to the last digit of its times.
+  const std::string after = read("out/results.csv");
+  std::istringstream lines(before);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_NE(after.find(line + "\n"), std::string::npos) << line;
+  }
+  const Ran third = run("-c " + ini + " -o " + at("out"));
+  EXPECT_EQ(third.code, 0) << third.text;
+  EXPECT_EQ(read("out/results.csv"), after);
+}
+
+TEST_F(Experiment, NoticesOtherSettingsInTheSameFolder) {
+  const std::string start = "methods = gnc\noutlier_rates = 0.3\n";
+  ASSERT_EQ(run("-c " + config(start + "trials = 2\n") + " -o " + at("out")).code, 0);
+  // More of the same is welcome.
+  ASSERT_EQ(run("-c " + config(start + "trials = 3\n") + " -o " + at("out")).code, 0);
+  EXPECT_EQ(rows("out").size(), 3u);
+  const std::string results = read("out/results.csv");
+  const Ran changed =
+      run("-c " + config(start + "trials = 3\n[gnc]\ngrowth = 2\n") + " -o " + at("out"));
+  EXPECT_EQ(changed.code, 1);
+  EXPECT_NE(changed.text.find("gnc.growth was"), std::string::npos) << changed.text;
+  const std::string ini = config(start + "trials = 3\n");
+  write("laps.g2o", laps_graph(3));
+  const Ran file = run("-c " + ini + " -o " + at("out"));
+  EXPECT_EQ(file.code, 1);
+  EXPECT_NE(file.text.find("laps.g2o"), std::string::npos) << file.text;
+  EXPECT_EQ(read("out/results.csv"), results);
+}
+
+TEST_F(Experiment, EndsTrialsThatTakeTooLong) {
+  const Ran ran = run("-c " +
+                      config("methods = gnc\noutlier_rates = 0.99\ntrials = 1\n"
+                             "time_limit = 0.001\n") +
+                      " -o " + at("out"));
+  EXPECT_EQ(ran.code, 0) << ran.text;
+  EXPECT_NE(read("out/results.csv").find(",timeout,0.001,0.001,"), std::string::npos)
+      << read("out/results.csv");
+}
+
+TEST_F(Experiment, BadInput) {
+  const auto expect_failure = [&](const std::string& arguments, const std::string& part) {
+    const Ran ran = run(arguments + " -o " + at("none"));
+    EXPECT_EQ(ran.code, 1) << ran.text;
+    EXPECT_NE(ran.text.find(part), std::string::npos) << ran.text;
+    EXPECT_FALSE(fs::exists(at("none/results.csv")));
+  };
+  expect_failure("-c " + at("absent.ini"), "absent.ini");
+  expect_failure("-c " + config("metods = gnc"), "metods");
+  expect_failure("-c " + config("methods = gnc\ntrials = -1"), "trials");
+  expect_failure("", "-c");
+  // A graph of two parts fails when its turn comes, and says so.
+  write("laps.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 6 1 0 0 1 0 0 1 0 1\n");
+  const Ran parts = run("-c " + config("methods = gnc") + " -o " + at("parts"));
+  EXPECT_EQ(parts.code, 1);
+  EXPECT_NE(parts.text.find("laps.g2o"), std::string::npos) << parts.text;
+  // So does one without closures to tell true from false: all methods are odometry.
+  write("laps.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+  const Ran bare = run("-c " + config("methods = gnc lm escape") + " -o " + at("bare"));
+  EXPECT_TRUE(bare.code == 0 || bare.text.find("escape") != std::string::npos) << bare.text;
+}
+
+TEST_F(Experiment, PrintsItsConfiguration) {
+  const Ran all = run("--print-config");
+  EXPECT_EQ(all.code, 0);
+  EXPECT_NE(all.text.find("outlier_rates"), std::string::npos) << all.text;
+  EXPECT_EQ(run("--help").code, 0);
+  const Ran one = run("--print-config -c " + config("trials = 7"));
+  EXPECT_NE(one.text.find("trials = 7"), std::string::npos) << one.text;
+  // It is a valid INI by itself.
+  const Ran again = run("--print-config -c " + write("again.ini", one.text));
+  EXPECT_EQ(again.code, 0) << again.text;
+}
+
+TEST_F(Experiment, ReplaysLogs) {
+  const std::string root = HYBRID_SOURCE_DIR "/config/";
+  const std::string ini = write("replays.ini",
+                                "[experiment]\nkind = replay\nreplays = demo\n"
+                                "methods = incremental batch\ntrials = 2\n"
+                                "[demo]\nconfig = " +
+                                    root + "classed_demo.ini\nsimulate = " + root +
+                                    "simulate_classed_demo.ini\n"
+                                    "[incremental]\n[batch]\nset = solver.mode=batch\n");
+  const Ran ran = run("-c " + ini + " -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.text << read("out/results.csv");
+  EXPECT_EQ(rows("out").size(), 4u);
+  EXPECT_EQ(read("out/objective.png").substr(1, 3), "PNG");
+  EXPECT_NE(read("out/summary.csv").find("truth.landmarks.mean_m_median"), std::string::npos);
+}
+
+}  // namespace
