@@ -11,6 +11,9 @@
 namespace hybrid {
 namespace {
 
+constexpr int kSettlingRounds = 20;
+constexpr double kLargeMu = 1e12;
+
 /// A kernel that multiplies by a weight which its owner changes.
 Kernel weighted_by(const double* weight) {
   return {[weight](double s) { return *weight * s; }, [weight](double) { return *weight; }};
@@ -48,7 +51,7 @@ class Gnc {
       result.message = "weights were still changing after " + std::to_string(options_.max_rounds) +
                        " rounds, the limit";
     }
-    const SolverReport report = weighted_.solve(options_.solver);
+    const SolverReport report = settle();
     if (result.converged) result.message = report.message;
     result.converged = result.converged && report.status == SolverStatus::kConverged;
     result.values = weighted_.values();
@@ -60,6 +63,20 @@ class Gnc {
   }
 
  private:
+  /// The limit of large mu, truncated least squares itself: closures within c^2 count in full and
+  /// all others not at all, until the estimate agrees with that. The cost falls at every round.
+  SolverReport settle() {
+    SolverReport report = weighted_.solve(options_.solver);
+    if (options_.loss == GncLoss::kGemanMcClure) return report;
+    for (int round = 0; round < kSettlingRounds; ++round) {
+      const std::vector<double> before = weights_;
+      update_weights(kLargeMu);
+      if (weights_ == before) break;
+      report = weighted_.solve(options_.solver);
+    }
+    return report;
+  }
+
   std::vector<ContinuousFactorPtr> under_weights() {
     std::vector<ContinuousFactorPtr> factors;
     for (std::size_t k = 0; k < weights_.size(); ++k) {

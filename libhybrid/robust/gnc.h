@@ -39,8 +39,9 @@ double gnc_next_mu(GncLoss loss, double mu, double growth);
 
 /// Weighted least squares over all closures, weights from the residuals, then a less convex
 /// surrogate, until weights are binary (truncated least squares) or mu is one (Geman-McClure).
-/// Closures of weight zero are out of the linear systems. Accepted are those of a weight of at
-/// least one half. Throws Error for a probability outside (0, 1) or a growth not above one.
+/// Truncated least squares then settles: weights 1 up to c^2 and 0 beyond. Closures of weight zero
+/// are out of the linear systems. Accepted are those of a weight of at least one half. Throws Error
+/// for a probability outside (0, 1) or a growth not above one.
 RobustResult solve_gnc(const RobustProblem& problem, const GncOptions& options = {});
 
 }  // namespace hybrid

@@ -32,6 +32,18 @@ std::vector<Key> poses_of(const Values& values) {
   return poses;
 }
 
+ClosureLabel to_label(bool is_true) {
+  return is_true ? ClosureLabel::kTrue : ClosureLabel::kFalse;
+}
+
+/// Whether each of `count` closures is known to be true; false ones were added behind the labelled.
+std::vector<bool> known_true(const std::vector<ClosureLabel>& labels, std::size_t count) {
+  std::vector<bool> result;
+  for (ClosureLabel label : labels) result.push_back(label == ClosureLabel::kTrue);
+  result.resize(count, false);
+  return result;
+}
+
 std::set<KeyPair> read_labels(const std::string& path) {
   std::ifstream in(path);
   if (!in) throw Error(path + ": cannot be read");
@@ -52,18 +64,16 @@ std::set<KeyPair> read_labels(const std::string& path) {
 
 /// Whether a measured motion is what the true poses say, where both are known.
 template <class Edge>
-bool agrees(const Edge& edge, const PreparedGraph& prepared, const GraphPlan& plan) {
+ClosureLabel agrees(const Edge& edge, const PreparedGraph& prepared, const GraphPlan& plan) {
   const auto from = prepared.truth.find(edge.from);
   const auto to = prepared.truth.find(edge.to);
-  if (from == prepared.truth.end() || to == prepared.truth.end()) return false;
+  if (from == prepared.truth.end() || to == prepared.truth.end()) return ClosureLabel::kUnknown;
   Values measured;
   measured.insert(edge.from, edge.measured);
   const CPose3D error = (to->second - from->second) - to_mrpt(measured, edge.from);
-  const double angle = mrpt::poses::CPose3D(0, 0, 0, error.yaw(), error.pitch(), error.roll())
-                           .getRotationMatrix()
-                           .trace();
-  return error.norm() <= plan.label_distance &&
-         std::acos(std::clamp(0.5 * (angle - 1.0), -1.0, 1.0)) <= plan.label_angle;
+  const double trace = error.getRotationMatrix().trace();
+  const double angle = std::acos(std::clamp(0.5 * (trace - 1.0), -1.0, 1.0));
+  return to_label(error.norm() <= plan.label_distance && angle <= plan.label_angle);
 }
 
 void label(const GraphPlan& plan, const std::string& variant, PreparedGraph& prepared) {
@@ -72,10 +82,10 @@ void label(const GraphPlan& plan, const std::string& variant, PreparedGraph& pre
   const auto add = [&](const auto& edges) {
     for (const auto& edge : edges) {
       if (is_odometry(edge.from, edge.to)) continue;
-      prepared.true_closures.push_back(!plan.labels.empty()
-                                           ? pairs.count(std::minmax(edge.from, edge.to)) != 0
-                                       : plan.label_distance > 0.0 ? agrees(edge, prepared, plan)
-                                                                   : true);
+      prepared.labels.push_back(!plan.labels.empty()
+                                    ? to_label(pairs.count(std::minmax(edge.from, edge.to)) != 0)
+                                : plan.label_distance > 0.0 ? agrees(edge, prepared, plan)
+                                                            : ClosureLabel::kTrue);
     }
   };
   add(prepared.graph.poses2);
@@ -88,25 +98,31 @@ std::map<Key, CPose3D> optimum(const PreparedGraph& prepared) {
   ComparisonOptions options;
   options.solver.threads = 1;
   options.solver.relative_decrease = 1e-10;
-  const RobustResult result = solve_given(problem, prepared.true_closures, options);
+  const RobustResult result =
+      solve_given(problem, known_true(prepared.labels, prepared.labels.size()), options);
   std::map<Key, CPose3D> poses;
   for (Key key : poses_of(result.values)) poses.emplace(key, to_mrpt(result.values, key));
   return poses;
 }
 
-void compare_decisions(const RobustResult& result, const std::vector<bool>& truth,
+void compare_decisions(const RobustResult& result, std::vector<ClosureLabel> labels,
                        TrialResult& trial) {
+  labels.resize(result.verdicts.size(), ClosureLabel::kFalse);
+  std::vector<bool> truth;
   double right = 0, accepted = 0, all_true = 0, brier = 0, log_loss = 0;
   std::vector<double> probabilities;
-  for (std::size_t k = 0; k < truth.size(); ++k) {
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    if (labels[k] == ClosureLabel::kUnknown) continue;
     const Verdict& verdict = result.verdicts[k];
+    const bool is_true = labels[k] == ClosureLabel::kTrue;
     accepted += verdict.accepted;
-    all_true += truth[k];
-    right += verdict.accepted && truth[k];
+    all_true += is_true;
+    right += verdict.accepted && is_true;
     const double p = verdict.inlier_probability;
+    truth.push_back(is_true);
     probabilities.push_back(p);
-    brier += 2.0 * (p - truth[k]) * (p - truth[k]);
-    log_loss -= std::log(std::max(1e-15, truth[k] ? p : 1.0 - p));
+    brier += 2.0 * (p - is_true) * (p - is_true);
+    log_loss -= std::log(std::max(1e-15, is_true ? p : 1.0 - p));
   }
   const auto count = static_cast<double>(truth.size());
   auto& metrics = trial.metrics;
@@ -157,8 +173,7 @@ TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& tri
                                  const MethodOptions& options) {
   const PoseGraph graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
   const RobustProblem problem = to_robust_problem(graph, prepared.initial);
-  std::vector<bool> truth = prepared.true_closures;
-  truth.resize(problem.closures.size(), false);
+  const std::vector<bool> truth = known_true(prepared.labels, problem.closures.size());
   const std::clock_t start = std::clock();
   const RobustResult result = solve_by_name(trial.method, problem, truth, options);
   TrialResult out;
@@ -179,7 +194,7 @@ TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& tri
   out.metrics["ate_mean_m"] = errors.mean_m;
   out.metrics["ate_rmse_m"] = errors.rmse_m;
   out.metrics["rotation_mean_deg"] = errors.rotation_mean_deg;
-  compare_decisions(result, truth, out);
+  compare_decisions(result, prepared.labels, out);
   return out;
 }
 

@@ -20,15 +20,18 @@ namespace hybrid {
 /// Names of what a trial on a pose graph measures: seconds and cpu_s (s, of the solver),
 /// ate_mean_m, ate_rmse_m, rotation_mean_deg (after rigid alignment), objective, cost, iterations,
 /// closures, accepted, precision, recall, false_share (of the closures), brier, log_loss (of the
-/// inlier probabilities).
+/// inlier probabilities). Closures of which nothing is known do not count.
 const std::vector<std::string>& pose_graph_metrics();
+
+/// What is known of a closure.
+enum class ClosureLabel { kFalse, kTrue, kUnknown };
 
 /// A graph read from its file, with what is known of the truth.
 struct PreparedGraph {
   PoseGraph graph;
   Values initial;
   std::map<Key, mrpt::poses::CPose3D> truth;
-  std::vector<bool> true_closures;  ///< of the file, in its order
+  std::vector<ClosureLabel> labels;  ///< of the closures of the file, in its order
 };
 
 /// Reads a graph, its truth and its labels; without a file of true poses, solves for the optimum of
