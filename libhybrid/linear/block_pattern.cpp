@@ -14,6 +14,8 @@ namespace {
 
 /// Below this many operations per block the search for a better order costs more than it saves.
 constexpr double kDissectionFlopsPerBlock = 2e4;
+/// A taller elimination tree, as minimum degree makes of a chain, costs covariances dearly.
+constexpr int kTallTree = 200;
 
 /// Orders the block graph with one of CHOLMOD's methods.
 BlockOrdering order_with(const BlockPattern& pattern, int method) {
@@ -73,6 +75,26 @@ BlockOrdering order_with(const BlockPattern& pattern, int method) {
   return result;
 }
 
+/// Blocks on the longest path of the elimination tree.
+int height(const BlockOrdering& ordering) {
+  const int count = static_cast<int>(ordering.supernodes.size()) - 1;
+  std::vector<int> supernode_of(ordering.order.size());
+  for (int s = 0; s < count; ++s) {
+    for (int p = ordering.supernodes[s]; p < ordering.supernodes[s + 1]; ++p) supernode_of[p] = s;
+  }
+  std::vector<int> heights(count);
+  int highest = 0;
+  for (int s = count - 1; s >= 0; --s) {  // a parent comes after its children
+    const int own = ordering.supernodes[s + 1] - ordering.supernodes[s];
+    const int below = ordering.row_starts[s] + own;
+    heights[s] = own;
+    if (below < ordering.row_starts[s + 1])
+      heights[s] += heights[supernode_of[ordering.rows[below]]];
+    highest = std::max(highest, heights[s]);
+  }
+  return highest;
+}
+
 }  // namespace
 
 int BlockPattern::scalars() const {
@@ -87,9 +109,10 @@ void normalize(std::vector<std::pair<int, int>>& edges) {
 BlockOrdering order_blocks(const BlockPattern& pattern) {
   if (pattern.size() == 0) return {};
   BlockOrdering best = order_with(pattern, CHOLMOD_AMD);
-  if (best.flops > kDissectionFlopsPerBlock * pattern.size()) {
+  const bool tall = height(best) > std::max(kTallTree, pattern.size() / 4);
+  if (tall || best.flops > kDissectionFlopsPerBlock * pattern.size()) {
     BlockOrdering other = order_with(pattern, CHOLMOD_METIS);
-    if (other.flops < best.flops) best = std::move(other);
+    if (tall || other.flops < best.flops) best = std::move(other);
   }
   return best;
 }

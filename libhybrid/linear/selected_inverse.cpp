@@ -3,7 +3,9 @@
 #include "libhybrid/linear/selected_inverse.h"
 
 #include <algorithm>
+#include <string>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/linear/front_kernels.h"
 
 namespace hybrid {
@@ -121,6 +123,22 @@ Eigen::MatrixXd SelectedInverse::diagonal_block(int start, int dim) const {
     for (int r = c; r < dim; ++r) block(r, c) = block(c, r) = column[local + r];
   }
   return block;
+}
+
+Eigen::MatrixXd SelectedInverse::block(int row, int rows, int col, int cols) const {
+  if (row < col) return block(col, cols, row, rows).transpose();
+  if (row == col) return diagonal_block(row, rows);
+  const Supernode& node = factor_->supernode(factor_->supernode_of(col));
+  const int* begin = factor_->rows(node);
+  const int* at = std::lower_bound(begin, begin + node.height, row);
+  if (at == begin + node.height || *at != row) {
+    throw Error("the factor holds no block at row " + std::to_string(row) + ", column " +
+                std::to_string(col));
+  }
+  const double* entry =
+      panels_.data() + node.panel + std::size_t(col - node.first) * node.stride + (at - begin);
+  return Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>(
+      entry, rows, cols, Eigen::OuterStride<>(node.stride));
 }
 
 }  // namespace hybrid

@@ -19,6 +19,9 @@ class SelectedInverse {
   /// The symmetric block of scalar rows and columns start .. start + dim - 1, which must be of one
   /// variable.
   Eigen::MatrixXd diagonal_block(int start, int dim) const;
+  /// The block of the scalar rows from `row` on and the columns from `col` on, of two variables;
+  /// the factor must hold it: Error where it is structurally zero.
+  Eigen::MatrixXd block(int row, int rows, int col, int cols) const;
 
  private:
   using Supernode = BlockCholesky::Supernode;

@@ -28,6 +28,9 @@ struct Verdict {
   /// other factors can check this one. Near 0 nothing but the closure itself speaks for it.
   double redundancy = 1.0;
   bool checkable = true;  ///< false where the redundancy is too small to tell a lie from the truth
+  /// By how much the logarithm of the evidence exceeds what was asked for; 0 if the method has
+  /// none.
+  double margin = 0.0;
 };
 
 /// What a robust solver found. `verdicts` is in the order of `RobustProblem::closures`.
@@ -41,6 +44,10 @@ struct RobustResult {
   double seconds = 0.0;
   bool converged = true;
   std::string message;
+  /// The objective that the method lowers, at the start and after each macro-step.
+  std::vector<double> objectives;
+  /// Estimate of the factor by which the variances of the noise are understated.
+  double variance_factor = 1.0;
 };
 
 }  // namespace hybrid

@@ -34,6 +34,8 @@ class Problem {
   int block_count() const { return static_cast<int>(blocks_.size()); }
   Key key(int block) const { return blocks_[block].key; }
   VariableType type(int block) const { return blocks_[block].type; }
+  /// Where the variable stands in a state.
+  int offset(int block) const { return blocks_[block].offset; }
   /// Throws Error for a variable that no factor of the graph names.
   int block(Key key) const;
 
