@@ -67,7 +67,15 @@ SolverReport ClosureProblem::solve(const SolverOptions& options) {
   SolverReport report = levenberg_marquardt(*problem_, state, options);
   problem_->store(state, values_);
   iterations_ += report.iterations;
+  if (report.iterations > 0) {
+    singular_ = report.status == SolverStatus::kUnderConstrained ? report.message : "";
+  }
   return report;
+}
+
+void ClosureProblem::report(const SolverReport& last, RobustResult& result) const {
+  result.converged = singular_.empty() && last.status == SolverStatus::kConverged;
+  result.message = singular_.empty() ? last.message : singular_;
 }
 
 std::vector<double> chi_squares(const RobustProblem& problem, const Values& values) {
@@ -97,8 +105,7 @@ RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kerne
   for (int round = 0; round < kRounds && weighted.iterations() < options.solver.max_iterations;
        ++round) {
     const SolverReport report = weighted.solve(solver);
-    result.message = report.message;
-    result.converged = report.status == SolverStatus::kConverged;
+    weighted.report(report, result);
     const std::vector<ClosureRole> next = roles(weighted.values());
     if (report.status != SolverStatus::kIterationLimit && next == weighted.roles()) break;
     weighted.set_roles(next);

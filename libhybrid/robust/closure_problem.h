@@ -2,6 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "libhybrid/robust/kernel.h"
@@ -36,6 +38,9 @@ class ClosureProblem {
   const Values& values() const { return values_; }
   void set_values(const Values& values) { values_ = values; }
   int iterations() const { return iterations_; }
+  /// Sets converged and message of a result by how its last solve ended; a singular system, met in
+  /// the last factorisation, means that it did not converge.
+  void report(const SolverReport& last, RobustResult& result) const;
   /// How often the sparsity was analysed.
   int analyses() const { return problem_->analyses(); }
 
@@ -47,6 +52,7 @@ class ClosureProblem {
   std::vector<ClosureRole> roles_;
   std::unique_ptr<Problem> problem_;
   int iterations_ = 0;
+  std::string singular_;  // message of the last solve that factorised, if singular
 };
 
 /// What the comparison methods share.

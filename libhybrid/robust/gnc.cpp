@@ -47,13 +47,13 @@ class Gnc {
       result.converged = last || (options_.loss == GncLoss::kTruncatedLeastSquares && binary());
       mu = gnc_next_mu(options_.loss, mu, options_.growth);
     }
-    if (!result.converged) {
+    const bool settled = result.converged;
+    weighted_.report(settle(), result);
+    if (!settled) {
+      result.converged = false;
       result.message = "weights were still changing after " + std::to_string(options_.max_rounds) +
                        " rounds, the limit";
     }
-    const SolverReport report = settle();
-    if (result.converged) result.message = report.message;
-    result.converged = result.converged && report.status == SolverStatus::kConverged;
     result.values = weighted_.values();
     result.iterations = weighted_.iterations();
     std::vector<bool> accepted;

@@ -94,8 +94,7 @@ RobustResult solve_switchable(const RobustProblem& problem, const SwitchableOpti
   for (int round = 0; round < kRounds && weighted.iterations() < options.solver.max_iterations;
        ++round) {
     const SolverReport report = weighted.solve(solver);
-    result.message = report.message;
-    result.converged = report.status == SolverStatus::kConverged;
+    weighted.report(report, result);
     const auto next = roles_of(switches(weighted.values(), count), options.negligible_weight);
     if (report.status != SolverStatus::kIterationLimit && next == weighted.roles()) break;
     weighted.set_roles(next);
