@@ -17,39 +17,48 @@ struct Costs {
   double outlier = 0.0;
 };
 
+/// -log density of the constant outlier model; nothing where it is the wide Gaussian.
+std::optional<double> null_density(const ContinuousFactor& closure, const MixtureOptions& options) {
+  if (options.null_hypothesis || !options.flat) return options.null_hypothesis;
+  return closure.log_normalizer() + 0.5 * closure.rows() * std::log(options.outlier_variance);
+}
+
 Costs component_costs(const ContinuousFactor& closure, double cost, const MixtureOptions& options) {
   Costs costs;
   costs.inlier = cost + closure.log_normalizer() - std::log(options.inlier_weight);
-  costs.outlier = options.null_hypothesis
-                      ? *options.null_hypothesis
-                      : cost / options.outlier_variance + closure.log_normalizer() +
-                            0.5 * closure.rows() * std::log(options.outlier_variance);
+  const std::optional<double> null = null_density(closure, options);
+  costs.outlier = null ? *null
+                       : cost / options.outlier_variance + closure.log_normalizer() +
+                             0.5 * closure.rows() * std::log(options.outlier_variance);
   costs.outlier -= std::log(options.outlier_weight);
   return costs;
 }
 
 }  // namespace
 
+HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
+                                const MixtureOptions& options) {
+  const std::optional<double> null = null_density(*factor, options);
+  if (!null) {
+    return make_outlier_mixture(closure_switch(closure), factor,
+                                std::make_shared<Inflated>(factor, options.outlier_variance),
+                                options.inlier_weight, options.outlier_weight);
+  }
+  if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
+    throw Error("weights of inliers and outliers must be positive");
+  }
+  std::vector<MixtureComponent> components;
+  components.push_back({factor, -std::log(options.inlier_weight), false});
+  components.push_back({nullptr, *null - std::log(options.outlier_weight), true});
+  return std::make_shared<Mixture>(std::vector<DiscreteKey>{closure_switch(closure)},
+                                   std::move(components));
+}
+
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options) {
   HybridGraph graph;
   for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
   for (std::size_t k = 0; k < problem.closures.size(); ++k) {
-    const ContinuousFactorPtr& closure = problem.closures[k];
-    if (!options.null_hypothesis) {
-      graph.add(make_outlier_mixture(closure_switch(k), closure,
-                                     std::make_shared<Inflated>(closure, options.outlier_variance),
-                                     options.inlier_weight, options.outlier_weight));
-      continue;
-    }
-    if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
-      throw Error("weights of inliers and outliers must be positive");
-    }
-    std::vector<MixtureComponent> components;
-    components.push_back({closure, -std::log(options.inlier_weight), false});
-    components.push_back(
-        {nullptr, *options.null_hypothesis - std::log(options.outlier_weight), true});
-    graph.add(std::make_shared<Mixture>(std::vector<DiscreteKey>{closure_switch(k)},
-                                        std::move(components)));
+    graph.add(closure_mixture(k, problem.closures[k], options));
   }
   return graph;
 }

@@ -16,7 +16,10 @@ namespace hybrid {
 struct MixtureOptions {
   /// The outlier model is the inlier's with its covariance multiplied by this.
   double outlier_variance = 1e7;
-  /// Instead of that: -log density of a false closure, the same wherever the poses are.
+  /// Whether the outlier model is constant, at the peak of that Gaussian: the same switch, and
+  /// false closures, however absurd, do not pull at the map.
+  bool flat = false;
+  /// Instead of both: -log density of a false closure, the same wherever the poses are.
   std::optional<double> null_hypothesis;
   /// Prior weights of the two, positive.
   double inlier_weight = 0.5;
@@ -28,8 +31,13 @@ inline DiscreteKey closure_switch(std::size_t closure) {
   return {Key('d', closure), 2};
 }
 
-/// The graph of eq. 16: trusted factors as they are, every closure a mixture whose outlier
-/// component is weak (see Component::weak). Throws Error for weights that are not positive.
+/// The mixture of eq. 17 for one closure, whose outlier component is weak (see Component::weak).
+/// Throws Error for weights that are not positive.
+HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
+                                const MixtureOptions& options = {});
+
+/// The graph of eq. 16: trusted factors as they are, every closure a mixture. Throws
+/// Error for weights that are not positive.
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options = {});
 
 /// The assignment of the switches, by closure.

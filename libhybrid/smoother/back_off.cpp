@@ -133,4 +133,41 @@ std::vector<double> IncrementalSmoother::cauchy_step(const std::vector<int>& slo
   return step;
 }
 
+std::vector<double> IncrementalSmoother::snapshot() const {
+  std::vector<double> numbers;
+  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
+    if (!estimate_.occupied(slot)) continue;
+    const double* x = estimate_.data(slot);
+    numbers.insert(numbers.end(), x, x + estimate_.type(slot).size);
+  }
+  return numbers;
+}
+
+UpdateReport IncrementalSmoother::restore(const std::vector<double>& snapshot) {
+  UpdateReport report;
+  report.objective_before = objective();
+  std::size_t size = 0;
+  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
+    if (estimate_.occupied(slot)) size += estimate_.type(slot).size;
+  }
+  if (size != snapshot.size()) throw Error("a snapshot of other variables cannot be restored");
+  std::vector<int> slots;
+  const double* x = snapshot.data();
+  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
+    if (!estimate_.occupied(slot)) continue;
+    const int n = estimate_.type(slot).size;
+    if (!std::equal(x, x + n, estimate_.data(slot))) {
+      std::copy(x, x + n, estimate_.data(slot));
+      slots.push_back(slot);
+    }
+    x += n;
+  }
+  move_linearization(slots, report);
+  eliminate(report);
+  undo_.clear();
+  refresh_costs(slots);
+  report.objective_after = objective();
+  return report;
+}
+
 }  // namespace hybrid

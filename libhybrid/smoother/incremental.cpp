@@ -14,10 +14,6 @@ namespace {
 /// Gauss-Newton steps that a half-step may take beyond the first.
 constexpr int kMoreSteps = 3;
 
-/// Before the next, factors are linearised again until what linear models miss is below this share
-/// of the rise.
-constexpr double kErrorShare = 0.1;
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -212,8 +208,8 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
 }
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
-/// where the true objective rises with it, some more of them with the worst factors linearised
-/// again; and where that does not help, a part of the way. Returns false where it stays put.
+/// where the true objective rises with it, some more of them with all that moved linearised again;
+/// and where that does not help, a part of the way. Returns false where it stays put.
 bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, int more_steps) {
   ++report.rounds;
   const double before = term_cost_.value();
@@ -230,10 +226,10 @@ bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire,
       moved_on = back_off(before);
       break;
     }
-    choose_moved(kErrorShare * (term_cost_.value() - before));
-    std::vector<int> moved;
-    moved.swap(moved_);
-    if (moved.empty()) moved = changed_;
+    // All that moved, not just the ends of the worst factors: a variable that is linearised again
+    // beside one that is not spoils the models of the factors between them, one more at each step.
+    const std::vector<int> moved = changed_;
+    moved_.clear();
     move_linearization(moved, report);
     if (!eliminate(report)) {
       undo();
@@ -296,19 +292,15 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
     }
   }
   term_cost_.add(change);
-  choose_moved(INFINITY);
+  choose_moved();
 }
 
-/// Lists, as `moved_`, the variables of factors whose linear model is off: each by more than the
-/// option says, and as many more as it takes for the rest to be off by no more than `budget`
-/// together.
-void IncrementalSmoother::choose_moved(double budget) {
+/// Lists, as `moved_`, the variables of factors whose linear model is off by more than the option
+/// says.
+void IncrementalSmoother::choose_moved() {
   moved_.clear();
-  if (std::isfinite(budget)) std::sort(errors_.begin(), errors_.end());
-  double rest = 0.0;
   for (const auto& [error, t] : errors_) {
-    rest += error;
-    if (error <= options_.relinearize && rest <= budget) continue;
+    if (error <= options_.relinearize) continue;
     moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
   std::sort(moved_.begin(), moved_.end());

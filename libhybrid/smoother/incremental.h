@@ -54,6 +54,12 @@ class IncrementalSmoother {
   /// `tolerance` and no discrete variable flips, or for `max_rounds`.
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
 
+  /// The estimate as numbers, to go back to by `restore` while no variable has come or gone.
+  std::vector<double> snapshot() const;
+  /// Moves the estimate back, whatever that does to the objective; discrete values stay. Throws
+  /// Error where the variables are not those of the snapshot.
+  UpdateReport restore(const std::vector<double>& snapshot);
+
   const HybridGraph& graph() const { return graph_; }
   const Values& values() const { return estimate_; }
   const Assignment& assignment() const { return discrete_.assignment(); }
@@ -114,7 +120,7 @@ class IncrementalSmoother {
   void remember(const std::vector<int>& slots);
   void move_estimate();
   void refresh_costs(const std::vector<int>& slots);
-  void choose_moved(double budget);
+  void choose_moved();
   bool back_off(double before);
   std::vector<double> cauchy_step(const std::vector<int>& slots) const;
   bool discrete_step(UpdateReport& report);

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "libhybrid/robust/mixture_graph.h"
+#include "libhybrid/robust/odometry_path.h"
+#include "libhybrid/robust/prediction.h"
+#include "libhybrid/robust/problem.h"
+#include "libhybrid/robust/variance_factor.h"
+#include "libhybrid/smoother/incremental.h"
+
+namespace hybrid {
+
+struct OnlineJudgeOptions {
+  OnlineJudgeOptions() {
+    mixture.flat = true;
+    smoother.relinearize = 3e-2;
+    smoother.wildfire = 1e-3;
+  }
+
+  MixtureOptions mixture;
+  /// Closures are admitted within this quantile of their predicted innovation, given the odometry
+  /// alone and given all that is accepted.
+  double gate = 0.999;
+  /// Closures of less redundancy are reported as uncheckable.
+  double checkable = 0.09;
+  SmootherOptions smoother;
+};
+
+/// Where a closure stands.
+enum class Standing {
+  kRefuted,    ///< contradicts the odometry
+  kUndecided,  ///< agrees with the odometry, and not with the map
+  kAccepted
+};
+
+/// What one step of the judge did.
+struct JudgeReport : UpdateReport {
+  int admitted = 0;  ///< closures taken in
+  int tried = 0;     ///< attempts at that
+};
+
+/// Judges loop closures that arrive pose by pose and may be lies, on the incremental smoother.
+///
+/// A closure enters as a mixture (eq. 16-17) held in its outlier mode, which ties nothing together.
+/// It is admitted where its innovation agrees with the odometry alone, so that closures that agree
+/// with each other but not with the odometry stay out, and with the map, by the predicted
+/// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
+/// variable is free: the discrete half-step throws it out when the later graph contradicts it.
+/// Closures that are out are judged again when the map has changed, and together with those that
+/// agree with them, which can turn a wrong early decision.
+class OnlineJudge {
+ public:
+  explicit OnlineJudge(const OnlineJudgeOptions& options = {});
+
+  /// Applies a change of trusted factors, and judges the closures that come with it. They are
+  /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update.
+  JudgeReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
+
+  /// Converges and judges again until nothing changes.
+  JudgeReport finish();
+
+  const IncrementalSmoother& smoother() const { return smoother_; }
+  Standing standing(std::size_t closure) const;
+  /// By closure, at the present estimate; redundancies are those of closures that are not refuted.
+  std::vector<Verdict> verdicts() const;
+
+ private:
+  enum class Hold { kFree, kIn, kOut };
+  struct Closure {
+    ContinuousFactorPtr factor;
+    Hold hold = Hold::kOut;
+    Handle table;                     // that holds it
+    bool refuted = false;             // by the odometry
+    int failures = 0;                 // attempts to admit it that did not lower the objective
+    std::size_t crowd = 0;            // size that a group with it must exceed to be tried
+    Prediction innovation;            // as last predicted, given the map
+    std::optional<Prediction> alone;  // given the odometry alone
+  };
+
+  void follow(const Delta& trusted);
+  void set_hold(std::size_t k, Hold hold, Delta& delta);
+  UpdateReport apply(Delta delta);
+  bool accepted(std::size_t k) const;
+  bool open(std::size_t k) const;
+  Prediction predict(const ContinuousFactor& closure) const;
+  bool refuted(const Closure& closure) const;
+  double switch_at(std::size_t k) const;
+  bool consider(std::size_t k, JudgeReport& report);
+  void reconsider(JudgeReport& report);
+  void challenge(std::size_t k, JudgeReport& report);
+  void expel(JudgeReport& report);
+  void reopen();
+  bool admit(const std::vector<std::size_t>& group, const std::vector<std::size_t>& against,
+             JudgeReport& report);
+  void withdraw(const std::vector<std::size_t>& tried, const std::vector<bool>& before,
+                const std::vector<double>& estimate);
+  void free(std::size_t k);
+
+  OnlineJudgeOptions options_;
+  IncrementalSmoother smoother_;
+  OdometryPath odometry_;
+  VarianceFactor factor_alone_, factor_;
+  std::size_t expelled_at_ = 0;  // accepted closures at the last look for those to expel
+  std::vector<Closure> closures_;
+  std::vector<std::size_t> open_;           // not refuted
+  std::vector<std::size_t> changed_holds_;  // with tables in the delta under way
+  std::vector<Handle> lifted_;              // tables to remove with the next update
+};
+
+}  // namespace hybrid
