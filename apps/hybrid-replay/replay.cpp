@@ -79,6 +79,7 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
     summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
   }
   summary.warnings.insert(summary.warnings.end(), last.warnings.begin(), last.warnings.end());
+  summary.calibration = result.calibration;
   if (result.landmarks.empty()) {
     summary.warnings.push_back("no landmark was mapped: no plugin found a detection to use");
   }
@@ -103,12 +104,26 @@ std::vector<std::string> write_extras(const Options& options, const OutputDirect
   return warnings;
 }
 
+/// Tells what was found of the robot itself, on standard output.
+void report(const CalibrationEstimate& calibration) {
+  fmt::print("{}:\n", calibration.name);
+  for (const CalibrationEstimate::Entry& e : calibration.entries) {
+    if (e.observed) {
+      fmt::print("  {} {:.4f} +- {:.4f} {} (start {:.4f})\n", e.name, e.value, e.sigma, e.unit,
+                 e.start);
+    } else {
+      fmt::print("  {} is not determined by the measurements of this log\n", e.name);
+    }
+  }
+}
+
 void report(const Summary& summary, const OutputDirectory& out, Progress& progress) {
   for (const auto& [reason, count] : summary.dropped) {
     progress.message(fmt::format("{}: {}", reason, count));
   }
   for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
   if (summary.status != "ok") progress.message("error: " + summary.message);
+  for (const CalibrationEstimate& calibration : summary.calibration) report(calibration);
   fmt::print("{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
              summary.keyframes, summary.landmarks, summary.objective, summary.total_s,
              summary.solver_s);
@@ -138,7 +153,7 @@ int replay(const Options& options) {
 
   Progress progress;
   Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
-                source.is_3d());
+                source.is_3d(), settings.calibration);
   const BackendReport last = run(source, mapper, progress, movie);
 
   MapResult result = mapper.result();

@@ -62,6 +62,7 @@ Settings read_settings(IniFile& ini, const Options& options) {
                kPositive);
   settings.source = read_source_options(ini);
   settings.motion = read_motion_options(ini);
+  settings.calibration = read_calibration_options(ini);
   settings.backend = make_backend(ini.section("solver", "How the estimate is found"));
   IniSection plugins = ini.section("plugins", "What turns observations into factors");
   const auto names =

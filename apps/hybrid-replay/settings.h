@@ -10,6 +10,7 @@
 
 #include "apps/hybrid-replay/options.h"
 #include "mrpt_plugins/mapping/backend.h"
+#include "mrpt_plugins/mapping/calibration.h"
 #include "mrpt_plugins/mapping/keyframe_source.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
@@ -24,6 +25,7 @@ struct Settings {
   double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
   SourceOptions source;
   MotionOptions motion;
+  CalibrationOptions calibration;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;
   std::unique_ptr<Backend> backend;
 };

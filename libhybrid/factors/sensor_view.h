@@ -37,9 +37,9 @@ class SensorView {
   const Pose& T_robot_sensor() const { return T_robot_sensor_; }
 
   /// Polar coordinates, in the sensor frame, of a point given in the map, and their Jacobians
-  /// where asked (both or none).
-  Point polar(const Pose& T_map_robot, const Point& p_map, PoseMatrix* by_pose,
-              Matrix* by_point) const {
+  /// where asked (all or none; that by the place of the sensor may be left out).
+  Point polar(const Pose& T_map_robot, const Point& p_map, PoseMatrix* by_pose, Matrix* by_point,
+              PoseMatrix* by_sensor = nullptr) const {
     const Matrix R_robot_map = T_map_robot.rotation().matrix().transpose();
     const Point p_robot = R_robot_map * (p_map - T_map_robot.translation());
     const Point p_sensor = R_sensor_robot_ * (p_robot - T_robot_sensor_.translation());
@@ -51,6 +51,11 @@ class SensorView {
     by_pose->template rightCols<Pose::kDim - kPointDim>().noalias() =
         by_robot * rotation_derivative(p_robot);
     by_point->noalias() = by_robot * R_robot_map;
+    if (by_sensor != nullptr) {
+      by_sensor->template leftCols<kPointDim>() = -J;
+      by_sensor->template rightCols<Pose::kDim - kPointDim>().noalias() =
+          J * rotation_derivative(p_sensor);
+    }
     return z;
   }
 

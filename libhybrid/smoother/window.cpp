@@ -130,6 +130,7 @@ std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
   bool new_pose = false;
   for (Key key : delta.values.keys()) new_pose = new_pose || is_pose(delta.values.type(key));
   for (const auto& [key, update] : last_touch_) {
+    if (window_.lasting.find(key.letter()) != std::string::npos) continue;
     if (!filter && update <= updates_ - window_.lag) keys.push_back(key);
     if (filter && new_pose && is_pose(smoother_.values().type(key)) &&
         !delta.values.contains(key)) {

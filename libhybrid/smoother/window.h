@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct WindowOptions {
   };
   Mode mode = Mode::kFull;
   int lag = 50;  ///< in updates; 0 or less is no limit
+  /// Letters of variables that never leave: calibrations, which all measurements share.
+  std::string lasting = "co";
 };
 
 /// What an update of a window did besides the update proper.

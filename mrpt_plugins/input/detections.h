@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/key.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 namespace hybrid {
@@ -32,6 +33,7 @@ struct DetectionFrame {
   double time = 0;  ///< Of the observation [s since 1970]; 0 if it has none.
   std::string sensor_label;
   mrpt::poses::CPose3D T_robot_sensor;
+  std::optional<Key> calibrated;  ///< The variable that is T_robot_sensor, where it is estimated.
   bool is_3d = true;
   double min_range = 0, max_range = 0;  ///< [m], 0: no limit.
   double fov_yaw = 0, fov_pitch = 0;    ///< Full angles [rad].

@@ -7,7 +7,10 @@
 
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/calibrated_bearing_range.h"
+#include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "mrpt_plugins/mapping/calibration.h"
 
 namespace hybrid {
 namespace {
@@ -36,20 +39,50 @@ bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
   return true;
 }
 
+/// With the place of the sensor as estimated.
+template <class Pose, class Edge>
+bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
+                             std::vector<Edge>& edges) {
+  const auto* sighting = dynamic_cast<const CalibratedBearingRange<Pose>*>(&factor);
+  if (sighting == nullptr) return false;
+  const auto seen =
+      locate(Pose(), sighting->measured(), noise_of(*sighting), values.at<Pose>(factor.keys()[2]));
+  edges.push_back(
+      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
+  return true;
+}
+
+/// With the calibration of the odometry as estimated.
+template <class Factor, class Calibration, class Edge>
+bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
+                           std::vector<Edge>& edges) {
+  const auto* motion = dynamic_cast<const Factor*>(&factor);
+  if (motion == nullptr) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1],
+                   calibrated(motion->measured(), values.at<Calibration>(factor.keys()[2])),
+                   noise_of(*motion)});
+  return true;
+}
+
 template <class Pose>
 bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
   if (dynamic_cast<const Prior<Pose>*>(&factor) == nullptr) return false;
+  if (is_calibration(factor.keys()[0])) return true;
   fixed.push_back(factor.keys()[0]);
   return true;
 }
 
 void add(const ContinuousFactor& factor, ExportedGraph& out) {
   PoseGraph& g = out.graph;
-  const bool known = add_motion<BetweenSE2>(factor, g.poses2) ||
-                     add_motion<Between<SE2>>(factor, g.poses2) ||
-                     add_motion<Between<SE3>>(factor, g.poses3) ||
-                     add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
-                     add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);
+  const Values& at = out.graph.values;
+  const bool known =
+      add_motion<BetweenSE2>(factor, g.poses2) || add_motion<Between<SE2>>(factor, g.poses2) ||
+      add_motion<Between<SE3>>(factor, g.poses3) || add_sighting<SE2>(factor, g.points2) ||
+      add_sighting<SE3>(factor, g.points3) || add_calibrated_sighting<SE2>(factor, at, g.points2) ||
+      add_calibrated_sighting<SE3>(factor, at, g.points3) ||
+      add_calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, at, g.poses2) ||
+      add_calibrated_motion<CalibratedMotion3, OdometryCalibration3>(factor, at, g.poses3) ||
+      add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);
   const std::string name = factor.name();
   if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {
     out.left_out.push_back(name);
@@ -67,6 +100,9 @@ ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate) {
     const Component component = factor->given(estimate.assignment);
     if (component.factor != nullptr) add(*component.factor, out);
   });
+  for (const Key key : out.graph.values.keys()) {
+    if (is_calibration(key)) out.graph.values.erase(key);
+  }
   return out;
 }
 

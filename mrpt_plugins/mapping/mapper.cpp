@@ -40,13 +40,19 @@ Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
 }  // namespace
 
 Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
-               std::unique_ptr<Backend> backend, bool is_3d)
-    : options_(options), plugins_(std::move(plugins)), backend_(std::move(backend)), is_3d_(is_3d) {
+               std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration)
+    : options_(options),
+      plugins_(std::move(plugins)),
+      backend_(std::move(backend)),
+      is_3d_(is_3d),
+      calibrator_(calibration, is_3d) {
   check(options_, is_3d_);
 }
 
-const StepRecord& Mapper::add(const Keyframe& keyframe) try {
+const StepRecord& Mapper::add(const Keyframe& raw) try {
+  Keyframe keyframe = raw;
   Delta delta = move(keyframe);
+  calibrator_.place_sensors(keyframe.detections, backend_->values(), delta);
   for (const auto& plugin : plugins_) observe(*plugin, keyframe, delta);
   const BackendReport report = backend_->update(delta);
   T_map_robot_ = pose_at(backend_->values(), pose_key(steps_.size()));
@@ -54,7 +60,7 @@ const StepRecord& Mapper::add(const Keyframe& keyframe) try {
   log_rows_.push_back(keyframe.row);
   return steps_.back();
 } catch (const Error& e) {
-  throw Error(fmt::format("frame {} of the log: {}", keyframe.row, e.what()));
+  throw Error(fmt::format("frame {} of the log: {}", raw.row, e.what()));
 }
 
 Delta Mapper::move(const Keyframe& keyframe) {
@@ -67,9 +73,11 @@ Delta Mapper::move(const Keyframe& keyframe) {
     if (!keyframe.odometry) ++dropped_["odometry missing: robot taken to stand still"];
     const OdometryIncrement motion =
         keyframe.odometry ? *keyframe.odometry : unknown_motion(options_, is_3d_);
+    const std::optional<Key> calibration =
+        keyframe.odometry ? calibrator_.odometry(delta) : std::nullopt;
     delta.continuous.push_back(
-        odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_));
-    T_map_robot_ = T_map_robot_ + motion.mean;
+        odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_, calibration));
+    T_map_robot_ = T_map_robot_ + calibrator_.corrected(motion.mean, backend_->values());
     dead_reckoning_.push_back({keyframe.time, dead_reckoning_.back().pose + motion.mean});
   }
   insert_pose(delta.values, pose_key(i), T_map_robot_, is_3d_);
@@ -118,6 +126,7 @@ MapResult Mapper::result() const {
   result.class_names = class_names();
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;
+  result.calibration = calibrator_.estimates(*backend_);
   const Values& values = backend_->values();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});

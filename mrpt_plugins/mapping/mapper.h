@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mrpt_plugins/mapping/backend.h"
+#include "mrpt_plugins/mapping/calibration.h"
 #include "mrpt_plugins/mapping/keyframe_source.h"
 #include "mrpt_plugins/mapping/landmark_book.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
@@ -23,10 +24,10 @@ class Mapper {
  public:
   /// `is_3d` chooses SE(3) and points in space, or SE(2) and points in the plane.
   Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
-         std::unique_ptr<Backend> backend, bool is_3d);
+         std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration = {});
 
   /// Takes one keyframe in. Throws Error where it cannot become part of the map.
-  const StepRecord& add(const Keyframe& keyframe);
+  const StepRecord& add(const Keyframe& raw);
 
   /// Solves to convergence.
   BackendReport finish();
@@ -59,6 +60,7 @@ class Mapper {
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::unique_ptr<Backend> backend_;
   bool is_3d_;
+  Calibrator calibrator_;
   LandmarkBook landmarks_;
   std::map<std::string, std::size_t> dropped_;
   std::vector<StepRecord> steps_;

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
 #include "mrpt_plugins/mapping/space.h"
 
@@ -83,12 +84,19 @@ ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool i
 }
 
 ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
-                                    const MotionOptions& options, bool is_3d) {
+                                    const MotionOptions& options, bool is_3d,
+                                    const std::optional<Key>& calibration) {
   if (is_3d && odometry.is_planar) {
     odometry.is_planar = false;
     add_noise_floor(odometry);
   }
   const Noise noise = odometry_noise(odometry, options, is_3d);
+  if (calibration && is_3d) {
+    return std::make_shared<CalibratedMotion3>(a, b, *calibration, to_se3(odometry.mean), noise);
+  }
+  if (calibration) {
+    return std::make_shared<CalibratedMotion2>(a, b, *calibration, to_se2(odometry.mean), noise);
+  }
   if (is_3d) return std::make_shared<Between<SE3>>(a, b, to_se3(odometry.mean), noise);
   return std::make_shared<BetweenSE2>(a, b, to_se2(odometry.mean), noise);
 }

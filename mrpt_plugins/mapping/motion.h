@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libhybrid/factors/factor.h"
@@ -32,9 +33,11 @@ void check(const MotionOptions& options, bool is_3d);
 /// Ties the first pose to the origin of the map.
 ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool is_3d);
 
-/// The measured motion from pose `a` to pose `b` (eq. 15).
+/// The measured motion from pose `a` to pose `b` (eq. 15), through the calibration of the odometry
+/// where that is a variable.
 ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
-                                    const MotionOptions& options, bool is_3d);
+                                    const MotionOptions& options, bool is_3d,
+                                    const std::optional<Key>& calibration = std::nullopt);
 
 /// No motion with the wide noise of `lost_sigma_*`: what is assumed where odometry is missing.
 OdometryIncrement unknown_motion(const MotionOptions& options, bool is_3d);

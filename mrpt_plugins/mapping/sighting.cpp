@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/calibrated_bearing_range.h"
 #include "mrpt_plugins/mapping/space.h"
 
 namespace hybrid {
@@ -20,13 +21,19 @@ std::string misfit(const DetectionFrame& frame, bool is_3d) {
 ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
                                     const Detection& detection, bool is_3d) {
   if (is_3d) {
-    return std::make_shared<BearingRange3>(
-        pose, point, Eigen::Vector3d(detection.range, detection.yaw, detection.pitch),
-        Noise::covariance(detection.covariance), to_se3(frame.T_robot_sensor));
+    const Eigen::Vector3d z(detection.range, detection.yaw, detection.pitch);
+    const Noise noise = Noise::covariance(detection.covariance);
+    if (!frame.calibrated) {
+      return std::make_shared<BearingRange3>(pose, point, z, noise, to_se3(frame.T_robot_sensor));
+    }
+    return std::make_shared<CalibratedBearingRange3>(pose, point, *frame.calibrated, z, noise);
   }
-  return std::make_shared<BearingRange2>(
-      pose, point, Eigen::Vector2d(detection.range, detection.yaw),
-      Noise::covariance(detection.covariance.topLeftCorner<2, 2>()), to_se2(frame.T_robot_sensor));
+  const Eigen::Vector2d z(detection.range, detection.yaw);
+  const Noise noise = Noise::covariance(detection.covariance.topLeftCorner<2, 2>());
+  if (!frame.calibrated) {
+    return std::make_shared<BearingRange2>(pose, point, z, noise, to_se2(frame.T_robot_sensor));
+  }
+  return std::make_shared<CalibratedBearingRange2>(pose, point, *frame.calibrated, z, noise);
 }
 
 Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,

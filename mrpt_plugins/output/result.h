@@ -37,6 +37,20 @@ struct StepRecord {
   std::size_t landmarks = 0;  ///< in the map after the step
 };
 
+/// Something estimated of the robot itself: the pose of a sensor, scale and drift of odometry.
+struct CalibrationEstimate {
+  struct Entry {
+    std::string name, unit;
+    double value = 0, sigma = 0;  ///< in the unit
+    double start = 0;
+    std::optional<double> logged = std::nullopt;  ///< what the log says of it
+    /// False where the measurements do not determine it: the value is then but the prior's.
+    bool observed = false;
+  };
+  std::string name;
+  std::vector<Entry> entries;
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
@@ -46,6 +60,7 @@ struct MapResult {
   Trajectory dead_reckoning;
   std::vector<LandmarkEstimate> landmarks;
   std::vector<StepRecord> steps;
+  std::vector<CalibrationEstimate> calibration;
 };
 
 /// A landmark as the ground truth knows it, position in metres.

@@ -70,6 +70,23 @@ Json to_json(const TruthSummary& t) {
   return out;
 }
 
+/// Values that the measurements do not determine become null.
+Json to_json(const CalibrationEstimate& calibration) {
+  Json out = Json::object();
+  for (const CalibrationEstimate::Entry& e : calibration.entries) {
+    Json entry = {{"value", nullptr}, {"sigma", nullptr}, {"observed", e.observed}};
+    if (e.observed) {
+      entry["value"] = e.value;
+      entry["sigma"] = e.sigma;
+    }
+    entry["start"] = e.start;
+    if (e.logged) entry["logged"] = *e.logged;
+    entry["unit"] = e.unit;
+    out[e.name] = entry;
+  }
+  return out;
+}
+
 /// The value below which the fraction `q` of the sorted values lies.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
@@ -105,6 +122,7 @@ std::string summary_json(const Summary& s) {
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
+  for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   if (s.truth) out["truth"] = to_json(*s.truth);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -48,6 +48,7 @@ struct Summary {
   StepStatistics steps;
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of measurements
   std::vector<std::string> warnings;
+  std::vector<CalibrationEstimate> calibration;
   std::optional<TruthSummary> truth;
 };
 

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/mapping/backend.h"
+#include "mrpt_plugins/output/result.h"
+
+namespace hybrid {
+
+/// What is estimated of the robot itself, with start values and priors around them.
+struct CalibrationOptions {
+  bool sensor_pose = false;
+  std::optional<mrpt::poses::CPose3D> sensor_start;  ///< nothing: as the log says
+  double sensor_sigma_m = 1.0;
+  double sensor_sigma_rad = 1.0;
+  bool odometry = false;
+  /// Scale of translation, scale of rotation, drift [rad/m]: one number, in space three.
+  std::vector<double> odometry_start;
+  double scale_sigma = 0.5;
+  double drift_sigma = 0.5;  ///< rad/m
+};
+
+/// Whether a variable is a calibration, of a sensor or of the odometry.
+inline bool is_calibration(Key key) {
+  return key.letter() == 'c' || key.letter() == 'o';
+}
+
+/// Reads section [calibration].
+CalibrationOptions read_calibration_options(IniFile& ini);
+
+/// Calibrations of a robot as variables of its map: one pose per sensor, by label, and one for the
+/// odometry. Each enters the graph with its prior when it is first used.
+class Calibrator {
+ public:
+  /// Throws Error where the options do not fit a map of this dimension.
+  Calibrator(const CalibrationOptions& options, bool is_3d);
+
+  /// Puts the sensors where they are estimated to be, and names their variables; `values` is the
+  /// estimate. New variables and their priors go into `delta`.
+  void place_sensors(std::vector<DetectionFrame>& frames, const Values& values, Delta& delta);
+
+  /// The variable of the odometry, or nothing if it is not calibrated.
+  std::optional<Key> odometry(Delta& delta);
+  /// Odometry as calibrated so far.
+  mrpt::poses::CPose3D corrected(const mrpt::poses::CPose3D& motion, const Values& values) const;
+
+  /// Estimates and what the measurements say about them, by comparing the marginal information with
+  /// that of the prior.
+  std::vector<CalibrationEstimate> estimates(const Backend& backend) const;
+
+ private:
+  struct Sensor {
+    Key key;
+    mrpt::poses::CPose3D start, logged;
+  };
+
+  CalibrationEstimate sensor_estimate(const std::string& label, const Sensor& sensor,
+                                      const Backend& backend) const;
+  CalibrationEstimate odometry_estimate(const Backend& backend) const;
+
+  CalibrationOptions options_;
+  bool is_3d_;
+  std::map<std::string, Sensor> sensors_;
+  bool odometry_added_ = false;
+};
+
+}  // namespace hybrid
