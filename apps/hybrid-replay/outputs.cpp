@@ -11,6 +11,7 @@
 #include "mrpt_plugins/output/figures.h"
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/mode_writer.h"
 #include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
@@ -24,6 +25,7 @@ std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
   out.write("steps.csv", steps_csv(result.steps));
+  if (!result.mode_names.empty()) out.write("modes.csv", modes_csv(result));
   const ExportedGraph graph =
       export_graph(backend.graph(), {backend.values(), backend.assignment()});
   out.write("graph.g2o", to_g2o(graph.graph));

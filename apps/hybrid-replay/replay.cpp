@@ -14,6 +14,7 @@
 #include "apps/hybrid-replay/settings.h"
 #include "apps/hybrid-replay/truth.h"
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/input/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
@@ -80,6 +81,9 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
   }
   summary.warnings.insert(summary.warnings.end(), last.warnings.begin(), last.warnings.end());
   summary.calibration = result.calibration;
+  for (const int mode : result.motion_modes) {
+    if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
+  }
   if (result.landmarks.empty()) {
     summary.warnings.push_back("no landmark was mapped: no plugin found a detection to use");
   }
@@ -102,6 +106,15 @@ std::vector<std::string> write_extras(const Options& options, const OutputDirect
     save_video(options.video, movie.size(), [&](int i) { return movie.frame(i, truth); });
   }
   return warnings;
+}
+
+/// How well slip was found, where the true modes are known.
+std::optional<ModeScore> mode_score(const Settings& settings, const MapResult& result,
+                                    const Mapper& mapper) {
+  if (settings.truth_modes.empty()) return std::nullopt;
+  const std::vector<int> truth = read_true_modes(settings.truth_modes);
+  if (result.mode_names.empty()) return std::nullopt;
+  return score_modes(result, mapper.log_rows(), truth);
 }
 
 /// Tells what was found of the robot itself, on standard output.
@@ -136,6 +149,10 @@ void report(const Summary& summary, const OutputDirectory& out, Progress& progre
   if (summary.truth && summary.truth->associations && summary.truth->associations->labelled > 0) {
     fmt::print(", associations right {:.2f} %", 100 * summary.truth->associations->accuracy());
   }
+  if (summary.truth && summary.truth->modes) {
+    fmt::print(", modes precision {:.3f} recall {:.3f}", summary.truth->modes->precision(),
+               summary.truth->modes->recall());
+  }
   fmt::print(" -> {}\n", out.folder().string());
 }
 
@@ -161,7 +178,8 @@ int replay(const Options& options) {
   Summary summary = summarize(source, mapper, last, result);
   truth.adapt_to(result, mapper.log_rows());
   summary.truth = compare(truth, result, mapper, settings.match_radius);
-  if (truth.empty() && !summary.truth->associations) summary.truth.reset();
+  summary.truth->modes = mode_score(settings, result, mapper);
+  if (truth.empty() && !summary.truth->associations && !summary.truth->modes) summary.truth.reset();
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };

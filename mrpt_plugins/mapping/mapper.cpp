@@ -73,15 +73,33 @@ Delta Mapper::move(const Keyframe& keyframe) {
     if (!keyframe.odometry) ++dropped_["odometry missing: robot taken to stand still"];
     const OdometryIncrement motion =
         keyframe.odometry ? *keyframe.odometry : unknown_motion(options_, is_3d_);
-    const std::optional<Key> calibration =
-        keyframe.odometry ? calibrator_.odometry(delta) : std::nullopt;
-    delta.continuous.push_back(
-        odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_, calibration));
+    add_motion(i, motion, keyframe.odometry.has_value(), delta);
     T_map_robot_ = T_map_robot_ + calibrator_.corrected(motion.mean, backend_->values());
     dead_reckoning_.push_back({keyframe.time, dead_reckoning_.back().pose + motion.mean});
   }
   insert_pose(delta.values, pose_key(i), T_map_robot_, is_3d_);
   return delta;
+}
+
+/// The factors of the motion to pose i. Where odometry is missing it has no mode and no
+/// calibration.
+void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool measured,
+                        Delta& delta) {
+  const Key from = pose_key(i - 1), to = pose_key(i);
+  const std::optional<Key> calibration = measured ? calibrator_.odometry(delta) : std::nullopt;
+  if (options_.modes.empty() || !measured) {
+    delta.continuous.push_back(odometry_factor(from, to, motion, options_, is_3d_, calibration));
+    last_mode_.reset();
+  } else {
+    const DiscreteKey mode{Key('m', i), static_cast<int>(options_.modes.size())};
+    delta.hybrid.push_back(switching_factor(mode, from, to, motion, options_, is_3d_, calibration));
+    delta.discrete.push_back(last_mode_ ? chain_step(options_.chain, *last_mode_, mode)
+                                        : chain_tables(options_.chain, {mode}).front());
+    last_mode_ = mode;
+  }
+  if (options_.steady_sigma_m > 0 && i >= 2) {
+    delta.continuous.push_back(steady_factor(pose_key(i - 2), from, to, options_, is_3d_));
+  }
 }
 
 void Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta) {
@@ -126,6 +144,7 @@ MapResult Mapper::result() const {
   result.class_names = class_names();
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;
+  add_modes(result);
   result.calibration = calibrator_.estimates(*backend_);
   const Values& values = backend_->values();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
@@ -154,6 +173,22 @@ MapResult Mapper::result() const {
     result.landmarks.push_back(std::move(out));
   }
   return result;
+}
+
+void Mapper::add_modes(MapResult& result) const {
+  if (options_.modes.empty()) return;
+  std::vector<DiscreteKey> keys;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const DiscreteKey key{Key('m', i), static_cast<int>(options_.modes.size())};
+    const int mode = backend_->assignment().find(key.key);
+    result.motion_modes.push_back(mode);
+    if (mode >= 0) keys.push_back(key);
+  }
+  for (const MotionMode& mode : options_.modes) result.mode_names.push_back(mode.name);
+  Uncertainty uncertainty = backend_->uncertainty({}, keys);
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    result.mode_probabilities.push_back(std::move(uncertainty.probabilities[Key('m', i)]));
+  }
 }
 
 std::vector<Eigen::MatrixXd> Mapper::pose_covariances() const {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ class Mapper {
 
  private:
   Delta move(const Keyframe& keyframe);
+  void add_motion(std::size_t i, const OdometryIncrement& motion, bool measured, Delta& delta);
+  void add_modes(MapResult& result) const;
   void observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key('x', i); }
@@ -61,6 +64,7 @@ class Mapper {
   std::unique_ptr<Backend> backend_;
   bool is_3d_;
   Calibrator calibrator_;
+  std::optional<DiscreteKey> last_mode_;  // of the newest motion
   LandmarkBook landmarks_;
   std::map<std::string, std::size_t> dropped_;
   std::vector<StepRecord> steps_;

@@ -5,11 +5,15 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
+#include <utility>
 
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/steady_motion.h"
+#include "libhybrid/hybrid/mixture.h"
 #include "mrpt_plugins/mapping/space.h"
 
 namespace hybrid {
@@ -40,6 +44,95 @@ Noise odometry_noise(const OdometryIncrement& odometry, const MotionOptions& opt
   return Noise::covariance(planar_part(odometry.covariance));
 }
 
+constexpr double kDegree = M_PI / 180;
+
+/// Numbers per mode, one each.
+std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t modes,
+                             const std::vector<double>& two, double otherwise,
+                             const std::string& meaning, const IniRange& range) {
+  const auto given = s.get(key, std::vector<double>{}, meaning, range);
+  if (given.empty()) return modes == 2 ? two : std::vector<double>(modes, otherwise);
+  if (given.size() != modes) {
+    s.fail(key, fmt::format("has {} numbers for {} modes", given.size(), modes));
+  }
+  return given;
+}
+
+/// The stationary distribution, by repeated transition.
+Eigen::VectorXd stationary(const Eigen::MatrixXd& transition) {
+  const auto n = transition.rows();
+  Eigen::VectorXd p = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
+  for (int i = 0; i < 200; ++i) p = 0.5 * (p + transition.transpose() * p);
+  return p / p.sum();
+}
+
+MarkovChain read_chain(IniSection& s, std::size_t modes) {
+  const auto n = static_cast<Eigen::Index>(modes);
+  const auto given = s.get("transition", std::vector<double>{},
+                           "row by row (mode before), the probability of each mode after; empty: a "
+                           "mode lasts 20 keyframes, a second one 5",
+                           kProbability);
+  MarkovChain chain = sticky_chain(static_cast<int>(modes), 0.95);
+  if (modes == 2) chain.transition.row(1) << 0.2, 0.8;
+  if (!given.empty()) {
+    if (given.size() != modes * modes) {
+      s.fail("transition", fmt::format("needs {} numbers for {} modes", modes * modes, modes));
+    }
+    for (Eigen::Index i = 0; i < n * n; ++i) {
+      chain.transition(i / n, i % n) = given[static_cast<std::size_t>(i)];
+    }
+  }
+  try {
+    check(chain);
+  } catch (const Error& e) {
+    s.fail("transition", std::string("is not that of a Markov chain: ") + e.what());
+  }
+  chain.initial = stationary(chain.transition);
+  return chain;
+}
+
+void read_modes(IniFile& ini, MotionOptions& options) {
+  IniSection s = ini.section("motion", "Ways in which odometry and motion go together");
+  const auto names =
+      s.get("modes", std::vector<std::string>{},
+            "names, e.g. 'normal slip': every motion followed one of them; empty: all are alike");
+  const std::size_t n = names.size();
+  if (n == 1) s.fail("modes", "names one mode; give two or more, or none");
+  const auto shares = per_mode(
+      s, "share", n, {1.0, 0.5}, 1.0,
+      "per mode, which part of the measured motion is real; empty: 1, of a second mode 0.5",
+      kNonNegative);
+  const auto sigmas = per_mode(
+      s, "share_sigma", n, {0.0, 0.3}, 0.0,
+      "per mode, uncertainty of that part, beside the noise of odometry; empty: 0, of a second "
+      "mode 0.3",
+      kNonNegative);
+  const auto angles = per_mode(s, "sigma_deg", n, {0.0, 3.0}, 0.0,
+                               "per mode, noise added to the rotation [deg]; empty: 0, of a second "
+                               "mode 3",
+                               kNonNegative);
+  for (std::size_t i = 0; i < n; ++i) {
+    options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * kDegree});
+  }
+  if (n > 1) options.chain = read_chain(s, n);
+  if (n == 0) s.get("transition", std::vector<double>{}, "row by row, for modes");
+}
+
+/// Odometry as a mode understands it.
+OdometryIncrement in_mode(OdometryIncrement odometry, const MotionMode& mode) {
+  const double driven = odometry.mean.norm();
+  const double added = std::pow(mode.share_sigma * driven, 2);
+  const double turned = mode.sigma_rad * mode.sigma_rad;
+  odometry.mean.x(mode.share * odometry.mean.x());
+  odometry.mean.y(mode.share * odometry.mean.y());
+  odometry.mean.z(mode.share * odometry.mean.z());
+  const Eigen::Index axes = odometry.is_planar ? 2 : 3;
+  odometry.covariance.topLeftCorner(axes, axes).diagonal().array() += added;
+  odometry.covariance(5, 5) += turned;
+  if (!odometry.is_planar) odometry.covariance.diagonal().segment<2>(3).array() += turned;
+  return odometry;
+}
+
 }  // namespace
 
 MotionOptions read_motion_options(IniFile& ini) {
@@ -56,6 +149,11 @@ MotionOptions read_motion_options(IniFile& ini) {
       kNonNegative);
   options.standstill_sigma_rad =
       odometry.degrees("standstill_sigma_deg", 0.001, "the same for the rotation", kPositive);
+  options.steady_sigma_m = odometry.get("steady_sigma_m", options.steady_sigma_m,
+                                        "for a robot at steady speed: by how much its step changes "
+                                        "between keyframes [m]; 0: anything",
+                                        kNonNegative);
+  read_modes(ini, options);
   options.lost_sigma_m = odometry.get(
       "lost_sigma_m", options.lost_sigma_m,
       "where odometry is missing, the robot is taken to stand still with this sigma", kPositive);
@@ -99,6 +197,34 @@ ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
   }
   if (is_3d) return std::make_shared<Between<SE3>>(a, b, to_se3(odometry.mean), noise);
   return std::make_shared<BetweenSE2>(a, b, to_se2(odometry.mean), noise);
+}
+
+HybridFactorPtr switching_factor(DiscreteKey mode, Key a, Key b, const OdometryIncrement& odometry,
+                                 const MotionOptions& options, bool is_3d,
+                                 const std::optional<Key>& calibration) {
+  OdometryIncrement noisy = odometry;
+  const std::vector<double>& s = options.odometry_sigmas;
+  if (!s.empty()) {  // from here on the covariance of the increment holds all noise
+    noisy.covariance.setZero();
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(is_3d || i < 2 ? i : 5);
+      noisy.covariance(at, at) = s[i] * s[i];
+    }
+  }
+  MotionOptions by_covariance = options;
+  by_covariance.odometry_sigmas.clear();
+  std::vector<MixtureComponent> components;
+  for (const MotionMode& m : options.modes) {
+    components.push_back(
+        {odometry_factor(a, b, in_mode(noisy, m), by_covariance, is_3d, calibration)});
+  }
+  return std::make_shared<Mixture>(std::vector<DiscreteKey>{mode}, std::move(components));
+}
+
+ContinuousFactorPtr steady_factor(Key a, Key b, Key c, const MotionOptions& options, bool is_3d) {
+  const Noise noise = Noise::isotropic(is_3d ? 3 : 2, options.steady_sigma_m);
+  if (is_3d) return std::make_shared<SteadyMotion<SE3>>(a, b, c, noise, Loss::cauchy());
+  return std::make_shared<SteadyMotion<SE2>>(a, b, c, noise, Loss::cauchy());
 }
 
 OdometryIncrement unknown_motion(const MotionOptions& options, bool is_3d) {

@@ -4,13 +4,24 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libhybrid/factors/factor.h"
+#include "libhybrid/hybrid/hybrid_factor.h"
+#include "libhybrid/switching/markov.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/odometry.h"
 
 namespace hybrid {
+
+/// One way in which odometry and motion go together.
+struct MotionMode {
+  std::string name;
+  double share = 1;        ///< of the measured motion that is real
+  double share_sigma = 0;  ///< of the share: adds noise in proportion to the measured translation
+  double sigma_rad = 0;    ///< added noise of the rotation
+};
 
 /// How motion enters the map. Sigmas are over (x, y, angle) for a map in the plane and over (x, y,
 /// z, rotation vector) in space [m, rad].
@@ -22,9 +33,16 @@ struct MotionOptions {
   double prior_sigma_rad = 1e-6;
   double lost_sigma_m = 1.0;  ///< of standing still, assumed where odometry is missing
   double lost_sigma_rad = 0.5;
+  /// Where positive, the step of the robot changes by about this much from keyframe to keyframe
+  /// [m].
+  double steady_sigma_m = 0;
+  /// Where there are several, a discrete variable per motion says which one it followed, and
+  /// `chain` how they follow each other (Fig. 1a).
+  std::vector<MotionMode> modes;
+  MarkovChain chain;
 };
 
-/// Reads sections [odometry] and [prior].
+/// Reads sections [odometry], [motion] and [prior].
 MotionOptions read_motion_options(IniFile& ini);
 
 /// Throws Error unless the sigmas fit a map of this dimension.
@@ -38,6 +56,14 @@ ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool i
 ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
                                     const MotionOptions& options, bool is_3d,
                                     const std::optional<Key>& calibration = std::nullopt);
+
+/// The same motion by one of several modes, chosen by a discrete variable.
+HybridFactorPtr switching_factor(DiscreteKey mode, Key a, Key b, const OdometryIncrement& odometry,
+                                 const MotionOptions& options, bool is_3d,
+                                 const std::optional<Key>& calibration = std::nullopt);
+
+/// Three keyframes in a row of a robot at steady speed.
+ContinuousFactorPtr steady_factor(Key a, Key b, Key c, const MotionOptions& options, bool is_3d);
 
 /// No motion with the wide noise of `lost_sigma_*`: what is assumed where odometry is missing.
 OdometryIncrement unknown_motion(const MotionOptions& options, bool is_3d);

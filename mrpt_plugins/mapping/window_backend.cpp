@@ -120,16 +120,17 @@ Uncertainty WindowBackend::uncertainty(const std::vector<Key>& continuous,
       if (wanted.count(key) != 0) out.covariances[key] = covariance;
     });
   }
+  DiscreteMarginals marginals;  // of the last component asked for, which a chain asks for again
   for (const DiscreteKey& key : discrete) {
-    std::vector<const Table*> tables;
-    if (smoother.assignment().contains(key.key)) {
-      tables = smoother.component(key.key);
-    } else if (const Table* table = smoother_.past_table(key.key)) {
-      tables = {table};
-    } else {
-      continue;
+    if (!marginals.contains(key.key)) {
+      if (smoother.assignment().contains(key.key)) {
+        marginals = discrete_marginals(smoother.component(key.key));
+      } else if (const Table* table = smoother_.past_table(key.key)) {
+        marginals = discrete_marginals({table});
+      } else {
+        continue;
+      }
     }
-    const DiscreteMarginals marginals = discrete_marginals(tables);
     const auto p = marginals.at(key.key);
     out.probabilities[key.key].assign(p.data(), p.data() + p.size());
   }

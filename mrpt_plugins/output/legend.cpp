@@ -93,6 +93,12 @@ void map_legend(Legend& legend, const MapResult& result, const GroundTruth& trut
     legend.line("odometry alone", map_style::kDeadReckoning);
   }
   if (!truth.path.empty()) legend.line("ground truth", truth_stroke);
+  for (std::size_t m = 1; m < result.mode_names.size(); ++m) {
+    const auto count =
+        std::count(result.motion_modes.begin(), result.motion_modes.end(), static_cast<int>(m));
+    legend.line(fmt::format("{} ({} motions)", result.mode_names[m], count),
+                map_style::mode_stroke(static_cast<int>(m)));
+  }
   if (!result.trajectory.empty()) {
     legend.marker("start", Marker::kTriangle, 10, palette::kWhite);
     legend.marker("end", Marker::kSquare, 8, palette::kBlack);

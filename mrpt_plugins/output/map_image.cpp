@@ -63,6 +63,10 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   }
   canvas.polyline(reckoned, map_style::kDeadReckoning);
   canvas.polyline(path, map_style::kEstimate);
+  for (std::size_t i = 1; i < result.motion_modes.size() && i < path.size(); ++i) {
+    const int mode = result.motion_modes[i];
+    if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+  }
   labels.avoid(path);
   labels.avoid(reckoned);
   if (path.empty()) return;

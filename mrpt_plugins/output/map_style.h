@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/output/mode_image.h"
 #include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
@@ -18,6 +19,10 @@ constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
 constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
 constexpr Color kTrueLandmark{110, 110, 110};
+/// Motions of modes other than the first, over the estimate.
+inline Stroke mode_stroke(int mode) {
+  return {mode_color(static_cast<std::size_t>(mode)), 7, LineStyle::kSolid};
+}
 constexpr double kSigmas = 3;  ///< standard deviations that ellipses and ellipsoids show
 }  // namespace map_style
 

@@ -61,6 +61,9 @@ struct MapResult {
   std::vector<LandmarkEstimate> landmarks;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;
+  std::vector<std::string> mode_names;  ///< of motion; empty when motion has no modes
+  std::vector<int> motion_modes;        ///< by which each pose was reached; -1 by none
+  std::vector<std::vector<double>> mode_probabilities;  ///< the same; empty where not known
 };
 
 /// A landmark as the ground truth knows it, position in metres.

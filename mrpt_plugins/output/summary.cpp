@@ -67,6 +67,13 @@ Json to_json(const TruthSummary& t) {
   }
   if (t.nees_pose) out["nees_pose"] = *t.nees_pose;
   if (t.nees_landmark) out["nees_landmark"] = *t.nees_landmark;
+  if (t.modes) {
+    out["modes"] = {{"motions", t.modes->motions},
+                    {"real", t.modes->real},
+                    {"found", t.modes->found},
+                    {"precision", t.modes->precision()},
+                    {"recall", t.modes->recall()}};
+  }
   return out;
 }
 
@@ -122,6 +129,7 @@ std::string summary_json(const Summary& s) {
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
+  for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   if (s.truth) out["truth"] = to_json(*s.truth);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mrpt_plugins/output/landmark_metrics.h"
+#include "mrpt_plugins/output/mode_writer.h"
 #include "mrpt_plugins/output/result.h"
 #include "mrpt_plugins/output/trajectory_metrics.h"
 
@@ -32,6 +33,7 @@ struct TruthSummary {
   std::optional<AssociationReport> associations;
   std::optional<double> nees_pose;      ///< mean over poses and degrees of freedom
   std::optional<double> nees_landmark;  ///< the same over landmarks
+  std::optional<ModeScore> modes;       ///< of motion
 };
 
 /// The content of a replay's summary.json.
@@ -49,6 +51,7 @@ struct Summary {
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of measurements
   std::vector<std::string> warnings;
   std::vector<CalibrationEstimate> calibration;
+  std::map<std::string, std::size_t> modes;  ///< of motion -> number of motions
   std::optional<TruthSummary> truth;
 };
 

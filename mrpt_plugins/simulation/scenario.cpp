@@ -63,13 +63,34 @@ Scenario::Path read_path(IniFile& ini) {
   return path;
 }
 
-Scenario::Odometry read_odometry(IniFile& ini) {
+Scenario::Odometry read_odometry(IniFile& ini, bool is_3d) {
   IniSection s = ini.section("odometry", "Noise of the motion between two frames");
   Scenario::Odometry odometry;
   odometry.sigma_translation = s.get("sigma_translation", 0.03, "Per axis [m]", kPositive);
   odometry.sigma_yaw = s.degrees("sigma_yaw_deg", 0.3, "Heading [deg]", kPositive);
   odometry.sigma_tilt = s.degrees("sigma_tilt_deg", 0.3, "In 3d: pitch and roll [deg]", kPositive);
+  odometry.scale_translation =
+      s.get("scale_translation", 1.0, "Motion per measured translation", kPositive);
+  odometry.scale_rotation = s.get("scale_rotation", 1.0, "Turn per measured rotation", kPositive);
+  odometry.drift = s.degrees("drift_deg_per_m", 0, "Turn per measured metre, unnoticed [deg]");
+  const bool errs =
+      odometry.scale_translation != 1 || odometry.scale_rotation != 1 || odometry.drift != 0;
+  if (is_3d && errs) s.fail("scale_translation", "and its like must be left out in 3d");
   return odometry;
+}
+
+Scenario::Slip read_slip(IniFile& ini) {
+  IniSection s = ini.section("slip", "Wheels that spin at times; adds F_ground_truth_modes.txt");
+  Scenario::Slip slip;
+  slip.start = s.get("start", 0.0, "Probability per frame that it begins; 0: never", kProbability);
+  slip.stay = s.get("stay", 0.8, "Probability per frame that it goes on", kProbability);
+  slip.min_share = s.get("min_share", 0.2, "Least share of the measured translation that is real",
+                         IniRange{0.01, 1});
+  slip.max_share = s.get("max_share", 0.7, "Largest share", IniRange{0.01, 1});
+  slip.sigma_yaw =
+      s.degrees("sigma_yaw_deg", 2.0, "Noise added to the heading [deg]", kNonNegative);
+  if (slip.min_share > slip.max_share) s.fail("max_share", "is below min_share");
+  return slip;
 }
 
 /// The confusion matrix: given in full, or by its diagonal with the rest spread evenly.
@@ -143,7 +164,8 @@ Scenario read_scenario(IniFile& ini) {
   }
   scenario.world = read_world(ini, scenario.is_3d);
   scenario.path = read_path(ini);
-  scenario.odometry = read_odometry(ini);
+  scenario.odometry = read_odometry(ini, scenario.is_3d);
+  scenario.slip = read_slip(ini);
   scenario.sensor = read_sensor(ini, scenario.is_3d);
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;

@@ -41,7 +41,18 @@ struct Scenario {
 
   struct Odometry {
     double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;
+    /// What the wheels err by on and on, in the plane: motion is scale_translation and
+    /// scale_rotation times what they measure, plus drift [rad] per metre that they measure.
+    double scale_translation = 1, scale_rotation = 1, drift = 0;
   } odometry;
+
+  /// Wheels that spin: at times only a share of what they measure is motion.
+  struct Slip {
+    double start = 0;  ///< probability per frame; 0: never
+    double stay = 0;   ///< probability that it goes on
+    double min_share = 1, max_share = 1;
+    double sigma_yaw = 0;
+  } slip;
 
   struct Sensor {
     mrpt::poses::CPose3D pose;

@@ -175,14 +175,22 @@ std::string path_table(const Simulation& simulation) {
   return text;
 }
 
+std::string mode_table(const Simulation& simulation) {
+  std::string text = "% 0 normal, 1 slip: how each frame was reached\n";
+  for (const SimulatedFrame& frame : simulation.frames) text += frame.slips ? "1\n" : "0\n";
+  return text;
+}
+
 }  // namespace
 
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path) {
   const std::filesystem::path log(log_path);
   const std::string stem = (log.parent_path() / log.stem()).string();
-  const std::vector<std::string> finals{log_path, stem + "_ground_truth.txt",
-                                        stem + "_ground_truth_robot_path.txt"};
+  std::vector<std::string> finals{log_path, stem + "_ground_truth.txt",
+                                  stem + "_ground_truth_robot_path.txt"};
+  const bool slips = scenario.slip.start > 0;
+  if (slips) finals.push_back(stem + "_ground_truth_modes.txt");
   std::vector<std::string> temporaries;
   for (const std::string& path : finals) temporaries.push_back(path + ".part");
   try {
@@ -190,6 +198,7 @@ std::vector<std::string> write_simulation(const Simulation& simulation, const Sc
     write_log(temporaries[0], simulation, scenario);
     write_text(temporaries[1], landmark_table(simulation, scenario));
     write_text(temporaries[2], path_table(simulation));
+    if (slips) write_text(temporaries[3], mode_table(simulation));
     for (std::size_t i = 0; i < finals.size(); ++i) {
       std::filesystem::rename(temporaries[i], finals[i]);
     }

@@ -44,9 +44,38 @@ std::vector<SimulatedLandmark> place_landmarks(const Scenario::World& world, Ran
   return landmarks;
 }
 
-std::array<double, 6> noisy_motion(const mrpt::poses::CPose3D& motion, const Scenario& scenario,
+/// Whether the wheels spin, and how much of what they measure is then motion.
+struct SlipState {
+  bool on = false;
+  double share = 1;
+
+  void advance(const Scenario::Slip& slip, Random& random) {
+    if (slip.start == 0) return;
+    const bool before = on;
+    on = random.uniform() < (on ? slip.stay : slip.start);
+    if (on && !before) share = random.uniform(slip.min_share, slip.max_share);
+    if (!on) share = 1;
+  }
+};
+
+/// What wheels without noise measure of a motion; in the plane they may err on and on.
+mrpt::poses::CPose3D by_wheels(mrpt::poses::CPose3D motion, const Scenario& scenario,
+                               const SlipState& slip) {
+  const auto& o = scenario.odometry;
+  const double scale = 1 / (slip.share * o.scale_translation);
+  if (scale != 1)
+    motion.setFromValues(scale * motion.x(), scale * motion.y(), scale * motion.z(), motion.yaw(),
+                         motion.pitch(), motion.roll());
+  if (o.scale_rotation == 1 && o.drift == 0) return motion;
+  const double turn = (motion.yaw() - o.drift * motion.norm()) / o.scale_rotation;
+  return {motion.x(), motion.y(), 0, turn, 0, 0};
+}
+
+std::array<double, 6> noisy_motion(const mrpt::poses::CPose3D& true_motion,
+                                   const Scenario& scenario, const SlipState& slip,
                                    Random& random) {
   const auto& o = scenario.odometry;
+  const mrpt::poses::CPose3D motion = by_wheels(true_motion, scenario, slip);
   const auto noisy = [&](double value, double sigma) {
     return quantised(value + random.normal(sigma));
   };
@@ -59,6 +88,7 @@ std::array<double, 6> noisy_motion(const mrpt::poses::CPose3D& motion, const Sce
     measured[4] = noisy(motion.pitch(), o.sigma_tilt);
     measured[5] = noisy(motion.roll(), o.sigma_tilt);
   }
+  if (slip.on) measured[3] = noisy(measured[3], scenario.slip.sigma_yaw);
   return measured;
 }
 
@@ -113,10 +143,14 @@ Simulation simulate(const Scenario& scenario) {
   Simulation simulation;
   simulation.landmarks = place_landmarks(scenario.world, random);
   simulation.path = robot_path(scenario.path, scenario.is_3d);
+  SlipState slip;
   for (std::size_t i = 0; i < simulation.path.size(); ++i) {
     SimulatedFrame frame;
     if (i > 0) {
-      frame.motion = noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, random);
+      slip.advance(scenario.slip, random);
+      frame.slips = slip.on;
+      frame.motion =
+          noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, slip, random);
     }
     frame.detections =
         detect(simulation.path[i] + scenario.sensor.pose, simulation.landmarks, scenario, random);

@@ -26,6 +26,7 @@ struct SimulatedDetection {
 /// before, as (x y z yaw pitch roll) with noise.
 struct SimulatedFrame {
   std::array<double, 6> motion{};
+  bool slips = false;                          ///< whether the wheels spun on the way
   std::vector<SimulatedDetection> detections;  ///< In order of yaw.
 };
 
@@ -43,8 +44,9 @@ Simulation simulate(const Scenario& scenario);
 std::vector<float> class_scores(const std::vector<std::vector<double>>& confusion,
                                 std::size_t reported_class);
 
-/// Writes F.rawlog (`log_path`), F_ground_truth.txt and F_ground_truth_robot_path.txt, each under a
-/// temporary name first; returns the three paths. Throws Error naming the file that fails.
+/// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, where
+/// wheels may spin, F_ground_truth_modes.txt, each under a temporary name first; returns the paths.
+/// Throws Error naming the file that fails.
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path);
 

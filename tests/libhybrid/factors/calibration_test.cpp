@@ -7,6 +7,7 @@
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/steady_motion.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
@@ -74,6 +75,31 @@ void check_motion() {
 TEST(CalibratedMotion, JacobiansAndCost) {
   check_motion<SE2, OdometryCalibration2, CalibratedMotion2, BetweenSE2>();
   check_motion<SE3, OdometryCalibration3, CalibratedMotion3, Between<SE3>>();
+}
+
+template <class Pose>
+void check_steady() {
+  Random random(4);
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  for (int trial = 0; trial < 20; ++trial) {
+    Values values;
+    for (int i = 0; i < 3; ++i) values.insert(Key('x', i), random.value<Pose>());
+    const Noise noise = random.noise(kDim);
+    expect_jacobians(SteadyMotion<Pose>(Key('x', 0), Key('x', 1), Key('x', 2), noise), values,
+                     1e-5);
+  }
+  const Pose step = random.value<Pose>();
+  Values values;
+  values.insert(Key('x', 0), random.value<Pose>());
+  values.insert(Key('x', 1), values.at<Pose>(Key('x', 0)) * step);
+  values.insert(Key('x', 2), values.at<Pose>(Key('x', 1)) * step);
+  const SteadyMotion<Pose> factor(Key('x', 0), Key('x', 1), Key('x', 2), Noise::unit(kDim));
+  EXPECT_NEAR(factor.cost(values), 0.0, 1e-20);
+}
+
+TEST(SteadyMotion, JacobiansAndZeroAtASteadyStep) {
+  check_steady<SE2>();
+  check_steady<SE3>();
 }
 
 TEST(CalibratedMotion, ScaleAndDriftAreRecoveredFromPositions) {

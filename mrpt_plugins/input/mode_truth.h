@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+/// True modes of motion: one whole number per row, row i tells how step i of the log was reached;
+/// empty lines and comments (`%` or `#`) are skipped. Throws Error with file:line for anything
+/// else, and for a file without any row.
+std::vector<int> read_true_modes(const std::string& path);
+
+}  // namespace hybrid
