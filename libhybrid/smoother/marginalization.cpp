@@ -32,7 +32,8 @@ struct Layout {
 
 std::vector<const ContinuousFactor*> active_factors(const HybridGraph& graph,
                                                     const Assignment& assignment,
-                                                    const std::vector<Handle>& handles) {
+                                                    const std::vector<Handle>& handles,
+                                                    const std::function<bool(Key)>& stays) {
   std::vector<const ContinuousFactor*> factors;
   for (Handle handle : handles) {
     if (handle.kind == FactorKind::kContinuous) {
@@ -92,7 +93,10 @@ std::vector<Table> remaining_tables(const HybridGraph& graph, const Values& valu
   for (Handle handle : handles) {
     if (handle.kind != FactorKind::kHybrid) continue;
     const HybridFactor& factor = *graph.hybrid().at(handle);
-    if (!same_component(factor)) continue;
+    const auto& own = factor.discrete_keys();
+    const bool tied =
+        std::any_of(own.begin(), own.end(), [&](const DiscreteKey& key) { return stays(key.key); });
+    if (!tied && !same_component(factor)) continue;
     for (const Table& table : factor.given(values)) {
       std::vector<double> costs = table.costs();
       const double incumbent = table.cost(assignment);
@@ -136,7 +140,8 @@ int count_fill(const std::vector<Key>& separator,
 
 Marginalization marginalize(const HybridGraph& graph, const Values& values,
                             const Assignment& assignment, const std::vector<Key>& keys,
-                            const std::vector<Handle>& factors) {
+                            const std::vector<Handle>& factors,
+                            const std::function<bool(Key)>& stays) {
   Marginalization result;
   result.delta.remove = factors;
   result.delta.remove_values = keys;
@@ -179,7 +184,7 @@ Marginalization marginalize(const HybridGraph& graph, const Values& values,
           LinearPrior::from_information(result.separator, values, information, gradient));
     }
   }
-  result.delta.discrete = remaining_tables(graph, values, assignment, factors);
+  result.delta.discrete = remaining_tables(graph, values, assignment, factors, stays);
   return result;
 }
 

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -21,9 +22,12 @@ struct Marginalization {
 /// estimate: Lambda_SS - Lambda_SM Lambda_MM^-1 Lambda_MS becomes a linear prior on the separator
 /// S. Hybrid factors count with their present component; where the component does not depend on the
 /// discrete values (a class), what they say about those values stays as a table, else their
-/// decision is frozen. `factors` are the handles of all factors that hold a variable of `keys`.
-Marginalization marginalize(const HybridGraph& graph, const Values& values,
-                            const Assignment& assignment, const std::vector<Key>& keys,
-                            const std::vector<Handle>& factors);
+/// decision is frozen. Of a discrete variable that `stays`, tied to others by a table as modes in a
+/// chain are, what was said stays as a table too, or the chain would change its mind without it.
+/// `factors` are the handles of all factors that hold a variable of `keys`.
+Marginalization marginalize(
+    const HybridGraph& graph, const Values& values, const Assignment& assignment,
+    const std::vector<Key>& keys, const std::vector<Handle>& factors,
+    const std::function<bool(Key)>& stays = [](Key) { return false; });
 
 }  // namespace hybrid

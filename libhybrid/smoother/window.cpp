@@ -189,6 +189,18 @@ std::optional<Table> WindowSmoother::settle(Key key, Delta& delta) {
   return total;
 }
 
+/// Whether a discrete variable shares a table with others, beside the factors that go.
+bool WindowSmoother::is_tied(Key key, const std::vector<Handle>& going) const {
+  const auto it = holders_.find(key);
+  if (it == holders_.end()) return false;
+  const HybridGraph& graph = smoother_.graph();
+  return std::any_of(it->second.begin(), it->second.end(), [&](Handle handle) {
+    return handle.kind == FactorKind::kDiscrete && graph.contains(handle) &&
+           graph.discrete().at(handle).keys().size() > 1 &&
+           std::find(going.begin(), going.end(), handle) == going.end();
+  });
+}
+
 void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
   std::vector<Handle> factors;
   std::vector<Key> discrete;
@@ -202,7 +214,8 @@ void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
     }
   }
   Marginalization change =
-      marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors);
+      marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors,
+                  [&](Key key) { return is_tied(key, factors); });
   if (!change.determined) return;  // it stays until its factors determine it
   sort_unique(discrete);
   std::vector<std::pair<Key, Table>> settled;

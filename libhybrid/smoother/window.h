@@ -61,6 +61,7 @@ class WindowSmoother {
   void touch(const Delta& delta, const std::vector<Handle>& handles);
   std::vector<Key> outdated(const Delta& delta) const;
   void leave(const std::vector<Key>& keys, WindowReport& report);
+  bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);
 
   WindowOptions window_;

@@ -67,12 +67,12 @@ bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
 template <class Pose>
 bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
   if (dynamic_cast<const Prior<Pose>*>(&factor) == nullptr) return false;
-  if (is_calibration(factor.keys()[0])) return true;
   fixed.push_back(factor.keys()[0]);
   return true;
 }
 
 void add(const ContinuousFactor& factor, ExportedGraph& out) {
+  if (factor.keys().size() == 1 && is_calibration(factor.keys()[0])) return;
   PoseGraph& g = out.graph;
   const Values& at = out.graph.values;
   const bool known =

@@ -51,22 +51,43 @@ class Simulated {
 
 TEST(Simulator, CommittedLogsComeOutByteForByte) {
   const std::string root = HYBRID_SOURCE_DIR;
-  for (const std::string name : {"classed_demo", "classed_demo_3d"}) {
+  for (const std::string name :
+       {"classed_demo", "classed_demo_3d", "slip_demo", "calibration_demo"}) {
     IniFile ini{std::filesystem::path(root + "/config/simulate_" + name + ".ini")};
     const Scenario scenario = read_scenario(ini);
     ini.reject_unknown();
     const TemporaryFile log("again.rawlog"), landmarks("again_ground_truth.txt"),
         path("again_ground_truth_robot_path.txt");
     const auto files = write_simulation(simulate(scenario), scenario, log.path());
-    ASSERT_EQ(files.size(), 3U);
-    for (const std::string suffix :
-         {".rawlog", "_ground_truth.txt", "_ground_truth_robot_path.txt"}) {
+    std::vector<std::string> suffixes{".rawlog", "_ground_truth.txt",
+                                      "_ground_truth_robot_path.txt"};
+    if (name == "slip_demo") suffixes.emplace_back("_ground_truth_modes.txt");
+    ASSERT_EQ(files.size(), suffixes.size());
+    for (const std::string& suffix : suffixes) {
       const std::string stem = log.path().substr(0, log.path().size() - 7);
       EXPECT_TRUE(read_bytes(stem + suffix) == read_bytes(root + "/rawlogs/" + name + suffix))
           << name << suffix;
     }
     EXPECT_LT(std::filesystem::file_size(root + "/rawlogs/" + name + ".rawlog"), 300'000U);
   }
+}
+
+TEST(Simulator, WheelsSlipAndErrAsStated) {
+  const Scenario scenario = scenario_of(
+      "[path]\nlaps = 20\n[slip]\nstart = 0.1\nstay = 0.5\nmin_share = 0.5\nmax_share = 0.5\n"
+      "sigma_yaw_deg = 0\n[odometry]\nsigma_translation = 1e-6\nsigma_yaw_deg = 1e-6\n"
+      "scale_translation = 0.8\nscale_rotation = 1.25\ndrift_deg_per_m = 1\n");
+  const Simulation s = simulate(scenario);
+  double slips = 0;
+  for (std::size_t i = 1; i < s.frames.size(); ++i) {
+    const SimulatedFrame& frame = s.frames[i];
+    const mrpt::poses::CPose3D motion = s.path[i] - s.path[i - 1];
+    slips += frame.slips;
+    const double measured = std::hypot(frame.motion[0], frame.motion[1]);
+    EXPECT_NEAR(0.8 * (frame.slips ? 0.5 : 1.0) * measured, motion.norm(), 1e-5);
+    EXPECT_NEAR(1.25 * frame.motion[3] + measured * M_PI / 180, motion.yaw(), 1e-5);
+  }
+  EXPECT_NEAR(slips / double(s.frames.size() - 1), 1.0 / 6, 0.04);
 }
 
 TEST(Simulator, NoiseIsAsStated) {
