@@ -32,8 +32,7 @@ struct Layout {
 
 std::vector<const ContinuousFactor*> active_factors(const HybridGraph& graph,
                                                     const Assignment& assignment,
-                                                    const std::vector<Handle>& handles,
-                                                    const std::function<bool(Key)>& stays) {
+                                                    const std::vector<Handle>& handles) {
   std::vector<const ContinuousFactor*> factors;
   for (Handle handle : handles) {
     if (handle.kind == FactorKind::kContinuous) {
@@ -88,7 +87,8 @@ bool same_component(const HybridFactor& factor) {
 /// assignment; those over the same variables are summed.
 std::vector<Table> remaining_tables(const HybridGraph& graph, const Values& values,
                                     const Assignment& assignment,
-                                    const std::vector<Handle>& handles) {
+                                    const std::vector<Handle>& handles,
+                                    const std::function<bool(Key)>& stays) {
   std::vector<Table> tables;
   for (Handle handle : handles) {
     if (handle.kind != FactorKind::kHybrid) continue;
