@@ -40,7 +40,7 @@ Kernel soft_mixture_kernel(const ContinuousFactor& closure, const MixtureOptions
     return soft_mixture_kernel(INFINITY,
                                2.0 * (*mixture.null_hypothesis - closure.log_normalizer()) + prior);
   }
-  return soft_mixture_kernel(mixture.outlier_variance,
+  return soft_mixture_kernel(mixture.flat ? INFINITY : mixture.outlier_variance,
                              closure.rows() * std::log(mixture.outlier_variance) + prior);
 }
 
