@@ -100,7 +100,7 @@ class Experiment {
       : plan_(plan), programs_(programs), out_(out), ledger_(ledger) {}
 
   /// Runs what is missing; returns how many trials of the plan failed.
-  std::size_t run() {
+  std::size_t run(bool summary_only) {
     std::vector<Trial> all = trials_of(plan_), missing;
     std::copy_if(all.begin(), all.end(), std::back_inserter(missing),
                  [&](const Trial& trial) { return !ledger_.contains(trial); });
@@ -108,7 +108,7 @@ class Experiment {
       fmt::print(stderr, "{} of {} trials have been run before\n", all.size() - missing.size(),
                  all.size());
     }
-    if (!missing.empty()) {
+    if (!missing.empty() && !summary_only) {
       Progress progress(missing.size());
       // Trials on one file follow each other, so only one graph is in memory.
       for (std::size_t begin = 0; begin < missing.size();) {
@@ -119,6 +119,7 @@ class Experiment {
       }
     }
     return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [&](const Trial& trial) {
+      if (!ledger_.contains(trial)) return false;
       const std::string& status = ledger_.at(trial).status;
       return status == "failed" || status == "crashed";
     }));
@@ -202,7 +203,8 @@ int run_experiment(const Options& options, const fs::path& program) {
   check_settings(out, plan);
   out.write("experiment.ini", ini.documentation());
 
-  const std::size_t failed = Experiment(plan, program.parent_path(), out, ledger).run();
+  const std::size_t failed =
+      Experiment(plan, program.parent_path(), out, ledger).run(options.summary_only);
   const std::vector<PointSummary> points = summarize(plan, ledger);
   const std::string table = summary_table(plan, points, ledger.metrics());
   out.write("summary.csv", summary_csv(points, ledger.metrics()));

@@ -55,6 +55,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-j,--jobs", options.jobs, "trials at a time, instead of [experiment] jobs")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
+  app.add_flag("--summary", options.summary_only,
+               "run nothing: tables and plots of the trials that OUT has");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   try {

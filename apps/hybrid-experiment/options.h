@@ -17,6 +17,7 @@ struct Options {
   std::string output = "hybrid-experiment-out";
   std::string data_dir;  ///< overrides the INI where not empty
   int jobs = 0;          ///< overrides the INI where positive
+  bool summary_only = false;
   bool print_config = false;
 };
 

@@ -18,8 +18,12 @@ const std::vector<MethodName>& method_names() {
       {"dcs", "dynamic covariance scaling"},
       {"switchable", "switchable constraints"},
       {"max-mixture", "max-mixtures"},
+      {"alternating", "the paper's alternation on eq. 16"},
+      {"escape", "re-admission of closures by their predicted innovations"},
+      {"portfolio", "several of these and of starts, the lowest joint objective"},
       {"consistency", "pairwise consistency, then lm"},
-      {"consistency-gnc", "pairwise consistency, then gnc"}};
+      {"consistency-gnc", "pairwise consistency, then gnc"},
+      {"consistency-escape", "pairwise consistency, then escape"}};
   return kNames;
 }
 
@@ -63,6 +67,10 @@ MethodOptions read_method_options(IniFile& ini) {
     each->mixture = options.mixture;
     each->solver.threads = 1;
   }
+  options.alternation.mixture = options.mixture;
+  options.alternation.alternating.continuous.threads = 1;
+  options.portfolio.escape.mixture = options.mixture;
+  options.portfolio.escape.solver.threads = 1;
   return options;
 }
 
@@ -85,6 +93,13 @@ RobustResult solve_by_name(const std::string& name, const RobustProblem& problem
   if (name == "dcs") return solve_dcs(problem, options.dcs);
   if (name == "switchable") return solve_switchable(problem, options.switchable);
   if (name == "max-mixture") return solve_max_mixture(problem, plain);
+  if (name == "alternating") return solve_alternating(problem, options.alternation);
+  if (name == "escape") return solve_escape(problem, options.portfolio.escape);
+  if (name == "portfolio") return solve_portfolio(problem, options.portfolio).best;
+  if (name == "consistency-escape") {
+    return filtered(
+        [&](const RobustProblem& p) { return solve_escape(p, options.portfolio.escape); });
+  }
   if (name == "consistency") {
     return filtered([&](const RobustProblem& p) { return solve_lm(p, plain); });
   }

@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/robust/alternation.h"
 #include "libhybrid/robust/consistency.h"
 #include "libhybrid/robust/dcs.h"
 #include "libhybrid/robust/gnc.h"
+#include "libhybrid/robust/portfolio.h"
 #include "libhybrid/robust/switchable.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
@@ -21,6 +23,8 @@ struct MethodOptions {
   DcsOptions dcs;
   SwitchableOptions switchable;
   ConsistencyOptions consistency;
+  AlternationOptions alternation;
+  PortfolioOptions portfolio;  ///< of re-admission too
 };
 
 /// Names that solve_by_name takes, with one line each on what they are.

@@ -134,10 +134,11 @@ Image comparison_image(const ExperimentPlan& plan, const std::string& graph,
     panels.push_back(render(plot));
   }
   const Image row = side_by_side(panels);
+  const bool has_seeds =
+      std::any_of(points.begin(), points.end(), [](const auto& p) { return p.trials > 1; });
   const std::string about = fmt::format(
-      "Median over {} seeds, band between the quartiles; errors below 0.0001 are drawn "
-      "there. One thread per trial.",
-      plan.trials);
+      "{}; errors below 0.0001 are drawn there. Time of one thread.",
+      has_seeds ? "Median over seeds, band between the quartiles" : "One trial per point");
   return stacked(heading(fmt::format("{}: {}", plan.title, graph), about, row.width), row);
 }
 

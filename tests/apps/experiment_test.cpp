@@ -165,6 +165,9 @@ TEST_F(Experiment, NoticesOtherSettingsInTheSameFolder) {
   ASSERT_EQ(run("-c " + config(start + "trials = 3\n") + " -o " + at("out")).code, 0);
   EXPECT_EQ(rows("out").size(), 3u);
   const std::string results = read("out/results.csv");
+  const Ran summary = run("--summary -c " + config(start + "trials = 9\n") + " -o " + at("out"));
+  EXPECT_EQ(summary.code, 0) << summary.text;
+  EXPECT_EQ(read("out/results.csv"), results);
   const Ran changed =
       run("-c " + config(start + "trials = 3\n[gnc]\ngrowth = 2\n") + " -o " + at("out"));
   EXPECT_EQ(changed.code, 1);
