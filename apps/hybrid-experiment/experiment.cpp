@@ -175,7 +175,7 @@ void draw(const ExperimentPlan& plan, const Ledger& ledger, const std::vector<Po
     const Calibration calibration = calibration_of(plan, ledger, method);
     if (calibration.predictions == 0) continue;
     out.write("reliability_" + method + ".png",
-              png(reliability_image(calibration, fmt::format("{}: {}", plan.title, method),
+              png(reliability_image(calibration, "Inlier probabilities of " + method,
                                     kClosureClaims)));
   }
 }
