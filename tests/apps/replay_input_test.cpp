@@ -42,6 +42,10 @@ TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
       "[plugins]\nclasses = ClassedBearingRangeKnownIds\n[ClassedBearingRangeKnownIds]\n"
       "class_names = a b\nconfusion = 1 0 1\n",
       "confusion");
+  const std::string valid = "-c " + write("valid.ini", log);
+  expect_failure(valid + " --set solver.mode=magic", "mode");
+  expect_failure(valid + " --set solver.moed=batch", "moed");
+  expect_failure(valid + " --set solver", "SECTION.KEY=VALUE");
   expect_failure("-c " + at("none.ini"), "none.ini");
   expect_failure("-c " + write("empty.ini", "[map]\ndimension = 2\n"), "rawlog");
 }
