@@ -51,7 +51,7 @@ RobustResult solve_soft_mixture(const RobustProblem& problem, const ComparisonOp
     kernels.push_back(soft_mixture_kernel(*closure, options.mixture));
   }
   RobustResult result = solve_kernels(problem, kernels, options);
-  result.method = "soft-mixture";
+  result.method = "sum-mixture";
   const std::vector<double> chi_square = chi_squares(problem, result.values);
   std::vector<bool> accepted;
   for (std::size_t k = 0; k < kernels.size(); ++k) {

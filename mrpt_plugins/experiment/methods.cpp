@@ -6,6 +6,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/robust/max_mixture.h"
 #include "libhybrid/robust/plain.h"
+#include "libhybrid/robust/soft_mixture.h"
 
 namespace hybrid {
 const std::vector<MethodName>& method_names() {
@@ -18,6 +19,7 @@ const std::vector<MethodName>& method_names() {
       {"dcs", "dynamic covariance scaling"},
       {"switchable", "switchable constraints"},
       {"max-mixture", "max-mixtures"},
+      {"sum-mixture", "sum-mixtures"},
       {"alternating", "the paper's alternation on eq. 16"},
       {"escape", "re-admission of closures by their predicted innovations"},
       {"portfolio", "several of these and of starts, the lowest joint objective"},
@@ -93,6 +95,7 @@ RobustResult solve_by_name(const std::string& name, const RobustProblem& problem
   if (name == "dcs") return solve_dcs(problem, options.dcs);
   if (name == "switchable") return solve_switchable(problem, options.switchable);
   if (name == "max-mixture") return solve_max_mixture(problem, plain);
+  if (name == "sum-mixture") return solve_soft_mixture(problem, plain);
   if (name == "alternating") return solve_alternating(problem, options.alternation);
   if (name == "escape") return solve_escape(problem, options.portfolio.escape);
   if (name == "portfolio") return solve_portfolio(problem, options.portfolio).best;

@@ -49,7 +49,7 @@ TEST(SoftMixtureKernel, EqualsTheFactor) {
 TEST(SolveSoftMixture, TellsLiesFromTruth) {
   const auto g = testing::drive_laps<SE2>(4, 12, 3);
   const RobustResult result = solve_soft_mixture(g.problem);
-  EXPECT_EQ(result.method, "soft-mixture");
+  EXPECT_EQ(result.method, "sum-mixture");
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
     EXPECT_EQ(result.verdicts[k].accepted, g.truth[k]) << k;
   }
