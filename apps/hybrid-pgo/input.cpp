@@ -40,9 +40,17 @@ std::vector<Key> Input::poses() const {
   return poses;
 }
 
-Input read_input(const std::string& path, const std::string& start) {
+Input read_input(const std::string& path, const std::string& start,
+                 std::optional<std::uint64_t> shuffle) {
   Input input;
   input.graph = read_graph(path);
+  if (shuffle) {
+    if (input.graph.alternatives.empty()) {
+      throw Error(path + ": has no edge with several hypotheses; leave --shuffle out");
+    }
+    input.first_hypotheses = shuffle_hypotheses(input.graph, *shuffle);
+  }
+  input.first_hypotheses.resize(input.graph.alternatives.size());
   try {
     input.initial = initialize_from_odometry(input.graph);  // fails where not connected
   } catch (const Error& e) {

@@ -32,7 +32,7 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   summary.objective = solution.objective;
   summary.cost = solution.cost;
   summary.cost_online = solution.cost_online;
-  summary.inliers = loops.size();
+  for (const Loop& loop : loops) ++(loop.in_force() ? summary.inliers : summary.outliers);
   if (!solution.steps.empty()) summary.steps = step_statistics(solution.steps);
   if (!truth.empty()) {
     summary.truth.emplace();
@@ -43,8 +43,10 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
 
 void report(const GraphSummary& summary, const OutputDirectory& out) {
   if (!summary.message.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.message);
-  fmt::print("{} poses, {} landmarks, {} loop closures, cost {:.6g}, {:.3f} s solving",
-             summary.poses, summary.landmarks, summary.inliers, summary.cost, summary.solver_s);
+  fmt::print(
+      "{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
+      summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
+      summary.cost, summary.solver_s);
   if (summary.steps) {
     fmt::print(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
                summary.steps->p95_ms, summary.steps->max_ms);
@@ -58,23 +60,42 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
 
 }  // namespace
 
+namespace {
+
+Solution solve(const Input& input, const Options& options) {
+  if (!options.online) return solve_batch(input);
+  if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
+  return options.trusted == "all" ? solve_online(input) : solve_judged(input, options.trusted);
+}
+
+}  // namespace
+
 int optimize(const Options& options) {
   const auto start = Clock::now();
-  const Input input = read_input(options.graph, options.start);
+  const Input input = read_input(options.graph, options.start, options.shuffle);
+  if (!input.graph.alternatives.empty() && (!options.online || options.trusted != "all")) {
+    throw Error(options.graph + ": edges with hypotheses need --online, with all closures trusted");
+  }
+  if (options.trusted != "all" && !options.online) {
+    throw Error("--trusted needs --online");
+  }
   const std::string title = std::filesystem::path(options.graph).stem().string();
   const std::vector<Key> poses = input.poses();
   std::vector<PosePair> truth;
   if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
   const OutputDirectory out(options.output);
 
-  const Solution solution = options.online ? solve_online(input) : solve_batch(input);
+  const Solution solution = solve(input, options);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     truth[i].estimate = to_mrpt(solution.values, poses[i]);
   }
-  const std::vector<Loop> loops = find_loops(input, solution.values);
+  const std::vector<Loop> loops = find_loops(input, solution.values, solution.decisions);
   GraphSummary summary = summarize(input, solution, loops, truth);
   write_graph(out, input, solution.values);
   out.write("loops.csv", loops_csv(loops));
+  if (!solution.hypotheses.empty()) {
+    out.write("hypotheses.csv", hypotheses_csv(input, solution.hypotheses));
+  }
   if (!solution.steps.empty()) out.write("steps.csv", steps_csv(solution.steps));
   out.write("graph.png", png(draw_graph(title, input, solution, loops, truth)));
   if (options.sparsity) {

@@ -14,10 +14,12 @@ constexpr const char* kAbout =
 
 constexpr const char* kFooter =
     "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, summary.json;\n"
-    "steps.csv with --online; sparsity_*.png with --sparsity.\n"
+    "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
+    "sparsity_*.png with --sparsity.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit of\n"
     "iterations: the estimate was written, and summary.json has status \"partial\".\n"
-    "\nExample: hybrid-pgo intel.g2o --online -o out";
+    "\nExamples: hybrid-pgo intel.g2o --online -o out\n"
+    "          hybrid-pgo bicocca.g2o --online --trusted odometry -o out";
 
 }  // namespace
 
@@ -42,6 +44,16 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "measurement, and this tells the first pose only")
       ->type_name("file|odometry")
       ->check(CLI::IsMember({"file", "odometry"}));
+  app.add_option(
+         "--trusted", options.trusted,
+         "with --online: believe all loop closures, or judge those that are not odometry, or "
+         "not in a file of lines 'i j'")
+      ->type_name("all|odometry|FILE")
+      ->capture_default_str();
+  app.add_option("--shuffle", options.shuffle,
+                 "seed of a random order of the hypotheses of an edge, which is that of the file "
+                 "without it")
+      ->type_name("SEED");
   app.add_option("--truth", options.truth,
                  "true poses: a graph file (by id), a TUM file (.tum), or rows 'x y angle' or "
                  "'x y z yaw pitch roll' (in order of the ids)")

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -16,8 +17,10 @@ struct Options {
   std::string graph;
   std::string method = "lm";
   bool online = false;
-  std::string start;  ///< "file", "odometry", or empty: the file if it holds all vertices
-  std::string truth;  ///< file; empty if unknown
+  std::string start;            ///< "file", "odometry", or empty: the file if it holds all vertices
+  std::string trusted = "all";  ///< online: "all", "odometry", or a file of closures 'i j'
+  std::optional<std::uint64_t> shuffle;  ///< seed of the order of hypotheses
+  std::string truth;                     ///< file; empty if unknown
   bool sparsity = false;
   std::string output = "hybrid-pgo-out";
 };

@@ -34,14 +34,30 @@ Eigen::Vector3d position(const Values& values, Key key) {
 
 }  // namespace
 
-std::vector<Loop> find_loops(const Input& input, const Values& estimate) {
+std::vector<Loop> find_loops(const Input& input, const Values& estimate,
+                             const std::map<std::size_t, Decision>& decisions) {
   std::vector<Loop> loops;
+  std::size_t number = 0;
   for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor& factor) {
+    const auto decision = decisions.find(number++);
     if (is_odometry(from, to)) return;
     loops.push_back({from, to});
     loops.back().residual = std::sqrt(2 * factor.cost(estimate));
+    if (decision == decisions.end()) return;
+    loops.back().decision = decision->second.text;
+    loops.back().inlier_probability = decision->second.inlier_probability;
   });
   return loops;
+}
+
+std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
+  std::string text = "i,j,hypothesis,first\n";
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const auto& edge = input.graph.poses2[input.graph.alternatives[k].edge];
+    fmt::format_to(std::back_inserter(text), "{},{},{},{}\n", edge.from.index(), edge.to.index(),
+                   chosen[k], input.first_hypotheses[k]);
+  }
+  return text;
 }
 
 std::string loops_csv(const std::vector<Loop>& loops) {
@@ -79,7 +95,8 @@ Image draw_graph(const std::string& title, const Input& input, const Solution& s
     drawing.odometry.emplace_back(position(values, from), position(values, to));
   });
   for (const Loop& loop : loops) {
-    drawing.closures.emplace_back(position(values, loop.from), position(values, loop.to));
+    (loop.in_force() ? drawing.closures : drawing.rejected)
+        .emplace_back(position(values, loop.from), position(values, loop.to));
   }
   for (const PosePair& pair : truth) {
     drawing.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());

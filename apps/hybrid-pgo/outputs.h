@@ -19,10 +19,16 @@ struct Loop {
   std::string decision = "trusted";
   double inlier_probability = 1;
   double residual = 0;  ///< norm of the whitened residual
+
+  bool in_force() const { return decision == "trusted" || decision == "accepted"; }
 };
 
 /// All loop closures of a graph in the order of the file.
-std::vector<Loop> find_loops(const Input& input, const Values& estimate);
+std::vector<Loop> find_loops(const Input& input, const Values& estimate,
+                             const std::map<std::size_t, Decision>& decisions);
+
+/// hypotheses.csv: i, j, hypothesis chosen, and where the one that was first in the file is.
+std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen);
 
 /// loops.csv: i, j, decision, inlier_probability, residual.
 std::string loops_csv(const std::vector<Loop>& loops);

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,15 +20,24 @@ struct Input {
   PoseGraph graph;
   Values initial;
   std::vector<ContinuousFactorPtr> factors;  ///< those of `to_factors`
+  std::vector<int> first_hypotheses;  ///< where the first of the file is, by edge that has several
 
   bool is_3d() const { return !graph.poses3.empty() || !graph.points3.empty(); }
   /// Poses in the order of their ids.
   std::vector<Key> poses() const;
 };
 
-/// Reads a graph; `start` is "file", "odometry" or empty for the file if it has all vertices.
+/// Reads a graph; `start` is "file", "odometry" or empty for the file if it has all vertices;
+/// hypotheses are put in a random order where a seed for it is given.
 /// Throws Error naming the file where it is malformed, not connected, or lacks vertices it needs.
-Input read_input(const std::string& path, const std::string& start);
+Input read_input(const std::string& path, const std::string& start,
+                 std::optional<std::uint64_t> shuffle = std::nullopt);
+
+/// What became of a loop closure that was not trusted.
+struct Decision {
+  std::string text;  ///< "accepted", "undecided" or "rejected"
+  double inlier_probability = 0;
+};
 
 /// What a solver made of it.
 struct Solution {
@@ -39,7 +50,9 @@ struct Solution {
   double cost = 0;
   std::vector<StepRecord> steps;      ///< online
   std::optional<double> cost_online;  ///< after the last step, before solving to convergence
-  std::vector<Key> order;             ///< elimination order; empty where the solver does not tell
+  std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
+  std::vector<int> hypotheses;                ///< chosen, for each edge that has several
+  std::vector<Key> order;  ///< elimination order; empty where the solver does not tell
 };
 
 /// Levenberg-Marquardt on the whole graph. Throws Error where there is no estimate.
@@ -48,5 +61,10 @@ Solution solve_batch(const Input& input);
 /// The incremental smoother, pose by pose, then to convergence. Throws Error where there is no
 /// estimate.
 Solution solve_online(const Input& input);
+
+/// The same with hypotheses, and with closures that are judged (`trusted` as in Options). Throws
+/// Error for a file that cannot be read or names a closure that the graph does not have.
+Solution solve_hypotheses(const Input& input);
+Solution solve_judged(const Input& input, const std::string& trusted);
 
 }  // namespace hybrid

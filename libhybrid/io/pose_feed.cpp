@@ -80,6 +80,10 @@ void check_reached(const Neighbours& neighbours, const std::unordered_map<Key, s
 PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFactorOptions& options)
     : graph_(graph), initial_(initial), factors_(to_factors(graph, initial, options)) {
   if (factors_.empty()) return;
+  hypotheses_.resize(factors_.size());
+  for (std::size_t i = 0; i < graph.alternatives.size(); ++i) {
+    hypotheses_[graph.alternatives[i].edge] = make_hypotheses(graph, i, options);
+  }
   const Neighbours neighbours = connections(factors_);
   const Key first = first_pose(factors_, graph.edge_count(), neighbours);
   poses_ = pose_order(first, neighbours);
@@ -153,7 +157,13 @@ Delta PoseFeed::next(const Values& estimate) {
   start_landmarks<SE2>(graph_.points2, first, estimate, delta.values);
   first += graph_.points2.size();
   start_landmarks<SE3>(graph_.points3, first, estimate, delta.values);
-  for (std::size_t f : factors_of_[next_]) delta.continuous.push_back(factors_[f]);
+  for (std::size_t f : factors_of_[next_]) {
+    if (hypotheses_[f] != nullptr) {
+      delta.hybrid.push_back(hypotheses_[f]);
+    } else {
+      delta.continuous.push_back(factors_[f]);
+    }
+  }
   ++next_;
   return delta;
 }

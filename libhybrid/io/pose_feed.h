@@ -23,8 +23,12 @@ class PoseFeed {
   /// The pose that the next step adds.
   Key pose() const { return poses_[next_]; }
 
-  /// The next pose with its factors. It starts where its first measurement says, odometry before
-  /// others, given the estimate of the poses so far; a landmark where it is first seen.
+  /// The factors of `to_factors`, whose pointers `next` hands out.
+  const std::vector<ContinuousFactorPtr>& factors() const { return factors_; }
+
+  /// The next pose with its factors; an edge with hypotheses comes as their mixture. It starts
+  /// where its first measurement says, odometry before others, given the estimate of the poses so
+  /// far; a landmark where it is first seen.
   Delta next(const Values& estimate);
 
  private:
@@ -41,6 +45,7 @@ class PoseFeed {
   Values initial_;
   std::vector<ContinuousFactorPtr> factors_;
   std::vector<Key> poses_;
+  std::vector<HybridFactorPtr> hypotheses_;           // by edge; null for a plain one
   std::vector<std::vector<std::size_t>> factors_of_;  // by step, indices into factors_
   std::size_t next_ = 0;
 };

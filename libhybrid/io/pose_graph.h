@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "libhybrid/core/loss.h"
@@ -22,6 +23,12 @@ struct GraphEdge {
   Noise noise;
 };
 
+/// Further hypotheses of what a planar edge measured, of which one is true.
+struct EdgeAlternatives {
+  std::size_t edge = 0;  ///< in PoseGraph::poses2, whose measurement is hypothesis 0
+  std::vector<SE2> measured;
+};
+
 /// What a g2o or TORO file holds: all in the plane, or all in space. Poses are Key{'x', id},
 /// landmarks Key{'l', id}.
 struct PoseGraph {
@@ -30,6 +37,7 @@ struct PoseGraph {
   std::vector<GraphEdge<SE3>> poses3;
   std::vector<GraphEdge<Eigen::Vector2d>> points2;
   std::vector<GraphEdge<Eigen::Vector3d>> points3;
+  std::vector<EdgeAlternatives> alternatives;  ///< in order of their edges
   std::vector<Key> fixed;
 
   std::size_t edge_count() const {
@@ -63,6 +71,18 @@ struct GraphFactorOptions {
 /// id where none is fixed.
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options = {});
+
+/// The mixture over the hypotheses of an edge (eq. 3), all equally likely before: the discrete
+/// variable Key{'h', index} chooses. Throws Error for an index that is out of range.
+HybridFactorPtr make_hypotheses(const PoseGraph& graph, std::size_t index,
+                                const GraphFactorOptions& options = {});
+inline Key hypothesis_key(std::size_t index) {
+  return Key('h', index);
+}
+
+/// Puts the hypotheses of every edge in a random order, the same for the same seed on every
+/// machine. Returns, for each of `graph.alternatives`, where the one that was first has gone.
+std::vector<int> shuffle_hypotheses(PoseGraph& graph, std::uint64_t seed);
 
 /// What a g2o file can hold of an estimated graph: poses x<id> and landmarks l<id> with their
 /// estimates, the pose of smallest id fixed; relative poses and sightings of landmarks, of the

@@ -45,11 +45,11 @@ class Line {
     return value;
   }
 
-  /// Exactly n finite numbers, up to the end of the line.
+  /// n finite numbers, if they are the last ones exactly up to the end of the line.
   template <std::size_t n>
-  void numbers(double (&out)[n]) {
+  void numbers(double (&out)[n], bool last = true) {
     for (std::size_t i = 0; i < n; ++i) out[i] = number(i, n);
-    if (!word().empty()) {
+    if (last && !word().empty()) {
       fail(std::string(tag_) + " has more than the " + std::to_string(n) + " numbers it needs");
     }
   }
@@ -94,11 +94,29 @@ Eigen::MatrixXd symmetric(const double* upper) {
   return m;
 }
 
+/// Whether any EDGE2 line holds a single hypothesis, which no line of TORO looks like.
+bool has_hypotheses(std::string_view text) {
+  constexpr int kWords = 8;
+  const std::string name;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    Line line(text.substr(0, end), name, 0);
+    if (line.word() == "EDGE2") {
+      int words = 0;
+      while (!line.word().empty()) ++words;
+      if (words == kWords) return true;
+    }
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+  }
+  return false;
+}
+
 class Parser {
  public:
   explicit Parser(const std::string& name) : name_(name) {}
 
   PoseGraph run(std::string_view text) {
+    hypotheses_ = has_hypotheses(text);
     for (int number = 1; !text.empty(); ++number) {
       const std::size_t end = text.find('\n');
       Line line(text.substr(0, end), name_, number);
@@ -235,7 +253,29 @@ class Parser {
     line.numbers(v);
     add_edge(2, graph_.poses2, i, j, SE2(v[0], v[1], v[2]), symmetric<3>(v + 3), line);
   }
+  /// i 1 j 0 n, then n motions.
+  void edge_with_hypotheses(Line& line) {
+    constexpr std::uint64_t kMost = 1000;
+    const std::uint64_t i = line.id(), one = line.id(), j = line.id(), zero = line.id();
+    const std::uint64_t n = line.id();
+    if (one != 1 || zero != 0 || n < 1 || n > kMost) {
+      line.fail("EDGE2 with hypotheses should read 'i 1 j 0 n', n from 1 to 1000");
+    }
+    std::vector<SE2> measured;
+    for (std::uint64_t k = 0; k < n; ++k) {
+      double v[3];
+      line.numbers(v, k + 1 == n);
+      measured.emplace_back(v[0], v[1], v[2]);
+    }
+    Eigen::Vector3d sigmas(1.0 / 30, 1.0 / 30, 1.0 / 100);
+    const Eigen::MatrixXd information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
+    add_edge(2, graph_.poses2, i, j, measured[0], information, line);
+    if (n == 1) return;
+    measured.erase(measured.begin());
+    graph_.alternatives.push_back({graph_.poses2.size() - 1, std::move(measured)});
+  }
   void edge2(Line& line) {
+    if (hypotheses_) return edge_with_hypotheses(line);
     const std::uint64_t i = line.id(), j = line.id();
     double v[9];
     line.numbers(v);
@@ -286,6 +326,7 @@ class Parser {
   const std::string& name_;
   PoseGraph graph_;
   int dimension_ = 0;
+  bool hypotheses_ = false;
   std::unordered_map<std::uint64_t, char> letters_;
   std::vector<std::pair<std::uint64_t, Line>> fixed_;
 };

@@ -16,6 +16,7 @@ namespace hybrid {
 ///   VERTEX_XY, VERTEX_TRACKXYZ      id x y [z]
 ///   EDGE_SE2                        i j x y angle, information row by row, upper triangle
 ///   EDGE2                           i j x y angle, I11 I12 I22 I33 I13 I23
+///   EDGE2                           i 1 j 0 n, x y angle n times: n hypotheses of one motion
 ///   EDGE_SE3:QUAT                   i j x y z qx qy qz qw, information row by row
 ///   EDGE3                           i j x y z roll pitch yaw, information row by row
 ///   EDGE_SE2_XY                     i j x y, information row by row
@@ -24,6 +25,8 @@ namespace hybrid {
 ///   FIX                             id ...
 /// Information is taken as that of the tangent (translation, rotation vector); for EDGE3, whose
 /// angles are roll, pitch, yaw, this holds to first order about small rotations.
+/// Where an EDGE2 line holds 8 numbers, all of the file are of the form with hypotheses; they have
+/// no information, and get standard deviations of 1/30 m and 1/100 rad.
 /// `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags, numbers
 /// that are too few, too many, malformed or not finite, quaternions that cannot be normalised,
 /// information that is not positive definite, edges from a vertex to itself, duplicate vertices, a
