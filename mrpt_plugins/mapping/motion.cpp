@@ -45,6 +45,9 @@ Noise odometry_noise(const OdometryIncrement& odometry, const MotionOptions& opt
 }
 
 constexpr double kDegree = M_PI / 180;
+constexpr const char* kTransitionMeaning =
+    "row by row (mode before), the probability of each mode after; empty: a mode lasts 20 "
+    "keyframes, a second one 5";
 
 /// Numbers per mode, one each.
 std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t modes,
@@ -68,10 +71,7 @@ Eigen::VectorXd stationary(const Eigen::MatrixXd& transition) {
 
 MarkovChain read_chain(IniSection& s, std::size_t modes) {
   const auto n = static_cast<Eigen::Index>(modes);
-  const auto given = s.get("transition", std::vector<double>{},
-                           "row by row (mode before), the probability of each mode after; empty: a "
-                           "mode lasts 20 keyframes, a second one 5",
-                           kProbability);
+  const auto given = s.get("transition", std::vector<double>{}, kTransitionMeaning, kProbability);
   MarkovChain chain = sticky_chain(static_cast<int>(modes), 0.95);
   if (modes == 2) chain.transition.row(1) << 0.2, 0.8;
   if (!given.empty()) {
@@ -115,7 +115,7 @@ void read_modes(IniFile& ini, MotionOptions& options) {
     options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * kDegree});
   }
   if (n > 1) options.chain = read_chain(s, n);
-  if (n == 0) s.get("transition", std::vector<double>{}, "row by row, for modes");
+  if (n == 0) s.get("transition", std::vector<double>{}, kTransitionMeaning, kProbability);
 }
 
 /// Odometry as a mode understands it.
