@@ -5,9 +5,11 @@
 
 #include <memory>
 
+#include "mrpt_plugins/import/detection_tables.h"
 #include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
 #include "mrpt_plugins/import/mrclam.h"
+#include "mrpt_plugins/import/plaza.h"
 #include "mrpt_plugins/import/stata.h"
 #include "mrpt_plugins/import/victoria_park.h"
 
@@ -131,6 +133,38 @@ CLI::App* add_stata(CLI::App& app, Convert& convert) {
   format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
   format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
   format->add_option("--min-score", o->min_score, "detections with less are dropped");
+  return format;
+}
+
+CLI::App* add_plaza(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<PlazaOptions>(
+      app, convert, "plaza", "CMU Plaza: ranges to radio beacons, some of unknown identity",
+      import_plaza);
+  format->add_option("graph", o->graph, "F.fg of NF-iSAM")->required();
+  format->add_option("--identities", o->identities, "the graph with all identities, as truth");
+  format->add_option("--period", o->period, "between poses [s]");
+  return format;
+}
+
+CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<DetectionTablesOptions>(
+      app, convert, "csv",
+      "Tables of a detector and an odometry of your own; see docs/importing.md",
+      import_detection_tables);
+  format->add_option("--odometry", o->odometry, "columns time,x,y,yaw or time,x,y,z,yaw,pitch,roll")
+      ->required();
+  format
+      ->add_option("--detections", o->detections,
+                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]")
+      ->required();
+  format->add_option("--classes", o->classes, "names of all classes; default: those met");
+  format->add_option("--sensor-pose", o->sensor_pose, "on the robot: x y z yaw pitch roll [m, rad]")
+      ->expected(6);
+  format->add_option("--sigma-range", o->sigma_range, "where the table has none [m]");
+  format->add_option("--sigma-bearing", o->sigma_bearing, "where the table has none [rad]");
+  format->add_option("--fov", o->fov, "full opening angle of the detector [rad]; 0: not known");
+  format->add_option("--walk-translation", o->walk_translation, "odometry noise [m per sqrt(m)]");
+  format->add_option("--walk-rotation", o->walk_rotation, "odometry noise [rad per sqrt(m)]");
   return format;
 }
 

@@ -60,6 +60,12 @@ BackendReport run(KeyframeSource& source, Mapper& mapper, Progress& progress, Mo
   return mapper.finish();
 }
 
+/// Whether something odd in a log was dropped, repaired or missing; the rest is for information.
+bool is_loss(const std::string& what) {
+  const auto has = [&](const char* word) { return what.find(word) != std::string::npos; };
+  return has(" dropped: ") || has(" repaired: ") || has(" missing: a gap");
+}
+
 Summary summarize(const KeyframeSource& source, const Mapper& mapper, const BackendReport& last,
                   const MapResult& result) {
   Summary summary;
@@ -77,6 +83,10 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
   summary.dropped = source.dropped();
   for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
   for (const auto& [what, count] : source.warnings()) {
+    if (is_loss(what)) {
+      summary.dropped[what] += count;
+      continue;
+    }
     summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
   }
   summary.warnings.insert(summary.warnings.end(), last.warnings.begin(), last.warnings.end());

@@ -19,7 +19,7 @@ struct MrclamOptions {
   int robot = 1;             ///< 1 to 5
   bool keep_robots = false;  ///< Keep sightings of other robots, as detections without an id.
   double sigma_range = 0.2, sigma_bearing = 0.03;  ///< [m], [rad]
-  OdometryWalk walk{0.05, 0.02, 0.02, 0.04, 1e-3};
+  OdometryWalk walk{0.06, 0.03, 0.06, 0.12, 1e-3};
 };
 
 /// Converts what one robot saw into a log with a step for each time of measurement, ids being

@@ -28,16 +28,21 @@ bool is_finite(const mrpt::poses::CPose3D& pose) {
 }
 
 /// Why a measurement is unusable, or null. Wraps the yaw.
-const char* fault(Detection& d, const DetectionOptions& options) {
+const char* fault(Detection& d, const DetectionFrame& frame, const DetectionOptions& options) {
   constexpr double kMaxPitch = M_PI_2 + 1e-6;
+  constexpr double kFovSigmas = 5;
   if (!std::isfinite(d.range)) return "detection dropped: range not finite";
   if (!std::isfinite(d.yaw)) return "detection dropped: yaw not finite";
   if (!std::isfinite(d.pitch)) return "detection dropped: pitch not finite";
-  if (d.range <= 0) return "detection dropped: range not positive";
+  if (frame.has_range && d.range <= 0) return "detection dropped: range not positive";
   if (d.range > options.max_range) return "detection dropped: range above limit";
   if (std::abs(d.yaw) > 2 * M_PI) return "detection dropped: yaw absurd";
   if (std::abs(d.pitch) > kMaxPitch) return "detection dropped: pitch absurd";
   d.yaw = mrpt::math::wrapToPi(d.yaw);
+  const double noise = kFovSigmas * std::sqrt(std::max(0.0, d.covariance(1, 1)));
+  if (frame.fov_yaw > 0 && std::abs(d.yaw) > 0.5 * frame.fov_yaw + noise) {
+    return "detection dropped: outside the field of view";
+  }
   return nullptr;
 }
 
@@ -121,8 +126,9 @@ std::vector<double> probabilities(const std::vector<float>& scores, std::size_t 
 void add_if_usable(Detection d, const DetectionOptions& options, std::set<std::int64_t>& seen,
                    DetectionFrame& frame, DropReport& report) {
   if (!frame.is_3d) d.pitch = 0;
+  if (!frame.has_range) d.range = 0;
   choose_ids(options.ids, d);
-  if (const char* reason = fault(d, options)) {
+  if (const char* reason = fault(d, frame, options)) {
     ++report[reason];
   } else if (d.id && !seen.insert(*d.id).second) {
     ++report["detection dropped: id twice in one observation"];
@@ -174,14 +180,15 @@ DetectionFrame read(const CObservationClassedBearingRange& observation,
   DetectionFrame frame;
   frame.T_robot_sensor = observation.sensor_pose;
   frame.is_3d = observation.has_pitch;
+  frame.has_range = observation.has_range;
   frame.min_range = observation.min_range;
   frame.max_range = observation.max_range;
   frame.fov_yaw = observation.fov_yaw;
   frame.fov_pitch = observation.fov_pitch;
   frame.class_names = observation.class_names;
   const Eigen::Matrix3d covariance =
-      sensor_covariance(observation.detections, observation.std_range, observation.std_yaw,
-                        observation.std_pitch, frame.is_3d, options, report);
+      sensor_covariance(observation.detections, frame.has_range ? observation.std_range : 1.0F,
+                        observation.std_yaw, observation.std_pitch, frame.is_3d, options, report);
   std::set<std::int64_t> seen;
   for (const auto& m : observation.detections) {
     std::optional<std::int64_t> true_id;

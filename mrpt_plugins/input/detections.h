@@ -35,6 +35,7 @@ struct DetectionFrame {
   mrpt::poses::CPose3D T_robot_sensor;
   std::optional<Key> calibrated;  ///< The variable that is T_robot_sensor, where it is estimated.
   bool is_3d = true;
+  bool has_range = true;  ///< False for a sensor of directions only: all ranges are 0.
   double min_range = 0, max_range = 0;  ///< [m], 0: no limit.
   double fov_yaw = 0, fov_pitch = 0;    ///< Full angles [rad].
   std::vector<std::string> class_names;
@@ -65,11 +66,12 @@ struct DetectionOptions {
 /// all its pitches are zero.
 ///
 /// Dropped, each counted in `report` by reason: detections with range, yaw or pitch not finite;
-/// range not positive or above the limit; |yaw| above 2 pi or |pitch| above pi/2; an id seen before
-/// in the same observation; a covariance that is not positive definite; whole observations with a
-/// sensor pose that is not finite. Repaired and counted: class scores of a wrong length, negative,
-/// not finite or all zero are removed (the detection counts as not classified); other sums are
-/// normalised; missing sigmas are replaced by the defaults; ids below -1 are taken as none.
+/// range not positive or above the limit; outside the field of view, such as behind the sensor;
+/// |yaw| above 2 pi or |pitch| above pi/2; an id seen before in the same observation; a covariance
+/// that is not positive definite; whole observations with a sensor pose that is not finite.
+/// Repaired and counted: class scores of a wrong length, negative, not finite or all zero are
+/// removed (the detection counts as not classified); other sums are normalised; missing sigmas are
+/// replaced by the defaults; ids below -1 are taken as none.
 std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& observation,
                                             const DetectionOptions& options, DropReport& report);
 

@@ -16,6 +16,8 @@
 namespace hybrid {
 namespace {
 
+constexpr std::size_t kBeaconColumns = 12;
+
 std::string class_of(const TextRow& row, const std::vector<std::string>& names) {
   const std::string& word = row.words.back();
   std::uint64_t index = 0;
@@ -45,8 +47,12 @@ std::vector<LandmarkTruth> read_true_landmarks(const std::string& path) {
     class_names.assign(found.begin() + 1, found.end());
   };
   while (const auto row = table.next()) {
-    row->expect_columns(7, 8, "x y z 5 0 0 ID [class]");
-    LandmarkTruth landmark{row->id(6), {row->number(0), row->number(1), row->number(2)}, ""};
+    const bool beacons = row->words.size() == kBeaconColumns;
+    if (!beacons) row->expect_columns(7, 8, "x y z 5 0 0 ID [class], or ID x y z and 8 zeros");
+    const std::size_t first = beacons ? 1 : 0;
+    LandmarkTruth landmark{row->id(beacons ? 0 : 6),
+                           {row->number(first), row->number(first + 1), row->number(first + 2)},
+                           ""};
     for (std::size_t i = 3; i < 6; ++i) row->number(i);
     if (row->words.size() == 8) landmark.class_name = class_of(*row, class_names);
     if (!seen.insert(landmark.id).second) {

@@ -25,7 +25,8 @@ struct LandmarkTruth {
 // with file:line on anything else that is not as described, and on a file without any row.
 
 /// MRPT's `_ground_truth.txt`: rows `x y z 5 0 0 ID`, optionally followed by the class, a name or
-/// the index into the names of a comment line `% classes: name name ...`.
+/// the index into the names of a comment line `% classes: name name ...`; or as MRPT's beacon maps,
+/// rows `ID x y z` and eight zeros.
 std::vector<LandmarkTruth> read_true_landmarks(const std::string& path);
 
 /// MRPT's `_ground_truth_robot_path.txt`: rows `x y z yaw pitch roll` [m, rad]; row i belongs to

@@ -23,6 +23,9 @@ using mrpt::poses::CPose2D;
 /// Observations that may wait for odometry after them, which a log without any never brings.
 constexpr std::size_t kMaxWaiting = 256;
 
+/// Times the usual period, beyond which frames are taken to be missing.
+constexpr double kLongGap = 10;
+
 CPose2D interpolate(const CPose2D& a, const CPose2D& b, double fraction) {
   const CPose2D step = b - a;
   return a + CPose2D(fraction * step.x(), fraction * step.y(), fraction * step.phi());
@@ -105,7 +108,7 @@ void RawlogReader::take_frame(const mrpt::obs::CSensoryFrame& frame) {
       step.observations.push_back(observation);
     }
   }
-  step.time = time_of(stamp != INVALID_TIMESTAMP ? stamp : action_stamp_);
+  step.time = advance_to(time_of(stamp != INVALID_TIMESTAMP ? stamp : action_stamp_));
   action_stamp_ = INVALID_TIMESTAMP;
   if (motion_) {
     step.odometry = std::exchange(motion_, std::nullopt);
@@ -117,6 +120,11 @@ void RawlogReader::take_frame(const mrpt::obs::CSensoryFrame& frame) {
 
 void RawlogReader::take_observation(const CObservation::Ptr& observation) {
   const double time = time_of(observation->timestamp);
+  if (time < last_time_) {
+    ++warnings_["observation dropped: time goes backwards"];
+    return;
+  }
+  advance_to(time);
   if (!waiting_.empty() && waiting_.back().time == time) {
     waiting_.back().observations.push_back(observation);
     return;
@@ -134,8 +142,13 @@ void RawlogReader::take_odometry(const CObservationOdometry& odometry) {
     ++warnings_["odometry dropped: not finite or covariance not valid"];
     return;
   }
+  const double time = time_of(odometry.timestamp);
+  if (after_ && time < after_->time) {
+    ++warnings_["odometry dropped: time goes backwards"];
+    return;
+  }
   before_ = after_;
-  after_ = {time_of(odometry.timestamp), odometry.odometry};
+  after_ = {time, odometry.odometry};
   // An observation with the very time of this odometry may still get company.
   release_until(std::nextafter(after_->time, 0.0));
 }
@@ -173,8 +186,24 @@ double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {
     ++warnings_["timestamp missing: synthesised"];
   } else {
     time = mrpt::Clock::toDouble(stamp);
-    if (time < last_time_) ++warnings_["timestamp earlier than the one before"];
   }
+  return time;
+}
+
+double RawlogReader::advance_to(double time) {
+  if (time < last_time_) {
+    ++warnings_["timestamp repaired: it went backwards, that of the frame before taken"];
+    return last_time_;
+  }
+  if (started_) {
+    const double gap = time - last_time_;
+    if (usual_gap_ > 0 && gap > kLongGap * usual_gap_) {
+      ++warnings_["frames missing: a gap of over 10 times the usual period"];
+    } else if (gap > 0) {
+      usual_gap_ = usual_gap_ > 0 ? 0.9 * usual_gap_ + 0.1 * gap : gap;
+    }
+  }
+  started_ = true;
   return last_time_ = time;
 }
 

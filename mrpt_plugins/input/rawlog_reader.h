@@ -52,6 +52,9 @@ struct RawlogOptions {
 /// nearest one is taken.
 ///
 /// Frames without a valid timestamp get that of the frame before plus the period, the first one 0.
+/// Where time goes backwards, the order of the file counts for frames, which get the time of the
+/// frame before; single observations and odometry readings are dropped. Gaps of over ten times the
+/// usual period are counted as frames missing: the odometry across them is used as it is.
 class RawlogReader {
  public:
   /// Throws Error if the file is missing or cannot be opened.
@@ -84,6 +87,7 @@ class RawlogReader {
   void release_front();
   void emit(LogStep step);
   double time_of(mrpt::system::TTimeStamp stamp);
+  double advance_to(double time);
   std::optional<OdometryIncrement> checked(std::optional<OdometryIncrement> odometry);
 
   ObjectReader objects_;
@@ -92,6 +96,8 @@ class RawlogReader {
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
   double last_time_;
+  double usual_gap_ = 0;  // running mean of the time between frames
+  bool started_ = false;
 
   // Pairs.
   std::optional<OdometryIncrement> motion_;  // since the last frame

@@ -75,10 +75,16 @@ int most_probable(const std::vector<double>& prior, const std::vector<double>& l
 
 void BearingRangeKnownIds::configure(IniSection section) {
   sensors_ = read_sensors(section);
+  huber_width_ =
+      section.get("huber_width", huber_width_,
+                  "for ids that are sometimes misread: beyond so many sigmas the cost of "
+                  "a sighting grows only linearly; 0: none is wrong",
+                  kNonNegative);
 }
 
 Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
+  const Loss loss = huber_width_ > 0 ? Loss::huber(huber_width_) : Loss();
   for_each_identified(frame, map.is_3d, sensors_, out,
                       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
                         if (is_new(id, map, out)) {
@@ -86,8 +92,8 @@ Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& ma
                           add_position(id, frame, seen, detection, map.is_3d, out.delta);
                         }
                         out.sighted.push_back(id);
-                        out.delta.continuous.push_back(sighting_factor(frame.pose, position_key(id),
-                                                                       seen, detection, map.is_3d));
+                        out.delta.continuous.push_back(sighting_factor(
+                            frame.pose, position_key(id), seen, detection, map.is_3d, loss));
                       });
   return out;
 }

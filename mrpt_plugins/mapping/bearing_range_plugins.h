@@ -11,7 +11,8 @@
 
 namespace hybrid {
 
-/// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting.
+/// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, under
+/// Huber's loss where ids are sometimes misread.
 class BearingRangeKnownIds : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingRangeKnownIds, hybrid)
 
@@ -21,6 +22,7 @@ class BearingRangeKnownIds : public MappingPlugin {
 
  private:
   std::vector<std::string> sensors_;
+  double huber_width_ = 0;
 };
 
 /// The same with a class per landmark, a discrete variable: the semantic factor of eq. 19 for each

@@ -10,6 +10,8 @@
 #include <algorithm>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/mapping/beacon_ranges.h"
+#include "mrpt_plugins/mapping/bearing_only.h"
 #include "mrpt_plugins/mapping/bearing_range_plugins.h"
 
 IMPLEMENTS_VIRTUAL_MRPT_OBJECT(MappingPlugin, mrpt::rtti::CObject, hybrid)
@@ -19,6 +21,8 @@ namespace {
 
 MRPT_INITIALIZER(register_mapping_plugins) {
   mrpt::rtti::registerClass(CLASS_ID(MappingPlugin));
+  mrpt::rtti::registerClass(CLASS_ID(BeaconRanges));
+  mrpt::rtti::registerClass(CLASS_ID(BearingOnlyKnownIds));
   mrpt::rtti::registerClass(CLASS_ID(BearingRangeKnownIds));
   mrpt::rtti::registerClass(CLASS_ID(ClassedBearingRangeKnownIds));
 }

@@ -9,18 +9,25 @@
 #include <optional>
 #include <string>
 
+#include "libhybrid/core/loss.h"
 #include "libhybrid/factors/factor.h"
 #include "mrpt_plugins/input/detections.h"
 
 namespace hybrid {
 
-/// Why a map of this dimension cannot use the detections of a frame; empty if it can.
+/// Why a map of this dimension cannot use the ranges and directions of a frame; empty if it can.
 std::string misfit(const DetectionFrame& frame, bool is_3d);
+/// The same where directions are enough.
+std::string misfit_of_bearing(const DetectionFrame& frame, bool is_3d);
 
 /// The Gaussian psi(x, p) of eq. 19: range and direction of point `point` from pose `pose`, through
 /// the place of the sensor on the robot.
 ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
-                                    const Detection& detection, bool is_3d);
+                                    const Detection& detection, bool is_3d, Loss loss = {});
+
+/// The direction alone, with a standard deviation added to its noise [rad].
+ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
+                                   const Detection& detection, bool is_3d, double extra_sigma = 0);
 
 /// Where the detection puts its landmark in the map [m].
 Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,

@@ -47,15 +47,18 @@ std::string best_class(const CObservationClassedBearingRange& observation,
 
 }  // namespace
 
-/// Version 1 adds sigmas to each detection; logs without any stay as they were.
+/// Version 1 adds sigmas to each detection, version 2 whether ranges are measured; logs that need
+/// neither stay as they were.
 std::uint8_t CObservationClassedBearingRange::serializeGetVersion() const {
+  if (!has_range) return 2;
   return std::any_of(detections.begin(), detections.end(), has_own_sigma) ? 1 : 0;
 }
 
 void CObservationClassedBearingRange::serializeTo(mrpt::serialization::CArchive& out) const {
-  const bool with_sigmas = serializeGetVersion() == 1;
+  const bool with_sigmas = serializeGetVersion() >= 1;
   out << timestamp << sensorLabel << sensor_pose << min_range << max_range << fov_yaw << fov_pitch
       << std_range << std_yaw << std_pitch << has_pitch;
+  if (serializeGetVersion() >= 2) out << has_range;
   out.WriteAs<std::uint32_t>(class_names.size());
   for (const std::string& name : class_names) out << name;
   out.WriteAs<std::uint32_t>(detections.size());
@@ -69,9 +72,11 @@ void CObservationClassedBearingRange::serializeTo(mrpt::serialization::CArchive&
 
 void CObservationClassedBearingRange::serializeFrom(mrpt::serialization::CArchive& in,
                                                     std::uint8_t version) {
-  if (version > 1) MRPT_THROW_UNKNOWN_SERIALIZATION_VERSION(version);
+  if (version > 2) MRPT_THROW_UNKNOWN_SERIALIZATION_VERSION(version);
   in >> timestamp >> sensorLabel >> sensor_pose >> min_range >> max_range >> fov_yaw >> fov_pitch >>
       std_range >> std_yaw >> std_pitch >> has_pitch;
+  has_range = true;
+  if (version >= 2) in >> has_range;
   class_names.resize(read_count(in, "classes"));
   for (std::string& name : class_names) in >> name;
   detections.resize(read_count(in, "detections"));
@@ -89,7 +94,8 @@ void CObservationClassedBearingRange::getDescriptionAsText(std::ostream& out) co
   out << fmt::format("Range limits: {} to {} m, field of view: {:.1f} x {:.1f} deg\n", min_range,
                      max_range, mrpt::RAD2DEG(fov_yaw), mrpt::RAD2DEG(fov_pitch));
   out << fmt::format(
-      "Sigmas: range {} m, yaw {:.4f} deg, pitch {}\n", std_range, mrpt::RAD2DEG(std_yaw),
+      "Sigmas: range {}, yaw {:.4f} deg, pitch {}\n",
+      has_range ? fmt::format("{} m", std_range) : "not measured", mrpt::RAD2DEG(std_yaw),
       has_pitch ? fmt::format("{:.4f} deg", mrpt::RAD2DEG(std_pitch)) : "not measured");
   out << fmt::format("Classes: {}\n", fmt::join(class_names, " "));
   out << fmt::format("{} detections: range[m] yaw[deg] pitch[deg] id true_id class (scores)\n",

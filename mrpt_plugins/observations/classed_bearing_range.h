@@ -37,6 +37,8 @@ class CObservationClassedBearingRange : public mrpt::obs::CObservation {
   float min_range = 0, max_range = 0;  ///< 0: no limit.
   float fov_yaw = 0, fov_pitch = 0;    ///< Full opening angles.
   float std_range = 0, std_yaw = 0, std_pitch = 0;
+  bool has_range =
+      true;  ///< False for a sensor of directions only: range and std_range mean nothing.
   bool has_pitch = true;  ///< False for a planar sensor: pitch and std_pitch mean nothing.
   std::vector<std::string> class_names;
   std::vector<Detection> detections;

@@ -22,14 +22,18 @@ struct Ran {
   std::string text;  ///< standard output and error
 };
 
-inline Ran run_replay(const std::string& arguments) {
+inline Ran run_app(const std::string& command) {
   Ran ran;
-  FILE* pipe = popen((HYBRID_BINARY_DIR "/bin/hybrid-replay " + arguments + " 2>&1").c_str(), "r");
+  FILE* pipe = popen((HYBRID_BINARY_DIR "/bin/" + command + " 2>&1").c_str(), "r");
   std::array<char, 4096> buffer{};
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
   const int status = pclose(pipe);
   ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return ran;
+}
+
+inline Ran run_replay(const std::string& arguments) {
+  return run_app("hybrid-replay " + arguments);
 }
 
 inline std::string read_file(const std::filesystem::path& path) {

@@ -164,5 +164,52 @@ TEST(Detections, OtherClassesAndBadSensorPoses) {
   EXPECT_EQ(report, (DropReport{{"observation dropped: sensor pose not finite", 1}}));
 }
 
+TEST(Detections, IdsAsAskedFor) {
+  auto o = classed({{3, 0, 0, 4, -1, {}}, {3, 0.1F, 0, -1, 6, {}}, {3, 0.2F, 0, 4, -1, {}}});
+  DetectionOptions options;
+  DropReport report;
+  options.ids = IdSource::kNone;
+  auto frame = detections_in(o, options, report);
+  ASSERT_EQ(frame->detections.size(), 3U);  // without ids, none is there twice
+  for (const Detection& d : frame->detections) EXPECT_FALSE(d.id);
+  EXPECT_EQ(frame->detections[0].true_id, 4);
+  options.ids = IdSource::kTruth;
+  frame = detections_in(o, options, report);
+  ASSERT_EQ(frame->detections.size(), 2U);
+  EXPECT_EQ(frame->detections[1].id, 6);
+}
+
+TEST(Detections, SigmasOfTheirOwn) {
+  auto o = classed({{3, 0, 0, -1, -1, {}, 2.0F, 0, 0.5F}});
+  DropReport report;
+  DetectionOptions options;
+  const auto variances = [&] {
+    return Eigen::Vector3d(
+        detections_in(o, options, report)->detections.at(0).covariance.diagonal());
+  };
+  EXPECT_TRUE(variances().isApprox(Eigen::Vector3d(4, 0.0625, 0.25)));
+  options.sigma_range = 1;  // what is chosen counts for all
+  EXPECT_TRUE(variances().isApprox(Eigen::Vector3d(1, 0.0625, 0.25)));
+}
+
+TEST(Detections, BehindTheSensorAndWithoutRange) {
+  auto o = classed({{3, 0.9F, 0, -1, -1, {}}, {3, 3.1F, 0, -1, -1, {}}});
+  o.fov_yaw = 2;
+  o.std_yaw = 0.01F;
+  DropReport report;
+  EXPECT_EQ(detections_in(o, {}, report)->detections.size(), 1U);
+  EXPECT_EQ(report, (DropReport{{"detection dropped: outside the field of view", 1}}));
+
+  o = classed({{NAN, 0.9F, 0, -1, -1, {}}, {0, NAN, 0, -1, -1, {}}});
+  o.has_range = false;
+  o.std_range = 0;
+  report.clear();
+  const auto frame = detections_in(o, {}, report);
+  EXPECT_FALSE(frame->has_range);
+  ASSERT_EQ(frame->detections.size(), 1U);
+  EXPECT_EQ(frame->detections[0].range, 0);
+  EXPECT_EQ(report, (DropReport{{"detection dropped: yaw not finite", 1}}));
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -69,5 +69,16 @@ TEST(GroundTruth, Tum) {
   expect_error(read_tum, "1 0 0 0 0 0 1\n", ":1: 7 columns");
 }
 
+TEST(GroundTruth, PositionsAndBeacons) {
+  const auto fixes = read_text(read_positions, "1.5 1 2 3\n2 0 0 0\n");
+  ASSERT_EQ(fixes.size(), 2U);
+  EXPECT_EQ(fixes[0].pose.y(), 2);
+  expect_error(read_positions, "1 2 3\n", ":1: 3 columns");
+  expect_error(read_positions, "2 0 0 0\n1 0 0 0\n", ":2: time 1");
+  const auto beacons = read_text(read_true_landmarks, "4 1 2 3 0 0 0 0 0 0 0 0\n");
+  EXPECT_EQ(beacons.at(0).id, 4);
+  EXPECT_EQ(beacons[0].position, Eigen::Vector3d(1, 2, 3));
+}
+
 }  // namespace
 }  // namespace hybrid

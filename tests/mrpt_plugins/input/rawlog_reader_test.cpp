@@ -203,5 +203,37 @@ TEST(RawlogReader, ObservationsWithoutOdometryAllComeOut) {
   EXPECT_EQ(steps, 600U);
 }
 
+TEST(RawlogReader, TimeThatGoesBackwardsAndGaps) {
+  const TemporaryFile log("backwards.rawlog");
+  Objects frames;
+  for (const double t : {1.0, 2.0, 1.5, 3.0, 4.0, 60.0}) {
+    frames.push_back(frame({observation(t)}));
+    frames.push_back(motion_2d({1, 0, 0}, 0.1));
+  }
+  write_log(log.path(), frames);
+  RawlogReader reader(log.path());
+  std::vector<double> times;
+  while (const auto step = reader.next()) {
+    times.push_back(step->time);
+    EXPECT_EQ(step->odometry.has_value(), times.size() > 1);
+  }
+  EXPECT_EQ(times, (std::vector<double>{1, 2, 2, 3, 4, 60}));
+  EXPECT_EQ(
+      reader.warnings(),
+      (DropReport{{"timestamp repaired: it went backwards, that of the frame before taken", 1},
+                  {"frames missing: a gap of over 10 times the usual period", 1}}));
+
+  write_log(log.path(), {absolute_odometry(0, {0, 0, 0}), observation(1), observation(0.5),
+                         absolute_odometry(2, {2, 0, 0}), absolute_odometry(1, {9, 9, 0}),
+                         observation(3), absolute_odometry(4, {4, 0, 0})});
+  RawlogReader alone(log.path());
+  std::vector<LogStep> steps;
+  while (auto step = alone.next()) steps.push_back(*step);
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_NEAR(steps[1].odometry->mean.x(), 2, 1e-9);
+  EXPECT_EQ(alone.warnings(), (DropReport{{"observation dropped: time goes backwards", 1},
+                                          {"odometry dropped: time goes backwards", 1}}));
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -116,5 +116,24 @@ TEST(ClassedBearingRange, RawlogEditReadsItThroughThePlugin) {
   std::filesystem::remove(log);
 }
 
+TEST(ClassedBearingRange, SerialisesSigmasAndDirectionsAlone) {
+  const auto round_trip = [](const CObservationClassedBearingRange& o) {
+    mrpt::io::CMemoryStream memory;
+    auto archive = mrpt::serialization::archiveFrom(memory);
+    archive << o;
+    memory.Seek(0);
+    return std::dynamic_pointer_cast<CObservationClassedBearingRange>(archive.ReadObject());
+  };
+  auto o = example();
+  EXPECT_TRUE(round_trip(o)->has_range);
+  o.detections[1].std_yaw = 0.5F;
+  EXPECT_EQ(round_trip(o)->detections.at(1).std_yaw, 0.5F);
+  EXPECT_EQ(round_trip(o)->detections.at(0).std_yaw, 0.0F);
+  o.has_range = false;
+  EXPECT_FALSE(round_trip(o)->has_range);
+  EXPECT_EQ(round_trip(o)->detections.at(1).std_yaw, 0.5F);
+  EXPECT_EQ(round_trip(o)->detections.at(0).class_scores, o.detections[0].class_scores);
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/detection_tables.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/ini_text.h"
+#include "mrpt_plugins/input/text_table.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::poses::CPose3D;
+
+/// A table with commas whose first row names its columns.
+class NamedTable {
+ public:
+  NamedTable(const std::string& path, const std::vector<std::string>& known)
+      : table_(path, TextTable::Columns::kCommas) {
+    const auto header = table_.next();
+    for (std::size_t i = 0; i < header->words.size(); ++i) {
+      const std::string& name = header->words[i];
+      if (std::find(known.begin(), known.end(), name) == known.end()) {
+        header->fail(
+            fmt::format("unknown column '{}'; known are: {}", name, fmt::join(known, " ")));
+      }
+      if (!columns_.emplace(name, i).second) header->fail(fmt::format("two columns '{}'", name));
+    }
+    width_ = columns_.size();
+    header_ = *header;
+  }
+
+  bool has(const std::string& name) const { return columns_.count(name) != 0; }
+
+  /// Throws Error that names the file unless all columns are there.
+  void require(const std::vector<std::string>& names) const {
+    for (const std::string& name : names) {
+      if (!has(name)) header_.fail(fmt::format("no column '{}'", name));
+    }
+  }
+
+  bool next() {
+    row_ = table_.next();
+    if (row_ && row_->words.size() != width_) {
+      row_->fail(fmt::format("{} columns, the first row names {}", row_->words.size(), width_));
+    }
+    return row_.has_value();
+  }
+
+  const TextRow& row() const { return *row_; }
+  const std::string& word(const std::string& name) const { return row_->words[columns_.at(name)]; }
+  double number(const std::string& name) const { return row_->number(columns_.at(name)); }
+  /// An id; nothing where the column is absent or the field empty or -1.
+  std::optional<std::int64_t> id(const std::string& name) const {
+    if (!has(name) || word(name).empty() || word(name) == "-1") return std::nullopt;
+    return row_->id(columns_.at(name));
+  }
+  double number_or(const std::string& name, double fallback) const {
+    return has(name) && !word(name).empty() ? number(name) : fallback;
+  }
+
+ private:
+  TextTable table_;
+  TextRow header_;
+  std::optional<TextRow> row_;
+  std::map<std::string, std::size_t> columns_;
+  std::size_t width_ = 0;
+};
+
+/// The odometry, interpolated at rising times.
+class Odometry {
+ public:
+  explicit Odometry(const std::string& path)
+      : table_(path, {"time", "x", "y", "z", "yaw", "pitch", "roll"}) {
+    table_.require({"time", "x", "y", "yaw"});
+    is_3d_ = table_.has("z");
+    if (is_3d_) table_.require({"pitch", "roll"});
+    advance();
+    advance();
+  }
+
+  bool is_3d() const { return is_3d_; }
+
+  /// Nothing before the first pose and after the last one.
+  std::optional<CPose3D> at(double time) {
+    while (after_ && after_->first < time) advance();
+    if (!before_ || time < before_->first) return std::nullopt;
+    if (!after_) return time == before_->first ? std::optional(before_->second) : std::nullopt;
+    const double f = (time - before_->first) / (after_->first - before_->first);
+    const CPose3D step = after_->second - before_->second;
+    const auto part = [f](double angle) { return f * mrpt::math::wrapToPi(angle); };
+    return before_->second + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
+                                     part(step.pitch()), part(step.roll()));
+  }
+
+ private:
+  void advance() {
+    if (after_ || !before_) before_ = after_;
+    after_.reset();
+    if (!table_.next()) return;
+    const double time = table_.number("time");
+    if (before_ && time <= before_->first) table_.row().fail("time is not after the one above");
+    const auto space = [&](const char* name) { return is_3d_ ? table_.number(name) : 0.0; };
+    after_ = {time, CPose3D(table_.number("x"), table_.number("y"), space("z"),
+                            table_.number("yaw"), space("pitch"), space("roll"))};
+  }
+
+  NamedTable table_;
+  bool is_3d_ = false;
+  std::optional<std::pair<double, CPose3D>> before_, after_;
+};
+
+const std::vector<std::string> kDetectionColumns{
+    "time", "range",   "yaw",         "pitch",     "class",      "score",
+    "id",   "true_id", "sigma_range", "sigma_yaw", "sigma_pitch"};
+
+/// All names in column class, sorted.
+std::vector<std::string> classes_in(const std::string& path) {
+  NamedTable table(path, kDetectionColumns);
+  std::set<std::string> names;
+  while (table.has("class") && table.next()) {
+    if (!table.word("class").empty()) names.insert(table.word("class"));
+  }
+  return {names.begin(), names.end()};
+}
+
+std::vector<float> scores_of(const NamedTable& table, const std::vector<std::string>& classes) {
+  if (!table.has("class") || table.word("class").empty()) return {};
+  const auto it = std::find(classes.begin(), classes.end(), table.word("class"));
+  if (it == classes.end()) {
+    table.row().fail(fmt::format("unknown class '{}'; classes are: {}", table.word("class"),
+                                 fmt::join(classes, " ")));
+  }
+  const double score = table.number_or("score", 1.0);
+  if (score < 0 || score > 1) table.row().fail("score not within 0 and 1");
+  if (classes.size() == 1) return {1.0F};
+  const double others = (1 - score) / static_cast<double>(classes.size() - 1);
+  std::vector<float> scores(classes.size(), static_cast<float>(others));
+  scores[static_cast<std::size_t>(it - classes.begin())] = static_cast<float>(score);
+  return scores;
+}
+
+OdometryIncrement motion_between(const CPose3D& from, const CPose3D& to, bool is_3d,
+                                 const DetectionTablesOptions& options) {
+  constexpr double kLeast = 1e-6;
+  const CPose3D mean = to - from;
+  const double way = mean.norm();
+  const double vt = kLeast + options.walk_translation * options.walk_translation * way;
+  const double vr = kLeast + options.walk_rotation * options.walk_rotation * way;
+  if (!is_3d) {
+    return planar_motion(mean.x(), mean.y(), mean.yaw(), Eigen::Vector3d(vt, vt, vr).asDiagonal());
+  }
+  Eigen::Matrix<double, 6, 1> variances;
+  variances << vt, vt, vt, vr, vr, vr;
+  return {mean, variances.asDiagonal(), false};
+}
+
+/// Collects the detections of one time and adds their step to the log.
+class Steps {
+ public:
+  Steps(const DetectionTablesOptions& options, LogWriter& log)
+      : options_(options), log_(log), odometry_(options.odometry) {}
+
+  /// An empty frame for the detections of a time.
+  void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
+    const auto& p = options_.sensor_pose;
+    frame_ = planar_detections("DETECTOR", options_.sigma_range, options_.sigma_bearing,
+                               {p[0], p[1], p[2], p[3], p[4], p[5]});
+    frame_->has_range = has_range;
+    frame_->has_pitch = has_pitch;
+    if (has_pitch) frame_->std_pitch = static_cast<float>(options_.sigma_bearing);
+    frame_->fov_yaw = static_cast<float>(options_.fov);
+    frame_->class_names = classes;
+    time_ = time;
+  }
+
+  void end() {
+    if (!frame_) return;
+    const auto pose = odometry_.at(time_);
+    if (!pose) {
+      log_.drop("detection dropped: no odometry before or after it", frame_->detections.size());
+    } else {
+      ImportedStep step{time_, {}, {frame_}, {}};
+      if (last_) step.motion = motion_between(*last_, *pose, odometry_.is_3d(), options_);
+      last_ = pose;
+      log_.add(step);
+    }
+    frame_.reset();
+  }
+
+  bool is_of(double time) const { return frame_ && time == time_; }
+  double time() const { return time_; }
+  CObservationClassedBearingRange& frame() { return *frame_; }
+
+ private:
+  const DetectionTablesOptions& options_;
+  LogWriter& log_;
+  Odometry odometry_;
+  CObservationClassedBearingRange::Ptr frame_;
+  std::optional<CPose3D> last_;
+  double time_ = -std::numeric_limits<double>::infinity();
+};
+
+void add_detection(const NamedTable& table, const std::vector<std::string>& classes,
+                   CObservationClassedBearingRange& frame) {
+  CObservationClassedBearingRange::Detection d;
+  if (frame.has_range) d.range = static_cast<float>(table.number("range"));
+  d.yaw = static_cast<float>(table.number("yaw"));
+  if (frame.has_pitch) d.pitch = static_cast<float>(table.number("pitch"));
+  if (const auto id = table.id("id")) d.landmark_id = static_cast<std::int32_t>(*id);
+  if (const auto id = table.id("true_id")) d.true_landmark_id = static_cast<std::int32_t>(*id);
+  d.std_range = static_cast<float>(table.number_or("sigma_range", 0));
+  d.std_yaw = static_cast<float>(table.number_or("sigma_yaw", 0));
+  d.std_pitch = static_cast<float>(table.number_or("sigma_pitch", 0));
+  d.class_scores = scores_of(table, classes);
+  frame.detections.push_back(std::move(d));
+}
+
+}  // namespace
+
+ImportReport import_detection_tables(const DetectionTablesOptions& options,
+                                     const std::string& output) {
+  if (options.sensor_pose.size() != 6) throw Error("a sensor pose has six numbers");
+  LogWriter log(output);
+  const std::vector<std::string> classes =
+      options.classes.empty() ? classes_in(options.detections) : options.classes;
+  NamedTable table(options.detections, kDetectionColumns);
+  table.require({"time", "yaw"});
+  Steps steps(options, log);
+  while (table.next()) {
+    const double time = table.number("time");
+    if (time < steps.time()) table.row().fail("time goes backwards");
+    if (!steps.is_of(time)) {
+      steps.end();
+      steps.begin(time, table.has("range"), table.has("pitch"), classes);
+    }
+    if (table.has("range") && table.number("range") <= 0) {
+      log.drop("detection dropped: range not positive");
+    } else {
+      add_detection(table, classes, steps.frame());
+    }
+  }
+  steps.end();
+  if (log.steps() == 0) throw Error(options.detections + ": no detection has odometry around it");
+  return log.finish();
+}
+
+}  // namespace hybrid

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/import/log_writer.h"
+
+namespace hybrid {
+
+/// A detector and an odometry of one's own as tables with commas, the first row naming columns.
+struct DetectionTablesOptions {
+  /// Columns time, x, y, yaw; or time, x, y, z, yaw, pitch, roll: poses of the odometry, [m],
+  /// [rad].
+  std::string odometry;
+  /// Columns time, yaw, and where they are measured range and pitch (positive: down); optional
+  /// class, score, id, true_id, sigma_range, sigma_yaw, sigma_pitch.
+  std::string detections;
+  std::vector<std::string> classes;  ///< Names; empty: those met in the table, sorted.
+  std::vector<double> sensor_pose{0, 0, 0, 0, 0, 0};  ///< On the robot: x y z yaw pitch roll.
+  double sigma_range = 0.1, sigma_bearing = 0.02;     ///< Where the table has none [m], [rad].
+  double fov = 0;  ///< Full opening angle in yaw [rad]; 0: not known.
+  /// Random walk of the odometry: along and across [m per sqrt(m)], heading [rad per sqrt(m)].
+  double walk_translation = 0.05, walk_rotation = 0.02;
+};
+
+/// Converts the tables into a log with a step for each time of a detection; the odometry between is
+/// interpolated. A detection's score is the probability of its class, the rest is shared by the
+/// others. Detections before the first or after the last pose are dropped.
+ImportReport import_detection_tables(const DetectionTablesOptions& options,
+                                     const std::string& output);
+
+}  // namespace hybrid

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/core/values.h"
+#include "libhybrid/factors/factor.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+
+/// When a landmark that no single measurement places is taken into the map.
+struct BankOptions {
+  double dominance = 0.999;     ///< Least probability of the best place.
+  double max_sigma = 1.0;       ///< Largest standard deviation of its place in any direction [m].
+  int min_measurements = 5;     ///< Before any decision.
+  int max_measurements = 200;   ///< Kept while undecided; further ones replace the oldest.
+  double outlier_share = 0.02;  ///< Of measurements, which then say nothing.
+  double drift = 0.1;  ///< Of the robot while it is undecided, added to the noise meanwhile [m].
+};
+
+/// Reads the keys of a plugin's section.
+BankOptions read_bank_options(IniSection& section);
+
+/// The places where a landmark may be that is seen by range or by bearing only: a mixture of
+/// Gaussians whose components start on the ring, or along the ray, of the first measurement, are
+/// refined by every further one, fall together where they meet, and weigh as much as the
+/// measurements support them (their evidence by Laplace's method). Once one dominates, the landmark
+/// is placed.
+class HypothesisBank {
+ public:
+  /// Starts where the first measurement, of a pose and the point, puts the landmark: candidates in
+  /// the map [m], 2 or 3 coordinates.
+  explicit HypothesisBank(std::vector<Eigen::VectorXd> candidates);
+
+  /// One measurement in the two forms it is needed in.
+  struct Measurement {
+    ContinuousFactorPtr trial;  ///< over (pose, point), its noise widened by the drift
+    ContinuousFactorPtr real;   ///< over (pose, point), for the graph
+    std::vector<double> class_likelihood = {};  ///< empty if it says nothing of the class
+  };
+
+  void add(Measurement measurement, const BankOptions& options);
+
+  /// Refines and weighs the places with poses from where `pose` finds them.
+  void refine(const std::function<const double*(Key)>& pose, const BankOptions& options);
+
+  /// The place that dominates, if one does.
+  std::optional<Eigen::VectorXd> decided(const BankOptions& options) const;
+
+  /// All measurements, to be put into the graph once the landmark is placed.
+  const std::vector<Measurement>& measurements() const { return measurements_; }
+
+  struct Place {
+    Eigen::VectorXd point;
+    Eigen::MatrixXd covariance;
+    double cost = 0;  ///< -log evidence, up to a constant common to all places
+    double probability = 0;
+  };
+  /// Most probable first, after refine().
+  const std::vector<Place>& places() const { return places_; }
+
+ private:
+  std::vector<Measurement> measurements_;
+  std::vector<Place> places_;
+};
+
+/// Points all around a center at a distance [m], on a circle or on a sphere.
+std::vector<Eigen::VectorXd> ring_places(const Eigen::VectorXd& center, double radius, int count);
+
+/// Points along a ray, at depths that grow by equal factors from least to greatest [m].
+std::vector<Eigen::VectorXd> ray_places(const Eigen::VectorXd& origin,
+                                        const Eigen::VectorXd& direction, double least,
+                                        double greatest, int count);
+
+}  // namespace hybrid

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/unplaced_landmarks.h"
+
+#include <utility>
+
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+
+FrameValues::FrameValues(const Frame& frame, const MapView& map)
+    : pose_(frame.pose), map_(map.values) {
+  insert_pose(newest_, frame.pose, frame.T_map_robot, map.is_3d);
+}
+
+const double* FrameValues::operator()(Key key) const {
+  return key == pose_ ? newest_.data(key) : map_.data(key);
+}
+
+void UnplacedLandmarks::add(std::int64_t id, HypothesisBank::Measurement measurement,
+                            const BankOptions& options,
+                            const std::function<std::vector<Eigen::VectorXd>()>& candidates) {
+  auto bank = banks_.find(id);
+  if (bank == banks_.end()) bank = banks_.emplace(id, HypothesisBank(candidates())).first;
+  bank->second.add(std::move(measurement), options);
+  touched_.insert(id);
+}
+
+std::vector<PlacedLandmark> UnplacedLandmarks::place(const Frame& frame, const MapView& map,
+                                                     const BankOptions& options) {
+  const FrameValues values(frame, map);
+  std::vector<PlacedLandmark> placed;
+  for (const std::int64_t id : touched_) {
+    HypothesisBank& bank = banks_.at(id);
+    bank.refine([&](Key key) { return values(key); }, options);
+    const auto point = bank.decided(options);
+    if (!point) continue;
+    placed.push_back({id, *point, bank.measurements()});
+    banks_.erase(id);
+  }
+  touched_.clear();
+  return placed;
+}
+
+}  // namespace hybrid

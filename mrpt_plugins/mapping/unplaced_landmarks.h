@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "mrpt_plugins/mapping/hypothesis_bank.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+
+namespace hybrid {
+
+/// A landmark that has just got its place.
+struct PlacedLandmark {
+  std::int64_t id = 0;
+  Eigen::VectorXd point;
+  std::vector<HypothesisBank::Measurement> measurements;
+};
+
+/// Landmarks with ids that were seen but have no place in the map yet.
+class UnplacedLandmarks {
+ public:
+  /// Takes a measurement of one; `candidates` gives its possible places if it is the first.
+  void add(std::int64_t id, HypothesisBank::Measurement measurement, const BankOptions& options,
+           const std::function<std::vector<Eigen::VectorXd>()>& candidates);
+
+  /// Refines those measured since the last call and hands over, and forgets, those that are placed.
+  std::vector<PlacedLandmark> place(const Frame& frame, const MapView& map,
+                                    const BankOptions& options);
+
+  bool empty() const { return banks_.empty(); }
+
+ private:
+  std::map<std::int64_t, HypothesisBank> banks_;
+  std::set<std::int64_t> touched_;
+};
+
+/// The values of the variables at a keyframe: its pose where it is expected, all else by the map.
+class FrameValues {
+ public:
+  FrameValues(const Frame& frame, const MapView& map);
+  const double* operator()(Key key) const;
+
+ private:
+  Key pose_;
+  Values newest_;
+  const Values& map_;
+};
+
+}  // namespace hybrid

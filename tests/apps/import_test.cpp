@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <cstdlib>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ImportAppTest : public ReplayTest {
+ protected:
+  Ran run_import(const std::string& arguments) const {
+    return run_app("hybrid-import " + arguments + " -o " + at("in.rawlog"));
+  }
+  /// A public data set, or empty where it is absent.
+  static std::string data(const std::string& name) {
+    const char* environment = std::getenv("HYBRID_DATA_DIR");
+    const std::string path =
+        std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/" + name;
+    return fs::exists(path) ? path : "";
+  }
+  /// Imports, replays with a configuration of the repository, and returns the summary.
+  nlohmann::json imported(const std::string& arguments, const std::string& ini,
+                          const std::string& path_suffix, bool map) const {
+    const Ran ran = run_import(arguments);
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return summary_of("-c " + config(ini) + " --rawlog " + at("in.rawlog") + " --truth-path " +
+                      at("in_ground_truth_robot_path" + path_suffix) +
+                      (map ? " --truth-map " + at("in_ground_truth.txt") : ""));
+  }
+};
+
+TEST_F(ImportAppTest, ConvertsTablesThatReplayMaps) {
+  write("odometry.csv", "time,x,y,yaw\n0,0,0,0\n1,1,0,0\n2,2,0,0\n3,3,0,0\n");
+  write("detections.csv",
+        "time,range,yaw,class,score,id\n0,5,0,tree,0.9,1\n1,4,0,tree,0.9,1\n"
+        "2,3,0,tree,0.9,1\n2,3,1.5,car,0.8,2\n3,0,0,tree,0.9,1\n");
+  const Ran ran =
+      run_import("csv --odometry " + at("odometry.csv") + " --detections " + at("detections.csv"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  EXPECT_NE(ran.text.find("detection dropped: range not positive: 1"), std::string::npos);
+  const auto summary = summary_of("-c " + config("csv_demo.ini") + " --rawlog " + at("in.rawlog"));
+  EXPECT_EQ(summary["landmarks"], 2);
+}
+
+TEST_F(ImportAppTest, ExplainsItselfAndFailsClearly) {
+  for (const char* arguments : {"--help", "victoria-park --help", "kitti --help", "csv --help"}) {
+    const Ran ran = run_app(std::string("hybrid-import ") + arguments);
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    EXPECT_GT(ran.text.size(), 300U);
+  }
+  EXPECT_NE(run_app("hybrid-import").code, 0);
+  EXPECT_NE(run_app("hybrid-import nothing -o x.rawlog").code, 0);
+  const Ran ran = run_import("victoria-park " + at("nowhere"));
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_NE(ran.text.find("no such file"), std::string::npos) << ran.text;
+  EXPECT_FALSE(fs::exists(at("in.rawlog")));
+  EXPECT_NE(run_app("hybrid-import victoria-park x -o " + at("log.txt")).text.find(".rawlog"),
+            std::string::npos);
+}
+
+TEST_F(ImportAppTest, MrclamWithBarcodes) {
+  const std::string folder = data("mrclam/MRCLAM_Dataset6");
+  if (folder.empty()) GTEST_SKIP() << "MR.CLAM set 6 is absent";
+  const auto truth =
+      imported("mrclam " + folder + " --robot 4", "mrclam_6.ini", ".txt", true)["truth"];
+  EXPECT_LT(truth["trajectory"]["aligned"]["rmse_m"], 0.25);
+  EXPECT_EQ(truth["landmarks"]["matched"], 15);
+}
+
+TEST_F(ImportAppTest, KittiWithTrueAssociation) {
+  const std::string viso = data("kitti_viso2_robustslam/07/kitti_07_odom.g2o");
+  const std::string boxes = data("kitti_yolov3/07_yolov3.txt"),
+                    poses = data("kitti_gt_poses/07.txt");
+  if (viso.empty() || boxes.empty() || poses.empty()) GTEST_SKIP() << "KITTI 07 is absent";
+  const auto truth = imported(
+      "kitti --focal 707.0912 --center-u 601.8873 --center-v 183.1104 --oracle-radius 2 "
+      "--odometry " +
+          viso + " --boxes " + boxes + " --truth " + poses,
+      "kitti_07.ini", ".txt", false)["truth"];
+  EXPECT_NEAR(truth["dead_reckoning"]["aligned"]["mean_m"], 2.83, 0.05);
+  EXPECT_LT(truth["trajectory"]["aligned"]["mean_m"], 1.8);
+}
+
+TEST_F(ImportAppTest, Plaza) {
+  const std::string graph = data("plaza_ada/Plaza1_EFG.fg");
+  if (graph.empty()) GTEST_SKIP() << "Plaza 1 is absent";
+  const auto known = imported("plaza " + graph, "plaza1.ini", ".txt", true)["truth"];
+  const double all = known["trajectory"]["rmse_m"];
+  EXPECT_LT(all, 1.0);
+  const auto hidden = imported("plaza " + data("plaza_ada/Plaza1_ADA0.6EFG.fg"), "plaza1.ini",
+                               ".txt", true)["truth"];
+  EXPECT_EQ(hidden["landmarks"]["matched"], 4);
+  EXPECT_LT(double(hidden["trajectory"]["rmse_m"]), 1.15 * all);
+}
+
+TEST_F(ImportAppTest, MrptsRangeOnlyDemonstration) {
+  if (!fs::exists("/usr/share/mrpt/datasets/RO-SLAM_demo.rawlog")) GTEST_SKIP() << "no MRPT logs";
+  const auto summary = summary_of("-c " + config("ro_slam_demo.ini"));
+  EXPECT_EQ(summary["truth"]["landmarks"]["matched"], 15);
+  EXPECT_LT(summary["truth"]["landmarks"]["mean_m"], 0.2);
+}
+
+}  // namespace
+}  // namespace hybrid

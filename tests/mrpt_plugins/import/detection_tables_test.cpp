@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/detection_tables.h"
+
+#include <cmath>
+
+#include "tests/mrpt_plugins/import/import_files.h"
+
+namespace hybrid {
+namespace {
+
+class Tables : public ImportTest {
+ protected:
+  DetectionTablesOptions tables() const {
+    DetectionTablesOptions options;
+    options.odometry = write("odometry.csv", "time,x,y,yaw\n0,0,0,0\n1,2,0,0\n2,2,0,1.5\n");
+    options.detections = write("detections.csv",
+                               "time,range,yaw,class,score,id,sigma_range\n"
+                               "0.5,3,0.1,tree,0.8,4,\n0.5,0,0.1,tree,0.8,,\n"
+                               "1.5,4,-0.2,car,,,0.7\n9,1,0,car,1,,\n");
+    return options;
+  }
+  void expect_table_error(const char* odometry, const char* detections, const char* part) {
+    DetectionTablesOptions options = tables();
+    write("odometry.csv", odometry);
+    write("detections.csv", detections);
+    expect_error([&] { import_detection_tables(options, log()); }, part);
+  }
+};
+
+TEST_F(Tables, InterpolateOdometryAndCountWhatIsLeftOut) {
+  const ImportReport report = import_detection_tables(tables(), log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].time, 0.5);
+  ASSERT_TRUE(all[1].odometry);  // from x = 1 to x = 2 and half the turn
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
+  EXPECT_NEAR(all[1].odometry->mean.yaw(), 0.75, 1e-9);
+  const auto& tree = seen(all[0]).detections.at(0);
+  EXPECT_EQ(tree.landmark_id, 4);
+  EXPECT_EQ(seen(all[0]).class_names, (std::vector<std::string>{"car", "tree"}));
+  EXPECT_NEAR(tree.class_scores.at(1), 0.8, 1e-6);
+  const auto& car = seen(all[1]).detections.at(0);
+  EXPECT_EQ(car.landmark_id, mrpt::obs::INVALID_LANDMARK_ID);
+  EXPECT_NEAR(car.class_scores.at(0), 1, 1e-6);
+  EXPECT_NEAR(car.std_range, 0.7, 1e-6);
+  EXPECT_EQ(report.dropped.at("detection dropped: range not positive"), 1U);
+  EXPECT_EQ(report.dropped.at("detection dropped: no odometry before or after it"), 1U);
+}
+
+TEST_F(Tables, DirectionsAloneAndPosesInSpace) {
+  DetectionTablesOptions options = tables();
+  write("odometry.csv", "time,x,y,z,yaw,pitch,roll\n0,0,0,0,0,0,0\n2,0,0,4,0,0,0.2\n");
+  write("detections.csv", "time,yaw,pitch\n0,0.1,0.2\n1,0.1,0.3\n");
+  import_detection_tables(options, log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_FALSE(seen(all[0]).has_range);
+  EXPECT_TRUE(seen(all[0]).has_pitch);
+  EXPECT_NEAR(all[1].odometry->mean.z(), 2, 1e-9);
+  EXPECT_NEAR(all[1].odometry->mean.roll(), 0.1, 1e-9);
+}
+
+TEST_F(Tables, FaultsAreNamed) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n1,1,0,0\n";
+  expect_table_error(odometry, "time,range,jaw\n", "detections.csv:1: unknown column 'jaw'");
+  expect_table_error(odometry, "time,range\n0,1\n", "detections.csv:1: no column 'yaw'");
+  expect_table_error(odometry, "time,range,yaw\n0,inf,0\n", "detections.csv:2: column 2: 'inf'");
+  expect_table_error(odometry, "time,range,yaw\n0,1\n", "detections.csv:2: 2 columns");
+  expect_table_error(odometry, "time,range,yaw\n1,1,0\n0,1,0\n", "detections.csv:3: time goes");
+  expect_table_error(odometry, "time,range,yaw,class,score\n0,1,0,a,2\n",
+                     "score not within 0 and 1");
+  expect_table_error("time,x,y\n0,0,0\n", "time,range,yaw\n0,1,0\n",
+                     "odometry.csv:1: no column 'yaw'");
+  expect_table_error("time,x,y,yaw\n0,0,0,0\n0,0,0,0\n", "time,range,yaw\n0,1,0\n",
+                     "odometry.csv:3: time is not after");
+  expect_table_error(odometry, "time,range,yaw\n7,1,0\n", "no detection has odometry around it");
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/observations/classed_bearing_range.h"
+
+namespace hybrid {
+
+/// A folder of its own for each test, with the files an importer reads and writes.
+class ImportTest : public testing::Test {
+ protected:
+  ImportTest() { std::filesystem::create_directories(folder); }
+  ~ImportTest() override { std::filesystem::remove_all(folder); }
+
+  std::string at(const std::string& name) const { return (folder / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name, std::ios::binary) << text;
+    return at(name);
+  }
+  std::string log() const { return at("out.rawlog"); }
+
+  std::vector<LogStep> steps() const {
+    RawlogReader reader(log());
+    std::vector<LogStep> all;
+    while (auto step = reader.next()) all.push_back(std::move(*step));
+    EXPECT_EQ(reader.status(), LogStatus::kComplete) << reader.message();
+    return all;
+  }
+
+  static const CObservationClassedBearingRange& seen(const LogStep& step) {
+    return dynamic_cast<const CObservationClassedBearingRange&>(*step.observations.at(0));
+  }
+
+  /// Expects an Error whose text holds `part`, and no log.
+  template <class Import>
+  void expect_error(Import import, const std::string& part) const {
+    try {
+      import();
+      FAIL() << "no error";
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(log()));
+    EXPECT_FALSE(std::filesystem::exists(log() + ".part"));
+  }
+
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("hybrid_import_" + std::to_string(getpid()));
+};
+
+}  // namespace hybrid

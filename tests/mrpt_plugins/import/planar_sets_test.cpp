@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <mrpt/obs/CObservationBeaconRanges.h>
+
+#include <cmath>
+
+#include "mrpt_plugins/import/mrclam.h"
+#include "mrpt_plugins/import/plaza.h"
+#include "mrpt_plugins/import/victoria_park.h"
+#include "mrpt_plugins/input/ground_truth.h"
+#include "tests/mrpt_plugins/import/import_files.h"
+
+namespace hybrid {
+namespace {
+
+class PlanarSets : public ImportTest {
+ protected:
+  /// A car that drives 1 m/s straight ahead past a tree 10 m in front of its laser.
+  VictoriaParkOptions victoria() const {
+    write("odometry.txt", "# t speed steering\n0 1 0\n5 1 0\n");
+    write("scan_times.txt", "0\n1\n2\n");
+    write("tree_detections.txt", "0 10 1.5707963 0.3\n1 9 1.5707963 0.3\n2 8 1.5707963 0.3\n");
+    write("gps.txt", "0.5 0 0\n1.0 0.5 0\n1.5 40 0\n2.0 1.5 0\n");
+    write("victoria_park_known_assoc_gtsam.txt",
+          "ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nLANDMARK 1 7 12.78 0.5 1 0 1\n");
+    VictoriaParkOptions options;
+    options.folder = folder.string();
+    return options;
+  }
+
+  MrclamOptions mrclam() const {
+    write("Barcodes.dat", "# subject barcode\n1 5\n2 14\n6 63\n");
+    write("Landmark_Groundtruth.dat", "6 2.0 1.0 0.0001 0.0002\n");
+    write("Robot1_Odometry.dat", "0 1 0\n10 1 0\n");
+    write("Robot1_Groundtruth.dat", "0 0 0 3.1\n4 4 0 -3.1\n");
+    write("Robot1_Measurement.dat", "1 63 2.5 0.1\n1 14 1.0 0\n1 99 1 0\n3 63 1.5 0.2\n9 63 1 0\n");
+    MrclamOptions options;
+    options.folder = folder.string();
+    return options;
+  }
+};
+
+TEST_F(PlanarSets, VictoriaParkFollowsTheCarAndTheReference) {
+  const ImportReport report = import_victoria_park(victoria(), log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 3U);
+  ASSERT_TRUE(all[1].odometry && all[2].odometry);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
+  EXPECT_NEAR(all[1].odometry->covariance(0, 0), 0.05 * 0.05, 1e-6);  // as written, not MRPT's own
+  EXPECT_NEAR(all[1].odometry->covariance(5, 5), 0.012 * 0.012, 1e-7);
+  const auto& scan = seen(all[1]);
+  EXPECT_NEAR(scan.sensor_pose.x(), 3.78, 1e-9);
+  EXPECT_NEAR(scan.detections.at(0).yaw, 0, 1e-6);
+  EXPECT_EQ(scan.detections[0].landmark_id, 7);  // at 3.78 + 9 m, after 1 m
+  EXPECT_EQ(seen(all[0]).detections[0].landmark_id, mrpt::obs::INVALID_LANDMARK_ID);
+  EXPECT_EQ(report.dropped.at("GPS fix dropped: farther from the last one than the car drove"), 1U);
+  const auto fixes = read_positions(at("out_ground_truth_robot_path.xyz"));
+  ASSERT_EQ(fixes.size(), 3U);
+  EXPECT_EQ(fixes[2].pose.x(), 1.5);
+}
+
+TEST_F(PlanarSets, VictoriaParkTurnsOnACircle) {
+  VictoriaParkOptions options = victoria();
+  write("odometry.txt", "0 1 0.3\n20 1 0.3\n");
+  import_victoria_park(options, log());
+  const double curvature = std::tan(0.3) / 2.83;
+  const double way = 1 / (1 - 0.76 * curvature);
+  const auto all = steps();
+  EXPECT_NEAR(all[1].odometry->mean.yaw(), way * curvature, 1e-6);
+  EXPECT_NEAR(all[1].odometry->mean.x(), std::sin(way * curvature) / curvature, 1e-2);
+}
+
+TEST_F(PlanarSets, MrclamMergesTimesAndDropsRobots) {
+  const ImportReport report = import_mrclam(mrclam(), log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(seen(all[0]).detections.size(), 1U);
+  EXPECT_EQ(seen(all[0]).detections[0].landmark_id, 6);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 2, 1e-9);
+  EXPECT_EQ(report.dropped.at("detection dropped: another robot"), 1U);
+  EXPECT_EQ(report.dropped.at("detection dropped: barcode of nothing listed"), 1U);
+  EXPECT_EQ(report.dropped.at("detection dropped: no true pose at its time"), 1U);
+  const auto path = read_true_path(at("out_ground_truth_robot_path.txt"));
+  ASSERT_EQ(path.size(), 2U);
+  EXPECT_NEAR(path[0].x(), 1, 1e-6);
+  EXPECT_GT(std::abs(path[0].yaw()), 3.1);  // interpolated across pi, not through zero
+  EXPECT_EQ(read_true_landmarks(at("out_ground_truth.txt")).at(0).id, 6);
+
+  MrclamOptions with_robots = mrclam();
+  with_robots.keep_robots = true;
+  import_mrclam(with_robots, log());
+  EXPECT_EQ(seen(steps()[0]).detections.size(), 2U);
+}
+
+TEST_F(PlanarSets, PlazaKeepsAmbiguousRangesWithoutABeacon) {
+  const std::string head =
+      "Variable Pose SE2 X0 0 0 0\nVariable Pose SE2 X1 1 0 0\n"
+      "Variable Landmark R2 L0 5 5\nVariable Landmark R2 L1 5 -5\n"
+      "Factor UnarySE2ApproximateGaussianPriorFactor X0 0 0 0 covariance 1 0 0 0 1 0 0 0 1\n"
+      "Factor SE2RelativeGaussianLikelihoodFactor X0 X1 1 0 0.1 covariance .01 0 0 0 .02 0 0 0 "
+      ".03\n";
+  const std::string known =
+      write("known.fg", head + "Factor SE2R2RangeGaussianLikelihoodFactor X1 L1 6.4 0.5\n");
+  PlazaOptions options;
+  options.graph =
+      write("some.fg", head +
+                           "Factor AmbiguousDataAssociationFactor Observer X1 Observed "
+                           "L0 L1 Weights 0.5 0.5 Binary B Observation 6.4 Sigma 0.5\n");
+  options.identities = known;
+  import_plaza(options, log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NEAR(all[1].odometry->covariance(1, 1), 0.02, 1e-3);
+  const auto& ranges =
+      dynamic_cast<const mrpt::obs::CObservationBeaconRanges&>(*all[1].observations.at(0));
+  ASSERT_EQ(ranges.sensedData.size(), 1U);
+  EXPECT_EQ(ranges.sensedData[0].beaconID, mrpt::obs::INVALID_BEACON_ID);
+  std::ifstream truth(at("out_ground_truth_associations.csv"));
+  std::string header, row;
+  std::getline(truth, header);
+  std::getline(truth, row);
+  EXPECT_EQ(row, "1,0,1");
+}
+
+TEST_F(PlanarSets, FaultsAreNamedAndNothingIsWritten) {
+  const auto run_victoria = [&] { import_victoria_park({folder.string()}, log()); };
+  expect_error(run_victoria, "odometry.txt: no such file");
+  victoria();
+  write("odometry.txt", "0 1 0\n1 one 0\n");
+  expect_error(run_victoria, "odometry.txt:2: column 2: 'one' is not a finite number");
+  write("odometry.txt", "1 1 0\n0 1 0\n");
+  expect_error(run_victoria, "odometry.txt:2: time goes backwards");
+  MrclamOptions options = mrclam();
+  write("Robot1_Measurement.dat", "2 63 1 0\n1 63 1 0\n");
+  expect_error([&] { import_mrclam(options, log()); }, "Measurement.dat:2: time goes backwards");
+  PlazaOptions plaza;
+  plaza.graph = write("bad.fg", "Variable Pose SE2 X1 0 0 0\n");
+  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1: poses out of order");
+  plaza.graph = write("bad.fg", "Factor Strange X0 X1 1 1 1\n");
+  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1: unknown factor Strange");
+}
+
+}  // namespace
+}  // namespace hybrid
