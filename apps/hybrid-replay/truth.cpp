@@ -114,26 +114,37 @@ std::optional<double> pose_nees(const Truth& truth, const std::vector<PosePair>&
   return mean_nees(pairs, covariances);
 }
 
+/// Moves landmarks, not their covariances.
+void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& T) {
+  for (LandmarkEstimate& landmark : landmarks) {
+    const auto p =
+        T.composePoint({landmark.position.x(), landmark.position.y(), landmark.position.z()});
+    landmark.position = {p.x, p.y, p.z};
+  }
+}
+
 }  // namespace
 
 TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper,
                      double radius) {
   TruthSummary summary;
+  std::vector<LandmarkEstimate> aligned = result.landmarks;
   if (!truth.get().path.empty()) {
     const auto pairs = truth.pairs(result.trajectory, mapper.log_rows()).poses;
     summary.trajectory = trajectory_report(pairs, truth.content());
     summary.dead_reckoning = trajectory_report(
         truth.pairs(result.dead_reckoning, mapper.log_rows()).poses, truth.content());
     summary.nees_pose = pose_nees(truth, pairs, mapper);
+    move(aligned, alignment(pairs));
   }
   const std::vector<AssociationDecision> decisions = mapper.decisions();
   if (!decisions.empty()) summary.associations = association_report(decisions);
   if (!truth.get().landmarks.empty()) {
     const auto& landmarks = truth.get().landmarks;
-    const auto matching = decisions.empty()
-                              ? match_by_id(result.landmarks, landmarks)
-                              : match_by_distance(result.landmarks, landmarks, radius);
+    const auto matching = decisions.empty() ? match_by_id(result.landmarks, landmarks)
+                                            : match_by_distance(aligned, landmarks, radius);
     summary.landmarks = landmark_errors(matching, result.landmarks, landmarks);
+    summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
     summary.class_accuracy = class_accuracy(matching, result.landmarks, landmarks);
     summary.nees_landmark = landmark_nees(matching, result.landmarks, landmarks);
   }

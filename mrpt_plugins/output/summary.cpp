@@ -60,6 +60,10 @@ Json to_json(const TruthSummary& t) {
   if (t.trajectory) out["trajectory"] = to_json(*t.trajectory);
   if (t.dead_reckoning) out["dead_reckoning"] = to_json(*t.dead_reckoning);
   if (t.landmarks) out["landmarks"] = to_json(*t.landmarks);
+  if (t.landmarks_aligned) {
+    out["landmarks"]["aligned"] = {{"mean_m", t.landmarks_aligned->mean_m},
+                                   {"max_m", t.landmarks_aligned->max_m}};
+  }
   if (t.class_accuracy) out["class_accuracy"] = *t.class_accuracy;
   if (t.associations) {
     if (t.associations->labelled > 0) out["association_accuracy"] = t.associations->accuracy();

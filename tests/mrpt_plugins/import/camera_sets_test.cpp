@@ -35,7 +35,7 @@ class CameraSets : public ImportTest {
     options.odometry = write(
         "odometry.g2o", "EDGE_SE2 0 1 1 0 0 100 0 0 200 0 400\nEDGE_SE2 2 0 0 0 0 1 0 0 1 0 1\n");
     options.boxes = write("boxes.txt", box(0, options, 0) + box(1, options, 2) +
-                                           "1 10 100 50 1000 2 0.9\n1 10 10 50 50 2 0.8\n"
+                                           "1 10 330 50 20 2 0.9\n1 10 10 50 50 2 0.8\n"
                                            "1 600 180 10 20 2 0.8\n1 10 10 50 50 0 0.8\n");
     options.truth = poses(2);
     return options;
