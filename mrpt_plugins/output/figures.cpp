@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "mrpt_plugins/output/plot.h"
@@ -15,9 +16,15 @@
 namespace hybrid {
 namespace {
 
+/// Errors below a tenth of a millimetre, such as that of the pose that defines the map, are left
+/// out: they would stretch a logarithmic axis.
 std::vector<double> position_errors(const std::vector<PosePair>& pairs) {
+  constexpr double kLeast = 1e-4;
   std::vector<double> out;
-  for (const PosePair& p : pairs) out.push_back((p.truth - p.estimate).norm());
+  for (const PosePair& p : pairs) {
+    const double error = (p.truth - p.estimate).norm();
+    out.push_back(error < kLeast ? std::numeric_limits<double>::quiet_NaN() : error);
+  }
   return out;
 }
 
