@@ -34,7 +34,8 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
       return std::make_shared<BearingRange3>(pose, point, z, noise, to_se3(frame.T_robot_sensor),
                                              loss);
     }
-    return std::make_shared<CalibratedBearingRange3>(pose, point, *frame.calibrated, z, noise);
+    return std::make_shared<CalibratedBearingRange3>(pose, point, *frame.calibrated, z, noise,
+                                                     loss);
   }
   const Eigen::Vector2d z(detection.range, detection.yaw);
   const Noise noise = Noise::covariance(detection.covariance.topLeftCorner<2, 2>());
@@ -42,7 +43,7 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
     return std::make_shared<BearingRange2>(pose, point, z, noise, to_se2(frame.T_robot_sensor),
                                            loss);
   }
-  return std::make_shared<CalibratedBearingRange2>(pose, point, *frame.calibrated, z, noise);
+  return std::make_shared<CalibratedBearingRange2>(pose, point, *frame.calibrated, z, noise, loss);
 }
 
 ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,

@@ -36,7 +36,7 @@ TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
   fails("[sensor]\nmax_range = nan\n", "max_range");
   fails("[odometry]\nsigmas = 0.1 0.1\n", "[odometry] sigmas has 2 numbers");
   fails("[odometry]\nsigmas = 0.1 0.1 0\n", "sigmas");
-  fails("[plugins]\nclasses = Nothing\n", "registered are: BearingRangeKnownIds");
+  fails("[plugins]\nclasses = Nothing\n", "registered are: BeaconRanges");
   fails("[plugins\n", "lacks its ']'");
   fails(
       "[plugins]\nclasses = ClassedBearingRangeKnownIds\n[ClassedBearingRangeKnownIds]\n"

@@ -195,7 +195,7 @@ TEST_F(ReplayTest, PluginLibraryIsLoadedAndUsed) {
   fs::remove_all(at("out"));
   expect_failure("-c " + ini,
                  "'RobustBearingRange', which is not a registered mapping plugin; "
-                 "registered are: BearingRangeKnownIds, ClassedBearingRangeKnownIds");
+                 "registered are: BeaconRanges, BearingOnlyKnownIds, ");
   expect_failure("-c " + ini + " -p " + at("no.so"), "no such file");
   expect_failure("-c " + ini + " -p " + ini, "cannot be loaded");
 }
