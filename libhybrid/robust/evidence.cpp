@@ -42,21 +42,30 @@ double log_volume(const ContinuousFactor& factor, double radius) {
 
 }  // namespace
 
-double EvidenceModel::log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
-                                const ContinuousFactor& factor) const {
-  const int d = static_cast<int>(b.size());
-  const Eigen::LLT<Eigen::MatrixXd> llt(S);
-  const double chi_square = llt.matrixL().solve(b).squaredNorm();
-  if (llt.info() != Eigen::Success || !(chi_square <= limit(d))) {
-    return -std::numeric_limits<double>::infinity();
-  }
-  const double log_det = 2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
+double EvidenceModel::density_ratio(double chi_square, double log_det,
+                                    const ContinuousFactor& factor) const {
+  const int d = factor.rows();
+  if (!(chi_square <= limit(d))) return -std::numeric_limits<double>::infinity();
   // Relative to the Gaussian's own normaliser (2 pi)^(d/2), which `log_normalizer` holds.
   const double normalizer = std::lgamma(0.5 * (degrees + d)) - std::lgamma(0.5 * degrees) -
                             0.5 * d * std::log(0.5 * degrees);
   return normalizer - 0.5 * (degrees + d) * std::log1p(chi_square / (degrees * variance_factor)) -
          0.5 * (log_det + d * std::log(variance_factor)) - factor.log_normalizer() +
          log_volume(factor, radius);
+}
+
+double EvidenceModel::log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
+                                const ContinuousFactor& factor) const {
+  const Eigen::LLT<Eigen::MatrixXd> llt(S);
+  if (llt.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
+  const double log_det = 2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
+  return density_ratio(llt.matrixL().solve(b).squaredNorm(), log_det, factor);
+}
+
+double EvidenceModel::largest_log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
+                                        const ContinuousFactor& factor) const {
+  const double chi_square = S.llt().matrixL().solve(b).squaredNorm();
+  return density_ratio(chi_square, 0.0, factor);
 }
 
 double gate_quantile(int degrees) {

@@ -32,6 +32,12 @@ struct EvidenceModel {
   /// rows) of a factor.
   double log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
                    const ContinuousFactor& factor) const;
+  /// No covariance between the identity, the noise of the closure itself, and S gives more.
+  double largest_log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
+                           const ContinuousFactor& factor) const;
+
+ private:
+  double density_ratio(double chi_square, double log_det, const ContinuousFactor& factor) const;
 };
 
 /// The 0.9999 quantile of a chi-square.

@@ -19,17 +19,28 @@ const InnovationPredictor::Path& InnovationPredictor::path(int block) {
     path.supernodes.push_back(s);
     rows += factor.supernode(s).columns;
   }
+  // L x = E for all columns at once; x is zero but on the path.
   path.y.resize(rows, dim);
-  for (int k = 0; k < dim; ++k) {
-    scratch_[start + k] = 1.0;
-    factor.solve_lower_along(path.supernodes.front(), scratch_.data());
-    int row = 0;
-    for (int s : path.supernodes) {
-      const auto& node = factor.supernode(s);
-      std::copy_n(&scratch_[node.first], node.columns, &path.y(row, k));
-      std::fill_n(&scratch_[node.first], node.columns, 0.0);
-      row += node.columns;
-    }
+  scratch_.resize(system.scalars(), dim);
+  for (int s : path.supernodes) {
+    const auto& node = factor.supernode(s);
+    scratch_.middleRows(node.first, node.columns).setZero();
+  }
+  scratch_.middleRows(start, dim).setIdentity();
+  int row = 0;
+  Eigen::MatrixXd own;
+  RowMatrix update;
+  for (int s : path.supernodes) {
+    const auto& node = factor.supernode(s);
+    const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> L(
+        factor.panel(node), node.height, node.columns, Eigen::OuterStride<>(node.stride));
+    own = scratch_.middleRows(node.first, node.columns);
+    L.topRows(node.columns).triangularView<Eigen::Lower>().solveInPlace(own);
+    path.y.middleRows(row, node.columns) = own;
+    update.noalias() = L.bottomRows(node.below()) * own;
+    const int* below = factor.rows(node) + node.columns;
+    for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) -= update.row(r);
+    row += node.columns;
   }
   return path;
 }
@@ -53,19 +64,24 @@ Eigen::VectorXd InnovationPredictor::residual(const ContinuousFactor& factor) co
   return linearize(factor).b;
 }
 
-/// The covariance of two variables: the rows that their paths share.
+int InnovationPredictor::shared_rows(int a, int b) const {
+  const std::vector<int>& of_a = paths_[a].supernodes;
+  const std::vector<int>& of_b = paths_[b].supernodes;
+  const BlockCholesky& cholesky = problem_.system().cholesky();
+  int shared = 0;
+  for (auto p = of_a.rbegin(), q = of_b.rbegin(); p != of_a.rend() && q != of_b.rend() && *p == *q;
+       ++p, ++q) {
+    shared += cholesky.supernode(*p).columns;
+  }
+  return shared;
+}
+
+/// The covariance of two variables, from the rows that their paths share.
 Eigen::MatrixXd InnovationPredictor::covariance(int a, int b) {
   path(a);
   path(b);
-  const Path& of_a = paths_[a];
-  const Path& of_b = paths_[b];
-  const BlockCholesky& cholesky = problem_.system().cholesky();
-  int shared = 0;
-  for (auto p = of_a.supernodes.rbegin(), q = of_b.supernodes.rbegin();
-       p != of_a.supernodes.rend() && q != of_b.supernodes.rend() && *p == *q; ++p, ++q) {
-    shared += cholesky.supernode(*p).columns;
-  }
-  return of_a.y.bottomRows(shared).transpose() * of_b.y.bottomRows(shared);
+  const int shared = shared_rows(a, b);
+  return paths_[a].y.bottomRows(shared).transpose() * paths_[b].y.bottomRows(shared);
 }
 
 namespace {
@@ -93,8 +109,26 @@ Eigen::MatrixXd propagate(const Eigen::MatrixXd& J, const std::vector<int>& of_J
 
 Innovation InnovationPredictor::predict(const ContinuousFactor& factor) {
   const Linearized at = linearize(factor);
-  return {at.b, propagate(at.J, at.blocks, at.J, at.blocks, problem_.system(),
-                          [&](int i, int j) { return covariance(i, j); })};
+  // A P A' = W'W with W = L^-1 A', the sum over the variables; the ends of their paths coincide.
+  std::vector<Eigen::MatrixXd> parts;
+  int column = 0;
+  for (int block : at.blocks) {
+    const Path& own = path(block);
+    parts.emplace_back(own.y * at.J.middleCols(column, own.y.cols()).transpose());
+    column += static_cast<int>(own.y.cols());
+  }
+  Innovation result{at.b, Eigen::MatrixXd::Zero(factor.rows(), factor.rows())};
+  if (parts.size() == 2) {
+    const int shared = shared_rows(at.blocks[0], at.blocks[1]);
+    parts[0].bottomRows(shared) += parts[1].bottomRows(shared);
+    const auto alone = parts[1].topRows(parts[1].rows() - shared);
+    result.APAt.noalias() += parts[0].transpose() * parts[0];
+    result.APAt.noalias() += alone.transpose() * alone;
+  } else {
+    result.APAt = propagate(at.J, at.blocks, at.J, at.blocks, problem_.system(),
+                            [&](int i, int j) { return covariance(i, j); });
+  }
+  return result;
 }
 
 Innovation InnovationPredictor::predict_joined(const ContinuousFactor& factor,

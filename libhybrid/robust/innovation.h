@@ -23,7 +23,7 @@ class InnovationPredictor {
   /// The problem must be linearised at `state`, assembled and factorised without damping, and
   /// outlive the predictor unchanged.
   InnovationPredictor(const Problem& problem, const Problem::State& state)
-      : problem_(problem), state_(state), scratch_(problem.system().scalars(), 0.0) {}
+      : problem_(problem), state_(state) {}
 
   /// The whitened residual alone.
   Eigen::VectorXd residual(const ContinuousFactor& factor) const;
@@ -34,6 +34,7 @@ class InnovationPredictor {
   Eigen::MatrixXd cross(const ContinuousFactor& a, const ContinuousFactor& b);
 
  private:
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Linearized {
     Eigen::VectorXd b;
     Eigen::MatrixXd J;
@@ -48,12 +49,14 @@ class InnovationPredictor {
 
   Linearized linearize(const ContinuousFactor& factor) const;
   const Path& path(int block);
+  /// Rows that the paths of two variables, both known, have in common: the last ones.
+  int shared_rows(int a, int b) const;
   Eigen::MatrixXd covariance(int a, int b);
 
   const Problem& problem_;
   const Problem::State& state_;
   std::vector<Path> paths_;
-  std::vector<double> scratch_;
+  RowMatrix scratch_;
 };
 
 }  // namespace hybrid

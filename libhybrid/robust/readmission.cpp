@@ -16,9 +16,11 @@ namespace hybrid {
 namespace {
 
 constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
-constexpr double kFarOutside = 2.0;      // times the gate: not computed again
+constexpr double kSurelyBelow = 3.0;     // short of the threshold, by a bound: not computed
 constexpr double kRedundant = 0.3;       // closures that tell the variance factor
+constexpr double kFarBelow = 8.0;        // short of the threshold: looked at when none is left
 constexpr double kHopeless = -5.0;       // evidence below which no partner helps
+constexpr std::size_t kPairs = 1;        // admitted at a time
 constexpr std::size_t kPartners = 120;   // closures among which pairs are sought
 constexpr std::size_t kLeastSample = 20;
 constexpr double kSampleShare = 0.05;
@@ -199,16 +201,19 @@ void Readmission::unfold() {
 }
 
 /// Innovations, evidence and redundancy of the closures that are not in.
-void Readmission::predict_others() {
+void Readmission::predict_others(bool all) {
+  std::vector<bool> fresh(accepted_.size(), false);
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k]) continue;
+    if (!all && evidence_[k] < threshold() - kFarBelow) continue;
+    fresh[k] = true;
     const ContinuousFactor& closure = *closure_problem_.closures[k];
-    if (predicted_[k].size() > 0) {
-      const Eigen::VectorXd b = predictor_->residual(closure);
-      const double limit = kFarOutside * model_.limit(closure.rows());
-      if (predicted_[k].llt().matrixL().solve(b).squaredNorm() > limit) {
+    if (predicted_[k].size() > 0 && accepted_count_ > 0) {
+      const double most =
+          model_.largest_log_ratio(predictor_->residual(closure), predicted_[k], closure);
+      if (most < threshold() - kSurelyBelow) {
         innovation_[k].resize(0);
-        evidence_[k] = kNone;
+        evidence_[k] = most;
         continue;
       }
     }
@@ -220,7 +225,7 @@ void Readmission::predict_others() {
   }
   if (accepted_count_ == 0) first_variance_factor();
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k] || refused_[k] || innovation_[k].size() == 0) continue;
+    if (!fresh[k] || innovation_[k].size() == 0) continue;
     evidence_[k] = model_.log_ratio(innovation_[k], predicted_[k], *closure_problem_.closures[k]);
   }
 }
@@ -249,12 +254,29 @@ void Readmission::first_variance_factor() {
 }
 
 std::vector<Candidate> Readmission::candidates() {
-  predict_others();
+  predict_others(accepted_count_ == 0);
+  std::vector<Candidate> found = above_threshold();
+  if (!found.empty() || accepted_count_ == 0) return found;
+  predict_others(true);
+  return above_threshold();
+}
+
+std::vector<Candidate> Readmission::above_threshold() const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k] || evidence_[k] <= threshold()) continue;
     if (options_.refuse_uncheckable && redundancy_[k] < options_.checkable) continue;
     found.push_back({evidence_[k], static_cast<int>(k)});
+  }
+  std::sort(found.begin(), found.end(), by_evidence);
+  return found;
+}
+
+std::vector<Candidate> Readmission::all_plausible() {
+  predict_others(true);
+  std::vector<Candidate> found;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (!accepted_[k] && evidence_[k] > kNone) found.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(found.begin(), found.end(), by_evidence);
   return found;
@@ -276,29 +298,35 @@ std::vector<Candidate> Readmission::best_pair() {
   std::vector<Candidate> hopeful;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k] || evidence_[k] < kHopeless) continue;
+    if (innovation_[k].size() == 0) continue;
     hopeful.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(hopeful.begin(), hopeful.end(), by_evidence);
   hopeful.resize(std::min(hopeful.size(), kPartners));
   const double needed = 2.0 * threshold() - options_.margin;
-  std::vector<Candidate> best;
-  double best_evidence = needed;
+  std::vector<Candidate> passing;
   for (std::size_t j = 0; j < hopeful.size(); ++j) {
     for (std::size_t i = 0; i < j; ++i) {
       const double evidence = pair_evidence(hopeful[i], hopeful[j]);
-      if (!(evidence > best_evidence)) continue;
-      best_evidence = evidence;
-      best = {hopeful[i], hopeful[j]};
-      best[0].partner = best[1].closure;
-      best[1].partner = best[0].closure;
+      if (evidence > needed) passing.push_back({evidence, hopeful[i].closure, hopeful[j].closure});
     }
+  }
+  std::stable_sort(passing.begin(), passing.end(), by_evidence);
+  std::vector<Candidate> best;
+  std::vector<bool> taken(accepted_.size(), false);
+  for (const Candidate& pair : passing) {
+    if (best.size() >= 2 * kPairs) break;
+    if (taken[pair.closure] || taken[pair.partner]) continue;
+    taken[pair.closure] = taken[pair.partner] = true;
+    best.push_back(pair);
+    best.push_back({pair.evidence, pair.partner, pair.closure});
   }
   return best;
 }
 
 void Readmission::finish(RobustResult& result) {
   settle(options_.solver);
-  predict_others();
+  predict_others(true);
   result.values = values_;
   hybrid::finish(closure_problem_, accepted_, options_.mixture, result);
   result.iterations = iterations_;

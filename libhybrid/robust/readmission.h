@@ -47,6 +47,8 @@ class Readmission {
 
   /// Closures whose evidence suffices, best first.
   std::vector<Candidate> candidates();
+  /// Closures that lie inside the gate, whatever their evidence, best first.
+  std::vector<Candidate> all_plausible();
   /// The two that together have the best evidence, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
   /// Admitted closures that the others contradict, worst first.
@@ -58,7 +60,8 @@ class Readmission {
  private:
   void settle(const SolverOptions& solver);
   void assess_accepted();
-  void predict_others();
+  void predict_others(bool all);
+  std::vector<Candidate> above_threshold() const;
   double threshold() const;
   double pair_evidence(const Candidate& a, const Candidate& b);
   void first_variance_factor();
