@@ -76,6 +76,10 @@ SolverReport ClosureProblem::solve(const SolverOptions& options) {
 void ClosureProblem::report(const SolverReport& last, RobustResult& result) const {
   result.converged = singular_.empty() && last.status == SolverStatus::kConverged;
   result.message = singular_.empty() ? last.message : singular_;
+  if (singular_.empty() && last.status == SolverStatus::kIterationLimit) {
+    result.message =
+        "not converged after " + std::to_string(iterations_) + " iterations, the limit";
+  }
 }
 
 std::vector<double> chi_squares(const RobustProblem& problem, const Values& values) {
