@@ -55,13 +55,24 @@ BlockPattern ResidualLayout::pattern() const {
   return pattern;
 }
 
-NormalEquations::NormalEquations(const ResidualLayout& layout) {
+NormalEquations::NormalEquations(const ResidualLayout& layout, Elimination elimination) {
   const BlockPattern pattern = layout.pattern();
-  ordering_ = order_blocks(pattern);
+  std::vector<int> leaves;
+  if (elimination != Elimination::kPlain) leaves = independent_blocks(pattern);
+  if (elimination == Elimination::kAutomatic && !schur_pays(pattern, leaves)) leaves.clear();
+  if (leaves.empty()) {
+    const BlockOrdering ordering = order_blocks(pattern);
+    order_ = ordering.order;
+    matrix_ = BlockMatrix(pattern, order_, BlockMatrix::Triangle::kLower);
+    cholesky_ = BlockCholesky(matrix_, ordering);
+  } else {
+    const SchurOrdering ordering = order_schur(pattern, leaves);
+    order_ = ordering.order;
+    matrix_ = BlockMatrix(pattern, order_, BlockMatrix::Triangle::kLower);
+    schur_ = SchurCholesky(matrix_, ordering);
+  }
   position_.resize(pattern.size());
-  for (int p = 0; p < pattern.size(); ++p) position_[ordering_.order[p]] = p;
-  matrix_ = BlockMatrix(pattern, ordering_.order, BlockMatrix::Triangle::kLower);
-  cholesky_ = BlockCholesky(matrix_, ordering_);
+  for (int p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
   gradient_.resize(matrix_.scalars());
   diagonal_.resize(matrix_.scalars());
   bind(layout);
@@ -174,14 +185,15 @@ int NormalEquations::factorize(double damping, WorkerPool& pool) {
   for (int i = 0; i < scalars(); ++i) {
     damping_[i] = damping * std::max(diagonal_[i], kDiagonalFloor * mean);
   }
-  const int scalar = cholesky_.factorize(matrix_, damping_.data(), pool);
+  const int scalar = by_schur() ? schur_.factorize(matrix_, damping_.data(), pool)
+                                : cholesky_.factorize(matrix_, damping_.data(), pool);
   return scalar < 0 ? -1 : block_of(scalar);
 }
 
 double NormalEquations::smallest_pivot_ratio() const {
   double smallest = 1.0;
   for (int i = 0; i < scalars(); ++i) {
-    const double l = cholesky_.diagonal(i);
+    const double l = by_schur() ? schur_.diagonal(i) : cholesky_.diagonal(i);
     smallest = std::min(smallest, l * l / diagonal_[i]);
   }
   return smallest;
@@ -194,7 +206,7 @@ int NormalEquations::block_of(int scalar) const {
     const int middle = (low + high) / 2;
     (matrix_.start(middle) <= scalar ? low : high) = middle;
   }
-  return ordering_.order[low];
+  return order_[low];
 }
 
 std::vector<int> NormalEquations::untouched() const {

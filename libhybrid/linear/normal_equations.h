@@ -8,6 +8,7 @@
 
 #include "libhybrid/linear/block_cholesky.h"
 #include "libhybrid/linear/block_matrix.h"
+#include "libhybrid/linear/schur.h"
 #include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
@@ -44,7 +45,8 @@ struct ResidualLayout {
 /// stands.
 class NormalEquations {
  public:
-  explicit NormalEquations(const ResidualLayout& layout);
+  explicit NormalEquations(const ResidualLayout& layout,
+                           Elimination elimination = Elimination::kAutomatic);
 
   /// Takes over a layout of the same variables. False, with nothing changed, where it needs a block
   /// that the sparsity lacks or leaves so many unused that a new analysis pays.
@@ -56,7 +58,7 @@ class NormalEquations {
   /// Factorises H + damping * diag(H). Returns -1, or the block whose pivot failed.
   int factorize(double damping, WorkerPool& pool);
   /// x = (H + damping * diag(H))^-1 x for the last factorisation.
-  void solve(double* x) const { cholesky_.solve(x); }
+  void solve(double* x) const { by_schur() ? schur_.solve(x) : cholesky_.solve(x); }
   /// The smallest ratio of a pivot to its diagonal entry, over the scalars of the last
   /// factorisation: near the rounding error where the system is singular.
   double smallest_pivot_ratio() const;
@@ -72,7 +74,11 @@ class NormalEquations {
   std::vector<int> untouched() const;
   /// H, its lower triangle in elimination order.
   const BlockMatrix& matrix() const { return matrix_; }
-  const BlockOrdering& ordering() const { return ordering_; }
+  /// Position -> block.
+  const std::vector<int>& order() const { return order_; }
+  /// Whether leaves are eliminated by Schur complement; else `cholesky` is the factor of all.
+  bool by_schur() const { return schur_.leaf_count() > 0; }
+  const SchurCholesky& schur() const { return schur_; }
   const BlockCholesky& cholesky() const { return cholesky_; }
 
  private:
@@ -89,10 +95,11 @@ class NormalEquations {
   void assemble_column(int col, const double* r, const double* J);
   int block_of(int scalar) const;
 
-  BlockOrdering ordering_;
+  std::vector<int> order_;     // by position
   std::vector<int> position_;  // by block
   BlockMatrix matrix_;
-  BlockCholesky cholesky_;
+  BlockCholesky cholesky_;  // one of these two is in use
+  SchurCholesky schur_;
   std::vector<std::uint32_t> diagonal_begin_, coupling_begin_;  // by position; by stored block
   std::vector<Diagonal> diagonals_;
   std::vector<Coupling> couplings_;

@@ -38,6 +38,12 @@ inline void add_product(const double* a, const double* b, int rows, int m, int n
       return add_product<3, 3, 6>(a, b, out, stride);
     case 3 * 64 + 6 * 8 + 3:
       return add_product<3, 6, 3>(a, b, out, stride);
+    case 2 * 64 + 6 * 8 + 6:
+      return add_product<2, 6, 6>(a, b, out, stride);
+    case 2 * 64 + 3 * 8 + 6:
+      return add_product<2, 3, 6>(a, b, out, stride);
+    case 2 * 64 + 6 * 8 + 3:
+      return add_product<2, 6, 3>(a, b, out, stride);
     default:
       break;
   }

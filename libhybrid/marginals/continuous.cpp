@@ -20,7 +20,8 @@ void Covariances::insert(Key key, const Eigen::MatrixXd& covariance) {
 
 ContinuousMarginals::ContinuousMarginals(const HybridGraph& graph, const Estimate& estimate,
                                          const MarginalOptions& options)
-    : problem_(graph, estimate.values, estimate.assignment, options.threads, options.weak),
+    : problem_(graph, estimate.values, estimate.assignment, options.threads, options.weak,
+               Elimination::kPlain),  // covariances come from the factor of the whole system
       pool_(options.threads) {
   problem_.linearize(problem_.load(estimate.values));
   problem_.assemble();

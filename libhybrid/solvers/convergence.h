@@ -51,7 +51,8 @@ template <class Solve>
 SolverResult solve_graph(const HybridGraph& graph, const Estimate& initial,
                          const SolverOptions& options, const Solve& solve) {
   const auto start = std::chrono::steady_clock::now();
-  Problem problem(graph, initial.values, initial.assignment, options.threads);
+  Problem problem(graph, initial.values, initial.assignment, options.threads,
+                  WeakComponents::kUncoupled, options.elimination);
   const double analysis = seconds_since(start);
   Problem::State state = problem.load(initial.values);
   SolverResult result{initial.values, solve(problem, state, options)};

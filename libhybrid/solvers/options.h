@@ -3,6 +3,7 @@
 #pragma once
 
 #include "libhybrid/core/values.h"
+#include "libhybrid/linear/schur.h"
 #include "libhybrid/solvers/report.h"
 
 namespace hybrid {
@@ -23,6 +24,7 @@ struct SolverOptions {
   double initial_damping = 0.0;
   /// Dogleg: radius of the first step, in standard deviations per unknown (root mean square).
   double initial_radius = 1e4;
+  Elimination elimination = Elimination::kAutomatic;
   int threads = 0;  ///< 0: one per core, at most 4; the result is the same for any number
 };
 

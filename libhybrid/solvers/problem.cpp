@@ -38,8 +38,11 @@ bool same_structure(const ResidualLayout& a, const ResidualLayout& b) {
 }  // namespace
 
 Problem::Problem(const HybridGraph& graph, const Values& values, const Assignment& assignment,
-                 int threads, WeakComponents weak)
-    : graph_(&graph), weak_(weak), pool_(std::make_unique<WorkerPool>(threads)) {
+                 int threads, WeakComponents weak, Elimination elimination)
+    : graph_(&graph),
+      weak_(weak),
+      elimination_(elimination),
+      pool_(std::make_unique<WorkerPool>(threads)) {
   collect_blocks(values);
   compile(assignment);
 }
@@ -132,7 +135,7 @@ void Problem::compile(const Assignment& assignment) {
   residuals_.resize(layout_.residual_size);
   jacobians_.resize(layout_.jacobian_size);
   if (system_ != nullptr && (same_structure(before, layout_) || system_->rebind(layout_))) return;
-  system_ = std::make_unique<NormalEquations>(layout_);
+  system_ = std::make_unique<NormalEquations>(layout_, elimination_);
   ++analyses_;
 }
 

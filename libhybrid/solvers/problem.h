@@ -29,7 +29,8 @@ class Problem {
   /// Variables are those that some factor of the graph names. Throws Error where one of them, or a
   /// discrete one, has no value, or where its type is not what a factor takes.
   Problem(const HybridGraph& graph, const Values& values, const Assignment& assignment,
-          int threads = 0, WeakComponents weak = WeakComponents::kUncoupled);
+          int threads = 0, WeakComponents weak = WeakComponents::kUncoupled,
+          Elimination elimination = Elimination::kAutomatic);
 
   int block_count() const { return static_cast<int>(blocks_.size()); }
   Key key(int block) const { return blocks_[block].key; }
@@ -96,6 +97,7 @@ class Problem {
 
   const HybridGraph* graph_;
   WeakComponents weak_;
+  Elimination elimination_;
   std::unique_ptr<WorkerPool> pool_;
   std::vector<Block> blocks_;
   int state_size_ = 0;

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "libhybrid/hybrid/graph.h"
+
+namespace hybrid {
+
+/// The entries of a vector variable, as a calibration: value and standard deviation of those that
+/// the factors determine. For the others both are NaN: there is no number to return.
+struct ObservedVector {
+  Eigen::VectorXd values, sigmas;
+  std::vector<bool> observable;
+
+  bool all() const;
+  /// "f = 500.1 +- 0.2, cx: unobservable, ..." with these names of the entries.
+  std::string text(const std::vector<std::string>& names) const;
+};
+
+/// Which entries of a vector variable the information matrix at the estimate determines: an entry
+/// that moves in a direction without information is unobservable. Freedoms that leave the variable
+/// alone (the choice of the map's frame) do not matter. Throws Error for a variable that is no
+/// vector or in no factor.
+ObservedVector observe_vector(const HybridGraph& graph, const Estimate& estimate, Key key);
+
+}  // namespace hybrid
