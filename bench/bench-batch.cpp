@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/ceres_factor.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/linear/cholesky.h"
 #include "libhybrid/solvers/convergence.h"
@@ -25,78 +26,14 @@ namespace {
 constexpr int kThreads = 2;
 constexpr double kFunctionTolerance = 1e-6;
 
+using bench::CeresFactor;
+using bench::Retraction;
 using Clock = std::chrono::steady_clock;
 
 double median(std::vector<double> x) {
   std::nth_element(x.begin(), x.begin() + x.size() / 2, x.end());
   return x[x.size() / 2];
 }
-
-/// One of our factors as Ceres takes it, linearised also where only the residual is asked for,
-/// which costs Ceres about a hundredth of an iteration. The Jacobian is with respect to the
-/// tangent, in the first columns, which is what the Jacobian of Retraction below selects.
-class CeresFactor : public ceres::CostFunction {
- public:
-  explicit CeresFactor(ContinuousFactorPtr factor) : factor_(std::move(factor)) {
-    set_num_residuals(factor_->rows());
-    for (const VariableType& type : factor_->types()) {
-      mutable_parameter_block_sizes()->push_back(type.size);
-    }
-  }
-
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    double jacobian[12 * 24];
-    factor_->linearize(x, residuals, jacobian);
-    if (jacobians == nullptr) return true;
-    const int rows = factor_->rows();
-    const double* block = jacobian;
-    for (std::size_t i = 0; i < factor_->types().size(); ++i) {
-      const VariableType type = factor_->types()[i];
-      if (jacobians[i] != nullptr) {
-        for (int r = 0; r < rows; ++r) {
-          for (int c = 0; c < type.size; ++c) {
-            jacobians[i][r * type.size + c] = c < type.dim ? block[c * rows + r] : 0.0;
-          }
-        }
-      }
-      block += rows * type.dim;
-    }
-    return true;
-  }
-
- private:
-  ContinuousFactorPtr factor_;
-};
-
-class Retraction : public ceres::Manifold {
- public:
-  explicit Retraction(VariableType type) : type_(type) {}
-  int AmbientSize() const override { return type_.size; }
-  int TangentSize() const override { return type_.dim; }
-  bool Plus(const double* x, const double* delta, double* out) const override {
-    retract(type_, x, delta, out);
-    return true;
-  }
-  bool PlusJacobian(const double*, double* jacobian) const override {
-    for (int i = 0; i < type_.size * type_.dim; ++i) {
-      jacobian[i] = i / type_.dim == i % type_.dim ? 1.0 : 0.0;
-    }
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* delta) const override {
-    local(type_, x, y, delta);
-    return true;
-  }
-  bool MinusJacobian(const double*, double* jacobian) const override {
-    for (int i = 0; i < type_.size * type_.dim; ++i) {
-      jacobian[i] = i / type_.size == i % type_.size ? 1.0 : 0.0;
-    }
-    return true;
-  }
-
- private:
-  VariableType type_;
-};
 
 struct Case {
   std::string name;

@@ -12,10 +12,24 @@
 namespace hybrid {
 namespace {
 
-/// Information added to every entry, relative to its own: large beside rounding.
-constexpr double kRegularization = 1e-10;
-/// An entry whose variance is this share of what the regularisation alone leaves is free.
-constexpr double kFreeShare = 1e-3;
+/// Information added to every entry, relative to its own: little, and much less. A variance that
+/// the second leaves larger has no bound but what was added.
+constexpr double kLittle = 1e-8, kLess = 1e-10;
+constexpr double kGrowth = 1.05;
+
+/// Variances of the scalars of a block with some information added; empty where that fails.
+std::vector<double> variances(Problem& problem, int block, double added) {
+  std::vector<double> result;
+  if (problem.factorize(added) >= 0) return result;
+  const NormalEquations& system = problem.system();
+  for (int i = 0; i < system.dim(block); ++i) {
+    std::vector<double> column(system.scalars(), 0.0);
+    column[system.start(block) + i] = 1.0;
+    system.solve(column.data());
+    result.push_back(column[system.start(block) + i]);
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -53,21 +67,16 @@ ObservedVector observe_vector(const HybridGraph& graph, const Estimate& estimate
   result.values = Eigen::VectorXd::Constant(dim, nan);
   result.sigmas = result.values;
   result.observable.assign(dim, false);
-  const NormalEquations& system = problem.system();
-  const std::vector<int> untouched = system.untouched();
-  const bool moved = std::find(untouched.begin(), untouched.end(), block) == untouched.end();
-  if (!moved || problem.factorize(kRegularization) >= 0) return result;
+  const std::vector<int> untouched = problem.system().untouched();
+  if (std::find(untouched.begin(), untouched.end(), block) != untouched.end()) return result;
+  const std::vector<double> upper = variances(problem, block, kLittle);
+  const std::vector<double> variance = variances(problem, block, kLess);
+  if (upper.empty() || variance.empty()) return result;
   for (int i = 0; i < dim; ++i) {
-    std::vector<double> column(system.scalars(), 0.0);
-    const int scalar = system.start(block) + i;
-    column[scalar] = 1.0;
-    system.solve(column.data());
-    const double variance = column[scalar];
-    const double share = variance * system.diagonal()[scalar] * kRegularization;
-    result.observable[i] = variance > 0.0 && share < kFreeShare;
+    result.observable[i] = variance[i] > 0.0 && variance[i] < kGrowth * upper[i];
     if (!result.observable[i]) continue;
     result.values[i] = estimate.values.data(key)[i];
-    result.sigmas[i] = std::sqrt(variance);
+    result.sigmas[i] = std::sqrt(variance[i]);
   }
   return result;
 }
