@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/linear/products.h"
 
 namespace hybrid {
@@ -188,6 +189,11 @@ int NormalEquations::factorize(double damping, WorkerPool& pool) {
   const int scalar = by_schur() ? schur_.factorize(matrix_, damping_.data(), pool)
                                 : cholesky_.factorize(matrix_, damping_.data(), pool);
   return scalar < 0 ? -1 : block_of(scalar);
+}
+
+const BlockCholesky& NormalEquations::cholesky() const {
+  if (by_schur()) throw Error("the factor of the whole system needs Elimination::kPlain");
+  return cholesky_;
 }
 
 double NormalEquations::smallest_pivot_ratio() const {

@@ -76,10 +76,12 @@ class NormalEquations {
   const BlockMatrix& matrix() const { return matrix_; }
   /// Position -> block.
   const std::vector<int>& order() const { return order_; }
-  /// Whether leaves are eliminated by Schur complement; else `cholesky` is the factor of all.
+  /// Whether leaves are eliminated by Schur complement; else `cholesky` is the factor of all. Code
+  /// that reads the factor asks for Elimination::kPlain.
   bool by_schur() const { return schur_.leaf_count() > 0; }
   const SchurCholesky& schur() const { return schur_; }
-  const BlockCholesky& cholesky() const { return cholesky_; }
+  /// Throws Error where leaves are eliminated by Schur complement.
+  const BlockCholesky& cholesky() const;
 
  private:
   struct Diagonal {

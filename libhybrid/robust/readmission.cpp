@@ -66,7 +66,8 @@ Readmission::Readmission(const RobustProblem& problem, const EscapeOptions& opti
   model_.degrees = options.degrees;
   model_.gate = options.gate;
   problem_ =
-      std::make_unique<Problem>(graph_, values_, to_assignment(accepted_), options.solver.threads);
+      std::make_unique<Problem>(graph_, values_, to_assignment(accepted_), options.solver.threads,
+                                WeakComponents::kUncoupled, Elimination::kPlain);
   state_ = problem_->load(values_);
 }
 
