@@ -22,7 +22,9 @@ struct BackendReport {
   int relinearized = 0;               ///< continuous variables relinearised
   double objective = 0;               ///< L(C, D) of eq. 6 afterwards
   double cost = 0;                    ///< half the weighted squared error afterwards
+  bool exact = true;                  ///< false where local search stood in for exact inference
   std::vector<double> half_steps;     ///< objective after every half-step (eq. 8)
+  std::vector<Handle> handles;        ///< of the added factors: continuous, discrete, hybrid
   std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
 };
 
@@ -56,6 +58,16 @@ class Backend {
   /// The continuous variables of the graph in the order of their elimination; empty where the
   /// back-end keeps none.
   virtual std::vector<Key> elimination_order() const { return {}; }
+
+  /// Whether factors may still be removed by their handles: not where the past is marginalised.
+  virtual bool keeps_all() const = 0;
+
+  /// Whether a variable is in the graph and not marginalised out.
+  virtual bool holds(Key key) const = 0;
+
+  /// Joint covariance of some variables that the graph holds, in the order given. Throws Error in
+  /// a mode that keeps no estimate on the way.
+  virtual Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const = 0;
 
   /// Uncertainty of some variables at the estimate; a variable without it is left out.
   virtual Uncertainty uncertainty(const std::vector<Key>& continuous,

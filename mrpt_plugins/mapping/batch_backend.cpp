@@ -58,10 +58,15 @@ BatchBackend::BatchBackend(const AlternatingOptions& options, int solve_every)
 
 BackendReport BatchBackend::update(const Delta& delta) {
   const auto start = Clock::now();
-  insert(delta);
-  ++updates_;
-  if (solve_every_ > 0 && updates_ % solve_every_ == 0) return solve();
+  marginals_.reset();
   BackendReport report;
+  report.handles = insert(delta);
+  ++updates_;
+  if (solve_every_ > 0 && updates_ % solve_every_ == 0) {
+    BackendReport solved = solve();
+    solved.handles = std::move(report.handles);
+    return solved;
+  }
   if (delta.remove.empty()) {
     add_to(delta, estimate_, objective_, cost_);
   } else {
@@ -74,7 +79,8 @@ BackendReport BatchBackend::update(const Delta& delta) {
   return report;
 }
 
-void BatchBackend::insert(const Delta& delta) {
+std::vector<Handle> BatchBackend::insert(const Delta& delta) {
+  std::vector<Handle> handles;
   for (const Handle handle : delta.remove) graph_.remove(handle);
   for (const Key key : delta.remove_values) estimate_.values.erase(key);
   for (const Key key : delta.values.keys()) {
@@ -87,18 +93,30 @@ void BatchBackend::insert(const Delta& delta) {
       estimate_.assignment.set(key.key, given ? delta.assignment.at(key.key) : 0);
     }
   };
-  for (const ContinuousFactorPtr& factor : delta.continuous) graph_.add(factor);
+  for (const ContinuousFactorPtr& factor : delta.continuous) handles.push_back(graph_.add(factor));
   for (const Table& table : delta.discrete) {
     add_discrete(table.keys());
-    graph_.add(table);
+    handles.push_back(graph_.add(table));
   }
   for (const HybridFactorPtr& factor : delta.hybrid) {
     add_discrete(factor->discrete_keys());
-    graph_.add(factor);
+    handles.push_back(graph_.add(factor));
   }
+  return handles;
+}
+
+Eigen::MatrixXd BatchBackend::joint_covariance(const std::vector<Key>& keys) const {
+  if (solve_every_ != 1) {
+    throw Error(
+        "associating sightings with landmarks needs an estimate after each keyframe: set [solver] "
+        "mode = incremental, or solve_every = 1 with mode = batch");
+  }
+  if (!marginals_) marginals_.emplace(graph_, estimate_);
+  return marginals_->joint_covariance(keys);
 }
 
 BackendReport BatchBackend::solve() {
+  marginals_.reset();
   const auto start = Clock::now();
   AlternatingResult result = alternate(graph_, estimate_, options_);
   BackendReport report;

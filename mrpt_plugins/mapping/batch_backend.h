@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <optional>
+
+#include "libhybrid/marginals/continuous.h"
 #include "libhybrid/solvers/alternating.h"
 #include "mrpt_plugins/mapping/backend.h"
 
@@ -21,11 +24,14 @@ class BatchBackend : public Backend {
   const Values& values() const override { return estimate_.values; }
   const Assignment& assignment() const override { return estimate_.assignment; }
   const HybridGraph& graph() const override { return graph_; }
+  bool keeps_all() const override { return true; }
+  bool holds(Key key) const override { return estimate_.values.contains(key); }
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override;
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;
 
  private:
-  void insert(const Delta& delta);
+  std::vector<Handle> insert(const Delta& delta);
   BackendReport solve();
 
   AlternatingOptions options_;
@@ -35,6 +41,7 @@ class BatchBackend : public Backend {
   Estimate estimate_;
   double objective_ = 0;
   double cost_ = 0;
+  mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; none until asked for
 };
 
 }  // namespace hybrid

@@ -45,6 +45,14 @@ class LandmarkBook {
     ++it->second.sightings;
   }
 
+  /// The reverse of sighted().
+  void unsighted(std::int64_t id) {
+    const auto it = landmarks_.find(id);
+    if (it != landmarks_.end()) --it->second.sightings;
+  }
+
+  void remove(std::int64_t id) { landmarks_.erase(id); }
+
   std::size_t size() const { return landmarks_.size(); }
   auto begin() const { return landmarks_.begin(); }
   auto end() const { return landmarks_.end(); }

@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "mrpt_plugins/mapping/space.h"
@@ -14,20 +16,57 @@ namespace hybrid {
 namespace {
 
 template <class T>
-void append(std::vector<T>& to, std::vector<T>&& from) {
-  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
 }
 
-void merge(Delta& into, Delta&& from) {
-  append(into.continuous, std::move(from.continuous));
-  append(into.discrete, std::move(from.discrete));
-  append(into.hybrid, std::move(from.hybrid));
-  append(into.remove, std::move(from.remove));
-  append(into.remove_values, std::move(from.remove_values));
+void merge(Delta& into, const Delta& from) {
+  append(into.continuous, from.continuous);
+  append(into.discrete, from.discrete);
+  append(into.hybrid, from.hybrid);
+  append(into.remove, from.remove);
+  append(into.remove_values, from.remove_values);
   for (const Key key : from.values.keys()) {
     into.values.insert(key, from.values.type(key), from.values.data(key));
   }
   for (const auto& [key, value] : from.assignment) into.assignment.set(key, value);
+}
+
+/// Counts the work of one more update; the estimate is that of the later one.
+void add_work(BackendReport& into, const BackendReport& from) {
+  into.seconds += from.seconds;
+  into.iterations += from.iterations;
+  into.flips += from.flips;
+  into.relinearized += from.relinearized;
+  into.exact = into.exact && from.exact;
+  into.objective = from.objective;
+  if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
+  append(into.half_steps, from.half_steps);
+  append(into.warnings, from.warnings);
+}
+
+/// Joint covariance of a pose that `motion` ties to the one before, or to the origin, and of some
+/// variables of the map. With r = A da + B db for the linear motion, db = B^-1 (r - A da).
+Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
+                                        const Backend& backend, std::vector<Key> keys) {
+  const bool first = motion.keys().size() == 1;
+  std::vector<const double*> x;
+  for (const Key key : motion.keys()) {
+    x.push_back(newest.contains(key) ? newest.data(key) : backend.values().data(key));
+  }
+  const int rows = motion.rows();
+  Eigen::VectorXd r(rows);
+  Eigen::MatrixXd J(rows, motion.cols());
+  motion.linearize(x.data(), r.data(), J.data());
+  const Eigen::MatrixXd noise = J.rightCols(rows).inverse();
+  if (first) return noise * noise.transpose();
+  keys.insert(keys.begin(), motion.keys().front());
+  Eigen::MatrixXd joint = backend.joint_covariance(keys);
+  const Eigen::MatrixXd F = -noise * J.leftCols(rows);
+  joint.topRows(rows) = (F * joint.topRows(rows)).eval();
+  joint.leftCols(rows) = (joint.leftCols(rows) * F.transpose()).eval();
+  joint.topLeftCorner(rows, rows) += noise * noise.transpose();
+  return joint;
 }
 
 /// A covariance of a point of 2 or 3 as 3x3.
@@ -53,8 +92,10 @@ const StepRecord& Mapper::add(const Keyframe& raw) try {
   Keyframe keyframe = raw;
   Delta delta = move(keyframe);
   calibrator_.place_sensors(keyframe.detections, backend_->values(), delta);
-  for (const auto& plugin : plugins_) observe(*plugin, keyframe, delta);
-  const BackendReport report = backend_->update(delta);
+  std::vector<Contribution> contributions;
+  for (const auto& plugin : plugins_) contributions.push_back(observe(*plugin, keyframe, delta));
+  BackendReport report = take_in(std::move(delta), contributions);
+  add_work(report, revise(false));
   T_map_robot_ = pose_at(backend_->values(), pose_key(steps_.size()));
   steps_.push_back(record(keyframe, report));
   log_rows_.push_back(keyframe.row);
@@ -67,12 +108,14 @@ Delta Mapper::move(const Keyframe& keyframe) {
   Delta delta;
   const std::size_t i = steps_.size();
   if (i == 0) {
-    delta.continuous.push_back(origin_factor(pose_key(0), options_, is_3d_));
+    predicted_by_ = origin_factor(pose_key(0), options_, is_3d_);
+    delta.continuous.push_back(predicted_by_);
     dead_reckoning_.push_back({keyframe.time, T_map_robot_});
   } else {
     if (!keyframe.odometry) ++dropped_["odometry missing: robot taken to stand still"];
     const OdometryIncrement motion =
         keyframe.odometry ? *keyframe.odometry : unknown_motion(options_, is_3d_);
+    predicted_by_ = odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_);
     add_motion(i, motion, keyframe.odometry.has_value(), delta);
     T_map_robot_ = T_map_robot_ + calibrator_.corrected(motion.mean, backend_->values());
     dead_reckoning_.push_back({keyframe.time, dead_reckoning_.back().pose + motion.mean});
@@ -102,15 +145,75 @@ void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool mea
   }
 }
 
-void Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta) {
+MapView Mapper::view() const {
+  MapView view{backend_->values(), backend_->assignment(), landmarks_, is_3d_};
+  view.keeps_all = backend_->keeps_all();
+  view.holds = [this](Key key) { return backend_->holds(key); };
+  view.joint_covariance = [this](const std::vector<Key>& keys) {
+    return backend_->joint_covariance(keys);
+  };
+  return view;
+}
+
+Contribution Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, const Delta& motion) {
   const Frame frame{pose_key(steps_.size()), T_map_robot_, keyframe.detections,
                     keyframe.observations};
-  Contribution contribution =
-      plugin.observe(frame, {backend_->values(), backend_->assignment(), landmarks_, is_3d_});
+  MapView map = view();
+  map.joint_covariance = [&](const std::vector<Key>& keys) {
+    return covariance_after_motion(*predicted_by_, motion.values, *backend_, keys);
+  };
+  Contribution contribution = plugin.observe(frame, map);
+  enter(contribution);
+  return contribution;
+}
+
+void Mapper::enter(const Contribution& contribution) {
   for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
   for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
+  for (const std::int64_t id : contribution.unsighted) landmarks_.unsighted(id);
+  for (const std::int64_t id : contribution.forgotten) landmarks_.remove(id);
   for (const auto& [reason, count] : contribution.dropped) dropped_[reason] += count;
-  merge(delta, std::move(contribution.delta));
+}
+
+/// One update with what the motion (in `delta`) and the plugins say; tells each plugin its part.
+BackendReport Mapper::take_in(Delta&& delta, const std::vector<Contribution>& contributions) {
+  std::array<std::size_t, 3> next = {delta.continuous.size(), delta.discrete.size(),
+                                     delta.hybrid.size()};
+  for (const Contribution& contribution : contributions) merge(delta, contribution.delta);
+  next[1] += delta.continuous.size();
+  next[2] += delta.continuous.size() + delta.discrete.size();
+  const BackendReport report = backend_->update(delta);
+  for (std::size_t p = 0; p < contributions.size(); ++p) {
+    const Delta& own = contributions[p].delta;
+    Outcome outcome{{}, objective_, report.objective, report.exact};
+    const std::array<std::size_t, 3> count = {own.continuous.size(), own.discrete.size(),
+                                              own.hybrid.size()};
+    for (std::size_t kind = 0; kind < 3; ++kind) {
+      for (std::size_t i = 0; i < count[kind]; ++i) {
+        outcome.handles.push_back(report.handles.at(next[kind]++));
+      }
+    }
+    plugins_[p]->applied(outcome);
+  }
+  objective_ = report.objective;
+  return report;
+}
+
+/// Lets the plugins change their minds until they are content.
+BackendReport Mapper::revise(bool concluding) {
+  BackendReport work;
+  work.objective = objective_;
+  for (bool again = true; again;) {
+    std::vector<Contribution> contributions;
+    for (const auto& plugin : plugins_) {
+      contributions.push_back(concluding ? plugin->conclude(view()) : plugin->revise(view()));
+      enter(contributions.back());
+    }
+    again = std::any_of(contributions.begin(), contributions.end(),
+                        [](const Contribution& c) { return !c.empty(); });
+    if (again) add_work(work, take_in({}, contributions));
+  }
+  return work;
 }
 
 StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {
@@ -128,7 +231,21 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
 }
 
 BackendReport Mapper::finish() {
-  return backend_->finish();
+  BackendReport work = revise(true);
+  add_work(work, backend_->finish());
+  return work;
+}
+
+std::vector<AssociationDecision> Mapper::decisions() const {
+  std::vector<AssociationDecision> all;
+  for (const auto& plugin : plugins_) append(all, plugin->decisions(view()));
+  return all;
+}
+
+std::map<std::string, double> Mapper::statistics() const {
+  std::map<std::string, double> all;
+  for (const auto& plugin : plugins_) all.merge(plugin->statistics());
+  return all;
 }
 
 std::vector<std::string> Mapper::class_names() const {

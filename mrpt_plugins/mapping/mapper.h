@@ -46,6 +46,8 @@ class Mapper {
 
   const Backend& backend() const { return *backend_; }
   const LandmarkBook& landmarks() const { return landmarks_; }
+  /// Figures of all plugins, see MappingPlugin.
+  std::map<std::string, double> statistics() const;
   /// Reason -> number of measurements that were not used.
   const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
   bool is_3d() const { return is_3d_; }
@@ -54,7 +56,11 @@ class Mapper {
   Delta move(const Keyframe& keyframe);
   void add_motion(std::size_t i, const OdometryIncrement& motion, bool measured, Delta& delta);
   void add_modes(MapResult& result) const;
-  void observe(MappingPlugin& plugin, const Keyframe& keyframe, Delta& delta);
+  Contribution observe(MappingPlugin& plugin, const Keyframe& keyframe, const Delta& motion);
+  MapView view() const;
+  void enter(const Contribution& contribution);
+  BackendReport take_in(Delta&& delta, const std::vector<Contribution>& contributions);
+  BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key('x', i); }
   std::vector<std::string> class_names() const;
@@ -71,6 +77,8 @@ class Mapper {
   Trajectory dead_reckoning_;
   std::vector<std::size_t> log_rows_;
   mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
+  ContinuousFactorPtr predicted_by_;  // the motion to it, or its prior
+  double objective_ = 0;
 };
 
 }  // namespace hybrid

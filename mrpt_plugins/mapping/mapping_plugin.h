@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -35,6 +36,12 @@ struct MapView {
   const Assignment& assignment;  ///< of the discrete variables, before this keyframe
   const LandmarkBook& landmarks;
   bool is_3d = false;
+  bool keeps_all = true;  ///< whether factors may still be removed by their handles
+  /// Whether a variable is in the graph and not marginalised out.
+  std::function<bool(Key)> holds = {};
+  /// Joint covariance (eq. 11b) of the pose of the frame, before its observations are used, and of
+  /// some variables of the map, in that order. Of the variables alone where there is no frame.
+  std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
 };
 
 /// What a plugin hands back for one keyframe.
@@ -42,7 +49,22 @@ struct Contribution {
   Delta delta;                                 ///< new factors and variables
   std::vector<Landmark> landmarks;             ///< landmarks that `delta` introduces
   std::vector<std::int64_t> sighted;           ///< ids of landmarks, one entry per sighting
+  std::vector<std::int64_t> unsighted;         ///< the reverse, where a sighting was not one
+  std::vector<std::int64_t> forgotten;         ///< ids of landmarks that `delta` removes
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
+
+  bool empty() const {
+    return delta.continuous.empty() && delta.discrete.empty() && delta.hybrid.empty() &&
+           delta.remove.empty() && forgotten.empty();
+  }
+};
+
+/// What became of a contribution.
+struct Outcome {
+  std::vector<Handle> handles;  ///< of its factors: continuous, discrete, hybrid, as in its delta
+  double objective_before = 0;  ///< of the graph before the update it was part of
+  double objective_after = 0;   ///< and after
+  bool exact = true;            ///< false where local search stood in for exact discrete inference
 };
 
 /// Turns observations into hybrid factors. Derive, write the two virtual methods, register the
@@ -58,6 +80,18 @@ class MappingPlugin : public mrpt::rtti::CObject {
 
   /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;
+
+  /// Takes note of what became of the last contribution.
+  virtual void applied(const Outcome&) {}
+
+  /// A change of what was contributed before, asked for after every keyframe until it is empty.
+  virtual Contribution revise(const MapView&) { return {}; }
+
+  /// The same once no more keyframes come.
+  virtual Contribution conclude(const MapView&) { return {}; }
+
+  /// Figures for the summary of a run, by name; empty if there are none.
+  virtual std::map<std::string, double> statistics() const { return {}; }
 
   /// Names of the values of the class variables this plugin makes; empty if it makes none.
   virtual std::vector<std::string> class_names() const { return {}; }

@@ -103,6 +103,8 @@ BackendReport WindowBackend::report_of(const UpdateReport& update) const {
   report.iterations = update.rounds;
   report.flips = update.flips;
   report.relinearized = update.relinearized;
+  report.exact = update.exact;
+  report.handles = update.handles;
   report.objective = smoother_.smoother().objective();
   report.cost = report.objective - constant_;
   report.half_steps = update.objectives;

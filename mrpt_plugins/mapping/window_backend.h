@@ -22,6 +22,11 @@ class WindowBackend : public Backend {
   const Assignment& assignment() const override;
   const HybridGraph& graph() const override { return smoother_.smoother().graph(); }
   std::vector<Key> elimination_order() const override;
+  bool keeps_all() const override { return is_full(); }
+  bool holds(Key key) const override { return smoother_.smoother().values().contains(key); }
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override {
+    return smoother_.smoother().joint_covariance(keys);
+  }
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;
 

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace hybrid {
+
+/// Supposed identities between two groups of landmarks: pair k says that a[k] of the one group and
+/// b[k] of the other are the same thing, so that their difference, a Gaussian with the given mean
+/// and joint covariance over all pairs, is in truth zero.
+struct IdentityHypotheses {
+  int dim = 0;  ///< of a point
+  std::vector<int> a, b;
+  Eigen::VectorXd difference;  ///< dim pairs
+  Eigen::MatrixXd covariance;  ///< square, of the same size
+  /// What a pair gains before geometry has its say: -log of the density of landmarks, which one
+  /// landmark less saves, and the log evidence that their classes are the same.
+  std::vector<double> gain;
+};
+
+/// Pairs that hold together.
+struct ConsensusSet {
+  std::vector<int> pairs;
+  double cost = 0.0;        ///< -log evidence against no pair at all: below zero speaks for the set
+  double chi_square = 0.0;  ///< of the differences, jointly
+};
+
+/// Sets of pairs that agree with each other under the joint covariance, least cost first. Each pair
+/// starts a set; it takes in, one after the other, the pair that gains most given those it has,
+/// among pairs within the gate (a probability) that contradict none of them.
+std::vector<ConsensusSet> consensus_sets(const IdentityHypotheses& hypotheses, double gate);
+
+/// The pairs of the best set that can be believed: its cost is below -margin, and no set that
+/// contradicts it comes within `margin` of it; pairs in which sets that close differ are left out.
+/// Empty where nothing can be decided yet.
+ConsensusSet decided_consensus(const IdentityHypotheses& hypotheses, double gate, double margin);
+
+}  // namespace hybrid

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+
+/// How detections without an id find their landmarks. One set of defaults serves all sensors: what
+/// differs between them is taken from their range, field of view and noise.
+struct AssociationOptions {
+  /// kHypotheses: k-best joint matchings, undecided ones stay open as a discrete variable.
+  /// kNearest: the nearest landmark within the gate, detection by detection (maximum likelihood).
+  /// kJcbb: joint compatibility branch and bound, MRPT's.
+  /// kSoft: all landmarks within the gate, weighted by their probability
+  /// (expectation-maximisation).
+  enum class Method { kHypotheses, kNearest, kJcbb, kSoft };
+  Method method = Method::kHypotheses;
+  bool use_ids = true;                 ///< known-id override: ids of the log, where it has them
+  double gate = 0.999;                 ///< chi-square probability of an innovation
+  int hypotheses = 8;                  ///< at most, per frame
+  double open_odds = 100;              ///< a hypothesis this much less probable is not kept open
+  int window = 20;                     ///< keyframes until an open decision is taken
+  double landmarks_in_view = 5;        ///< expected landmarks in the field of view of the sensor
+  double clutter_in_view = 0.5;        ///< expected spurious detections per frame
+  double detection_probability = 0.5;  ///< of a landmark in view
+  int confirm = 3;                     ///< sightings that make a landmark
+  bool merge = true;                   ///< find landmarks that are one, close loops by consensus
+  int recent = 30;          ///< keyframes: landmarks seen within may be merged into others
+  double merge_odds = 100;  ///< evidence that a merge needs
+};
+
+/// Declares and reads the keys.
+AssociationOptions read_association_options(IniSection& section);
+
+}  // namespace hybrid

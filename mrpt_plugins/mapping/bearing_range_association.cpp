@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/bearing_range_association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/association/association_factor.h"
+#include "libhybrid/hybrid/semantic.h"
+#include "mrpt_plugins/mapping/sighting.h"
+#include "mrpt_plugins/mapping/space.h"
+
+IMPLEMENTS_MRPT_OBJECT(BearingRangeAssociation, MappingPlugin, hybrid)
+
+namespace hybrid {
+namespace {
+
+constexpr double kMinWeight = 0.01;    // of soft association
+constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
+constexpr double kDeadOdds = -3.0;     // log odds of existence of a landmark that is given up
+constexpr double kSureOdds = 12.0;     // and above which they do not grow
+constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
+
+/// The share of range and field of view where a landmark is surely in view.
+constexpr double kWellInView = 0.9;
+
+bool well_in_view(const SensorReach& reach, const mrpt::poses::CPose3D& T_map_sensor,
+                  const Eigen::Vector3d& point) {
+  double range = 0, yaw = 0, pitch = 0;
+  T_map_sensor.sphericalCoordinates({point.x(), point.y(), point.z()}, range, yaw, pitch);
+  return range > reach.min_range && range < kWellInView * reach.max_range &&
+         std::abs(yaw) < 0.5 * kWellInView * reach.fov_yaw &&
+         (reach.fov_pitch == 0 || std::abs(pitch) < 0.5 * kWellInView * reach.fov_pitch);
+}
+
+}  // namespace
+
+void BearingRangeAssociation::configure(IniSection section) {
+  sensors_ = section.get("sensors", std::vector<std::string>{},
+                         "labels of the sensors to use; empty: all");
+  classes_ = ClassModel(section);
+  options_ = read_association_options(section);
+  merging_.emplace(options_);
+}
+
+Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {
+  Contribution out;
+  ++keyframe_;
+  decide_old(map, keyframe_ - options_.window, out);
+  book_.place_some(map.values, kPlacedPerFrame);
+  for (const DetectionFrame& seen : frame.detections) {
+    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
+                                                      seen.sensor_label) != sensors_.end();
+    if (!wanted) continue;
+    const std::string reason = misfit(seen, map.is_3d);
+    if (!reason.empty() && !seen.detections.empty()) {
+      out.dropped["detection dropped: " + reason] += seen.detections.size();
+      continue;
+    }
+    take(seen, frame, map, out);
+  }
+  return out;
+}
+
+void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& frame,
+                                   const MapView& map, Contribution& out) {
+  SensorReach& reach = reach_[seen.sensor_label];
+  reach.learn(seen);
+  if (reach.max_range <= 0) return;
+  density_ = options_.landmarks_in_view / reach.space_in_view();
+  if (!seen.class_names.empty()) classes_.learn_names(seen.class_names);
+  auto sensor = std::make_shared<DetectionFrame>(seen);
+  sensor->detections.clear();
+  DetectionFrame unknown = *sensor;
+  std::vector<int> sightings, noted;
+  std::vector<std::vector<double>> phi;
+  ++frames_;
+  for (const Detection& detection : seen.detections) {
+    Sighting sighting{frames_, frame.pose, sensor, detection, {}, -1, {}};
+    if (!detection.class_probabilities.empty() && classes_.names().size() > 1) {
+      sighting.phi = classes_.likelihood(detection.class_probabilities, seen.class_names);
+    }
+    const int s = book_.note(std::move(sighting));
+    noted.push_back(s);
+    if (options_.use_ids && take_identified(s, frame, map, out)) continue;
+    sightings.push_back(s);
+    unknown.detections.push_back(detection);
+    phi.push_back(book_.sighting(s).phi);
+  }
+  if (!sightings.empty()) {
+    const FrameCandidates candidates =
+        find_candidates(frame, unknown, phi, map, reach, classes_, options_, book_);
+    if (options_.method == AssociationOptions::Method::kSoft) {
+      take_weighted(candidates, sightings, frame, map, out);
+    } else {
+      const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
+      if (found.size() > 1 && map.keeps_all) {
+        leave_open(found, sightings, frame, map, out);
+      } else {
+        take_best(found.front(), sightings, frame, map, out);
+      }
+    }
+  }
+  judge_existence(seen, frame, map, noted, out);
+}
+
+bool BearingRangeAssociation::take_identified(int sighting, const Frame& frame, const MapView& map,
+                                              Contribution& out) {
+  const std::optional<std::int64_t> id = book_.sighting(sighting).detection.id;
+  if (!id) return false;
+  const auto it = track_of_id_.find(*id);
+  if (it != track_of_id_.end()) {
+    attach(sighting, it->second, map, out);
+  } else {
+    create(sighting, frame.T_map_robot, map, out);
+    track_of_id_[*id] = book_.sighting(sighting).track;
+  }
+  return true;
+}
+
+void BearingRangeAssociation::attach(int sighting, int track, const MapView& map,
+                                     Contribution& out) {
+  book_.attach(sighting, track, map.is_3d, out);
+  book_.track(track).last_keyframe = keyframe_;
+  merging_->sighted(track, keyframe_);
+}
+
+void BearingRangeAssociation::create(int sighting, const mrpt::poses::CPose3D& T_map_robot,
+                                     const MapView& map, Contribution& out) {
+  const int track = book_.create(sighting, T_map_robot, classes_, map.is_3d, out);
+  book_.track(track).last_keyframe = keyframe_;
+  const int dim = map.is_3d ? 3 : 2;
+  const double width = book_.sighting(sighting).detection.range;  // until it is asked for
+  book_.track(track).covariance = width * width * Eigen::MatrixXd::Identity(dim, dim);
+  book_.track(track).existence = std::log(options_.landmarks_in_view / options_.clutter_in_view);
+  merging_->sighted(track, keyframe_);
+}
+
+void BearingRangeAssociation::take_best(const FrameHypothesis& best,
+                                        const std::vector<int>& sightings, const Frame& frame,
+                                        const MapView& map, Contribution& out) {
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (best.track[i] >= 0) {
+      attach(sightings[i], best.track[i], map, out);
+    } else {
+      create(sightings[i], frame.T_map_robot, map, out);
+    }
+  }
+}
+
+void BearingRangeAssociation::take_weighted(const FrameCandidates& candidates,
+                                            const std::vector<int>& sightings, const Frame& frame,
+                                            const MapView& map, Contribution& out) {
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const std::vector<double> p = responsibilities(candidates, static_cast<int>(i));
+    if (p.back() > 0.5) {
+      create(sightings[i], frame.T_map_robot, map, out);
+      continue;
+    }
+    const auto best = std::max_element(p.begin(), p.end() - 1) - p.begin();
+    book_.count(sightings[i], candidates.tracks[static_cast<std::size_t>(best)], out);
+    for (std::size_t j = 0; j + 1 < p.size(); ++j) {
+      if (p[j] < kMinWeight) continue;
+      book_.attach(sightings[i], candidates.tracks[j], map.is_3d, out, p[j]);
+    }
+  }
+}
+
+/// One discrete variable for the frame, a value for each hypothesis; detections that all of them
+/// agree about are decided.
+void BearingRangeAssociation::leave_open(const std::vector<FrameHypothesis>& hypotheses,
+                                         const std::vector<int>& sightings, const Frame& frame,
+                                         const MapView& map, Contribution& out) {
+  OpenFrame open{
+      keyframe_,
+      {Key('a', static_cast<std::uint64_t>(frames_)), static_cast<int>(hypotheses.size())},
+      {},
+      std::vector<std::vector<int>>(hypotheses.size())};
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const int s = sightings[i];
+    const int first = hypotheses.front().track[i];
+    const bool agreed = std::all_of(hypotheses.begin(), hypotheses.end(),
+                                    [&](const auto& h) { return h.track[i] == first; });
+    if (agreed && first >= 0) attach(s, first, map, out);
+    if (agreed && first < 0) create(s, frame.T_map_robot, map, out);
+    if (agreed) continue;
+    const Sighting& sighting = book_.sighting(s);
+    std::vector<AssociationOption> options;
+    for (std::size_t h = 0; h < hypotheses.size(); ++h) {
+      const int t = hypotheses[h].track[i];
+      AssociationOption option;
+      option.constant = hypotheses[h].constant[i];
+      open.tracks[h].push_back(t);
+      if (t >= 0) {
+        const Track& track = book_.track(t);
+        ++book_.track(t).open;
+        option.factor = sighting_factor(sighting.pose, track.position, *sighting.sensor,
+                                        sighting.detection, map.is_3d);
+        if (track.class_key && !sighting.phi.empty()) {
+          option.classes = likelihood_table(*track.class_key, sighting.phi);
+        }
+      }
+      options.push_back(std::move(option));
+    }
+    open.sightings.push_back(s);
+    book_.add_factor(s, std::make_shared<AssociationFactor>(open.choice, std::move(options)), out);
+  }
+  ++statistics_["frames_left_open"];
+  open_.push_back(std::move(open));
+}
+
+/// Replaces the mixture of a frame by what its variable has come to.
+void BearingRangeAssociation::decide(const OpenFrame& open, const MapView& map, Contribution& out) {
+  const int value = map.assignment.at(open.choice.key);
+  if (value != 0) ++statistics_["frames_revised"];
+  for (std::size_t i = 0; i < open.sightings.size(); ++i) {
+    for (const std::vector<int>& tracks : open.tracks) {
+      if (tracks[i] >= 0) --book_.track(tracks[i]).open;
+    }
+    const int s = open.sightings[i], t = open.tracks[value][i];
+    book_.detach(s, out);
+    if (t >= 0) {
+      book_.attach(s, t, map.is_3d, out);
+    } else {
+      create(s, pose_at(map.values, book_.sighting(s).pose), map, out);
+    }
+  }
+}
+
+void BearingRangeAssociation::decide_old(const MapView& map, int before, Contribution& out) {
+  std::size_t done = 0;
+  while (done < open_.size() && open_[done].keyframe <= before) decide(open_[done++], map, out);
+  open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(done));
+}
+
+/// Raises the odds of landmarks that were seen and lowers those of landmarks that should have been;
+/// tentative ones that are improbable by now were clutter.
+void BearingRangeAssociation::judge_existence(const DetectionFrame& seen, const Frame& frame,
+                                              const MapView& map, const std::vector<int>& sightings,
+                                              Contribution& out) {
+  const SensorReach& reach = reach_[seen.sensor_label];
+  const mrpt::poses::CPose3D T_map_sensor = frame.T_map_robot + seen.T_robot_sensor;
+  std::vector<int> now;
+  for (int s : sightings) {
+    const int t = book_.sighting(s).track;
+    if (t < 0) continue;
+    now.push_back(t);
+    double& odds = book_.track(t).existence;
+    odds = std::min(kSureOdds, odds + std::log(options_.detection_probability / kClutterRate));
+  }
+  std::vector<int> missed;
+  book_.grid().visit_near(T_map_sensor.x(), T_map_sensor.y(), reach.max_range, [&](int t) {
+    const Track& track = book_.track(t);
+    if (track.last_keyframe == keyframe_ || track.open > 0 || !map.holds(track.position)) return;
+    if (std::find(now.begin(), now.end(), t) != now.end()) return;
+    if (well_in_view(reach, T_map_sensor, point_at(map.values, track.position))) {
+      missed.push_back(t);
+    }
+  });
+  const double miss = std::log((1 - options_.detection_probability) / (1 - kClutterRate));
+  for (int t : missed) {
+    Track& track = book_.track(t);
+    track.existence += miss;
+    const bool tentative = static_cast<int>(track.sightings.size()) < options_.confirm;
+    if (tentative && track.existence < kDeadOdds && removable(map)) discard(t, map, out);
+  }
+}
+
+void BearingRangeAssociation::discard(int track, const MapView& map, Contribution& out) {
+  const std::vector<int> sightings = book_.track(track).sightings;
+  if (!removable(map)) {
+    out.forgotten.push_back(track);
+    book_.track(track).alive = false;
+  } else {
+    for (int s : sightings) book_.detach(s, out);
+    book_.remove(track, out);
+  }
+  out.dropped["detection taken for clutter: its landmark was not seen again"] += sightings.size();
+}
+
+void BearingRangeAssociation::applied(const Outcome& outcome) {
+  book_.take_handles(outcome.handles);
+  if (!outcome.exact) ++statistics_["updates_by_local_search"];
+  if (!merge_) return;
+  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise) {
+    undo_wanted_ = true;
+    return;
+  }
+  statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
+  merge_.reset();
+  undo_.clear();
+}
+
+Contribution BearingRangeAssociation::revise(const MapView& map) {
+  if (undo_wanted_) return undo_merge(map);
+  if (!options_.merge || !removable(map)) return {};
+  return next_merge(map, false);
+}
+
+Contribution BearingRangeAssociation::next_merge(const MapView& map, bool everything) {
+  const Merge merge = merging_->propose(map, classes_, density_, keyframe_, everything, book_);
+  Contribution out;
+  if (merge.pairs.empty()) return out;
+  for (const auto& [from, into] : merge.pairs) {
+    const Track& track = book_.track(from);
+    Undo undo{from, track.sightings, {}, {}};
+    undo.position.insert(track.position, map.values.type(track.position),
+                         map.values.data(track.position));
+    if (track.class_key) {
+      undo.assignment.set(track.class_key->key, map.assignment.at(track.class_key->key));
+    }
+    undo_.push_back(std::move(undo));
+    const int last = std::max(track.last_keyframe, book_.track(into).last_keyframe);
+    book_.merge(from, into, map.is_3d, out);
+    merging_->sighted(into, last);
+  }
+  merge_ = merge;
+  return out;
+}
+
+/// Takes back a merge that the objective speaks against.
+Contribution BearingRangeAssociation::undo_merge(const MapView& map) {
+  Contribution out;
+  undo_wanted_ = false;
+  for (const Undo& undo : undo_) {
+    for (int s : undo.sightings) book_.detach(s, out);
+    book_.revive(undo.from, undo.position, undo.assignment, classes_, out);
+    for (int s : undo.sightings) book_.attach(s, undo.from, map.is_3d, out);
+  }
+  merging_->refuse(*merge_, book_);
+  merge_.reset();
+  undo_.clear();
+  ++statistics_["merges_taken_back"];
+  return out;
+}
+
+Contribution BearingRangeAssociation::conclude(const MapView& map) {
+  if (undo_wanted_) return undo_merge(map);
+  if (!open_.empty()) {
+    Contribution out;
+    decide_old(map, keyframe_, out);
+    return out;
+  }
+  if (options_.merge && removable(map)) {
+    book_.place_all(map.values);
+    Contribution out = next_merge(map, true);
+    if (!out.empty()) return out;
+  }
+  Contribution out;
+  for (int t = 0; t < static_cast<int>(book_.tracks().size()); ++t) {
+    const Track& track = book_.track(t);
+    if (!track.alive || static_cast<int>(track.sightings.size()) >= options_.confirm) continue;
+    discard(t, map, out);
+  }
+  return out;
+}
+
+std::vector<AssociationDecision> BearingRangeAssociation::decisions(const MapView& map) const {
+  std::map<int, int> now;  // of undecided sightings
+  for (const OpenFrame& open : open_) {
+    const std::vector<int>& tracks = open.tracks[map.assignment.at(open.choice.key)];
+    for (std::size_t i = 0; i < tracks.size(); ++i) now[open.sightings[i]] = tracks[i];
+  }
+  std::vector<AssociationDecision> out;
+  for (std::size_t s = 0; s < book_.sightings().size(); ++s) {
+    const Sighting& sighting = book_.sightings()[s];
+    const auto it = now.find(static_cast<int>(s));
+    const int t = it == now.end() ? sighting.track : it->second;
+    AssociationDecision decision{std::nullopt, sighting.detection.true_id};
+    if (t >= 0 && book_.track(t).alive) decision.estimated_id = t;
+    out.push_back(decision);
+  }
+  return out;
+}
+
+std::map<std::string, double> BearingRangeAssociation::statistics() const {
+  std::map<std::string, double> out = statistics_;
+  out["landmarks_tried"] = static_cast<double>(book_.tracks().size());
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/frame_association.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "libhybrid/association/consensus.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "mrpt_plugins/mapping/jcbb.h"
+#include "mrpt_plugins/mapping/sighting.h"
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMaxCandidates = 64;
+constexpr int kMoreMatchings = 4;  // times those wanted: their order changes with correlations
+
+/// Where detections fall in the map and how far off they may be.
+struct Located {
+  Eigen::Vector3d point;
+  double sigma;  // along the longest axis of its covariance [m]
+};
+
+template <class Pose>
+Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& covariance,
+                   const MeasuredPoint& measured) {
+  const auto at =
+      locate<Pose>(pose, measured.z, Noise::covariance(measured.covariance), sensor, covariance);
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  point.head(at.mean.size()) = at.mean;
+  return {
+      point,
+      std::sqrt(at.covariance.template selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff())};
+}
+
+template <class Pose>
+PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vector<Key>& keys,
+                           const Values& values, const Eigen::MatrixXd& joint) {
+  std::vector<typename Pose::Point> points;
+  for (const Key key : keys) points.push_back(values.at<typename Pose::Point>(key));
+  return predict_sightings<Pose>(pose, sensor, points, joint);
+}
+
+MeasuredPoint measured_point(const Detection& d, bool is_3d) {
+  if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
+  return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};
+}
+
+/// Landmarks that may be within the gate of some detection, nearest first where there are too many.
+std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_sigmas,
+                               const MapView& map, const TrackBook& book) {
+  std::vector<std::pair<double, int>> found;
+  for (const Located& at : located) {
+    const double reach = gate_sigmas * at.sigma;
+    book.grid().visit_near(at.point.x(), at.point.y(), 2 * reach, [&](int t) {
+      const Track& track = book.track(t);
+      if (!map.holds(track.position)) return;
+      const double own = std::sqrt(track.covariance.diagonal().sum());
+      const double d = (point_at(map.values, track.position) - at.point).norm();
+      if (d <= reach + gate_sigmas * own) found.emplace_back(d / (at.sigma + own + 1e-9), t);
+    });
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<int> tracks;
+  for (const auto& [distance, t] : found) {
+    if (tracks.size() == kMaxCandidates) break;
+    if (std::find(tracks.begin(), tracks.end(), t) == tracks.end()) tracks.push_back(t);
+  }
+  std::sort(tracks.begin(), tracks.end());
+  return tracks;
+}
+
+double class_cost(const std::vector<double>& phi, const std::vector<double>& belief) {
+  if (phi.empty() || belief.empty()) return 0;
+  double p = 0;
+  for (std::size_t s = 0; s < phi.size(); ++s) p += phi[s] * belief[s];
+  return -std::log(p);
+}
+
+void fill_costs(const std::vector<std::vector<double>>& phi, const SensorReach& reach,
+                const ClassModel& classes, const AssociationOptions& options, const TrackBook& book,
+                FrameCandidates& c) {
+  const auto rows = static_cast<Eigen::Index>(c.measured.size());
+  const auto cols = static_cast<Eigen::Index>(c.tracks.size());
+  const double density =
+      (options.landmarks_in_view + options.clutter_in_view) / reach.measurement_volume();
+  const double gate = chi_square_quantile(options.gate, c.predicted.dim);
+  const std::vector<double> prior =
+      classes.names().empty() ? std::vector<double>{} : classes.prior();
+  c.problem.matched.setConstant(rows, cols, std::numeric_limits<double>::infinity());
+  c.problem.unmatched.resize(rows);
+  c.class_cost.setZero(rows, cols);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    c.problem.unmatched[i] = -std::log(density) + class_cost(phi[i], prior);
+  }
+  for (Eigen::Index j = 0; j < cols; ++j) {
+    const Track& track = book.track(c.tracks[j]);
+    const std::vector<double> belief =
+        track.class_key ? book.class_belief(track, classes) : std::vector<double>{};
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      c.class_cost(i, j) = class_cost(phi[i], belief);
+      const GaussianScore score = c.predicted.score(c.measured[i], static_cast<int>(j));
+      if (score.chi_square <= gate) c.problem.matched(i, j) = score.cost + c.class_cost(i, j);
+    }
+  }
+}
+
+/// The evidence of a matching with all correlations, in place of the sum over its pairs.
+double joint_cost(const FrameCandidates& c, const Matching& matching) {
+  double cost = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const int j = matching.column[i];
+    cost += j < 0 ? c.problem.unmatched[static_cast<Eigen::Index>(i)]
+                  : c.class_cost(static_cast<Eigen::Index>(i), j);
+    any = any || j >= 0;
+  }
+  return any ? cost + c.predicted.score(c.measured, matching).cost : cost;
+}
+
+/// Matchings grown pair by pair under the joint covariance: these find what the sum over pairs
+/// hides where the error of the pose is common to all of them.
+void add_grown(const FrameCandidates& c, double gate, std::vector<Matching>& matchings) {
+  const int dim = c.predicted.dim;
+  IdentityHypotheses h;
+  h.dim = dim;
+  for (int i = 0; i < c.problem.matched.rows(); ++i) {
+    for (int j = 0; j < c.problem.matched.cols(); ++j) {
+      if (!std::isfinite(c.problem.matched(i, j))) continue;
+      h.a.push_back(i);
+      h.b.push_back(j);
+      h.gain.push_back(c.problem.unmatched[i] - c.class_cost(i, j));
+    }
+  }
+  const int n = static_cast<int>(h.a.size());
+  h.difference.resize(dim * n);
+  h.covariance.resize(dim * n, dim * n);
+  for (int p = 0; p < n; ++p) {
+    h.difference.segment(dim * p, dim) = c.predicted.innovation(c.measured[h.a[p]].z, h.b[p]);
+    for (int q = 0; q < n; ++q) {
+      auto block = h.covariance.block(dim * p, dim * q, dim, dim);
+      block = c.predicted.covariance.block(dim * h.b[p], dim * h.b[q], dim, dim);
+      if (h.a[p] == h.a[q]) block += c.measured[h.a[p]].covariance;
+    }
+  }
+  for (const ConsensusSet& set : consensus_sets(h, gate)) {
+    Matching matching{std::vector<int>(c.measured.size(), -1), 0};
+    for (int p : set.pairs) matching.column[h.a[p]] = h.b[p];
+    matchings.push_back(std::move(matching));
+  }
+}
+
+FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching) {
+  FrameHypothesis out;
+  out.cost = joint_cost(c, matching);
+  const int dim = c.predicted.dim;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const int j = matching.column[i];
+    out.track.push_back(j < 0 ? -1 : c.tracks[j]);
+    if (j < 0) {
+      out.constant.push_back(c.problem.unmatched[static_cast<Eigen::Index>(i)]);
+      continue;
+    }
+    // The factor knows the noise R of the sensor alone, the evidence was under S = H P H' + R: the
+    // difference of their normalisers is the Occam factor of the point estimate.
+    const Eigen::MatrixXd R = c.measured[i].covariance;
+    const Eigen::MatrixXd S = R + c.predicted.covariance.block(dim * j, dim * j, dim, dim);
+    out.constant.push_back(0.5 * std::log(S.determinant() / R.determinant()));
+  }
+  return out;
+}
+
+std::vector<Matching> nearest(const FrameCandidates& c) {
+  Matching matching{std::vector<int>(c.measured.size(), -1), 0};
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    Eigen::Index j = 0;
+    if (c.problem.matched.cols() == 0) continue;
+    if (c.problem.matched.row(row).minCoeff(&j) < c.problem.unmatched[row]) {
+      matching.column[i] = static_cast<int>(j);
+    }
+  }
+  return {matching};
+}
+
+}  // namespace
+
+void SensorReach::learn(const DetectionFrame& frame) {
+  min_range = frame.min_range;
+  for (const Detection& d : frame.detections) max_range = std::max(max_range, d.range);
+  if (frame.max_range > 0) max_range = frame.max_range;
+  fov_yaw = frame.fov_yaw > 0 ? frame.fov_yaw : 2 * M_PI;
+  fov_pitch = !frame.is_3d ? 0 : (frame.fov_pitch > 0 ? frame.fov_pitch : M_PI);
+}
+
+double SensorReach::measurement_volume() const {
+  return (max_range - min_range) * fov_yaw * (fov_pitch > 0 ? fov_pitch : 1.0);
+}
+
+double SensorReach::space_in_view() const {
+  if (fov_pitch == 0) return 0.5 * fov_yaw * max_range * max_range;
+  return fov_yaw * 2 * std::sin(0.5 * fov_pitch) * std::pow(max_range, 3) / 3;
+}
+
+FrameCandidates find_candidates(const Frame& frame, const DetectionFrame& seen,
+                                const std::vector<std::vector<double>>& phi, const MapView& map,
+                                const SensorReach& reach, const ClassModel& classes,
+                                const AssociationOptions& options, TrackBook& book) {
+  FrameCandidates c;
+  const int dim = map.is_3d ? 3 : 2;
+  const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
+  const Eigen::MatrixXd pose_covariance = map.joint_covariance({});
+  std::vector<Located> located;
+  for (const Detection& d : seen.detections) {
+    c.measured.push_back(measured_point(d, map.is_3d));
+    located.push_back(map.is_3d ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
+                                             pose_covariance, c.measured.back())
+                                : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
+                                             pose_covariance, c.measured.back()));
+  }
+  c.tracks = nearby_tracks(located, sigmas, map, book);
+  std::vector<Key> keys;
+  for (int t : c.tracks) keys.push_back(book.track(t).position);
+  const Eigen::MatrixXd joint = keys.empty() ? pose_covariance : map.joint_covariance(keys);
+  c.predicted = map.is_3d ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys,
+                                    map.values, joint)
+                          : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys,
+                                    map.values, joint);
+  const Eigen::Index first = pose_covariance.rows();
+  for (std::size_t j = 0; j < c.tracks.size(); ++j) {
+    const Eigen::Index at = first + dim * static_cast<Eigen::Index>(j);
+    book.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
+    book.place(c.tracks[j], map.values);
+  }
+  fill_costs(phi, reach, classes, options, book, c);
+  return c;
+}
+
+std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
+                                             const AssociationOptions& options) {
+  using Method = AssociationOptions::Method;
+  std::vector<Matching> matchings;
+  const double margin = std::log(options.open_odds);
+  if (options.method == Method::kNearest) {
+    matchings = nearest(candidates);
+  } else if (options.method == Method::kJcbb) {
+    matchings = {joint_compatibility(candidates, options.gate)};
+  } else {
+    matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
+                                 std::max(margin, 10.0));
+    if (matchings.size() > 1) add_grown(candidates, options.gate, matchings);
+  }
+  std::vector<FrameHypothesis> out;
+  for (const Matching& matching : matchings) {
+    FrameHypothesis hypothesis = as_hypothesis(candidates, matching);
+    const bool known = std::any_of(out.begin(), out.end(), [&](const FrameHypothesis& other) {
+      return other.track == hypothesis.track;
+    });
+    if (!known) out.push_back(std::move(hypothesis));
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  const double limit = out.front().cost + margin;
+  const auto far = std::find_if(out.begin(), out.end(),
+                                [&](const FrameHypothesis& h) { return h.cost > limit; });
+  out.erase(far, out.end());
+  if (static_cast<int>(out.size()) > options.hypotheses) out.resize(options.hypotheses);
+  return out;
+}
+
+std::vector<double> responsibilities(const FrameCandidates& candidates, int detection) {
+  const auto cols = candidates.problem.matched.cols();
+  std::vector<double> p(static_cast<std::size_t>(cols) + 1);
+  double least = candidates.problem.unmatched[detection];
+  if (cols > 0) least = std::min(least, candidates.problem.matched.row(detection).minCoeff());
+  double sum = 0;
+  for (Eigen::Index j = 0; j <= cols; ++j) {
+    const double cost = j < cols ? candidates.problem.matched(detection, j)
+                                 : candidates.problem.unmatched[detection];
+    p[static_cast<std::size_t>(j)] = std::exp(least - cost);
+    sum += p[static_cast<std::size_t>(j)];
+  }
+  for (double& v : p) v /= sum;
+  return p;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/landmark_merging.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libhybrid/association/consensus.h"
+#include "libhybrid/association/gate.h"
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMaxPairs = 60;
+
+/// log of the evidence that two landmarks have one class against two independent ones.
+double same_class(const TrackBook& book, int a, int b, const ClassModel& classes) {
+  if (!book.track(a).class_key) return 0;
+  const std::vector<double> p = book.class_belief(book.track(a), classes);
+  const std::vector<double> q = book.class_belief(book.track(b), classes);
+  const std::vector<double> prior = classes.prior();
+  double sum = 0;
+  for (std::size_t s = 0; s < p.size(); ++s) {
+    if (prior[s] > 0) sum += p[s] * q[s] / prior[s];
+  }
+  return std::log(sum);
+}
+
+double sigma(const Track& track) {
+  return std::sqrt(track.covariance.trace());
+}
+
+}  // namespace
+
+void LandmarkMerging::sighted(int track, int keyframe) {
+  recent_[track] = keyframe;
+  news_ = true;
+}
+
+bool LandmarkMerging::refused(int from, int into, const TrackBook& book) const {
+  const auto it = refused_.find({from, into});
+  return it != refused_.end() &&
+         it->second == book.track(from).sightings.size() + book.track(into).sightings.size();
+}
+
+void LandmarkMerging::refuse(const Merge& merge, const TrackBook& book) {
+  for (const auto& [from, into] : merge.pairs) {
+    refused_[{from, into}] = book.track(from).sightings.size() + book.track(into).sightings.size();
+  }
+}
+
+std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(const MapView& map,
+                                                                   const ClassModel& classes,
+                                                                   bool everything,
+                                                                   const TrackBook& book) const {
+  const double sigmas = std::sqrt(chi_square_quantile(options_.gate, map.is_3d ? 3 : 2));
+  std::vector<Pair> pairs;
+  const auto usable = [&](int t) {
+    const Track& track = book.track(t);
+    return track.alive && track.open == 0 && track.covariance.size() > 0 &&
+           map.holds(track.position);
+  };
+  const auto compare = [&](int t) {
+    if (!usable(t)) return;
+    const Track& track = book.track(t);
+    const Eigen::Vector3d p = point_at(map.values, track.position);
+    const double own = sigma(track);
+    book.grid().visit_near(p.x(), p.y(), 2 * sigmas * own, [&](int other) {
+      if (other >= t || !usable(other)) return;
+      const double reach = own + sigma(book.track(other));
+      const double d = (point_at(map.values, book.track(other).position) - p).norm();
+      if (d > sigmas * reach || refused(t, other, book) || book.seen_together(t, other)) return;
+      if (same_class(book, t, other, classes) < -std::log(options_.merge_odds)) return;
+      pairs.push_back({t, other, d / reach});
+    });
+  };
+  if (everything) {
+    for (int t = 0; t < static_cast<int>(book.tracks().size()); ++t) compare(t);
+  } else {
+    for (const auto& [t, keyframe] : recent_) compare(t);
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
+  return pairs;
+}
+
+Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, double density,
+                               int keyframe, bool everything, TrackBook& book) {
+  for (auto it = recent_.begin(); it != recent_.end();) {
+    const bool old = it->second < keyframe - options_.recent || !book.track(it->first).alive;
+    it = old ? recent_.erase(it) : std::next(it);
+  }
+  if (!news_ && !everything) return {};
+  news_ = false;
+  const std::vector<Pair> pairs = possible_pairs(map, classes, everything, book);
+  if (pairs.empty()) return {};
+
+  std::map<int, int> column;  // track -> first column in the joint covariance
+  std::vector<Key> keys;
+  const int dim = map.is_3d ? 3 : 2;
+  const auto name = [&](int t) {
+    if (!column.emplace(t, dim * static_cast<int>(keys.size())).second) return;
+    keys.push_back(book.track(t).position);
+  };
+  for (const Pair& pair : pairs) {
+    name(pair.from);
+    name(pair.into);
+  }
+  const Eigen::MatrixXd joint = map.joint_covariance(keys);
+  for (const auto& [t, at] : column) book.track(t).covariance = joint.block(at, at, dim, dim);
+
+  IdentityHypotheses h;
+  h.dim = dim;
+  const int n = static_cast<int>(pairs.size());
+  h.difference.resize(dim * n);
+  h.covariance.resize(dim * n, dim * n);
+  for (int p = 0; p < n; ++p) {
+    h.a.push_back(pairs[p].from);
+    h.b.push_back(pairs[p].into);
+    h.gain.push_back(-std::log(density) + same_class(book, pairs[p].from, pairs[p].into, classes));
+    h.difference.segment(dim * p, dim) = (point_at(map.values, book.track(pairs[p].from).position) -
+                                          point_at(map.values, book.track(pairs[p].into).position))
+                                             .head(dim);
+    const int ap = column.at(pairs[p].from), bp = column.at(pairs[p].into);
+    for (int q = 0; q < n; ++q) {
+      const int aq = column.at(pairs[q].from), bq = column.at(pairs[q].into);
+      h.covariance.block(dim * p, dim * q, dim, dim) =
+          joint.block(ap, aq, dim, dim) - joint.block(ap, bq, dim, dim) -
+          joint.block(bp, aq, dim, dim) + joint.block(bp, bq, dim, dim);
+    }
+    // Landmarks of many sightings are known better than sensors are calibrated.
+    h.covariance.block(dim * p, dim * p, dim, dim) += 1e-6 * Eigen::MatrixXd::Identity(dim, dim);
+  }
+  const ConsensusSet set = decided_consensus(h, options_.gate, std::log(options_.merge_odds));
+  Merge merge;
+  std::set<int> used;
+  for (int p : set.pairs) {
+    if (used.count(h.a[p]) != 0 || used.count(h.b[p]) != 0) continue;
+    used.insert({h.a[p], h.b[p]});
+    merge.pairs.emplace_back(h.a[p], h.b[p]);
+  }
+  if (merge.pairs.empty()) return {};
+  news_ = true;
+  merge.allowed_rise = 0.5 * set.chi_square - set.cost;
+  return merge;
+}
+
+}  // namespace hybrid

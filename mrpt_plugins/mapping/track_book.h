@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/association/spatial_grid.h"
+#include "mrpt_plugins/mapping/class_model.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+
+namespace hybrid {
+
+/// A detection and what it is taken for.
+struct Sighting {
+  int frame = 0;  ///< number of the set of detections it came in
+  Key pose;
+  std::shared_ptr<const DetectionFrame> sensor;  ///< without its detections
+  Detection detection;
+  std::vector<double> phi;  ///< likelihood of each class; empty if not classified
+  int track = -1;           ///< -1: clutter, or not decided
+  std::vector<Handle> factors;
+};
+
+/// A landmark under observation: tentative, then confirmed.
+struct Track {
+  Key position;
+  std::optional<DiscreteKey> class_key;
+  std::vector<int> sightings;          ///< numbers of them, in order
+  std::vector<double> class_evidence;  ///< log p(sightings | class) by class
+  Eigen::MatrixXd covariance;          ///< of its position when last asked for
+  std::vector<Handle> prior;           ///< of its class
+  double existence = 0;                ///< log odds that there is such a landmark
+  int last_keyframe = 0;
+  int open = 0;  ///< factors that hold it and are not decided
+  bool alive = true;
+};
+
+/// Landmarks and sightings, and how a change of what belongs to what becomes a change of the graph.
+/// Every method that adds factors notes where their handles go; `take_handles` fills them in.
+class TrackBook {
+ public:
+  const std::vector<Track>& tracks() const { return tracks_; }
+  Track& track(int t) { return tracks_[t]; }
+  const Track& track(int t) const { return tracks_[t]; }
+  const std::vector<Sighting>& sightings() const { return sightings_; }
+  Sighting& sighting(int s) { return sightings_[s]; }
+  const SpatialGrid& grid() const { return grid_; }
+  std::size_t alive() const { return alive_; }
+
+  /// Notes a detection that belongs to no track yet. Returns its number.
+  int note(Sighting sighting);
+
+  /// Makes a landmark where sighting `s` puts it, seen from `T_map_robot`.
+  int create(int s, const mrpt::poses::CPose3D& T_map_robot, const ClassModel& classes, bool is_3d,
+             Contribution& out);
+  /// Takes sighting `s` for track `t`; `weight` below one weakens its factor.
+  void attach(int s, int t, bool is_3d, Contribution& out, double weight = 1.0);
+  /// The same in the books only; its factor is made elsewhere.
+  void count(int s, int t, Contribution& out);
+  /// Removes the factors of a sighting and, if it had a track, takes it from there.
+  void detach(int s, Contribution& out);
+  /// Adds a factor on behalf of sighting `s`.
+  void add_factor(int s, HybridFactorPtr factor, Contribution& out);
+  /// Removes a track that has no sightings left.
+  void remove(int t, Contribution& out);
+  /// Brings back a track that was removed, without sightings, at `position`.
+  void revive(int t, const Values& position, const Assignment& assignment,
+              const ClassModel& classes, Contribution& out);
+  /// Gives all sightings of `from` to `into`, and removes it.
+  void merge(int from, int into, bool is_3d, Contribution& out);
+
+  /// Notes the handles of the last contribution.
+  void take_handles(const std::vector<Handle>& handles);
+
+  /// Probability of each class given the sightings.
+  std::vector<double> class_belief(const Track& track, const ClassModel& classes) const;
+  /// Whether two landmarks were seen in one frame, so that they are two.
+  bool seen_together(int a, int b) const;
+  /// Moves a track in the grid to its estimate.
+  void place(int t, const Values& values);
+  /// Places all tracks, or the next few in turn.
+  void place_all(const Values& values);
+  void place_some(const Values& values, int count);
+
+ private:
+  struct Slot {  // where the handle of an added factor goes
+    int sighting = -1, track = -1;
+  };
+
+  std::vector<Track> tracks_;
+  std::vector<Sighting> sightings_;
+  SpatialGrid grid_;
+  std::size_t alive_ = 0;
+  std::size_t next_to_place_ = 0;
+  std::array<std::vector<Slot>, 3> slots_;  // by kind of factor, in the order of the delta
+};
+
+}  // namespace hybrid
