@@ -134,12 +134,16 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
                    pulls = term.pulls, cost = term.cost] {
     term_cost_.subtract(terms_[t].cost);
     term_cost_.add(cost);
+    term_constant_.subtract(constant_of(terms_[t].component));
+    term_constant_.add(constant_of(component));
     terms_[t].component = component;
     terms_[t].tree_factor = tree_factor;
     terms_[t].pulls = pulls;
     terms_[t].cost = cost;
   });
   const int previous = term.component.index;
+  term_constant_.subtract(constant_of(term.component));
+  term_constant_.add(constant_of(component));
   term.component = component;
   term_cost_.subtract(term.cost);
   term.cost = evaluate(term, estimate_);

@@ -69,6 +69,9 @@ class IncrementalSmoother {
   /// Half the weighted squared error of the continuous factors and the chosen components.
   double cost() const;
 
+  /// Objective less cost: normalisers, weights and discrete factors.
+  double constant() const { return term_constant_.value() + discrete_.pure_cost(); }
+
   /// Joint covariance of continuous variables in the given order (eq. 11b, Laplace), in time
   /// proportional to their paths in the tree.
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
@@ -137,7 +140,8 @@ class IncrementalSmoother {
   std::vector<int> term_of_continuous_, term_of_hybrid_,
       table_of_discrete_;  // by index of the handle
   std::vector<int> table_of_term_;
-  CostSum term_cost_;  // over terms
+  CostSum term_cost_;      // over terms
+  CostSum term_constant_;  // the part of it that does not depend on the variables
 
   std::deque<Key> recent_;
   std::vector<int> last_;     // slots to eliminate last

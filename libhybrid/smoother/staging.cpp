@@ -41,10 +41,12 @@ void IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   }
   added.cost = evaluate(added, estimate_);
   term_cost_.add(added.cost);
+  term_constant_.add(constant_of(added.component));
   if (added.hybrid == nullptr) enter_tree(t);
   undo_.push_back([this, t] {
     graph_.remove(terms_[t].handle);
     term_cost_.subtract(terms_[t].cost);
+    term_constant_.subtract(constant_of(terms_[t].component));
     terms_.remove(t);
   });
 }
@@ -138,11 +140,13 @@ void IncrementalSmoother::stage_removals(const Delta& delta, Staged& staged) {
     Term& term = terms_[t];
     term.alive = false;
     term_cost_.subtract(term.cost);
+    term_constant_.subtract(constant_of(term.component));
     undo_.push_back([this, t, tree_factor = term.tree_factor, pulls = term.pulls] {
       terms_[t].alive = true;
       terms_[t].tree_factor = tree_factor;
       terms_[t].pulls = pulls;
       term_cost_.add(terms_[t].cost);
+      term_constant_.add(constant_of(terms_[t].component));
     });
     leave_tree(t);
   }

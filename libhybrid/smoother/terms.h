@@ -28,6 +28,11 @@ struct Term {
   const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }
 };
 
+/// What a component adds to the objective beside its cost.
+inline double constant_of(const Component& component) {
+  return component.constant + (component.factor ? component.factor->log_normalizer() : 0.0);
+}
+
 /// -log of the term at the given values, normaliser included.
 double evaluate(const Term& term, const Values& values);
 

@@ -12,19 +12,6 @@
 namespace hybrid {
 namespace {
 
-/// What the factors of a change add to the objective beside their cost.
-double constant_of(const Delta& delta, const Assignment& assignment) {
-  double sum = 0;
-  for (const ContinuousFactorPtr& factor : delta.continuous) sum += factor->log_normalizer();
-  for (const Table& table : delta.discrete) sum += table.cost(assignment);
-  for (const HybridFactorPtr& factor : delta.hybrid) {
-    const Component component = factor->given(assignment);
-    sum += component.constant;
-    if (component.factor != nullptr) sum += component.factor->log_normalizer();
-  }
-  return sum;
-}
-
 /// Replaces or adds a value.
 void put(Values& values, Key key, const Values& from) {
   const double* x = from.data(key);
@@ -82,18 +69,12 @@ BackendReport WindowBackend::update(const Delta& delta) {
     if (merged_.values.contains(key)) merged_.values.erase(key);
   }
   merge(update.left, update.left_discrete);
-  if (!is_full() || update.flips > 0 || !delta.remove.empty()) {
-    constant_ = smoother_.smoother().objective() - smoother_.smoother().cost();
-  } else {
-    constant_ += constant_of(delta, assignment());
-  }
   return report_of(update);
 }
 
 BackendReport WindowBackend::finish() {
   const UpdateReport update = smoother_.converge();
   merge({}, {});
-  constant_ = smoother_.smoother().objective() - smoother_.smoother().cost();
   return report_of(update);
 }
 
@@ -106,7 +87,7 @@ BackendReport WindowBackend::report_of(const UpdateReport& update) const {
   report.exact = update.exact;
   report.handles = update.handles;
   report.objective = smoother_.smoother().objective();
-  report.cost = report.objective - constant_;
+  report.cost = report.objective - smoother_.smoother().constant();
   report.half_steps = update.objectives;
   if (update.status != UpdateReport::Status::kOk) report.warnings.push_back(update.message);
   return report;

@@ -37,8 +37,7 @@ class WindowBackend : public Backend {
 
   WindowOptions window_;
   WindowSmoother smoother_;
-  Estimate merged_;      // of the window and the past; not used where nothing leaves
-  double constant_ = 0;  // objective less cost
+  Estimate merged_;  // of the window and the past; not used where nothing leaves
 };
 
 }  // namespace hybrid
