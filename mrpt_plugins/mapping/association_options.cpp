@@ -19,6 +19,10 @@ AssociationOptions read_association_options(IniSection& section) {
   o.use_ids = section.get("use_ids", o.use_ids, "take the ids of the log where it has them");
   o.gate = section.get("gate", o.gate, "probability of the chi-square gate of an innovation",
                        IniRange{0.5, 0.999999});
+  o.caution = section.get("caution", o.caution,
+                          "price of a match, in -log odds, for each nat that it would tell of pose "
+                          "and landmark: the less these are known, the better it must fit",
+                          kNonNegative);
   o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
                              IniRange{1, 64});
   o.open_odds = section.get("open_odds", o.open_odds,

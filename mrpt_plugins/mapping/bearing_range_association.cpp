@@ -19,8 +19,7 @@ namespace {
 
 constexpr double kMinWeight = 0.01;    // of soft association
 constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
-constexpr double kDeadOdds = -3.0;     // log odds of existence of a landmark that is given up
-constexpr double kSureOdds = 12.0;     // and above which they do not grow
+constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
 constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
 
 /// The share of range and field of view where a landmark is surely in view.
@@ -69,7 +68,7 @@ void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& fram
   SensorReach& reach = reach_[seen.sensor_label];
   reach.learn(seen);
   if (reach.max_range <= 0) return;
-  density_ = options_.landmarks_in_view / reach.space_in_view();
+  density_ = reach.expected_in_view(options_.landmarks_in_view) / reach.space_in_view();
   if (!seen.class_names.empty()) classes_.learn_names(seen.class_names);
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
@@ -97,7 +96,7 @@ void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& fram
     } else {
       const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
       if (found.size() > 1 && map.keeps_all) {
-        leave_open(found, sightings, frame, map, out);
+        doubt(found, sightings, frame, map, out);
       } else {
         take_best(found.front(), sightings, frame, map, out);
       }
@@ -124,7 +123,7 @@ void BearingRangeAssociation::attach(int sighting, int track, const MapView& map
                                      Contribution& out) {
   book_.attach(sighting, track, map.is_3d, out);
   book_.track(track).last_keyframe = keyframe_;
-  merging_->sighted(track, keyframe_);
+  merging_->sighted(track, keyframe_, book_.track(track).sightings.size());
 }
 
 void BearingRangeAssociation::create(int sighting, const mrpt::poses::CPose3D& T_map_robot,
@@ -135,7 +134,7 @@ void BearingRangeAssociation::create(int sighting, const mrpt::poses::CPose3D& T
   const double width = book_.sighting(sighting).detection.range;  // until it is asked for
   book_.track(track).covariance = width * width * Eigen::MatrixXd::Identity(dim, dim);
   book_.track(track).existence = std::log(options_.landmarks_in_view / options_.clutter_in_view);
-  merging_->sighted(track, keyframe_);
+  merging_->sighted(track, keyframe_, book_.track(track).sightings.size());
 }
 
 void BearingRangeAssociation::take_best(const FrameHypothesis& best,
@@ -168,30 +167,41 @@ void BearingRangeAssociation::take_weighted(const FrameCandidates& candidates,
   }
 }
 
-/// One discrete variable for the frame, a value for each hypothesis; detections that all of them
-/// agree about are decided.
-void BearingRangeAssociation::leave_open(const std::vector<FrameHypothesis>& hypotheses,
-                                         const std::vector<int>& sightings, const Frame& frame,
-                                         const MapView& map, Contribution& out) {
-  OpenFrame open{
-      keyframe_,
-      {Key('a', static_cast<std::uint64_t>(frames_)), static_cast<int>(hypotheses.size())},
-      {},
-      std::vector<std::vector<int>>(hypotheses.size())};
+/// Detections that all hypotheses agree about are decided. The others follow the best one until
+/// the estimate has come to terms with it: before that, distances mean little.
+void BearingRangeAssociation::doubt(std::vector<FrameHypothesis> hypotheses,
+                                    const std::vector<int>& sightings, const Frame& frame,
+                                    const MapView& map, Contribution& out) {
+  Doubt doubt{std::move(hypotheses), {}, {}};
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const int s = sightings[i];
-    const int first = hypotheses.front().track[i];
-    const bool agreed = std::all_of(hypotheses.begin(), hypotheses.end(),
+    const int first = doubt.hypotheses.front().track[i];
+    const bool agreed = std::all_of(doubt.hypotheses.begin(), doubt.hypotheses.end(),
                                     [&](const auto& h) { return h.track[i] == first; });
-    if (agreed && first >= 0) attach(s, first, map, out);
-    if (agreed && first < 0) create(s, frame.T_map_robot, map, out);
+    if (first >= 0) attach(sightings[i], first, map, out);
+    if (agreed && first < 0) create(sightings[i], frame.T_map_robot, map, out);
     if (agreed) continue;
+    doubt.rows.push_back(i);
+    doubt.sightings.push_back(sightings[i]);
+  }
+  doubts_.push_back(std::move(doubt));
+}
+
+/// One discrete variable for the frame, a value for each hypothesis.
+void BearingRangeAssociation::leave_open(const Doubt& doubt, const MapView& map,
+                                         Contribution& out) {
+  const std::size_t n = doubt.hypotheses.size();
+  OpenFrame open{keyframe_,
+                 {Key('a', static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
+                 doubt.sightings,
+                 std::vector<std::vector<int>>(n)};
+  for (std::size_t i = 0; i < doubt.rows.size(); ++i) {
+    const int s = doubt.sightings[i];
     const Sighting& sighting = book_.sighting(s);
     std::vector<AssociationOption> options;
-    for (std::size_t h = 0; h < hypotheses.size(); ++h) {
-      const int t = hypotheses[h].track[i];
+    for (std::size_t h = 0; h < n; ++h) {
+      const int t = doubt.hypotheses[h].track[doubt.rows[i]];
       AssociationOption option;
-      option.constant = hypotheses[h].constant[i];
+      option.constant = doubt.hypotheses[h].constant[doubt.rows[i]];
       open.tracks[h].push_back(t);
       if (t >= 0) {
         const Track& track = book_.track(t);
@@ -204,7 +214,9 @@ void BearingRangeAssociation::leave_open(const std::vector<FrameHypothesis>& hyp
       }
       options.push_back(std::move(option));
     }
-    open.sightings.push_back(s);
+    const int best = open.tracks.front().back();
+    book_.detach(s, out);
+    if (best >= 0) book_.count(s, best, out);
     book_.add_factor(s, std::make_shared<AssociationFactor>(open.choice, std::move(options)), out);
   }
   ++statistics_["frames_left_open"];
@@ -240,26 +252,33 @@ void BearingRangeAssociation::decide_old(const MapView& map, int before, Contrib
 void BearingRangeAssociation::judge_existence(const DetectionFrame& seen, const Frame& frame,
                                               const MapView& map, const std::vector<int>& sightings,
                                               Contribution& out) {
-  const SensorReach& reach = reach_[seen.sensor_label];
+  SensorReach& reach = reach_[seen.sensor_label];
   const mrpt::poses::CPose3D T_map_sensor = frame.T_map_robot + seen.T_robot_sensor;
-  std::vector<int> now;
+  const double detected = reach.detection_probability(options_.detection_probability);
+  double seen_now = 0;
   for (int s : sightings) {
     const int t = book_.sighting(s).track;
     if (t < 0) continue;
-    now.push_back(t);
+    ++seen_now;
     double& odds = book_.track(t).existence;
-    odds = std::min(kSureOdds, odds + std::log(options_.detection_probability / kClutterRate));
+    odds = std::min(kSureOdds, odds + std::log(detected / kClutterRate));
   }
   std::vector<int> missed;
   book_.grid().visit_near(T_map_sensor.x(), T_map_sensor.y(), reach.max_range, [&](int t) {
     const Track& track = book_.track(t);
-    if (track.last_keyframe == keyframe_ || track.open > 0 || !map.holds(track.position)) return;
-    if (std::find(now.begin(), now.end(), t) != now.end()) return;
+    // Where a landmark lies that was last seen long ago is known less well than this asks for.
+    if (track.last_keyframe + options_.recent < keyframe_ || !map.holds(track.position)) return;
+    if (track.last_keyframe == keyframe_ || track.open > 0) return;
     if (well_in_view(reach, T_map_sensor, point_at(map.values, track.position))) {
       missed.push_back(t);
     }
   });
-  const double miss = std::log((1 - options_.detection_probability) / (1 - kClutterRate));
+  const double in_view = seen_now + static_cast<double>(missed.size());
+  reach.detections += seen_now;
+  reach.around += seen_now * in_view;
+  reach.in_view += in_view;
+  reach.seen += seen_now;
+  const double miss = std::log((1 - detected) / (1 - kClutterRate));
   for (int t : missed) {
     Track& track = book_.track(t);
     track.existence += miss;
@@ -278,83 +297,6 @@ void BearingRangeAssociation::discard(int track, const MapView& map, Contributio
     book_.remove(track, out);
   }
   out.dropped["detection taken for clutter: its landmark was not seen again"] += sightings.size();
-}
-
-void BearingRangeAssociation::applied(const Outcome& outcome) {
-  book_.take_handles(outcome.handles);
-  if (!outcome.exact) ++statistics_["updates_by_local_search"];
-  if (!merge_) return;
-  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise) {
-    undo_wanted_ = true;
-    return;
-  }
-  statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
-  merge_.reset();
-  undo_.clear();
-}
-
-Contribution BearingRangeAssociation::revise(const MapView& map) {
-  if (undo_wanted_) return undo_merge(map);
-  if (!options_.merge || !removable(map)) return {};
-  return next_merge(map, false);
-}
-
-Contribution BearingRangeAssociation::next_merge(const MapView& map, bool everything) {
-  const Merge merge = merging_->propose(map, classes_, density_, keyframe_, everything, book_);
-  Contribution out;
-  if (merge.pairs.empty()) return out;
-  for (const auto& [from, into] : merge.pairs) {
-    const Track& track = book_.track(from);
-    Undo undo{from, track.sightings, {}, {}};
-    undo.position.insert(track.position, map.values.type(track.position),
-                         map.values.data(track.position));
-    if (track.class_key) {
-      undo.assignment.set(track.class_key->key, map.assignment.at(track.class_key->key));
-    }
-    undo_.push_back(std::move(undo));
-    const int last = std::max(track.last_keyframe, book_.track(into).last_keyframe);
-    book_.merge(from, into, map.is_3d, out);
-    merging_->sighted(into, last);
-  }
-  merge_ = merge;
-  return out;
-}
-
-/// Takes back a merge that the objective speaks against.
-Contribution BearingRangeAssociation::undo_merge(const MapView& map) {
-  Contribution out;
-  undo_wanted_ = false;
-  for (const Undo& undo : undo_) {
-    for (int s : undo.sightings) book_.detach(s, out);
-    book_.revive(undo.from, undo.position, undo.assignment, classes_, out);
-    for (int s : undo.sightings) book_.attach(s, undo.from, map.is_3d, out);
-  }
-  merging_->refuse(*merge_, book_);
-  merge_.reset();
-  undo_.clear();
-  ++statistics_["merges_taken_back"];
-  return out;
-}
-
-Contribution BearingRangeAssociation::conclude(const MapView& map) {
-  if (undo_wanted_) return undo_merge(map);
-  if (!open_.empty()) {
-    Contribution out;
-    decide_old(map, keyframe_, out);
-    return out;
-  }
-  if (options_.merge && removable(map)) {
-    book_.place_all(map.values);
-    Contribution out = next_merge(map, true);
-    if (!out.empty()) return out;
-  }
-  Contribution out;
-  for (int t = 0; t < static_cast<int>(book_.tracks().size()); ++t) {
-    const Track& track = book_.track(t);
-    if (!track.alive || static_cast<int>(track.sightings.size()) >= options_.confirm) continue;
-    discard(t, map, out);
-  }
-  return out;
 }
 
 std::vector<AssociationDecision> BearingRangeAssociation::decisions(const MapView& map) const {

@@ -34,11 +34,19 @@ class BearingRangeAssociation : public MappingPlugin {
   std::vector<std::string> class_names() const override { return classes_.names(); }
 
  private:
+  /// log odds of existence of a landmark that is given up.
+  static constexpr double kDeadOdds = -3.0;
+
   struct OpenFrame {  // a frame whose matching is not decided
     int keyframe;
     DiscreteKey choice;
     std::vector<int> sightings;            // the undecided ones
     std::vector<std::vector<int>> tracks;  // by value of the choice, of these
+  };
+  struct Doubt {  // a frame with several hypotheses, before it is left open
+    std::vector<FrameHypothesis> hypotheses;
+    std::vector<std::size_t> rows;  // of the detections that they disagree about
+    std::vector<int> sightings;     // of these
   };
   struct Undo {  // what a merge under test replaced
     int from;
@@ -52,8 +60,9 @@ class BearingRangeAssociation : public MappingPlugin {
                      const Frame& frame, const MapView& map, Contribution& out);
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings, const Frame& frame,
                  const MapView& map, Contribution& out);
-  void leave_open(const std::vector<FrameHypothesis>& hypotheses, const std::vector<int>& sightings,
-                  const Frame& frame, const MapView& map, Contribution& out);
+  void doubt(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
+             const Frame& frame, const MapView& map, Contribution& out);
+  void leave_open(const Doubt& doubt, const MapView& map, Contribution& out);
   bool take_identified(int sighting, const Frame& frame, const MapView& map, Contribution& out);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
   void create(int sighting, const mrpt::poses::CPose3D& T_map_robot, const MapView& map,
@@ -77,7 +86,9 @@ class BearingRangeAssociation : public MappingPlugin {
   TrackBook book_;
   std::optional<LandmarkMerging> merging_;
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
+  std::vector<Doubt> doubts_;
   std::vector<OpenFrame> open_;
+  int opened_ = 0;
   std::optional<Merge> merge_;  // under test
   std::vector<Undo> undo_;
   bool undo_wanted_ = false;

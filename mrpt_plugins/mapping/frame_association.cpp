@@ -21,7 +21,8 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 64;
-constexpr int kMoreMatchings = 4;  // times those wanted: their order changes with correlations
+constexpr double kWeightOfPrior = 10;  // detections that what is assumed of a sensor counts for
+constexpr int kMoreMatchings = 4;      // times those wanted: their order changes with correlations
 
 /// Where detections fall in the map and how far off they may be.
 struct Located {
@@ -91,7 +92,8 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorReach& 
   const auto rows = static_cast<Eigen::Index>(c.measured.size());
   const auto cols = static_cast<Eigen::Index>(c.tracks.size());
   const double density =
-      (options.landmarks_in_view + options.clutter_in_view) / reach.measurement_volume();
+      (reach.expected_in_view(options.landmarks_in_view) + options.clutter_in_view) /
+      reach.measurement_volume();
   const double gate = chi_square_quantile(options.gate, c.predicted.dim);
   const std::vector<double> prior =
       classes.names().empty() ? std::vector<double>{} : classes.prior();
@@ -113,8 +115,34 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorReach& 
   }
 }
 
+/// The log of the volume that what is known shrinks by if some detections are matched. A match
+/// has to earn it: where the pose is known poorly, one that may be wrong costs more than a new
+/// landmark, which can still be merged once several agree.
+double information(const FrameCandidates& c, const Matching& matching) {
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    if (matching.column[i] >= 0) rows.push_back(static_cast<int>(i));
+  }
+  const int dim = c.predicted.dim, n = dim * static_cast<int>(rows.size());
+  Eigen::MatrixXd S(n, n);
+  double noise = 0;
+  for (int a = 0; a < n / dim; ++a) {
+    for (int b = 0; b < n / dim; ++b) {
+      S.block(dim * a, dim * b, dim, dim) = c.predicted.covariance.block(
+          dim * matching.column[rows[a]], dim * matching.column[rows[b]], dim, dim);
+    }
+    const Eigen::MatrixXd& R = c.measured[rows[a]].covariance;
+    S.block(dim * a, dim * a, dim, dim) += R;
+    noise += std::log(R.determinant());
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(S);
+  double sum = -0.5 * noise;
+  for (int k = 0; k < n; ++k) sum += std::log(llt.matrixLLT()(k, k));
+  return sum;
+}
+
 /// The evidence of a matching with all correlations, in place of the sum over its pairs.
-double joint_cost(const FrameCandidates& c, const Matching& matching) {
+double joint_cost(const FrameCandidates& c, const Matching& matching, double caution) {
   double cost = 0;
   bool any = false;
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
@@ -123,7 +151,8 @@ double joint_cost(const FrameCandidates& c, const Matching& matching) {
                   : c.class_cost(static_cast<Eigen::Index>(i), j);
     any = any || j >= 0;
   }
-  return any ? cost + c.predicted.score(c.measured, matching).cost : cost;
+  if (!any) return cost;
+  return cost + c.predicted.score(c.measured, matching).cost + caution * information(c, matching);
 }
 
 /// Matchings grown pair by pair under the joint covariance: these find what the sum over pairs
@@ -158,9 +187,9 @@ void add_grown(const FrameCandidates& c, double gate, std::vector<Matching>& mat
   }
 }
 
-FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching) {
+FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching, double caution) {
   FrameHypothesis out;
-  out.cost = joint_cost(c, matching);
+  out.cost = joint_cost(c, matching, caution);
   const int dim = c.predicted.dim;
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
     const int j = matching.column[i];
@@ -178,13 +207,17 @@ FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching
   return out;
 }
 
-std::vector<Matching> nearest(const FrameCandidates& c) {
+std::vector<Matching> nearest(const FrameCandidates& c, double caution) {
   Matching matching{std::vector<int>(c.measured.size(), -1), 0};
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     Eigen::Index j = 0;
     if (c.problem.matched.cols() == 0) continue;
-    if (c.problem.matched.row(row).minCoeff(&j) < c.problem.unmatched[row]) {
+    const double cost = c.problem.matched.row(row).minCoeff(&j);
+    if (!std::isfinite(cost)) continue;
+    Matching alone{std::vector<int>(c.measured.size(), -1), 0};
+    alone.column[i] = static_cast<int>(j);
+    if (cost + caution * information(c, alone) < c.problem.unmatched[row]) {
       matching.column[i] = static_cast<int>(j);
     }
   }
@@ -197,8 +230,23 @@ void SensorReach::learn(const DetectionFrame& frame) {
   min_range = frame.min_range;
   for (const Detection& d : frame.detections) max_range = std::max(max_range, d.range);
   if (frame.max_range > 0) max_range = frame.max_range;
-  fov_yaw = frame.fov_yaw > 0 ? frame.fov_yaw : 2 * M_PI;
-  fov_pitch = !frame.is_3d ? 0 : (frame.fov_pitch > 0 ? frame.fov_pitch : M_PI);
+  constexpr double kLeastView = 0.2;  // rad
+  double yaw = kLeastView, pitch = frame.is_3d ? kLeastView : 0;
+  for (const Detection& d : frame.detections) {
+    yaw = std::max(yaw, 2 * std::abs(d.yaw));
+    pitch = std::max(pitch, 2 * std::abs(d.pitch));
+  }
+  fov_yaw = frame.fov_yaw > 0 ? frame.fov_yaw : std::max(fov_yaw, yaw);
+  if (frame.is_3d) fov_pitch = frame.fov_pitch > 0 ? frame.fov_pitch : std::max(fov_pitch, pitch);
+}
+
+double SensorReach::expected_in_view(double before) const {
+  return (kWeightOfPrior * before + around) / (kWeightOfPrior + detections);
+}
+
+double SensorReach::detection_probability(double before) const {
+  const double p = (kWeightOfPrior * before + seen) / (kWeightOfPrior + in_view);
+  return std::clamp(p, 0.1, 0.9);
 }
 
 double SensorReach::measurement_volume() const {
@@ -250,17 +298,18 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   std::vector<Matching> matchings;
   const double margin = std::log(options.open_odds);
   if (options.method == Method::kNearest) {
-    matchings = nearest(candidates);
+    matchings = nearest(candidates, options.caution);
   } else if (options.method == Method::kJcbb) {
     matchings = {joint_compatibility(candidates, options.gate)};
   } else {
     matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
                                  std::max(margin, 10.0));
     if (matchings.size() > 1) add_grown(candidates, options.gate, matchings);
+    matchings.push_back({std::vector<int>(candidates.measured.size(), -1), 0});
   }
   std::vector<FrameHypothesis> out;
   for (const Matching& matching : matchings) {
-    FrameHypothesis hypothesis = as_hypothesis(candidates, matching);
+    FrameHypothesis hypothesis = as_hypothesis(candidates, matching, options.caution);
     const bool known = std::any_of(out.begin(), out.end(), [&](const FrameHypothesis& other) {
       return other.track == hypothesis.track;
     });

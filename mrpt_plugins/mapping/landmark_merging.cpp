@@ -13,7 +13,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMaxPairs = 60;
+constexpr std::size_t kMaxPairs = 40;
+constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
 
 /// log of the evidence that two landmarks have one class against two independent ones.
 double same_class(const TrackBook& book, int a, int b, const ClassModel& classes) {
@@ -34,9 +35,9 @@ double sigma(const Track& track) {
 
 }  // namespace
 
-void LandmarkMerging::sighted(int track, int keyframe) {
+void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
   recent_[track] = keyframe;
-  news_ = true;
+  news_ = news_ || n <= kFirst || n % kEvery == 0;
 }
 
 bool LandmarkMerging::refused(int from, int into, const TrackBook& book) const {
@@ -134,7 +135,9 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
     // Landmarks of many sightings are known better than sensors are calibrated.
     h.covariance.block(dim * p, dim * p, dim, dim) += 1e-6 * Eigen::MatrixXd::Identity(dim, dim);
   }
-  const ConsensusSet set = decided_consensus(h, options_.gate, std::log(options_.merge_odds));
+  // Where there are many pairs to choose from, some agree by chance.
+  const double margin = std::log(options_.merge_odds) + std::log(static_cast<double>(n));
+  const ConsensusSet set = decided_consensus(h, options_.gate, margin);
   Merge merge;
   std::set<int> used;
   for (int p : set.pairs) {

@@ -27,8 +27,8 @@ class LandmarkMerging {
  public:
   explicit LandmarkMerging(const AssociationOptions& options) : options_(options) {}
 
-  /// Notes that a landmark was sighted at this keyframe.
-  void sighted(int track, int keyframe);
+  /// Notes that a landmark was sighted at this keyframe, for the n-th time.
+  void sighted(int track, int keyframe, std::size_t n);
 
   /// The next merge that can be believed, or none. `density` is that of landmarks per m^2 or m^3.
   Merge propose(const MapView& map, const ClassModel& classes, double density, int keyframe,

@@ -320,11 +320,4 @@ std::vector<Eigen::MatrixXd> Mapper::pose_covariances() const {
   return out;
 }
 
-std::vector<AssociationDecision> Mapper::decisions() const {
-  std::vector<AssociationDecision> all;
-  const MapView map{backend_->values(), backend_->assignment(), landmarks_, is_3d_};
-  for (const auto& plugin : plugins_) append(all, plugin->decisions(map));
-  return all;
-}
-
 }  // namespace hybrid

@@ -26,9 +26,10 @@ struct Rounds {
   std::vector<Eigen::Vector2d> landmarks;
 
   Rounds() {
-    for (int i = 0; i < 12; ++i) {
-      const double r = i % 2 == 0 ? 13 : 7;
-      landmarks.emplace_back(r * std::cos(0.5236 * i), r * std::sin(0.5236 * i));
+    for (int i = 0; i < 12; ++i) {  // uneven, so that no turn of the map looks like another
+      const double r = (i % 2 == 0 ? 13 : 7) + uniform(-1.5, 1.5);
+      const double a = 0.5236 * i + uniform(-0.2, 0.2);
+      landmarks.emplace_back(r * std::cos(a), r * std::sin(a));
     }
   }
   double gauss(double sigma) { return sigma * std::normal_distribution<double>()(random); }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The second half of the class: what it changes its mind about.
+
+#include <algorithm>
+#include <utility>
+
+#include "mrpt_plugins/mapping/bearing_range_association.h"
+
+namespace hybrid {
+
+void BearingRangeAssociation::applied(const Outcome& outcome) {
+  book_.take_handles(outcome.handles);
+  if (!outcome.exact) ++statistics_["updates_by_local_search"];
+  if (!merge_) return;
+  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise) {
+    undo_wanted_ = true;
+    return;
+  }
+  statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
+  merge_.reset();
+  undo_.clear();
+}
+
+Contribution BearingRangeAssociation::revise(const MapView& map) {
+  if (undo_wanted_) return undo_merge(map);
+  if (!doubts_.empty()) {
+    Contribution out;
+    for (const Doubt& doubt : doubts_) leave_open(doubt, map, out);
+    doubts_.clear();
+    return out;
+  }
+  if (!options_.merge || !removable(map)) return {};
+  return next_merge(map, false);
+}
+
+Contribution BearingRangeAssociation::next_merge(const MapView& map, bool everything) {
+  const Merge merge = merging_->propose(map, classes_, density_, keyframe_, everything, book_);
+  Contribution out;
+  if (merge.pairs.empty()) return out;
+  for (const auto& [from, into] : merge.pairs) {
+    const Track& track = book_.track(from);
+    Undo undo{from, track.sightings, {}, {}};
+    undo.position.insert(track.position, map.values.type(track.position),
+                         map.values.data(track.position));
+    if (track.class_key) {
+      undo.assignment.set(track.class_key->key, map.assignment.at(track.class_key->key));
+    }
+    undo_.push_back(std::move(undo));
+    const int last = std::max(track.last_keyframe, book_.track(into).last_keyframe);
+    book_.merge(from, into, map.is_3d, out);
+    merging_->sighted(into, last, 1);
+  }
+  merge_ = merge;
+  return out;
+}
+
+/// Takes back a merge that the objective speaks against.
+Contribution BearingRangeAssociation::undo_merge(const MapView& map) {
+  Contribution out;
+  undo_wanted_ = false;
+  for (const Undo& undo : undo_) {
+    for (int s : undo.sightings) book_.detach(s, out);
+    book_.revive(undo.from, undo.position, undo.assignment, classes_, out);
+    for (int s : undo.sightings) book_.attach(s, undo.from, map.is_3d, out);
+  }
+  merging_->refuse(*merge_, book_);
+  merge_.reset();
+  undo_.clear();
+  ++statistics_["merges_taken_back"];
+  return out;
+}
+
+Contribution BearingRangeAssociation::conclude(const MapView& map) {
+  if (undo_wanted_) return undo_merge(map);
+  if (!open_.empty()) {
+    Contribution out;
+    decide_old(map, keyframe_, out);
+    return out;
+  }
+  if (options_.merge && removable(map)) {
+    book_.place_all(map.values);
+    Contribution out = next_merge(map, true);
+    if (!out.empty()) return out;
+  }
+  Contribution out;
+  for (int t = 0; t < static_cast<int>(book_.tracks().size()); ++t) {
+    const Track& track = book_.track(t);
+    const bool confirmed = static_cast<int>(track.sightings.size()) >= options_.confirm;
+    if (track.alive && !(confirmed && track.existence > kDeadOdds)) discard(t, map, out);
+  }
+  return out;
+}
+
+}  // namespace hybrid
