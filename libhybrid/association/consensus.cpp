@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/association/gate.h"
+#include "libhybrid/core/chi_square.h"
 
 namespace hybrid {
 namespace {

@@ -7,25 +7,6 @@
 #include <limits>
 
 namespace hybrid {
-namespace {
-
-/// Quantile of the standard normal distribution: the rational approximation of Abramowitz and
-/// Stegun 26.2.23, within 4.5e-4.
-double normal_quantile(double p) {
-  const bool upper = p > 0.5;
-  const double t = std::sqrt(-2.0 * std::log(upper ? 1.0 - p : p));
-  const double z = t - (2.515517 + t * (0.802853 + t * 0.010328)) /
-                           (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
-  return upper ? z : -z;
-}
-
-}  // namespace
-
-double chi_square_quantile(double p, int dof) {
-  const double h = 2.0 / (9.0 * dof);
-  const double root = 1.0 - h + normal_quantile(p) * std::sqrt(h);
-  return dof * root * root * root;
-}
 
 GaussianScore gaussian_score(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -6,10 +6,6 @@
 
 namespace hybrid {
 
-/// The value below which a chi-square variable of `dof` degrees of freedom lies with probability
-/// `p` in (0, 1), by the formula of Wilson and Hilferty (within 3 % from p = 0.9 on).
-double chi_square_quantile(double p, int dof);
-
 /// How a zero-mean Gaussian of covariance S judges a residual.
 struct GaussianScore {
   double chi_square = 0.0;  ///< r' S^-1 r

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "libhybrid/association/consensus.h"
+#include "libhybrid/core/chi_square.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "mrpt_plugins/mapping/jcbb.h"
 #include "mrpt_plugins/mapping/sighting.h"

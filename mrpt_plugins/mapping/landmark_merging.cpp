@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/association/consensus.h"
-#include "libhybrid/association/gate.h"
+#include "libhybrid/core/chi_square.h"
 #include "mrpt_plugins/mapping/space.h"
 
 namespace hybrid {

@@ -13,13 +13,6 @@
 namespace hybrid {
 namespace {
 
-TEST(ChiSquare, QuantilesAreThoseOfTables) {
-  EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.841, 0.1);
-  EXPECT_NEAR(chi_square_quantile(0.99, 2), 9.210, 0.05);
-  EXPECT_NEAR(chi_square_quantile(0.999, 3), 16.266, 0.4);
-  EXPECT_NEAR(chi_square_quantile(0.99, 30), 50.892, 0.1);
-}
-
 TEST(GaussianScore, IsTheDensity) {
   const Eigen::Vector2d r(0.5, -1);
   const Eigen::Matrix2d S = (Eigen::Matrix2d() << 2, 0.5, 0.5, 1).finished();
