@@ -8,6 +8,7 @@
 #include "apps/hybrid-pgo/solution.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/robust/chordal.h"
 
 namespace hybrid {
 namespace {
@@ -58,7 +59,7 @@ Input read_input(const std::string& path, const std::string& start,
         fmt::format("{}: {}; a graph of several parts has no common frame", path, e.what()));
   }
   if (input.poses().empty()) throw Error(path + ": holds no pose");
-  if (start != "odometry") {
+  if (start != "odometry" && start != "chordal") {
     const std::string missing = missing_text(input.initial.keys(), input.graph.values);
     if (missing.empty()) {
       input.initial = input.graph.values;
@@ -68,6 +69,7 @@ Input read_input(const std::string& path, const std::string& start,
     }
   }
   input.factors = to_factors(input.graph, input.initial);
+  if (start == "chordal") input.initial = chordal_initialization(input.factors, input.initial);
   return input;
 }
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "apps/hybrid-pgo/outputs.h"
+#include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"
 #include "mrpt_plugins/input/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
@@ -32,7 +33,13 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   summary.objective = solution.objective;
   summary.cost = solution.cost;
   summary.cost_online = solution.cost_online;
-  for (const Loop& loop : loops) ++(loop.in_force() ? summary.inliers : summary.outliers);
+  for (const Loop& loop : loops) {
+    ++(loop.in_force() ? summary.inliers : summary.outliers);
+    if (!loop.checkable && loop.decision == "accepted") ++summary.unchecked;
+  }
+  summary.note = solution.note;
+  summary.variance_factor = solution.variance_factor;
+  summary.members = solution.members;
   if (!solution.steps.empty()) summary.steps = step_statistics(solution.steps);
   if (!truth.empty()) {
     summary.truth.emplace();
@@ -43,6 +50,7 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
 
 void report(const GraphSummary& summary, const OutputDirectory& out) {
   if (!summary.message.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.message);
+  if (!summary.note.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.note);
   fmt::print(
       "{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
       summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
@@ -51,7 +59,7 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
     fmt::print(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
                summary.steps->p95_ms, summary.steps->max_ms);
   }
-  if (summary.truth) {
+  if (summary.truth && summary.truth->trajectory) {
     fmt::print(", rmse {:.4f} m, aligned {:.4f} m", summary.truth->trajectory->unaligned.rmse_m,
                summary.truth->trajectory->aligned.rmse_m);
   }
@@ -62,10 +70,15 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
 
 namespace {
 
-Solution solve(const Input& input, const Options& options) {
-  if (!options.online) return solve_batch(input);
+/// `loops` stays empty where the solver leaves them to find_loops.
+Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
+  if (!options.online) {
+    const bool trust_all = options.method == "lm" || options.trusted == "all";
+    return trust_all ? solve_batch(input) : solve_robust(input, options, loops);
+  }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
-  return options.trusted == "all" ? solve_online(input) : solve_judged(input, options.trusted);
+  const bool judged = !options.trusted.empty() && options.trusted != "all";
+  return judged ? solve_judged(input, options.trusted) : solve_online(input);
 }
 
 }  // namespace
@@ -73,11 +86,9 @@ Solution solve(const Input& input, const Options& options) {
 int optimize(const Options& options) {
   const auto start = Clock::now();
   const Input input = read_input(options.graph, options.start, options.shuffle);
-  if (!input.graph.alternatives.empty() && (!options.online || options.trusted != "all")) {
+  if (!input.graph.alternatives.empty() &&
+      (!options.online || !(options.trusted.empty() || options.trusted == "all"))) {
     throw Error(options.graph + ": edges with hypotheses need --online, with all closures trusted");
-  }
-  if (options.trusted != "all" && !options.online) {
-    throw Error("--trusted needs --online");
   }
   const std::string title = std::filesystem::path(options.graph).stem().string();
   const std::vector<Key> poses = input.poses();
@@ -85,12 +96,17 @@ int optimize(const Options& options) {
   if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
   const OutputDirectory out(options.output);
 
-  const Solution solution = solve(input, options);
+  std::vector<Loop> loops;
+  const Solution solution = solve(input, options, loops);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     truth[i].estimate = to_mrpt(solution.values, poses[i]);
   }
-  const std::vector<Loop> loops = find_loops(input, solution.values, solution.decisions);
+  if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
   GraphSummary summary = summarize(input, solution, loops, truth);
+  if (!options.labels.empty()) {
+    if (!summary.truth) summary.truth.emplace();
+    compare_with_labels(options.labels, loops, *summary.truth);
+  }
   write_graph(out, input, solution.values);
   out.write("loops.csv", loops_csv(loops));
   if (!solution.hypotheses.empty()) {

@@ -31,25 +31,33 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("GRAPH")
       ->required();
   CLI::Option* method =
-      app.add_option("--method", options.method, "lm: Levenberg-Marquardt on the whole graph")
+      app.add_option("--method", options.method,
+                     "what becomes of loop closures that may be false: escape (default) admits "
+                     "them by predicted innovation; portfolio takes the best of several; "
+                     "alternating, gnc, dcs, switchable, max-mixture for comparison; lm: "
+                     "Levenberg-Marquardt that trusts all")
           ->type_name("METHOD")
-          ->check(CLI::IsMember({"lm"}))
-          ->capture_default_str();
+          ->check(CLI::IsMember({"lm", "gnc", "dcs", "switchable", "max-mixture", "alternating",
+                                 "escape", "portfolio"}));
+  app.add_option("--trusted", options.trusted,
+                 "measurements that are not in question: all (default online), odometry (from "
+                 "pose i to i + 1; default else), or a file of rows 'i j': online, of closures "
+                 "beside odometry; else of all of them")
+      ->type_name("all|odometry|FILE");
+  app.add_option("--labels", options.labels,
+                 "true loop closures, rows 'i j', or 'i j 0|1': for loop_precision and loop_recall")
+      ->type_name("FILE");
   app.add_flag("--online", options.online,
                "incrementally, pose by pose, then to convergence; writes steps.csv")
       ->excludes(method);
   app.add_option("--start", options.start,
-                 "start at the poses of the file, or chain the odometry; default: the file if it "
+                 "start at the poses of the file, chain the odometry, or solve linearly for "
+                 "rotations, then "
+                 "translations; default: the file if it "
                  "has a VERTEX line for every vertex. Online, poses start at their first "
                  "measurement, and this tells the first pose only")
-      ->type_name("file|odometry")
-      ->check(CLI::IsMember({"file", "odometry"}));
-  app.add_option(
-         "--trusted", options.trusted,
-         "with --online: believe all loop closures, or judge those that are not odometry, or "
-         "not in a file of lines 'i j'")
-      ->type_name("all|odometry|FILE")
-      ->capture_default_str();
+      ->type_name("file|odometry|chordal")
+      ->check(CLI::IsMember({"file", "odometry", "chordal"}));
   app.add_option("--shuffle", options.shuffle,
                  "seed of a random order of the hypotheses of an edge, which is that of the file "
                  "without it")
@@ -70,6 +78,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
     return std::nullopt;
   }
+  if (options.method.empty() && !options.online) options.method = "escape";
   return options;
 }
 

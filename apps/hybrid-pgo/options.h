@@ -15,12 +15,14 @@ enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
 /// What the command line asks for.
 struct Options {
   std::string graph;
-  std::string method = "lm";
+  std::string method;  ///< empty: not given
   bool online = false;
-  std::string start;            ///< "file", "odometry", or empty: the file if it holds all vertices
-  std::string trusted = "all";  ///< online: "all", "odometry", or a file of closures 'i j'
+  std::string
+      start;  ///< "file", "odometry", "chordal", or empty: the file if it holds all vertices
+  std::string trusted;  ///< "all", "odometry", or a file of pairs 'i j'; empty: see --help
   std::optional<std::uint64_t> shuffle;  ///< seed of the order of hypotheses
   std::string truth;                     ///< file; empty if unknown
+  std::string labels;                    ///< file of true closures; empty if unknown
   bool sparsity = false;
   std::string output = "hybrid-pgo-out";
 };

@@ -61,10 +61,11 @@ std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
 }
 
 std::string loops_csv(const std::vector<Loop>& loops) {
-  std::string text = "i,j,decision,inlier_probability,residual\n";
+  std::string text = "i,j,decision,inlier_probability,residual,redundancy,checkable,margin\n";
   for (const Loop& loop : loops) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{}\n", loop.from.index(), loop.to.index(),
-                   loop.decision, loop.inlier_probability, loop.residual);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", loop.from.index(),
+                   loop.to.index(), loop.decision, loop.inlier_probability, loop.residual,
+                   loop.redundancy, loop.checkable ? 1 : 0, loop.margin);
   }
   return text;
 }

@@ -18,7 +18,10 @@ struct Loop {
   Key from, to;
   std::string decision = "trusted";
   double inlier_probability = 1;
-  double residual = 0;  ///< norm of the whitened residual
+  double residual = 0;    ///< norm of the whitened residual
+  double redundancy = 1;  ///< see Verdict, as for the next two
+  bool checkable = true;
+  double margin = 0;
 
   bool in_force() const { return decision == "trusted" || decision == "accepted"; }
 };
@@ -30,7 +33,7 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
 /// hypotheses.csv: i, j, hypothesis chosen, and where the one that was first in the file is.
 std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen);
 
-/// loops.csv: i, j, decision, inlier_probability, residual.
+/// loops.csv: i, j, decision, inlier_probability, residual, redundancy, checkable, margin.
 std::string loops_csv(const std::vector<Loop>& loops);
 
 /// graph.g2o: the estimate with the measurements of the input.

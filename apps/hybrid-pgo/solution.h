@@ -12,6 +12,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/io/pose_graph.h"
 #include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/output/summary.h"
 
 namespace hybrid {
 
@@ -27,9 +28,10 @@ struct Input {
   std::vector<Key> poses() const;
 };
 
-/// Reads a graph; `start` is "file", "odometry" or empty for the file if it has all vertices;
-/// hypotheses are put in a random order where a seed for it is given.
-/// Throws Error naming the file where it is malformed, not connected, or lacks vertices it needs.
+/// Reads a graph; `start` is "file", "odometry", "chordal" (from all relative poses) or empty for
+/// the file if it has all vertices; hypotheses are put in a random order where a seed for it is
+/// given. Throws Error naming the file where it is malformed, not connected, or lacks vertices it
+/// needs.
 Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt);
 
@@ -44,12 +46,15 @@ struct Solution {
   Values values;
   std::string method;
   std::string message;  ///< empty if it converged
+  std::string note;     ///< what the user should know of a good result
   int iterations = 0;
   double seconds = 0;
   double objective = 0;
   double cost = 0;
-  std::vector<StepRecord> steps;      ///< online
-  std::optional<double> cost_online;  ///< after the last step, before solving to convergence
+  std::vector<StepRecord> steps;          ///< online
+  std::optional<double> variance_factor;  ///< of the noise, where the method estimates it
+  std::vector<PortfolioSummary> members;  ///< of a portfolio
+  std::optional<double> cost_online;      ///< after the last step, before solving to convergence
   std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
   std::vector<int> hypotheses;                ///< chosen, for each edge that has several
   std::vector<Key> order;  ///< elimination order; empty where the solver does not tell

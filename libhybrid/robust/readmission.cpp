@@ -277,7 +277,12 @@ std::vector<Candidate> Readmission::all_plausible() {
   predict_others(true);
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (!accepted_[k] && evidence_[k] > kNone) found.push_back({evidence_[k], static_cast<int>(k)});
+    if (accepted_[k] || innovation_[k].size() == 0) continue;
+    const double limit = model_.gate * gate_quantile(static_cast<int>(innovation_[k].size()));
+    if (predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm() <=
+        limit * model_.variance_factor) {
+      found.push_back({evidence_[k], static_cast<int>(k)});
+    }
   }
   std::sort(found.begin(), found.end(), by_evidence);
   return found;

@@ -47,7 +47,7 @@ class Readmission {
 
   /// Closures whose evidence suffices, best first.
   std::vector<Candidate> candidates();
-  /// Closures that lie inside the gate, whatever their evidence, best first.
+  /// Closures inside the gate at the variance factor found, whatever their evidence, best first.
   std::vector<Candidate> all_plausible();
   /// The two that together have the best evidence, if it suffices for two; else none.
   std::vector<Candidate> best_pair();

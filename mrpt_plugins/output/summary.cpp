@@ -70,6 +70,8 @@ Json to_json(const TruthSummary& t) {
     out["associations"] = to_json(*t.associations);
   }
   if (t.nees_pose) out["nees_pose"] = *t.nees_pose;
+  if (t.loop_precision) out["loop_precision"] = *t.loop_precision;
+  if (t.loop_recall) out["loop_recall"] = *t.loop_recall;
   if (t.nees_landmark) out["nees_landmark"] = *t.nees_landmark;
   if (t.modes) {
     out["modes"] = {{"motions", t.modes->motions},
@@ -151,6 +153,16 @@ std::string summary_json(const GraphSummary& s) {
   if (s.cost_online) out["cost_online"] = *s.cost_online;
   out["inliers"] = s.inliers;
   out["outliers"] = s.outliers;
+  out["unchecked"] = s.unchecked;
+  if (!s.note.empty()) out["note"] = s.note;
+  if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
+  for (const PortfolioSummary& member : s.members) {
+    out["members"].push_back({{"method", member.method},
+                              {"objective", member.objective},
+                              {"verified_objective", member.verified_objective},
+                              {"inliers", member.inliers},
+                              {"seconds", member.seconds}});
+  }
   if (s.steps) out["steps"] = to_json(*s.steps);
   if (s.truth) out["truth"] = to_json(*s.truth);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';

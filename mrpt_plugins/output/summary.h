@@ -32,9 +32,11 @@ struct TruthSummary {
   std::optional<LandmarkErrors> landmarks_aligned;  ///< after the alignment of the trajectory
   std::optional<double> class_accuracy;  ///< fraction of the matched landmarks
   std::optional<AssociationReport> associations;
-  std::optional<double> nees_pose;      ///< mean over poses and degrees of freedom
-  std::optional<double> nees_landmark;  ///< the same over landmarks
-  std::optional<ModeScore> modes;       ///< of motion
+  std::optional<double> nees_pose;       ///< mean over poses and degrees of freedom
+  std::optional<double> nees_landmark;   ///< the same over landmarks
+  std::optional<ModeScore> modes;        ///< of motion
+  std::optional<double> loop_precision;  ///< share of the accepted closures that are true
+  std::optional<double> loop_recall;     ///< share of the true closures that are accepted
 };
 
 /// The content of a replay's summary.json.
@@ -59,6 +61,15 @@ struct Summary {
 /// The summary as JSON text; values that are not finite become null.
 std::string summary_json(const Summary& summary);
 
+/// What one member of a portfolio of solvers ended with.
+struct PortfolioSummary {
+  std::string method;
+  double objective = 0;           ///< joint
+  double verified_objective = 0;  ///< once closures that the evidence does not carry are dropped
+  std::size_t inliers = 0;
+  double seconds = 0;
+};
+
 /// The content of the summary.json of a pose graph.
 struct GraphSummary {
   std::string status = "ok";
@@ -73,6 +84,10 @@ struct GraphSummary {
   double cost = 0;
   std::size_t inliers = 0;  ///< loop closures by decision
   std::size_t outliers = 0;
+  std::size_t unchecked = 0;              ///< accepted closures that no other measurement checks
+  std::string note;                       ///< left out when empty
+  std::optional<double> variance_factor;  ///< of the noise of the measurements
+  std::vector<PortfolioSummary> members;
   std::optional<StepStatistics> steps;
   std::optional<double> cost_online;  ///< after the last step, before solving to convergence
   std::optional<TruthSummary> truth;

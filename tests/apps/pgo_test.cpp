@@ -86,7 +86,7 @@ class Pgo : public testing::Test {
   }
   /// Runs batch and online and returns the two summaries.
   std::pair<nlohmann::json, nlohmann::json> both(const std::string& graph) const {
-    const Result batch = run(graph + " -o " + at("batch"));
+    const Result batch = run(graph + " --method lm -o " + at("batch"));
     EXPECT_EQ(batch.code, 0) << batch.text;
     const Result online = run(graph + " --online -o " + at("online"));
     EXPECT_EQ(online.code, 0) << online.text;
@@ -126,9 +126,10 @@ TEST_F(Pgo, WritesFilesThatReadBack) {
   EXPECT_EQ(result.code, 0) << result.text;
   EXPECT_EQ(lines("out/new/steps.csv"), 1 + 24);
   EXPECT_EQ(lines("out/new/loops.csv"), 1 + 16);
-  EXPECT_EQ(
-      read("out/new/loops.csv").find("i,j,decision,inlier_probability,residual\n0,8,trusted,1"),
-      0u);
+  EXPECT_EQ(read("out/new/loops.csv")
+                .find("i,j,decision,inlier_probability,residual,redundancy,"
+                      "checkable,margin\n0,8,trusted,1"),
+            0u);
   for (const char* name : {"graph", "sparsity_jacobian", "sparsity_information", "sparsity_factor",
                            "sparsity_marginalized"}) {
     EXPECT_EQ(read(std::string("out/new/") + name + ".png").substr(1, 3), "PNG") << name;
@@ -138,7 +139,7 @@ TEST_F(Pgo, WritesFilesThatReadBack) {
   EXPECT_EQ(written.values.size(), 24u);
   EXPECT_EQ(written.edge_count(), 23u + 16u);
   // Solved again from the estimate, the graph stays where it is.
-  EXPECT_EQ(run(at("out/new/graph.g2o") + " --start file -o " + at("again")).code, 0);
+  EXPECT_EQ(run(at("out/new/graph.g2o") + " --method lm --start file -o " + at("again")).code, 0);
   EXPECT_NEAR(summary("again")["cost"], summary("out/new")["cost"], 1e-9);
   EXPECT_LE(summary("again")["iterations"], 2);
 }
@@ -202,6 +203,59 @@ TEST_F(Pgo, SolvesPublicGraphs) {
     EXPECT_LT(online["cost_online"], 1.05 * online["cost"].get<double>()) << name;
     EXPECT_LT(online["steps"]["p95_ms"], 100.0) << name;
   }
+}
+
+TEST_F(Pgo, RejectsLiesByDefaultAndByEveryMethod) {
+  // Two lies: pose 20 was not at pose 3, nor 27 at 9.
+  const std::string graph = write("lies.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
+                                                  edge(27, 9, hybrid::SE2(5, -4, 1)));
+  std::string labels;
+  for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
+  const std::string file = write("labels.txt", labels);
+  for (const std::string method : {"", "escape", "portfolio", "alternating", "gnc"}) {
+    const std::string option = method.empty() ? "" : " --method " + method;
+    const Result result = run(graph + option + " --labels " + file + " -o " + at("out"));
+    ASSERT_EQ(result.code, 0) << method << result.text;
+    const auto s = summary("out");
+    EXPECT_EQ(s["method"], method.empty() ? "escape" : method);
+    EXPECT_EQ(s["inliers"], 24) << method;
+    EXPECT_EQ(s["outliers"], 2) << method;
+    EXPECT_EQ(s["truth"]["loop_precision"], 1.0) << method;
+    EXPECT_EQ(s["truth"]["loop_recall"], 1.0) << method;
+    EXPECT_EQ(s.contains("members"), method == "portfolio");
+    const std::string loops = read("out/loops.csv");
+    EXPECT_NE(loops.find("\n0,8,accepted,"), std::string::npos) << loops;
+    EXPECT_NE(loops.find("\n20,3,rejected,"), std::string::npos) << loops;
+  }
+  for (const std::string method : {"dcs", "switchable", "max-mixture"}) {
+    EXPECT_EQ(run(graph + " --method " + method + " -o " + at("out")).code, 0) << method;
+  }
+}
+
+TEST_F(Pgo, TrustsWhatItIsTold) {
+  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, hybrid::SE2(0, 0, 2)));
+  std::string pairs = "20 3\n";
+  for (int k = 1; k < 24; ++k) pairs += std::to_string(k - 1) + " " + std::to_string(k) + "\n";
+  const std::string trusted = write("trusted.txt", pairs);
+  ASSERT_EQ(run(graph + " --trusted " + trusted + " -o " + at("out")).code, 0);
+  EXPECT_NE(read("out/loops.csv").find("\n20,3,trusted,"), std::string::npos);
+  expect_failure(graph + " --trusted " + write("bad.txt", "0 1\n3\n"), "bad.txt:2");
+  expect_failure(graph + " --labels " + at("none.txt"), "none.txt");
+  // Without odometry between poses 11 and 12, a closure has to join the two parts.
+  std::string gap = laps_graph(3);
+  const std::size_t line = gap.find("EDGE_SE2 11 12 ");
+  gap.erase(line, gap.find('\n', line) + 1 - line);
+  const Result result = run(write("gap.g2o", gap) + " -o " + at("gap"));
+  EXPECT_EQ(result.code, 0) << result.text;
+  EXPECT_NE(result.text.find("had to be trusted"), std::string::npos) << result.text;
+  EXPECT_EQ(summary("gap")["outliers"], 0);
+}
+
+TEST_F(Pgo, StartsFromChordalRotations) {
+  const std::string graph = write("g.g2o", laps_graph(4));
+  ASSERT_EQ(run(graph + " --method lm -o " + at("a")).code, 0);
+  ASSERT_EQ(run(graph + " --method lm --start chordal -o " + at("b")).code, 0);
+  EXPECT_NEAR(summary("a")["cost"], summary("b")["cost"], 1e-9);
 }
 
 }  // namespace

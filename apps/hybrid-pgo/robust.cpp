@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-pgo/robust.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <unordered_map>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/robust/alternation.h"
+#include "libhybrid/robust/dcs.h"
+#include "libhybrid/robust/escape.h"
+#include "libhybrid/robust/gnc.h"
+#include "libhybrid/robust/max_mixture.h"
+#include "libhybrid/robust/portfolio.h"
+#include "libhybrid/robust/switchable.h"
+
+namespace hybrid {
+namespace {
+
+using Pair = std::pair<std::uint64_t, std::uint64_t>;
+
+/// Rows `i j` or `i j flag`; a missing flag is 1.
+std::map<Pair, bool> read_pairs(const std::string& file) {
+  std::ifstream in(file);
+  if (!in) throw Error(file + ": cannot be read");
+  std::map<Pair, bool> pairs;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    std::istringstream row(line.substr(0, line.find_first_of("#%")));
+    if ((row >> std::ws).eof()) continue;
+    std::uint64_t i = 0, j = 0;
+    int flag = 1;
+    bool good = bool(row >> i >> j);
+    if (good && !(row >> std::ws).eof()) good = bool(row >> flag) && (flag == 0 || flag == 1);
+    if (!good || !(row >> std::ws).eof()) {
+      throw Error(fmt::format("{}:{}: expected 'i j' or 'i j 0|1'", file, number));
+    }
+    pairs[{i, j}] = flag == 1;
+  }
+  return pairs;
+}
+
+bool has_flags(const std::map<Pair, bool>& pairs) {
+  for (const auto& [pair, flag] : pairs) {
+    if (!flag) return true;
+  }
+  return false;
+}
+
+/// Variables that factors connect, as sets.
+class Parts {
+ public:
+  Key root(Key key) {
+    Key at = key;
+    while (parent_.emplace(at, at).first->second != at) at = parent_[at];
+    parent_[key] = at;
+    return at;
+  }
+  /// False if they were one already.
+  bool join(const std::vector<Key>& keys) {
+    bool new_link = false;
+    for (std::size_t i = 1; i < keys.size(); ++i) {
+      const Key a = root(keys[0]);
+      const Key b = root(keys[i]);
+      if (a != b) new_link = true;
+      parent_[a] = b;
+    }
+    return new_link;
+  }
+
+ private:
+  std::unordered_map<Key, Key> parent_;
+};
+
+/// The problem, with the index in `loops` of each closure.
+struct Task {
+  RobustProblem problem;
+  std::vector<std::size_t> loop_of;
+  std::size_t bridges = 0;
+};
+
+Task make_task(const Input& input, const Options& options, std::vector<Loop>& loops) {
+  std::map<Pair, bool> trusted;
+  const bool by_file = !options.trusted.empty() && options.trusted != "odometry";
+  if (by_file) trusted = read_pairs(options.trusted);
+  Task task;
+  task.problem.initial = input.initial;
+  Parts parts;
+  std::vector<std::pair<ContinuousFactorPtr, std::size_t>> candidates;
+  const std::size_t relative = input.graph.poses2.size() + input.graph.poses3.size();
+  for (std::size_t f = 0; f < input.factors.size(); ++f) {
+    const ContinuousFactorPtr& factor = input.factors[f];
+    const std::vector<Key>& keys = factor->keys();
+    bool trust = f >= relative;
+    if (f < relative) {
+      const bool odometry = is_odometry(keys[0], keys[1]);
+      if (!odometry) loops.push_back({keys[0], keys[1]});
+      const auto named = trusted.find({keys[0].index(), keys[1].index()});
+      trust = by_file ? named != trusted.end() && named->second : odometry;
+      if (!trust && odometry) loops.push_back({keys[0], keys[1]});
+    }
+    if (trust) {
+      task.problem.trusted.push_back(factor);
+      parts.join(keys);
+    } else {
+      candidates.emplace_back(factor, loops.size() - 1);
+    }
+  }
+  for (const auto& [factor, loop] : candidates) {
+    if (parts.join(factor->keys())) {
+      task.problem.trusted.push_back(factor);
+      ++task.bridges;
+    } else {
+      task.problem.closures.push_back(factor);
+      task.loop_of.push_back(loop);
+    }
+  }
+  return task;
+}
+
+RobustResult solve_by(const std::string& method, const RobustProblem& problem, Solution& solution) {
+  if (method == "gnc") return solve_gnc(problem);
+  if (method == "dcs") return solve_dcs(problem);
+  if (method == "switchable") return solve_switchable(problem);
+  if (method == "max-mixture") return solve_max_mixture(problem);
+  if (method == "alternating") return solve_alternating(problem);
+  if (method == "escape") {
+    EscapeOptions options;
+    options.solver.relative_decrease = 1e-9;
+    return solve_escape(problem, options);
+  }
+  PortfolioOptions options;
+  options.escape.solver.relative_decrease = 1e-9;
+  const PortfolioResult portfolio = solve_portfolio(problem, options);
+  for (const PortfolioMember& member : portfolio.members) {
+    std::size_t inliers = 0;
+    for (const Verdict& verdict : member.result.verdicts) inliers += verdict.accepted ? 1 : 0;
+    solution.members.push_back({member.result.method, member.result.objective, member.objective,
+                                inliers, member.result.seconds});
+  }
+  return portfolio.best;
+}
+
+}  // namespace
+
+Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops) {
+  Task task = make_task(input, options, loops);
+  Solution solution;
+  const RobustResult result = solve_by(options.method, task.problem, solution);
+  solution.method = options.method;
+  solution.values = result.values;
+  solution.iterations = result.iterations;
+  solution.seconds = result.seconds;
+  solution.objective = result.objective;
+  solution.cost = result.cost;
+  solution.variance_factor = result.variance_factor;
+  if (!result.converged) solution.message = result.message;
+  if (task.bridges > 0) {
+    solution.note = fmt::format(
+        "{} measurements that are not odometry connect parts of the trajectory and had to be "
+        "trusted",
+        task.bridges);
+  }
+  for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
+    const Verdict& verdict = result.verdicts[k];
+    Loop& loop = loops[task.loop_of[k]];
+    loop.decision = verdict.accepted ? "accepted" : "rejected";
+    loop.inlier_probability = verdict.inlier_probability;
+    loop.redundancy = verdict.redundancy;
+    loop.checkable = verdict.checkable;
+    loop.margin = std::isfinite(verdict.margin) ? verdict.margin : -1e3;
+    loop.residual = std::sqrt(verdict.chi_square);
+  }
+  return solution;
+}
+
+void compare_with_labels(const std::string& file, const std::vector<Loop>& loops,
+                         TruthSummary& truth) {
+  const std::map<Pair, bool> labels = read_pairs(file);
+  const bool others_unknown = has_flags(labels);
+  double accepted = 0, accepted_true = 0, all_true = 0;
+  for (const Loop& loop : loops) {
+    const auto label = labels.find({loop.from.index(), loop.to.index()});
+    if (label == labels.end() && others_unknown) continue;
+    const bool is_true = label != labels.end() && label->second;
+    const bool in = loop.in_force();
+    accepted += in;
+    accepted_true += in && is_true;
+    all_true += is_true;
+  }
+  if (accepted > 0) truth.loop_precision = accepted_true / accepted;
+  if (all_true > 0) truth.loop_recall = accepted_true / all_true;
+}
+
+}  // namespace hybrid
