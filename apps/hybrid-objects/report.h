@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/robust/object_map.h"
+
+namespace hybrid {
+
+/// One sequence with what each method made of it: the start, switches, Huber, Cauchy.
+struct ObjectReport {
+  struct Answer {
+    RobustResult result;
+    std::optional<ObjectMapErrors> errors;  ///< where the truth is known
+  };
+  std::string name;
+  ObjectSequence sequence;
+  RobustProblem problem;
+  std::vector<Answer> answers;
+};
+
+/// Reads and solves a sequence by all methods. Throws Error for bad input.
+ObjectReport solve_sequence(const std::string& name, const std::string& folder);
+
+/// Errors by sequence and method, as text.
+std::string comparison_table(const std::vector<ObjectReport>& reports);
+
+/// Writes summary.json and, in a folder per sequence, objects.csv, trajectory.tum, objects.png.
+void write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output);
+
+}  // namespace hybrid
