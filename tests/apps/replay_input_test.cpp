@@ -111,6 +111,7 @@ std::string log_with_bad_measurements(const std::string& path, float std_pitch) 
     auto seen = mrpt::obs::CObservationBearingRange::Create();
     seen->sensor_std_range = seen->sensor_std_yaw = 0.01F;
     seen->sensor_std_pitch = std_pitch;
+    seen->fieldOfView_yaw = static_cast<float>(2.0 * M_PI);  // it passes the landmarks
     for (int id = 0; id < 2; ++id) {
       const double dx = 10 * id - i, dy = 4;
       mrpt::obs::CObservationBearingRange::TMeasurement m;
