@@ -174,9 +174,9 @@ void draw(const ExperimentPlan& plan, const Ledger& ledger, const std::vector<Po
   for (const std::string& method : plan.methods) {
     const Calibration calibration = calibration_of(plan, ledger, method);
     if (calibration.predictions == 0) continue;
-    out.write("reliability_" + method + ".png",
-              png(reliability_image(calibration, "Inlier probabilities of " + method,
-                                    kClosureClaims)));
+    out.write(
+        "reliability_" + method + ".png",
+        png(reliability_image(calibration, "Inlier probabilities of " + method, kClosureClaims)));
   }
 }
 

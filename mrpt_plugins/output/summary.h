@@ -30,7 +30,7 @@ struct TruthSummary {
   std::optional<TrajectoryReport> dead_reckoning;
   std::optional<LandmarkErrors> landmarks;
   std::optional<LandmarkErrors> landmarks_aligned;  ///< after the alignment of the trajectory
-  std::optional<double> class_accuracy;  ///< fraction of the matched landmarks
+  std::optional<double> class_accuracy;             ///< fraction of the matched landmarks
   std::optional<AssociationReport> associations;
   std::optional<double> nees_pose;       ///< mean over poses and degrees of freedom
   std::optional<double> nees_landmark;   ///< the same over landmarks
