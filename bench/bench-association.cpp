@@ -56,7 +56,8 @@ struct World {
   Keyframe keyframe(int i) {
     const CPose3D now = pose(i);
     while (landmarks.size() < kPerBlock * static_cast<std::size_t>(now.x() / kSpacing + 2)) {
-      const double x = kSpacing * static_cast<double>(landmarks.size() / kPerBlock);
+      const std::size_t block = landmarks.size() / kPerBlock;
+      const double x = kSpacing * static_cast<double>(block);
       const double a = uniform(-M_PI, M_PI), r = kRadius + uniform(-5, 5);
       landmarks.emplace_back(x + r * std::cos(a), kRadius + r * std::sin(a));
     }
@@ -77,7 +78,7 @@ struct World {
     frame.is_3d = false;
     frame.max_range = kReach;
     frame.fov_yaw = 2 * M_PI;
-    const std::size_t near = kPerBlock * static_cast<std::size_t>(now.x() / kSpacing + 0.5);
+    const std::size_t near = kPerBlock * static_cast<std::size_t>(std::lround(now.x() / kSpacing));
     for (std::size_t id = near < kPerBlock ? 0 : near - kPerBlock;
          id < std::min(landmarks.size(), near + 2 * kPerBlock); ++id) {
       Detection d;
