@@ -78,7 +78,7 @@ void Alignment::set_noise(const MatchNoise& noise) {
 
 double Alignment::match(const SE3& T_target_source) {
   const Eigen::Matrix3d R = T_target_source.rotation().matrix();
-  const Eigen::Vector3d t = T_target_source.translation();
+  const Eigen::Vector3d& t = T_target_source.translation();
   const MatchWeights weights(noise_, target_->shape());
   struct Tally {
     double distance = 0.0;
@@ -113,7 +113,7 @@ double Alignment::match(const SE3& T_target_source) {
 template <class Sum, class Visit>
 Sum Alignment::sum_over_pairs(const SE3& T_target_source, const Visit& visit) const {
   const Eigen::Matrix3d R = T_target_source.rotation().matrix();
-  const Eigen::Vector3d t = T_target_source.translation();
+  const Eigen::Vector3d& t = T_target_source.translation();
   std::vector<Sum> sums(chunks_of(size()));
   pool_->run(static_cast<int>(sums.size()), [&](int chunk) {
     Sum sum{};
@@ -221,7 +221,7 @@ Alignment::Residuals Alignment::residuals(const SE3& T_target_source) const {
 
 double Alignment::noise_across(const SE3& T_target_source) const {
   const Eigen::Matrix3d R = T_target_source.rotation().matrix();
-  const Eigen::Vector3d t = T_target_source.translation();
+  const Eigen::Vector3d& t = T_target_source.translation();
   std::vector<double> squares;
   squares.reserve(inliers_);
   for (std::size_t i = 0; i < size(); ++i) {
