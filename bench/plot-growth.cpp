@@ -18,6 +18,8 @@
 namespace hybrid {
 namespace {
 
+constexpr std::size_t kColors = 6;  // before series_color repeats
+
 double number(const std::string& text, const std::string& where) {
   double value = 0.0;
   const char* end = text.data() + text.size();
@@ -41,7 +43,9 @@ void read_rows(const std::string& path, std::vector<Series>& series) {
     if (second == std::string::npos) throw std::runtime_error(where + ": three columns expected");
     const std::string graph = line.substr(0, first);
     if (series.empty() || series.back().label != graph) {
-      series.push_back({graph, {}, {}, series_color(series.size())});
+      const std::size_t i = series.size();
+      series.push_back({graph, {}, {}, series_color(i)});
+      if (i >= kColors) series.back().line = LineStyle::kDashed;
     }
     series.back().x.push_back(number(line.substr(first + 1, second - first - 1), where));
     series.back().y.push_back(number(line.substr(second + 1), where) * 1e-3);
