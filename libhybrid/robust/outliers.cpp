@@ -27,13 +27,13 @@ class Uniform {
   std::mt19937_64 engine_;
 };
 
-SE2 random_pose(Uniform& uniform, SE2) {
+SE2 random_pose(Uniform& uniform, const SE2&) {
   const double x = uniform(-0.5 * kSide, 0.5 * kSide);
   const double y = uniform(-0.5 * kSide, 0.5 * kSide);
   return {x, y, uniform(-M_PI, M_PI)};
 }
 
-SE3 random_pose(Uniform& uniform, SE3) {
+SE3 random_pose(Uniform& uniform, const SE3&) {
   Eigen::Vector3d t;
   for (double& entry : t) entry = uniform(-0.5 * kSide, 0.5 * kSide);
   // Shoemake's uniform unit quaternion.

@@ -12,6 +12,22 @@ namespace {
 
 constexpr int kTries = 14;
 
+/// A share of the way along the full step, straight or, where there is a bend, to it in the first
+/// half and on from it in the second (Powell's dogleg).
+void part_of_way(double share, const std::vector<double>& full, const std::vector<double>& bend,
+                 std::vector<double>& part) {
+  part.resize(full.size());
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    if (bend.empty()) {
+      part[i] = share * full[i];
+    } else if (share < 0.5) {
+      part[i] = 2.0 * share * bend[i];
+    } else {
+      part[i] = bend[i] + (2.0 * share - 1.0) * (full[i] - bend[i]);
+    }
+  }
+}
+
 }  // namespace
 
 /// Goes a part of the way from the old estimate to the present one, the largest tried that does not
@@ -37,22 +53,13 @@ bool IncrementalSmoother::back_off(double before) {
       std::copy_n(x, estimate_.type(slot).size, estimate_.data(slot));
     });
   };
-  std::vector<double> bend(full.size(), 0.0);  // where the path to the full step bends
+  std::vector<double> bend, part;
   if (options_.step == SmootherOptions::Step::kDogleg) {
     restore();
     bend = cauchy_step(slots);
   }
-  std::vector<double> part(full.size());
   const auto move = [&](double share) {
-    for (std::size_t i = 0; i < full.size(); ++i) {
-      if (options_.step == SmootherOptions::Step::kGaussNewton) {
-        part[i] = share * full[i];
-      } else if (share < 0.5) {
-        part[i] = 2.0 * share * bend[i];
-      } else {
-        part[i] = bend[i] + (2.0 * share - 1.0) * (full[i] - bend[i]);
-      }
-    }
+    part_of_way(share, full, bend, part);
     const double* step = part.data();
     for_each_old([&](int slot, const double* x) {
       const VariableType type = estimate_.type(slot);
@@ -63,7 +70,7 @@ bool IncrementalSmoother::back_off(double before) {
   std::vector<double> delta;
   double share = 1.0;
   for (int k = 0;; ++k) {
-    share *= options_.step == SmootherOptions::Step::kDogleg ? 0.7 : 0.5;
+    share *= bend.empty() ? 0.5 : 0.7;
     const bool give_up = k == kTries;
     if (give_up) {
       restore();
