@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "bench/ceres_factor.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/linear/cholesky.h"
-#include "libhybrid/solvers/convergence.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <vector>
 
+#include "libhybrid/core/elapsed.h"
+
 namespace hybrid::bench {
 
 /// Wall time, and time of all processors spent on this process: on a busy machine the second tells
@@ -20,10 +22,7 @@ struct Time {
 class Stopwatch {
  public:
   Stopwatch() : wall_(std::chrono::steady_clock::now()), cpu_(cpu_now()) {}
-  Time elapsed() const {
-    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_).count(),
-            cpu_now() - cpu_};
-  }
+  Time elapsed() const { return {seconds_since(wall_), cpu_now() - cpu_}; }
 
  private:
   static double cpu_now() {

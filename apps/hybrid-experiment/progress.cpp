@@ -8,6 +8,8 @@
 
 #include <cstdio>
 
+#include "libhybrid/core/elapsed.h"
+
 namespace hybrid {
 
 Progress::Progress(std::size_t todo)
@@ -31,7 +33,7 @@ void Progress::message(const std::string& text) {
 }
 
 void Progress::show(const std::string& what) {
-  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const double seconds = seconds_since(start_);
   const double left = seconds / static_cast<double>(done_) * static_cast<double>(todo_ - done_);
   const std::string text = fmt::format("{:3d} %  {} of {} trials  about {:.0f} s left  {}",
                                        100 * done_ / todo_, done_, todo_, left, what);

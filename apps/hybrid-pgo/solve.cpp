@@ -7,6 +7,7 @@
 
 #include "apps/hybrid-pgo/progress.h"
 #include "apps/hybrid-pgo/solution.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
@@ -17,10 +18,6 @@ namespace hybrid {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// One update of the smoother, timed. `normalizer` sums the log-normalisers of all factors so far,
 /// by which cost and objective differ.

@@ -13,6 +13,7 @@
 #include "apps/hybrid-replay/progress.h"
 #include "apps/hybrid-replay/settings.h"
 #include "apps/hybrid-replay/truth.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/input/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -26,10 +27,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kVideoFrames = 100;  // where --frames does not say
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::size_t count_keyframes(const Settings& settings) {
   KeyframeSource source(settings.rawlog, settings.source);

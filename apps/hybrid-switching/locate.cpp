@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/range.h"
@@ -181,10 +182,6 @@ RangeModes learn(const RangeProblem& problem, const RangeLog& log, const HybridG
   }
   out.chain = counts.chain(1.0);
   return out;
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 Located make_located(const std::string& method, const RangeProblem& problem,

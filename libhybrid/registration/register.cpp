@@ -3,10 +3,10 @@
 #include "libhybrid/registration/register.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/registration/alignment.h"
 #include "libhybrid/registration/cloud.h"
 #include "libhybrid/registration/starts.h"
@@ -220,7 +220,7 @@ RegistrationResult register_clouds(const Points& source, const Points& target,
   check_cloud(source, "the source cloud");
   check_cloud(target, "the target cloud");
   RegistrationResult result = Registration(source, target, options).run();
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = seconds_since(start);
   return result;
 }
 

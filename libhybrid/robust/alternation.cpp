@@ -2,8 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/robust/alternation.h"
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/robust/closure_problem.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 

@@ -9,10 +9,10 @@
 #include <unordered_map>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/robust/clique.h"
 #include "libhybrid/robust/mixture_graph.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 namespace {

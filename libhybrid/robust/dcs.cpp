@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
 

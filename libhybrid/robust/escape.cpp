@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/robust/readmission.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 namespace {

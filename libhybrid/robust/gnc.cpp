@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
 namespace {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/between.h"
 
 namespace hybrid {
@@ -23,10 +24,6 @@ constexpr double kEase = 1e-2;
 constexpr int kFinalRounds = 5;
 /// Joint values of open choices that are compared at most.
 constexpr std::size_t kCombinations = 1024;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The motion that a value of a choice measures, if it is one from a pose to the next.
 std::optional<SE2> motion_of(const HybridFactor& factor, int value) {

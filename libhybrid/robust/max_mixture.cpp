@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
 

@@ -8,12 +8,12 @@
 #include <limits>
 #include <memory>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/robust/alternation.h"
 #include "libhybrid/robust/closure_problem.h"
 #include "libhybrid/robust/kernel.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 namespace {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
 namespace {
@@ -23,10 +24,6 @@ constexpr std::size_t kCompared = 300;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 bool is_pose(VariableType type) {
   return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;

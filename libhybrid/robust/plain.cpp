@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/robust/plain.h"
 
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -4,10 +4,10 @@
 
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/robust/alternation.h"
 #include "libhybrid/robust/chordal.h"
 #include "libhybrid/robust/gnc.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 namespace {

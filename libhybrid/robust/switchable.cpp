@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/prior.h"
-#include "libhybrid/solvers/convergence.h"
 
 namespace hybrid {
 namespace {

@@ -8,15 +8,13 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
+
 namespace hybrid {
 namespace {
 
 /// Gauss-Newton steps that a half-step may take beyond the first.
 constexpr int kMoreSteps = 3;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 }  // namespace
 

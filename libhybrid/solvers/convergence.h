@@ -8,14 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
 namespace hybrid {
-
-inline double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Largest entry of the gradient in standard deviations, see SolverOptions::gradient.
 inline double gradient_norm(const NormalEquations& system) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/marginals/continuous.h"
 
@@ -75,7 +76,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
   }
   report.objective = objective_;
   report.cost = cost_;
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.seconds = seconds_since(start);
   return report;
 }
 
@@ -131,7 +132,7 @@ BackendReport BatchBackend::solve() {
   if (result.report.status != AlternatingStatus::kConverged) {
     report.warnings.push_back("the solver did not converge: " + result.report.message);
   }
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.seconds = seconds_since(start);
   return report;
 }
 
