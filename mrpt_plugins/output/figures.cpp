@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 
@@ -36,6 +37,11 @@ Series level(const std::string& label, double x_low, double x_high, double y, Co
   s.color = color;
   s.line = LineStyle::kDashed;
   return s;
+}
+
+/// Whether each time is later than the one before.
+bool increase(const std::vector<double>& times) {
+  return std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
 }
 
 /// Ends of the Wilson score interval of a frequency, 95 %.
@@ -87,7 +93,8 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
   PlotSpec plot;
   plot.title = title;
   plot.subtitle = "Distance between estimated and true position; lower is better";
-  plot.x.label = "time since the start (s)";
+  const bool timed = increase(times);
+  plot.x.label = timed ? "time since the start (s)" : "keyframe";
   plot.y.label = "position error (m)";
   plot.y.scale = Scale::kLog;
   plot.width = 1400;
@@ -100,7 +107,9 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
     }
     Series s;
     s.color = color;
-    for (const double t : times) s.x.push_back(t - times.front());
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      s.x.push_back(timed ? times[i] - times.front() : static_cast<double>(i));
+    }
     s.y = position_errors(pairs);
     s.label = name;
     plot.series.push_back(s);

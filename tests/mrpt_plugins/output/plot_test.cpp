@@ -117,6 +117,20 @@ TEST(Plot, EmptyAndConstantDataStillGiveAPicture) {
   EXPECT_EQ(reliability_image(calibration({}), "none").width, 1000);
 }
 
+TEST(ErrorImage, CountsKeyframesWhereTheClockStandsStill) {
+  std::vector<PosePair> pairs;
+  for (int i = 0; i < 5; ++i) {
+    PosePair pair;
+    pair.estimate.x(0.1 * i * i);
+    pairs.push_back(pair);
+  }
+  const Image timed = error_image({7.0, 8.0, 9.0, 10.0, 12.0}, pairs, {}, "errors");
+  const Image stopped = error_image({7.0, 7.0, 7.0, 7.0, 7.1}, pairs, {}, "errors");
+  const Image backwards = error_image({7.0, 8.0, 7.5, 9.0, 10.0}, pairs, {}, "errors");
+  EXPECT_NE(timed.rgb, stopped.rgb);
+  EXPECT_EQ(stopped.rgb, backwards.rgb);
+}
+
 TEST(Canvas, DashesLeaveGapsAndClippingHolds) {
   const auto ink = [](LineStyle style, bool clipped) {
     Canvas canvas(200, 40);
