@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
@@ -73,6 +74,22 @@ SolverReport ClosureProblem::solve(const SolverOptions& options) {
   return report;
 }
 
+void ClosureProblem::solve_in_rounds(const SolverOptions& options, const RoleRule& rule,
+                                     RobustResult& result) {
+  result.converged = false;
+  SolverOptions few = options;
+  few.max_iterations = kIterationsPerRound;
+  for (int round = 0; round < kRounds && iterations_ < options.max_iterations; ++round) {
+    const SolverReport last = solve(few);
+    report(last, result);
+    const std::vector<ClosureRole> next = rule(values_);
+    if (last.status != SolverStatus::kIterationLimit && next == roles_) break;
+    set_roles(next);
+  }
+  result.values = values_;
+  result.iterations = iterations_;
+}
+
 void ClosureProblem::report(const SolverReport& last, RobustResult& result) const {
   result.converged = singular_.empty() && last.status == SolverStatus::kConverged;
   result.message = singular_.empty() ? last.message : singular_;
@@ -92,7 +109,8 @@ std::vector<double> chi_squares(const RobustProblem& problem, const Values& valu
 }
 
 RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kernel>& kernels,
-                           const ComparisonOptions& options) {
+                           double least_weight, const ComparisonOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
   std::vector<ContinuousFactorPtr> closures;
   for (std::size_t k = 0; k < kernels.size(); ++k) {
     closures.push_back(std::make_shared<KernelFactor>(problem.closures[k], kernels[k]));
@@ -103,19 +121,14 @@ RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kerne
   ClosureProblem weighted(problem, closures, {}, problem.initial, roles(problem.initial),
                           options.solver.threads);
   RobustResult result;
-  result.converged = false;
-  SolverOptions solver = options.solver;
-  solver.max_iterations = kIterationsPerRound;
-  for (int round = 0; round < kRounds && weighted.iterations() < options.solver.max_iterations;
-       ++round) {
-    const SolverReport report = weighted.solve(solver);
-    weighted.report(report, result);
-    const std::vector<ClosureRole> next = roles(weighted.values());
-    if (report.status != SolverStatus::kIterationLimit && next == weighted.roles()) break;
-    weighted.set_roles(next);
+  weighted.solve_in_rounds(options.solver, roles, result);
+  const std::vector<double> chi_square = chi_squares(problem, result.values);
+  std::vector<bool> accepted;
+  for (std::size_t k = 0; k < kernels.size(); ++k) {
+    accepted.push_back(kernels[k].weight(chi_square[k]) >= least_weight);
   }
-  result.values = weighted.values();
-  result.iterations = weighted.iterations();
+  finish(problem, accepted, options.mixture, result);
+  result.seconds = seconds_since(start);
   return result;
 }
 

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +22,9 @@ enum class ClosureRole {
   kAbsent  ///< not at all
 };
 
+/// The roles that suit values.
+using RoleRule = std::function<std::vector<ClosureRole>(const Values&)>;
+
 /// A robust problem whose closures are replaced by weighted ones, compiled once: weights change
 /// without a new analysis, which only closures that go or come back cause.
 class ClosureProblem {
@@ -35,6 +39,9 @@ class ClosureProblem {
   const std::vector<ClosureRole>& roles() const { return roles_; }
   /// Levenberg-Marquardt from the current values; adds to iterations().
   SolverReport solve(const SolverOptions& options);
+  /// Solves in rounds of a few iterations, with roles renewed after each until none changes. Sets
+  /// values, iterations, converged and message of a result.
+  void solve_in_rounds(const SolverOptions& options, const RoleRule& rule, RobustResult& result);
   const Values& values() const { return values_; }
   void set_values(const Values& values) { values_ = values; }
   int iterations() const { return iterations_; }
@@ -67,9 +74,10 @@ struct ComparisonOptions {
 std::vector<double> chi_squares(const RobustProblem& problem, const Values& values);
 
 /// Minimises trusted factors plus closures under kernels, one per closure. Closures of negligible
-/// weight are weak; roles are renewed until none changes. Returns values, iterations and status.
+/// weight are weak; roles are renewed until none changes. Accepted are the closures whose weight is
+/// at least `least_weight` at the end.
 RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kernel>& kernels,
-                           const ComparisonOptions& options);
+                           double least_weight, const ComparisonOptions& options);
 
 /// Fills verdicts, objective and cost of a result that has values.
 void finish(const RobustProblem& problem, const std::vector<bool>& accepted,

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "libhybrid/core/elapsed.h"
-
 namespace hybrid {
 
 double dcs_scale(double chi_square, double phi) {
@@ -21,20 +19,14 @@ Kernel dcs_kernel(double phi) {
 }
 
 RobustResult solve_dcs(const RobustProblem& problem, const DcsOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
   if (!(options.phi > 0.0)) {
     throw Error("phi of dynamic covariance scaling must be positive, got " +
                 std::to_string(options.phi));
   }
   const std::vector<Kernel> kernels(problem.closures.size(), dcs_kernel(options.phi));
-  RobustResult result = solve_kernels(problem, kernels, options);
+  // A scale of one half is a weight of one quarter.
+  RobustResult result = solve_kernels(problem, kernels, 0.25, options);
   result.method = "dcs";
-  std::vector<bool> accepted;
-  for (double s : chi_squares(problem, result.values)) {
-    accepted.push_back(dcs_scale(s, options.phi) >= 0.5);
-  }
-  finish(problem, accepted, options.mixture, result);
-  result.seconds = seconds_since(start);
   return result;
 }
 

@@ -17,6 +17,12 @@ struct Costs {
   double outlier = 0.0;
 };
 
+void check_weights(const MixtureOptions& options) {
+  if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
+    throw Error("weights of inliers and outliers must be positive");
+  }
+}
+
 /// -log density of the constant outlier model; nothing where it is the wide Gaussian.
 std::optional<double> null_density(const ContinuousFactor& closure, const MixtureOptions& options) {
   if (options.null_hypothesis || !options.flat) return options.null_hypothesis;
@@ -44,14 +50,22 @@ HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& 
                                 std::make_shared<Inflated>(factor, options.outlier_variance),
                                 options.inlier_weight, options.outlier_weight);
   }
-  if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
-    throw Error("weights of inliers and outliers must be positive");
-  }
+  check_weights(options);
   std::vector<MixtureComponent> components;
   components.push_back({factor, -std::log(options.inlier_weight), false});
   components.push_back({nullptr, *null - std::log(options.outlier_weight), true});
   return std::make_shared<Mixture>(std::vector<DiscreteKey>{closure_switch(closure)},
                                    std::move(components));
+}
+
+OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options) {
+  check_weights(options);
+  const double prior = 2.0 * std::log(options.inlier_weight / options.outlier_weight);
+  if (options.null_hypothesis) {
+    return {INFINITY, 2.0 * (*options.null_hypothesis - closure.log_normalizer()) + prior};
+  }
+  return {options.flat ? INFINITY : options.outlier_variance,
+          closure.rows() * std::log(options.outlier_variance) + prior};
 }
 
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options) {

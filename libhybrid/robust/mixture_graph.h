@@ -36,6 +36,15 @@ inline DiscreteKey closure_switch(std::size_t closure) {
 HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
                                 const MixtureOptions& options = {});
 
+/// The two components of a closure as lines over its squared whitened norm s: where the inlier
+/// costs s / 2, the outlier costs half of s / variance + offset. Throws Error for weights that are
+/// not positive.
+struct OutlierLine {
+  double variance = 1.0;  ///< infinite where the outlier model is constant
+  double offset = 0.0;
+};
+OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options);
+
 /// The graph of eq. 16: trusted factors as they are, every closure a mixture. Throws
 /// Error for weights that are not positive.
 HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options = {});

@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 
-#include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/robust/alternation.h"
@@ -92,18 +91,13 @@ RobustResult solve_objects(const RobustProblem& problem, const ObjectMapOptions&
 
 RobustResult solve_objects(const RobustProblem& problem, const Loss& loss,
                            const ObjectMapOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
   const Kernel kernel{[loss](double s) { return loss.value(s); },
                       [loss](double s) { return loss.weight(s); }};
   ComparisonOptions comparison;
   comparison.mixture = options.mixture;
   RobustResult result =
-      solve_kernels(problem, std::vector<Kernel>(problem.closures.size(), kernel), comparison);
+      solve_kernels(problem, std::vector<Kernel>(problem.closures.size(), kernel), 0.5, comparison);
   result.method = loss.kind == Loss::Kind::kHuber ? "huber" : "cauchy";
-  std::vector<bool> accepted;
-  for (double s : chi_squares(problem, result.values)) accepted.push_back(loss.weight(s) >= 0.5);
-  finish(problem, accepted, options.mixture, result);
-  result.seconds = seconds_since(start);
   return result;
 }
 

@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "libhybrid/core/elapsed.h"
-
 namespace hybrid {
 namespace {
 
@@ -32,33 +30,17 @@ Kernel soft_mixture_kernel(double outlier_variance, double offset) {
 }
 
 Kernel soft_mixture_kernel(const ContinuousFactor& closure, const MixtureOptions& mixture) {
-  if (!(mixture.inlier_weight > 0.0) || !(mixture.outlier_weight > 0.0)) {
-    throw Error("weights of inliers and outliers must be positive");
-  }
-  const double prior = 2.0 * std::log(mixture.inlier_weight / mixture.outlier_weight);
-  if (mixture.null_hypothesis) {
-    return soft_mixture_kernel(INFINITY,
-                               2.0 * (*mixture.null_hypothesis - closure.log_normalizer()) + prior);
-  }
-  return soft_mixture_kernel(mixture.flat ? INFINITY : mixture.outlier_variance,
-                             closure.rows() * std::log(mixture.outlier_variance) + prior);
+  const OutlierLine line = outlier_line(closure, mixture);
+  return soft_mixture_kernel(line.variance, line.offset);
 }
 
 RobustResult solve_soft_mixture(const RobustProblem& problem, const ComparisonOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
   std::vector<Kernel> kernels;
   for (const ContinuousFactorPtr& closure : problem.closures) {
     kernels.push_back(soft_mixture_kernel(*closure, options.mixture));
   }
-  RobustResult result = solve_kernels(problem, kernels, options);
+  RobustResult result = solve_kernels(problem, kernels, 0.5, options);
   result.method = "sum-mixture";
-  const std::vector<double> chi_square = chi_squares(problem, result.values);
-  std::vector<bool> accepted;
-  for (std::size_t k = 0; k < kernels.size(); ++k) {
-    accepted.push_back(kernels[k].weight(chi_square[k]) >= 0.5);
-  }
-  finish(problem, accepted, options.mixture, result);
-  result.seconds = seconds_since(start);
   return result;
 }
 

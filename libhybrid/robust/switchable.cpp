@@ -13,9 +13,6 @@ namespace {
 
 using Vector1 = Eigen::Matrix<double, 1, 1>;
 
-constexpr int kRounds = 50;  // of roles
-constexpr int kIterationsPerRound = 10;
-
 std::vector<Key> with_switch(std::vector<Key> keys, Key switch_key) {
   keys.push_back(switch_key);
   return keys;
@@ -88,22 +85,13 @@ RobustResult solve_switchable(const RobustProblem& problem, const SwitchableOpti
                           options.solver.threads);
   RobustResult result;
   result.method = "switchable";
-  result.converged = false;
-  SolverOptions solver = options.solver;
-  solver.max_iterations = kIterationsPerRound;
-  for (int round = 0; round < kRounds && weighted.iterations() < options.solver.max_iterations;
-       ++round) {
-    const SolverReport report = weighted.solve(solver);
-    weighted.report(report, result);
-    const auto next = roles_of(switches(weighted.values(), count), options.negligible_weight);
-    if (report.status != SolverStatus::kIterationLimit && next == weighted.roles()) break;
-    weighted.set_roles(next);
-  }
-  result.values = weighted.values();
+  const auto rule = [&](const Values& at) {
+    return roles_of(switches(at, count), options.negligible_weight);
+  };
+  weighted.solve_in_rounds(options.solver, rule, result);
   std::vector<bool> accepted;
   for (double s : switches(result.values, count)) accepted.push_back(s >= 0.5);
   for (std::size_t k = 0; k < count; ++k) result.values.erase(real_switch(k));
-  result.iterations = weighted.iterations();
   finish(problem, accepted, options.mixture, result);
   result.seconds = seconds_since(start);
   return result;

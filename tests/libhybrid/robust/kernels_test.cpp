@@ -64,6 +64,20 @@ TEST(MaxMixture, ConstantNullHypothesis) {
   EXPECT_EQ(kernel.weight(1e6), 0.0);
 }
 
+TEST(MaxMixture, FlatOutlierModel) {
+  const auto g = testing::drive_laps<SE2>(2, 3, 1);
+  MixtureOptions mixture;
+  mixture.flat = true;
+  mixture.outlier_weight = 0.2;
+  const ContinuousFactor& closure = *g.problem.closures.back();
+  const Kernel kernel = max_mixture_kernel(closure, mixture);
+  const RobustProblem problem{{}, {g.problem.closures.back()}, g.problem.initial};
+  const double outlier = joint_objective(problem, g.problem.initial, {false}, mixture).objective;
+  const double constant = closure.log_normalizer() - std::log(mixture.inlier_weight);
+  EXPECT_NEAR(0.5 * kernel.value(1e9) + constant, outlier, 1e-9);
+  EXPECT_EQ(kernel.weight(1e9), 0.0);
+}
+
 TEST(KernelFactor, ScalesResidualAndJacobian) {
   const auto g = testing::drive_laps<SE2>(2, 1, 1);
   const KernelFactor plain(g.problem.closures.back(),

@@ -67,7 +67,7 @@ TEST(Switchable, SolvedTogetherWithPosesEqualsTheKernelOfTheClosedForm) {
   RobustProblem started_there = g.problem;
   started_there.initial = together.values;
   const RobustResult again = solve_kernels(
-      started_there, std::vector<Kernel>(g.problem.closures.size(), eliminated), options);
+      started_there, std::vector<Kernel>(g.problem.closures.size(), eliminated), 0.25, options);
   EXPECT_LT(testing::largest_error<SE2>(together.values, again.values), 1e-5);
 }
 
