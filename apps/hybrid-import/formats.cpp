@@ -116,6 +116,8 @@ CLI::App* add_kitti_tracking(CLI::App& app, Convert& convert) {
   format->add_option("--max-range", o->max_range, "objects farther away are dropped [m]");
   format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
   format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
+  format->add_option("--sigma-across", o->sigma_across,
+                     "of the middle of an object, felt in the bearing of near ones [m]");
   format->add_option("--still-rms", o->still_rms,
                      "tracks that spread more about their mean move [m]");
   format->add_option("--class-accuracy", o->class_accuracy,

@@ -34,6 +34,21 @@ OdometryIncrement planar_edge(const TextRow& row) {
   return planar_motion(row.number(3), row.number(4), row.number(5), information.inverse());
 }
 
+/// The camera is ahead of the rear axle, so a turn moves it sideways to the inside of the turn. An
+/// odometry where it goes the other way has its y to the right: turned to the left.
+void repair_lateral(std::vector<OdometryIncrement>& motions, LogWriter& log) {
+  double inwards = 0;
+  for (const OdometryIncrement& motion : motions) inwards += motion.mean.y() * motion.mean.yaw();
+  if (inwards >= 0) return;
+  const Eigen::Vector3d mirror(1, -1, 1);
+  for (OdometryIncrement& motion : motions) {
+    motion =
+        planar_motion(motion.mean.x(), -motion.mean.y(), motion.mean.yaw(),
+                      mirror.asDiagonal() * planar_part(motion.covariance) * mirror.asDiagonal());
+  }
+  log.drop("motion repaired: the y of the odometry pointed to the right", motions.size());
+}
+
 /// Motions between consecutive images, in the plane.
 std::vector<OdometryIncrement> read_planar_odometry(const std::string& path, LogWriter& log) {
   std::vector<OdometryIncrement> motions;
@@ -50,6 +65,7 @@ std::vector<OdometryIncrement> read_planar_odometry(const std::string& path, Log
       motions.push_back(motion);
     }
   }
+  repair_lateral(motions, log);
   return motions;
 }
 

@@ -18,14 +18,14 @@ struct KittiOptions {
   /// over (translation, rotation), left perturbation of the inverse motion. Empty: sigmas of 0.03 m
   /// and 0.002 rad.
   std::string covariances;
-  double inflate = 5;      ///< Factor of the standard deviations of those covariances.
+  double inflate = 6;      ///< Factor of the standard deviations of those covariances.
   std::string boxes;       ///< Rows frame x_min y_min width height coco_class confidence [pixels].
   std::string truth;       ///< True poses, a 3x4 matrix per row; empty: unknown.
   double period = 0.1036;  ///< Between frames [s].
   /// Focal length and centre of the rectified left camera [pixels]; of sequences 00 to 02.
   double focal = 718.856, center_u = 607.1928, center_v = 185.2157;
-  double camera_height = 1.65;                     ///< Above the road [m].
-  double object_height = 1.5, sigma_height = 0.1;  ///< Of the cars [m].
+  double camera_height = 1.65;                      ///< Above the road [m].
+  double object_height = 1.5, sigma_height = 0.07;  ///< Of the cars [m].
   double half_length = 2;   ///< From the side seen to the middle of a car [m].
   double max_depth = 25;    ///< Boxes farther away are dropped [m].
   double agreement = 0.35;  ///< Boxes whose depths by height and by road differ more are dropped.

@@ -12,9 +12,9 @@
 namespace hybrid {
 namespace {
 
-constexpr double kPixelNoise = 3;    // of the edges of a box
+constexpr double kPixelNoise = 2;    // of the edges of a box
 constexpr double kRoadNoise = 0.01;  // rad, between camera and road, as the car pitches
-constexpr double kShapeNoise = 0.7;  // m, from the middle of what is seen to that of the car
+constexpr double kShapeNoise = 0.3;  // m, from the middle of what is seen to that of the car
 constexpr std::int64_t kCocoIds[] = {2, 3, 5, 7};
 
 struct Box {

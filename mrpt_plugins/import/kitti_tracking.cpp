@@ -131,6 +131,8 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
     frame->class_names.assign(std::begin(kClasses), std::end(kClasses));
     for (; label != labels.end() && label->frame == i; ++label) {
       auto d = detection_of(label->point, false);
+      d.std_yaw =
+          static_cast<float>(std::hypot(options.sigma_bearing, options.sigma_across / d.range));
       d.class_scores = scores_of(label->class_index, options.class_accuracy, random);
       if (tracks.at(label->track).stands(options.still_rms)) {
         d.landmark_id = static_cast<std::int32_t>(label->track);

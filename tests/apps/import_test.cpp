@@ -81,8 +81,9 @@ TEST_F(ImportAppTest, KittiWithTrueAssociation) {
       "--odometry " +
           viso + " --boxes " + boxes + " --truth " + poses,
       "kitti_07.ini", ".txt", false)["truth"];
-  EXPECT_NEAR(truth["dead_reckoning"]["aligned"]["mean_m"], 2.83, 0.05);
-  EXPECT_LT(truth["trajectory"]["aligned"]["mean_m"], 1.8);
+  EXPECT_NEAR(truth["dead_reckoning"]["aligned"]["mean_m"], 2.48, 0.05);
+  EXPECT_LT(truth["trajectory"]["aligned"]["mean_m"], 0.9);
+  EXPECT_LT(truth["nees_pose"], 1.5);
 }
 
 TEST_F(ImportAppTest, Plaza) {
