@@ -14,11 +14,11 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/plot.h"
 
@@ -156,10 +156,7 @@ void draw(const std::vector<Bin>& bins, const std::string& file) {
   spec.x.label = "sightings so far";
   spec.y.label = "time per keyframe [ms]";
   spec.series = {mean, p95};
-  std::ofstream out(file, std::ios::binary);
-  const auto bytes = png(render(spec));
-  out.write(reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
+  write_file(file, png(render(spec)));
 }
 
 int run(std::size_t sightings, const std::string& csv, const std::string& picture) {
@@ -173,7 +170,7 @@ int run(std::size_t sightings, const std::string& csv, const std::string& pictur
     text +=
         fmt::format("{},{},{:.4f},{:.4f}\n", bin.sightings, bin.landmarks, bin.mean(), bin.p95());
   }
-  if (!csv.empty()) std::ofstream(csv) << text;
+  if (!csv.empty()) write_file(csv, text);
   if (!picture.empty()) draw(bins, picture);
   const AssociationReport report = association_report(mapper.decisions());
   fmt::print("{}associations right: {:.2f} %\n", text, 100 * report.accuracy());

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -17,8 +16,10 @@
 #include "bench/ceres_factor.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/write_file.h"
 #include "libhybrid/linear/cholesky.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
@@ -44,8 +45,7 @@ struct Case {
 Case load(const std::string& argument) {
   std::string path = argument;
   if (!std::filesystem::exists(path)) {
-    const char* data = std::getenv("HYBRID_DATA_DIR");
-    path = std::string(data != nullptr ? data : HYBRID_DATA_DIR) + "/pose_graphs/" + argument;
+    path = testing::data_path("pose_graphs/" + argument);
     if (!std::filesystem::exists(path)) path += ".g2o";
   }
   const PoseGraph file = read_graph(path);
@@ -177,8 +177,7 @@ int run(int argc, char** argv) {
     all += (all.empty() ? "[" : ",\n ") + line;
   }
   if (json.empty()) return 0;
-  std::ofstream(json + ".tmp") << all << "]\n";
-  std::filesystem::rename(json + ".tmp", json);
+  write_file(json, all + "]\n");
   return 0;
 }
 

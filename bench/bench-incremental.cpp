@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <numeric>
 #include <string>
@@ -21,34 +20,22 @@
 #include "bench/graph_feed.h"
 #include "bench/stopwatch.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/io/write_file.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "tests/support/data_path.h"
 
 namespace {
 
 using namespace hybrid;
 using namespace hybrid::bench;
+using hybrid::testing::data_path;
 
 constexpr const char* kGraphs[] = {
     "pose_graphs/CSAIL.g2o",      "pose_graphs/intel.g2o",
     "pose_graphs/manhattan.g2o",  "pose_graphs_gt/manhattanOlson3500.g2o",
     "pose_graphs/sphere2500.g2o", "pose_graphs/parking-garage.g2o",
     "pose_graphs/city10000.g2o",  "victoria_park/victoria_park_known_assoc_gtsam.txt"};
-
-std::string data_path(const std::string& name) {
-  const char* directory = std::getenv("HYBRID_DATA_DIR");
-  return std::string(directory != nullptr ? directory : HYBRID_DATA_DIR) + "/" + name;
-}
-
-/// Writes under a temporary name first.
-void write_file(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".tmp";
-  std::ofstream out(temporary);
-  out << text;
-  out.close();
-  if (!out) throw Error(temporary + ": cannot be written");
-  std::filesystem::rename(temporary, path);
-}
 
 UpdateReport checked_update(IncrementalSmoother& smoother, const Delta& delta) {
   const UpdateReport report = smoother.update(delta);

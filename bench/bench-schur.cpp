@@ -9,8 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -21,6 +19,7 @@
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/io/write_file.h"
 #include "libhybrid/linear/cholesky.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/random.h"
@@ -262,8 +261,7 @@ int run(int argc, char** argv) {
   const std::string line = measure(settings);
   std::cout << line << std::endl;
   if (settings.json.empty()) return 0;
-  std::ofstream(settings.json + ".tmp") << "[" << line << "]\n";
-  std::filesystem::rename(settings.json + ".tmp", settings.json);
+  write_file(settings.json, "[" + line + "]\n");
   return 0;
 }
 

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <string_view>
 #include <system_error>
 #include <utility>
+
+#include "libhybrid/io/write_file.h"
 
 namespace hybrid {
 namespace {
@@ -132,18 +132,7 @@ std::string to_g2o(const PoseGraph& graph) {
 }
 
 void write_g2o(const std::string& path, const PoseGraph& graph) {
-  const std::string text = to_g2o(graph);
-  const std::string temporary = path + ".partial";
-  std::ofstream out(temporary, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(temporary, path, error);
-  if (!out || error) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw Error(path + ": cannot be written");
-  }
+  write_file(path, to_g2o(graph));
 }
 
 }  // namespace hybrid

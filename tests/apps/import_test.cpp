@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include <cstdlib>
-
 #include "tests/apps/replay_runner.h"
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
@@ -17,9 +16,7 @@ class ImportAppTest : public ReplayTest {
   }
   /// A public data set, or empty where it is absent.
   static std::string data(const std::string& name) {
-    const char* environment = std::getenv("HYBRID_DATA_DIR");
-    const std::string path =
-        std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/" + name;
+    const std::string path = testing::data_path(name);
     return fs::exists(path) ? path : "";
   }
   /// Imports, replays with a configuration of the repository, and returns the summary.

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,9 +15,12 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/data_path.h"
+
 namespace {
 
 namespace fs = std::filesystem;
+using hybrid::testing::data_path;
 
 class SwitchingApp : public testing::Test {
  protected:
@@ -55,11 +57,6 @@ class SwitchingApp : public testing::Test {
       fs::temp_directory_path() / ("hybrid_switching_" + std::to_string(getpid()));
   std::string text;
 };
-
-std::string data(const std::string& name) {
-  const char* environment = std::getenv("HYBRID_DATA_DIR");
-  return std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/" + name;
-}
 
 /// Rows "k label x y heading" of something that turns left, right and left again.
 std::string turning_table(int n) {
@@ -100,7 +97,7 @@ TEST_F(SwitchingApp, BadInputIsNamed) {
 }
 
 TEST_F(SwitchingApp, BeeDance) {
-  const std::string table = data("bee_dance/seqA_train0.txt");
+  const std::string table = data_path("bee_dance/seqA_train0.txt");
   if (!fs::exists(table)) GTEST_SKIP() << "needs bee_dance";
   ASSERT_EQ(run(table + " --no-pictures"), 0) << text;
   EXPECT_EQ(summary()["instants"].get<int>(), 757);
@@ -111,9 +108,10 @@ TEST_F(SwitchingApp, BeeDance) {
 }
 
 TEST_F(SwitchingApp, RangesOutOfSight) {
-  const std::string log = data("indoor_uwb_nlos/Indoor_UWB_Input.txt");
+  const std::string log = data_path("indoor_uwb_nlos/Indoor_UWB_Input.txt");
   if (!fs::exists(log)) GTEST_SKIP() << "needs indoor_uwb_nlos";
-  ASSERT_EQ(run(log + " --truth " + data("indoor_uwb_nlos/Indoor_UWB_GT.txt")), 0) << text;
+  const std::string truth = data_path("indoor_uwb_nlos/Indoor_UWB_GT.txt");
+  ASSERT_EQ(run(log + " --truth " + truth), 0) << text;
   const auto error = [&](const char* method) {
     return summary()["methods"][method]["truth"]["mean_m"].get<double>();
   };

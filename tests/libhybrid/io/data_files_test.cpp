@@ -3,21 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <ostream>
 #include <string>
 
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/write_graph.h"
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
-
-std::string data_file(const std::string& name) {
-  const char* directory = std::getenv("HYBRID_DATA_DIR");
-  return std::string(directory != nullptr ? directory : HYBRID_DATA_DIR) + "/" + name;
-}
 
 struct DataFile {
   std::string name;
@@ -34,7 +29,7 @@ class PublicGraph : public ::testing::TestWithParam<DataFile> {
     if (!std::filesystem::exists(path())) GTEST_SKIP() << path() << " is absent";
     graph_ = read_graph(path());
   }
-  std::string path() const { return data_file(GetParam().name); }
+  std::string path() const { return testing::data_path(GetParam().name); }
 
   PoseGraph graph_;
 };

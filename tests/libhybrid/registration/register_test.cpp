@@ -5,13 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <cstdlib>
 #include <filesystem>
 #include <limits>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_points.h"
 #include "tests/libhybrid/registration/clouds.h"
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
@@ -137,21 +137,18 @@ TEST(Register, TinyAndCoincidentClouds) {
   EXPECT_LT(register_clouds(doubled, doubled, options).T_target_source.log().norm(), 1e-6);
 }
 
-std::string data_file(const std::string& name) {
-  const char* environment = std::getenv("HYBRID_DATA_DIR");
-  return std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/pointclouds/" +
-         name;
-}
-
 Eigen::Quaterniond about(const Eigen::Vector3d& axis, double degrees) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kDegree, axis));
 }
 
 void expect_pair(const std::string& source, const std::string& target, const SE3& truth,
                  double degrees, double distance) {
-  if (!std::filesystem::exists(data_file(source))) GTEST_SKIP() << source << " is not there";
+  const auto file = [](const std::string& name) {
+    return testing::data_path("pointclouds/" + name);
+  };
+  if (!std::filesystem::exists(file(source))) GTEST_SKIP() << source << " is not there";
   const RegistrationResult result =
-      register_clouds(read_points(data_file(source)).points, read_points(data_file(target)).points);
+      register_clouds(read_points(file(source)).points, read_points(file(target)).points);
   ASSERT_EQ(result.status, RegistrationResult::Status::kConverged);
   const SE3& T = result.T_target_source;
   EXPECT_LT(testing::angle(truth.inverse() * T), degrees * kDegree);

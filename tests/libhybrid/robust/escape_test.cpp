@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "libhybrid/factors/between.h"
@@ -17,16 +16,12 @@
 #include "libhybrid/robust/outliers.h"
 #include "libhybrid/robust/plain.h"
 #include "libhybrid/robust/portfolio.h"
+#include "tests/support/data_path.h"
 #include "tests/support/random.h"
 #include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {
-
-std::string data_dir() {
-  const char* environment = std::getenv("HYBRID_DATA_DIR");
-  return environment != nullptr ? environment : HYBRID_DATA_DIR;
-}
 
 /// A robot drives laps around a square of side 10 m, measures its way and recognises places of the
 /// lap before; a lie closes the same pair of places wrongly several times, each time alike.
@@ -210,7 +205,7 @@ TEST(Evidence, VarianceFactorIsThatOfTheSample) {
 }
 
 TEST(Alternation, IsStuckWhereReadmissionIsNot) {
-  const std::string file = data_dir() + "/pose_graphs/CSAIL.g2o";
+  const std::string file = testing::data_path("pose_graphs/CSAIL.g2o");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const PoseGraph clean = read_graph(file);
   const Values optimum = solve_lm(problem_of(clean)).values;

@@ -5,9 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <random>
+
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
@@ -105,9 +106,7 @@ TEST(ObjectMap, BadInputIsRefused) {
 class PublicObjects : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(PublicObjects, BetterThanHuberAndCauchy) {
-  const char* directory = std::getenv("HYBRID_DATA_DIR");
-  const std::string folder = std::string(directory != nullptr ? directory : HYBRID_DATA_DIR) +
-                             "/ycbv_object_slam/" + GetParam();
+  const std::string folder = testing::data_path(std::string("ycbv_object_slam/") + GetParam());
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
   const ObjectSequence sequence = read_object_sequence(folder);
   const RobustProblem problem = object_problem(sequence);

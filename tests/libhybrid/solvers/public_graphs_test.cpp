@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/solvers/dogleg.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "tests/support/data_path.h"
 
 namespace hybrid {
 namespace {
@@ -26,9 +26,8 @@ std::ostream& operator<<(std::ostream& out, const PublicGraph& graph) {
 class PublicGraphs : public ::testing::TestWithParam<PublicGraph> {
  protected:
   void SetUp() override {
-    const char* data = std::getenv("HYBRID_DATA_DIR");
-    const std::string path = std::string(data != nullptr ? data : HYBRID_DATA_DIR) +
-                             "/pose_graphs/" + GetParam().name + ".g2o";
+    const std::string path =
+        testing::data_path(std::string("pose_graphs/") + GetParam().name + ".g2o");
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
     const PoseGraph file = read_graph(path);
     initial_.values = file.values.empty() ? initialize_from_odometry(file) : file.values;
@@ -65,9 +64,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(PublicGraph, City10000ConvergesFromChainedOdometry) {
-  const char* data = std::getenv("HYBRID_DATA_DIR");
-  const std::string path =
-      std::string(data != nullptr ? data : HYBRID_DATA_DIR) + "/pose_graphs/city10000.g2o";
+  const std::string path = testing::data_path("pose_graphs/city10000.g2o");
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   PoseGraph file = read_graph(path);
   file.values = {};

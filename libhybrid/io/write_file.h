@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace hybrid {
+
+/// Writes a file under a temporary name that is renamed when complete. Throws Error that names the
+/// path if that fails; an older file of that name then stays as it was.
+void write_file(const std::string& path, std::string_view content);
+
+}  // namespace hybrid
