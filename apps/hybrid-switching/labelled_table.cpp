@@ -7,10 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -24,26 +23,6 @@ int last_column(const Options& options) {
     for (int column : *list) last = std::max(last, column);
   }
   return last;
-}
-
-std::vector<double> parse_row(const std::string& line, const std::string& where) {
-  std::istringstream words(line);
-  std::vector<double> row;
-  std::string word;
-  while (words >> word) {
-    std::size_t used = 0;
-    double value = NAN;
-    try {
-      value = std::stod(word, &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    if (used != word.size() || !std::isfinite(value)) {
-      throw Error(fmt::format("{}: '{}' is not a finite number", where, word));
-    }
-    row.push_back(value);
-  }
-  return row;
 }
 
 /// Which mode of a model learnt without labels stands for each label: the pairing of most frames in
@@ -94,23 +73,17 @@ SwitchingModel learn(const std::vector<LabelledSeries>& stretches, int modes,
 }  // namespace
 
 LabelledTable read_table(const std::string& path, const Options& options) {
-  std::ifstream file(path);
-  if (!file) throw Error(fmt::format("cannot read {}", path));
+  TextTable file(path);
   LabelledTable table;
   const auto columns = static_cast<std::size_t>(last_column(options));
-  std::string line;
-  for (int n = 1; std::getline(file, line); ++n) {
-    const std::size_t begin = line.find_first_not_of(" \t\r");
-    if (begin == std::string::npos || line[begin] == '#') continue;
-    const std::string where = fmt::format("{}:{}", path, n);
-    std::vector<double> row = parse_row(line, where);
+  while (const auto line = file.next()) {
+    std::vector<double> row = line->numbers();
     if (row.size() < columns) {
-      throw Error(
-          fmt::format("{}: {} columns, but column {} is asked for", where, row.size(), columns));
+      line->fail(fmt::format("{} columns, but column {} is asked for", row.size(), columns));
     }
     const double label = row[static_cast<std::size_t>(options.label_column) - 1];
     if (label < 0 || label >= kMaxModes || label != std::floor(label)) {
-      throw Error(fmt::format("{}: label {} is not one of 0 .. {}", where, label, kMaxModes - 1));
+      line->fail(fmt::format("label {} is not one of 0 .. {}", label, kMaxModes - 1));
     }
     table.labels.push_back(static_cast<int>(label));
     table.modes = std::max(table.modes, table.labels.back() + 1);

@@ -46,6 +46,12 @@ double TextRow::number(std::size_t column) const {
   fail(fmt::format("column {}: '{}' is not a finite number", column + 1, words[column]));
 }
 
+std::vector<double> TextRow::numbers(std::size_t from) const {
+  std::vector<double> out;
+  for (std::size_t column = from; column < words.size(); ++column) out.push_back(number(column));
+  return out;
+}
+
 std::int64_t TextRow::id(std::size_t column) const {
   const double value = number(column);
   if (std::floor(value) == value && value >= 0 && value < 1e15) {

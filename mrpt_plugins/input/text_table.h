@@ -27,6 +27,8 @@ struct TextRow {
   void expect_columns(std::size_t min, std::size_t max, const char* form) const;
   /// A finite number, or Error that names the column. Columns count from 0.
   double number(std::size_t column) const;
+  /// The numbers from a column on, all finite.
+  std::vector<double> numbers(std::size_t from = 0) const;
   /// A whole number of at least 0 (`5` or `5.0`), or Error.
   std::int64_t id(std::size_t column) const;
 };

@@ -85,10 +85,11 @@ TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
 }
 
 TEST_F(SwitchingApp, BadInputIsNamed) {
-  expect_failure("/nonexistent.txt", "cannot read /nonexistent.txt");
-  expect_failure(write("empty.txt", ""), "0 rows are too few");
+  expect_failure("/nonexistent.txt", "/nonexistent.txt: no such file");
+  expect_failure(write("empty.txt", ""), "empty.txt: holds no row");
   expect_failure(write("short.txt", "0 1 2.0\n"), "short.txt:1: 3 columns, but column 5");
-  expect_failure(write("nan.txt", "# x\n0 1 2 3 nan\n"), "nan.txt:2: 'nan' is not a finite number");
+  expect_failure(write("nan.txt", "# x\n0 1 2 3 nan\n"),
+                 "nan.txt:2: column 5: 'nan' is not a finite number");
   expect_failure(write("label.txt", "0 1.5 2 3 4\n"), "label 1.5 is not one of");
   expect_failure(write("short.txt", turning_table(60)), "no instant to learn from is labelled");
   expect_failure(write("log.txt", "range2 0 -1 0.01 0 0 1\n"), "log.txt:1: a range must not be");
