@@ -13,6 +13,7 @@
 #include <sstream>
 #include <thread>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-experiment/progress.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/ledger.h"

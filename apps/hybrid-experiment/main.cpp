@@ -7,6 +7,7 @@
 #include <exception>
 #include <filesystem>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-experiment/experiment.h"
 #include "apps/hybrid-experiment/options.h"
 

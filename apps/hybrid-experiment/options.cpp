@@ -5,8 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
+#include "apps/command_line.h"
 #include "mrpt_plugins/experiment/methods.h"
 
 namespace hybrid {
@@ -45,9 +44,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.footer(footer());
   app.add_option("-c,--config", options.config, "INI file with all settings; see --print-config")
       ->type_name("INI");
-  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
-      ->type_name("OUT")
-      ->capture_default_str();
+  add_output_folder(app, options.output);
   app.add_option("--data-dir", options.data_dir,
                  "folder of the graphs, instead of [experiment] "
                  "data_dir and $HYBRID_DATA_DIR")
@@ -59,15 +56,12 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                "run nothing: tables and plots of the trials that OUT has");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
-  try {
-    app.parse(argc, argv);
+  app.callback([&] {
     if (options.config.empty() && !options.print_config) {
       throw CLI::RequiredError("-c (try -c config/experiments/fig2.ini, or --help)");
     }
-  } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
-    return std::nullopt;
-  }
+  });
+  if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
   return options;
 }
 

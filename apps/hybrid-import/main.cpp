@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <exception>
 
+#include "apps/command_line.h"
 #include "apps/hybrid-import/formats.h"
 
 namespace {
@@ -20,23 +20,22 @@ void print(const hybrid::ImportReport& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app(
       "Converts data sets of others into MRPT rawlogs, with what is true written beside them.",
       "hybrid-import");
   app.require_subcommand(1);
   std::string output;
-  std::function<hybrid::ImportReport(const std::string&)> convert;
+  hybrid::Convert convert;
   for (const auto& add_format : hybrid::kFormats) {
     CLI::App* format = add_format(app, convert);
     format->add_option("-o,--output", output, "Rawlog to write, F.rawlog")->required();
   }
-  CLI11_PARSE(app, argc, argv);
-  try {
-    print(convert(output));
-    return 0;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "hybrid-import: {}\n", e.what());
-    return 1;
-  }
+  int exit_code = hybrid::kExitOk;
+  if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
+  print(convert(output));
+  return hybrid::kExitOk;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "hybrid-import: {}\n", e.what());
+  return hybrid::kExitFailure;
 }

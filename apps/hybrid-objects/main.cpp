@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <set>
 
+#include "apps/command_line.h"
 #include "apps/hybrid-objects/report.h"
 #include "libhybrid/core/error.h"
 
@@ -42,7 +42,7 @@ int run(const std::vector<std::string>& folders, const std::string& output) {
   }
   hybrid::write_reports(reports, output);
   fmt::print("{}-> {}\n", hybrid::comparison_table(reports), output);
-  return 0;
+  return hybrid::kExitOk;
 }
 
 }  // namespace
@@ -53,16 +53,10 @@ int main(int argc, char** argv) try {
   CLI::App app(kAbout, "hybrid-objects");
   app.footer(kFooter);
   app.add_option("sequences", folders, "folders of detections")->type_name("SEQUENCE")->required();
-  app.add_option("-o,--output", output, "folder for the results, created if absent")
-      ->type_name("OUT")
-      ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 1;
-  }
-  return run(folders, output);
+  hybrid::add_output_folder(app, output);
+  int exit_code = hybrid::kExitOk;
+  return hybrid::parse_command_line(app, argc, argv, exit_code) ? run(folders, output) : exit_code;
 } catch (const std::exception& e) {
   fmt::print(stderr, "hybrid-objects: {}\n", e.what());
-  return 1;
+  return hybrid::kExitFailure;
 }

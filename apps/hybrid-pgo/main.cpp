@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-pgo/optimize.h"
 #include "apps/hybrid-pgo/options.h"
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"

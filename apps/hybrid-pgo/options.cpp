@@ -3,7 +3,7 @@
 
 #include "apps/hybrid-pgo/options.h"
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace hybrid {
 namespace {
@@ -69,15 +69,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");
-  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
-      ->type_name("OUT")
-      ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
-    return std::nullopt;
-  }
+  add_output_folder(app, options.output);
+  if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
   if (options.method.empty() && !options.online) options.method = "escape";
   return options;
 }

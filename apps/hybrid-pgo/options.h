@@ -9,9 +9,6 @@
 
 namespace hybrid {
 
-/// Exit codes of the program.
-enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
-
 /// What the command line asks for.
 struct Options {
   std::string graph;

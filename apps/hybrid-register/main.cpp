@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-register/options.h"
 #include "apps/hybrid-register/run.h"
 

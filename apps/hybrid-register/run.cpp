@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-register/transform_file.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/registration/register.h"

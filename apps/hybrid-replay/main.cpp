@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-replay/options.h"
 #include "apps/hybrid-replay/plugin_libraries.h"
 #include "apps/hybrid-replay/replay.h"

@@ -3,7 +3,7 @@
 
 #include "apps/hybrid-replay/options.h"
 
-#include <CLI/CLI.hpp>
+#include "apps/command_line.h"
 
 namespace hybrid {
 namespace {
@@ -47,9 +47,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
-  app.add_option("-o,--output", options.output, "folder for the results, created if absent")
-      ->type_name("OUT")
-      ->capture_default_str();
+  add_output_folder(app, options.output);
   app.add_flag("!--no-pictures", options.pictures,
                "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
   app.add_option("--frames", options.frames,
@@ -63,15 +61,12 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
-  try {
-    app.parse(argc, argv);
+  app.callback([&] {
     if (options.config.empty() && !options.print_config) {
       throw CLI::RequiredError("-c (try -c config/kf_slam_demo.ini, or --help)");
     }
-  } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
-    return std::nullopt;
-  }
+  });
+  if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
   return options;
 }
 

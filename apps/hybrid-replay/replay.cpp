@@ -8,6 +8,7 @@
 #include <chrono>
 #include <utility>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-replay/movie.h"
 #include "apps/hybrid-replay/outputs.h"
 #include "apps/hybrid-replay/progress.h"

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <filesystem>
 #include <string>
 
+#include "apps/command_line.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
 namespace {
@@ -41,31 +41,31 @@ void print_config(const std::string& config) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app(
       "Simulates a robot among classed landmarks: writes an MRPT rawlog and, beside it, the "
-      "true landmarks and the true path.");
+      "true landmarks and the true path.",
+      "hybrid-simulate");
   std::string config, output, seed;
   bool print = false;
   app.add_option("-c,--config", config, "Scenario, e.g. config/simulate_classed_demo.ini");
   app.add_option("-o,--output", output, "Rawlog to write, F.rawlog");
   app.add_option("--seed", seed, "Overrides [simulation] seed");
   app.add_flag("--print-config", print, "Print all keys with meaning, default and value, and exit");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    if (print) {
-      print_config(config);
-      return 0;
+  app.callback([&] {
+    if (!print && (config.empty() || output.empty())) {
+      throw CLI::RequiredError("both -c CONFIG and -o F.rawlog");
     }
-    if (config.empty() || output.empty()) {
-      fmt::print(stderr,
-                 "hybrid-simulate: both -c CONFIG and -o F.rawlog are needed; see --help\n");
-      return 2;
-    }
+  });
+  int exit_code = hybrid::kExitOk;
+  if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
+  if (print) {
+    print_config(config);
+  } else {
     run(config, output, seed);
-    return 0;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "hybrid-simulate: {}\n", e.what());
-    return 1;
   }
+  return hybrid::kExitOk;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "hybrid-simulate: {}\n", e.what());
+  return hybrid::kExitFailure;
 }

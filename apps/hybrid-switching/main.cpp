@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-switching/options.h"
 #include "apps/hybrid-switching/range_log.h"
 #include "apps/hybrid-switching/reports.h"
