@@ -66,7 +66,7 @@ Solution run(PoseFeed& feed, Judge& judge, const Update& update) {
     record.flips = report.flips;
     record.relinearized = report.relinearized;
     record.objective = report.objective_after;
-    record.cost = judge.smoother().cost();
+    record.cost = judge.smoother().objective() - judge.smoother().constant();
     record.landmarks = judge.smoother().values().size() - solution.steps.size() - 1;
     solution.seconds += report.seconds;
     solution.iterations += report.rounds;

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/factors/between.h"
+#include "libhybrid/robust/choice_comparison.h"
+#include "libhybrid/robust/swing.h"
 
 namespace hybrid {
 namespace {
@@ -22,21 +21,8 @@ constexpr std::size_t kTried = 4;
 /// Cost below which a choice is at ease.
 constexpr double kEase = 1e-2;
 constexpr int kFinalRounds = 5;
-/// Joint values of open choices that are compared at most.
-constexpr std::size_t kCombinations = 1024;
-
-/// The motion that a value of a choice measures, if it is one from a pose to the next.
-std::optional<SE2> motion_of(const HybridFactor& factor, int value) {
-  if (factor.keys().size() != 2 || factor.keys()[1].index() != factor.keys()[0].index() + 1) {
-    return std::nullopt;
-  }
-  Assignment assignment;
-  assignment.set(factor.discrete_keys()[0].key, value);
-  const ContinuousFactor* component = factor.given(assignment).factor;
-  if (const auto* plain = dynamic_cast<const BetweenSE2*>(component)) return plain->measured();
-  if (const auto* group = dynamic_cast<const Between<SE2>*>(component)) return group->measured();
-  return std::nullopt;
-}
+/// Joint values of a group that are compared at most.
+constexpr std::size_t kJointValues = 1024;
 
 /// A table that allows one value.
 Table only(DiscreteKey key, int value) {
@@ -45,34 +31,14 @@ Table only(DiscreteKey key, int value) {
   return {{key}, std::move(costs)};
 }
 
+bool is_step(const std::vector<Key>& keys) {
+  return keys.size() == 2 && keys[0].letter() == keys[1].letter() &&
+         keys[1].index() == keys[0].index() + 1;
+}
+
 bool is_closure(const ContinuousFactor& factor) {
-  return factor.keys().size() == 2 && factor.keys()[0].letter() == factor.keys()[1].letter() &&
-         factor.keys()[1].index() != factor.keys()[0].index() + 1;
-}
-
-/// The rigid motion, in the map, of all poses from one on.
-struct Swing {
-  std::uint64_t from;
-  SE2 motion;
-};
-
-SE2 swung(const std::vector<Swing>& swings, Key key, const SE2& pose) {
-  SE2 result = pose;
-  for (auto swing = swings.rbegin(); swing != swings.rend(); ++swing) {
-    if (key.index() >= swing->from) return swing->motion * pose;
-  }
-  return result;
-}
-
-/// Adds the swing of a choice that takes a value, given the poses before and behind it; swings come
-/// in the order of their poses, each with all those before it.
-void add_swing(const HybridFactor& factor, int value, const SE2& before, const SE2& behind,
-               std::vector<Swing>& swings) {
-  const SE2 total = swings.empty() ? SE2() : swings.back().motion;
-  const std::optional<SE2> motion = motion_of(factor, value);
-  if (!motion) return;
-  const SE2 moved = total * before * *motion;
-  swings.push_back({factor.keys()[1].index(), moved * behind.inverse()});
+  return factor.keys().size() == 2 && factor.types()[0] == Variable<SE2>::type() &&
+         factor.types()[1] == Variable<SE2>::type() && !is_step(factor.keys());
 }
 
 }  // namespace
@@ -80,169 +46,234 @@ void add_swing(const HybridFactor& factor, int value, const SE2& before, const S
 UpdateReport HypothesisJudge::update(const Delta& given) {
   const auto start = std::chrono::steady_clock::now();
   Delta delta = given;
-  const std::size_t choices = choices_.size();
+  const bool chained = is_chained(delta);
+  const std::vector<ContinuousFactorPtr> kept =
+      chained ? keep_back(delta) : std::vector<ContinuousFactorPtr>();
+  if (!chained) let_all_in();
+  UpdateReport report = smoother_.update(delta);
+  if (report.status != UpdateReport::Status::kOk) return report;
+  for (const auto& factor : delta.continuous) explained_ += 0.5 * factor->rows();
   for (const HybridFactorPtr& factor : delta.hybrid) {
     if (factor->discrete_keys().size() != 1) continue;
     if (motion_of(*factor, 0)) open_.push_back(choices_.size());
     choices_.push_back({factor->discrete_keys()[0], factor});
   }
-  const auto take_back = [&] {
-    choices_.resize(choices);
-    while (!open_.empty() && open_.back() >= choices) open_.pop_back();
-  };
-  anticipate(delta);
-  UpdateReport report;
-  try {
-    report = smoother_.update(delta);
-  } catch (...) {
-    take_back();
-    throw;
+  for (const ContinuousFactorPtr& closure : kept) {
+    join(spanned(*closure)).closures.push_back(closure);
   }
-  if (report.status != UpdateReport::Status::kOk) {
-    take_back();
-    return report;
+  for (std::size_t g = groups_.size(); g-- > 0;) {
+    if (groups_[g].compared) continue;
+    compare(groups_[g]);
+    take(groups_[g]);
+    if (settled(groups_[g])) let_in(g);
   }
-  close(delta);
-  // What the new factors add to the objective beyond their constants is cost.
-  for (const auto& factor : delta.continuous) normalizer_ += factor->log_normalizer();
-  for (const auto& factor : delta.hybrid) {
-    const Component component = factor->given(smoother_.assignment());
-    normalizer_ += component.constant;
-    if (component.factor != nullptr) normalizer_ += component.factor->log_normalizer();
-  }
-  if (smoother_.objective() - normalizer_ > settled_ + options_.surprise) {
+  const double cost = smoother_.objective() - smoother_.constant();
+  if (cost - settled_ > options_.surprise + explained_) {
     while (resolve()) {
     }
   }
-  settled_ = smoother_.objective() - normalizer_;
+  settled_ = smoother_.objective() - smoother_.constant();
+  explained_ = 0.0;
   report.objective_after = smoother_.objective();
   report.seconds = seconds_since(start);
   return report;
 }
 
-int HypothesisJudge::value_of(std::size_t choice, const Delta& delta) const {
-  const Key key = choices_[choice].key.key;
-  const int value = smoother_.assignment().find(key);
-  if (value >= 0) return value;
-  return std::max(0, delta.assignment.find(key));
+/// Whether new poses hang on the ones before them, and landmarks tie nothing new together. If not,
+/// open choices are not all that connects the poses around them.
+bool HypothesisJudge::is_chained(const Delta& delta) const {
+  const auto hangs = [&](Key pose) {
+    const auto holds = [&](const auto& factor) {
+      return is_step(factor->keys()) && factor->keys()[1] == pose;
+    };
+    return std::any_of(delta.continuous.begin(), delta.continuous.end(), holds) ||
+           std::any_of(delta.hybrid.begin(), delta.hybrid.end(), holds);
+  };
+  for (Key key : delta.values.keys()) {
+    if (delta.values.type(key) == Variable<SE2>::type() && !hangs(key)) return false;
+  }
+  const auto is_new = [&](Key key) { return delta.values.contains(key); };
+  const auto harmless = [&](const auto& factor) {
+    const std::vector<Key>& keys = factor->keys();
+    return keys.size() < 2 || is_step(keys) || std::any_of(keys.begin(), keys.end(), is_new);
+  };
+  return std::all_of(delta.continuous.begin(), delta.continuous.end(),
+                     [&](const auto& f) { return is_closure(*f) || harmless(f); }) &&
+         std::all_of(delta.hybrid.begin(), delta.hybrid.end(), harmless);
 }
 
-/// Gives open choices the joint value that the closures of a change agree with best.
-void HypothesisJudge::anticipate(Delta& delta) {
-  std::vector<const ContinuousFactor*> closures;
-  std::uint64_t oldest = ~std::uint64_t{0};
+/// Takes the closures that span open choices out of a change.
+std::vector<ContinuousFactorPtr> HypothesisJudge::keep_back(Delta& delta) const {
   const auto known = [&](Key key) {
     const Values& values = delta.values.contains(key) ? delta.values : smoother_.values();
     return values.contains(key) && values.type(key) == Variable<SE2>::type();
   };
-  for (const ContinuousFactorPtr& factor : delta.continuous) {
-    if (!is_closure(*factor) || !known(factor->keys()[0]) || !known(factor->keys()[1])) continue;
-    closures.push_back(factor.get());
-    oldest = std::min({oldest, factor->keys()[0].index(), factor->keys()[1].index()});
-  }
-  std::vector<std::size_t> open;
-  std::vector<int> now;
-  std::size_t combinations = 1;
-  for (std::size_t i = open_.size(); i-- > 0 && !closures.empty();) {
-    const Choice& choice = choices_[open_[i]];
-    if (choice.factor->keys()[0].index() < oldest) break;
-    if (combinations * choice.key.cardinality > kCombinations) break;
-    combinations *= choice.key.cardinality;
-    open.insert(open.begin(), open_[i]);
-    now.insert(now.begin(), value_of(open_[i], delta));
-  }
-  if (open.empty()) return;
-  const auto pose = [&](Key key) {
-    return (delta.values.contains(key) ? delta.values : smoother_.values()).at<SE2>(key);
+  const auto opens = [&](const ContinuousFactor& closure) {
+    const auto [low, high] = std::minmax(closure.keys()[0], closure.keys()[1]);
+    return std::any_of(delta.hybrid.begin(), delta.hybrid.end(),
+                       [&, low = low, high = high](const HybridFactorPtr& choice) {
+                         return motion_of(*choice, 0) && !(choice->keys()[0] < low) &&
+                                !(high < choice->keys()[1]);
+                       });
   };
-  double best = std::numeric_limits<double>::infinity();
-  std::vector<int> best_values = now, values(open.size());
-  for (std::size_t n = 0; n < combinations; ++n) {
-    std::size_t rest = n;  // the first combination is that of today
-    for (std::size_t c = 0; c < open.size(); ++c) {
-      const int cardinality = choices_[open[c]].key.cardinality;
-      values[c] = (now[c] + static_cast<int>(rest % cardinality)) % cardinality;
-      rest /= cardinality;
-    }
-    std::vector<Swing> swings;
-    for (std::size_t c = 0; c < open.size(); ++c) {
-      const HybridFactor& factor = *choices_[open[c]].factor;
-      add_swing(factor, values[c], pose(factor.keys()[0]), pose(factor.keys()[1]), swings);
-    }
-    double cost = 0.0;
-    for (const ContinuousFactor* closure : closures) {
-      double x[2][SE2::kSize];
-      for (int end : {0, 1}) {
-        const Key key = closure->keys()[end];
-        swung(swings, key, pose(key)).store(x[end]);
-      }
-      const double* ends[] = {x[0], x[1]};
-      cost += closure->cost(ends);
-    }
-    if (cost < best) {
-      best = cost;
-      best_values = values;
-    }
+  std::vector<ContinuousFactorPtr> kept, rest;
+  for (const ContinuousFactorPtr& factor : delta.continuous) {
+    const bool keep = is_closure(*factor) && known(factor->keys()[0]) && known(factor->keys()[1]) &&
+                      (opens(*factor) || !spanned(*factor).empty());
+    (keep ? kept : rest).push_back(factor);
   }
-  if (best_values != now) take(open, best_values, delta);
+  delta.continuous = std::move(rest);
+  return kept;
 }
 
-/// Sets choices, and moves what hangs on them.
-void HypothesisJudge::take(const std::vector<std::size_t>& open, const std::vector<int>& values,
-                           Delta& delta) {
-  std::vector<Swing> swings;
-  const auto pose = [&](Key key) {
-    return (delta.values.contains(key) ? delta.values : smoother_.values()).at<SE2>(key);
+/// The open choices between the poses of a closure.
+std::vector<std::size_t> HypothesisJudge::spanned(const ContinuousFactor& closure) const {
+  const auto [low, high] = std::minmax(closure.keys()[0], closure.keys()[1]);
+  std::vector<std::size_t> choices;
+  for (std::size_t c : open_) {
+    const std::vector<Key>& keys = choices_[c].factor->keys();
+    if (!(keys[0] < low) && !(high < keys[1])) choices.push_back(c);
+  }
+  return choices;
+}
+
+/// The group that holds all of some choices: those that share one with it become one.
+HypothesisJudge::Group& HypothesisJudge::join(const std::vector<std::size_t>& choices) {
+  Group joined;
+  joined.values.emplace_back();
+  std::vector<Group> others;
+  for (Group& group : groups_) {
+    const bool shares = std::any_of(choices.begin(), choices.end(), [&](std::size_t c) {
+      return std::count(group.choices.begin(), group.choices.end(), c) != 0;
+    });
+    if (!shares) {
+      others.push_back(std::move(group));
+      continue;
+    }
+    std::vector<std::vector<int>> product;
+    for (const std::vector<int>& a : joined.values) {
+      for (const std::vector<int>& b : group.values) {
+        if (product.size() == kJointValues) break;
+        product.push_back(a);
+        product.back().insert(product.back().end(), b.begin(), b.end());
+      }
+    }
+    joined.values = std::move(product);
+    joined.choices.insert(joined.choices.end(), group.choices.begin(), group.choices.end());
+    joined.closures.insert(joined.closures.end(), group.closures.begin(), group.closures.end());
+  }
+  // The newest first: of very many, the oldest keep the values that they have.
+  for (auto c = choices.rbegin(); c != choices.rend(); ++c) {
+    if (std::count(joined.choices.begin(), joined.choices.end(), *c) == 0) extend(joined, *c);
+  }
+  others.push_back(std::move(joined));
+  groups_ = std::move(others);
+  return groups_.back();
+}
+
+/// Adds a choice to a group, with all its values where that is affordable.
+void HypothesisJudge::extend(Group& group, std::size_t choice) {
+  const int now = value_of(choice), cardinality = choices_[choice].key.cardinality;
+  const std::size_t count = group.values.size();
+  group.choices.push_back(choice);
+  for (std::size_t i = 0; i < count; ++i) group.values[i].push_back(now);
+  if (count * cardinality > kJointValues) return;
+  for (int value = 0; value < cardinality; ++value) {
+    for (std::size_t i = 0; i < count && value != now; ++i) {
+      group.values.push_back(group.values[i]);
+      group.values.back().back() = value;
+    }
+  }
+}
+
+int HypothesisJudge::value_of(std::size_t choice) const {
+  return smoother_.assignment().at(choices_[choice].key.key);
+}
+
+/// Gives up the joint values of a group that its closures contradict, and puts the best first.
+void HypothesisJudge::compare(Group& group) {
+  std::vector<std::size_t> order(group.choices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return group.choices[a] < group.choices[b]; });
+  std::vector<HybridFactorPtr> factors;
+  for (std::size_t i : order) factors.push_back(choices_[group.choices[i]].factor);
+  const ChoiceComparison comparison(smoother_, factors, group.closures);
+  std::vector<std::pair<double, std::size_t>> costs;
+  for (std::size_t v = 0; v < group.values.size(); ++v) {
+    std::vector<int> values;
+    for (std::size_t i : order) values.push_back(group.values[v][i]);
+    costs.emplace_back(comparison.cost(values), v);
+  }
+  std::sort(costs.begin(), costs.end());
+  std::vector<std::vector<int>> left;
+  for (const auto& [cost, v] : costs) {
+    if (cost <= costs[0].first + options_.margin) left.push_back(std::move(group.values[v]));
+  }
+  group.values = std::move(left);
+  group.compared = true;
+}
+
+bool HypothesisJudge::settled(const Group& group) const {
+  return group.values.size() == 1 || group.closures.size() >= options_.patience;
+}
+
+/// Lets the closures of a group in.
+void HypothesisJudge::let_in(std::size_t g) {
+  const Group group = std::move(groups_[g]);
+  groups_.erase(groups_.begin() + static_cast<std::ptrdiff_t>(g));
+  const auto decided = [&](std::size_t c) {
+    return std::count(group.choices.begin(), group.choices.end(), c) != 0;
   };
-  for (std::size_t c = 0; c < open.size(); ++c) {
-    const HybridFactor& factor = *choices_[open[c]].factor;
-    add_swing(factor, values[c], pose(factor.keys()[0]), pose(factor.keys()[1]), swings);
+  open_.erase(std::remove_if(open_.begin(), open_.end(), decided), open_.end());
+  Delta delta;
+  delta.continuous = group.closures;
+  smoother_.update(delta);
+  for (const auto& factor : delta.continuous) explained_ += 0.5 * factor->rows();
+}
+
+void HypothesisJudge::let_all_in() {
+  while (!groups_.empty()) let_in(groups_.size() - 1);
+  open_.clear();
+}
+
+std::size_t HypothesisJudge::waiting() const {
+  std::size_t count = 0;
+  for (const Group& group : groups_) count += group.closures.size();
+  return count;
+}
+
+/// Gives the choices of a group their best joint value, and moves what hangs on them.
+void HypothesisJudge::take(const Group& group) {
+  std::vector<std::pair<std::size_t, int>> chosen;
+  for (std::size_t i = 0; i < group.choices.size(); ++i) {
+    const int value = group.values[0][i];
+    if (value_of(group.choices[i]) != value) chosen.emplace_back(group.choices[i], value);
+  }
+  if (chosen.empty()) return;
+  std::sort(chosen.begin(), chosen.end());
+  Swings swings;
+  Delta holds;
+  for (const auto& [choice, value] : chosen) {
+    swings.add(*choices_[choice].factor, value, smoother_.values());
+    holds.discrete.push_back(only(choices_[choice].key, value));
   }
   std::vector<double> estimate = smoother_.snapshot();
   double* x = estimate.data();
   for (Key key : smoother_.values().keys()) {
     const VariableType type = smoother_.values().type(key);
-    if (type == Variable<SE2>::type()) swung(swings, key, SE2::load(x)).store(x);
+    if (type == Variable<SE2>::type()) swings(key, SE2::load(x)).store(x);
     x += type.size;
   }
-  Values fresh;
-  for (Key key : delta.values.keys()) {
-    const VariableType type = delta.values.type(key);
-    fresh.insert(key, type, delta.values.data(key));
-    if (type == Variable<SE2>::type()) fresh.update(key, swung(swings, key, pose(key)));
-  }
-  delta.values = std::move(fresh);
-  Delta holds;
-  for (std::size_t c = 0; c < open.size(); ++c) {
-    const DiscreteKey key = choices_[open[c]].key;
-    if (!smoother_.assignment().contains(key.key)) {
-      delta.assignment.set(key.key, values[c]);
-    } else if (smoother_.assignment().at(key.key) != values[c]) {
-      holds.discrete.push_back(only(key, values[c]));
-    }
-  }
-  if (holds.discrete.empty()) return;
   Delta lifts;
   lifts.remove = smoother_.update(holds).handles;
   smoother_.restore(estimate);
   smoother_.update(lifts);
 }
 
-/// Choices that the closures of a change span are open no more.
-void HypothesisJudge::close(const Delta& delta) {
-  for (const ContinuousFactorPtr& factor : delta.continuous) {
-    if (!is_closure(*factor)) continue;
-    const auto [low, high] = std::minmax(factor->keys()[0].index(), factor->keys()[1].index());
-    const auto spanned = [&, low = low, high = high](std::size_t c) {
-      const std::vector<Key>& keys = choices_[c].factor->keys();
-      return keys[0].index() >= low && keys[1].index() <= high;
-    };
-    open_.erase(std::remove_if(open_.begin(), open_.end(), spanned), open_.end());
-  }
-}
-
 UpdateReport HypothesisJudge::finish() {
   const auto start = std::chrono::steady_clock::now();
+  let_all_in();
   UpdateReport report = smoother_.converge();
   for (int round = 0; round < kFinalRounds && resolve(); ++round) {
     const UpdateReport again = smoother_.converge();
@@ -255,27 +286,26 @@ UpdateReport HypothesisJudge::finish() {
 }
 
 /// The choices under most strain.
-std::vector<HypothesisJudge::Strained> HypothesisJudge::strained() const {
-  std::vector<Strained> list;
+std::vector<std::size_t> HypothesisJudge::strained() const {
+  std::vector<std::pair<double, std::size_t>> list;
   for (std::size_t c = 0; c < choices_.size(); ++c) {
-    const HybridFactor& factor = *choices_[c].factor;
-    const Component component = factor.given(smoother_.assignment());
+    const Component component = choices_[c].factor->given(smoother_.assignment());
     if (component.factor == nullptr) continue;
     const double cost = component.factor->cost(smoother_.values());
-    if (cost > kEase) list.push_back({cost, c});
+    if (cost > kEase) list.emplace_back(cost, c);
   }
-  std::sort(list.begin(), list.end(), [](const Strained& a, const Strained& b) {
-    return a.cost != b.cost ? a.cost > b.cost : a.choice > b.choice;
-  });
+  std::sort(list.rbegin(), list.rend());
   if (list.size() > kTried) list.resize(kTried);
-  return list;
+  std::vector<std::size_t> choices;
+  for (const auto& [cost, c] : list) choices.push_back(c);
+  return choices;
 }
 
 /// Tries other values of strained choices; returns whether one was better.
 bool HypothesisJudge::resolve() {
-  for (const Strained& strained : strained()) {
-    const Choice& choice = choices_[strained.choice];
-    const int now = smoother_.assignment().at(choice.key.key);
+  for (std::size_t c : strained()) {
+    const Choice& choice = choices_[c];
+    const int now = value_of(c);
     for (int value = 0; value < choice.key.cardinality; ++value) {
       if (value != now && try_value(choice, value)) return true;
     }

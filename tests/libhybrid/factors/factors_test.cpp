@@ -11,6 +11,7 @@
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/range.h"
+#include "libhybrid/factors/relative_poses.h"
 #include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
@@ -238,6 +239,57 @@ TEST(Factors, LogNormalizerIsThatOfTheNoise) {
   const Position2 factor(kA, {0.0, 0.0}, noise);
   EXPECT_NEAR(factor.log_normalizer(),
               std::log(2.0 * M_PI) + 0.5 * std::log(noise.covariance().determinant()), 1e-10);
+}
+
+template <class Group>
+void check_relative_poses() {
+  const Key c{'c', 3};
+  Random random{5};
+  for (int trial = 0; trial < 10; ++trial) {
+    Values values;
+    std::vector<Group> poses;
+    for (Key key : {kA, kB, c}) {
+      poses.push_back(random.value<Group>(2.0));
+      values.insert(key, poses.back());
+    }
+    expect_jacobians(
+        RelativePoses<Group>({kA, kB, c}, {random.value<Group>(), random.value<Group>()},
+                             random.noise(2 * Group::kDim)),
+        values, 1e-6);
+    // A marginal is satisfied where it was made, and wherever all poses move together.
+    const Eigen::MatrixXd R = random.noise(3 * Group::kDim).sqrt_information();
+    const auto marginal = RelativePoses<Group>::marginal({kA, kB, c}, poses, R.transpose() * R);
+    EXPECT_LT(marginal.cost(values), 1e-20);
+    const Group motion = random.value<Group>();
+    for (Key key : {kA, kB, c}) values.update(key, motion * values.at<Group>(key));
+    EXPECT_LT(marginal.cost(values), 1e-20);
+  }
+}
+
+TEST(RelativePoses, JacobiansAndFreedom) {
+  check_relative_poses<SE2>();
+  check_relative_poses<SE3>();
+}
+
+TEST(RelativePoses, OfAChainAreItsSteps) {
+  // x0 held, then two steps: seen from x0, the end of the first has the noise of that step.
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(6, 6);
+  const SE2 step(1.0, 0.5, 0.3);
+  const Noise noise = Noise::diagonal(Vector3d(0.1, 0.2, 0.05));
+  const Eigen::Matrix3d first = Vector3d(0.3, 0.2, 0.1).cwiseAbs2().asDiagonal();
+  const Eigen::Matrix3d A = step.inverse().adjoint();
+  P.topLeftCorner<3, 3>() = first;
+  P.bottomLeftCorner<3, 3>() = A * first;
+  P.topRightCorner<3, 3>() = first * A.transpose();
+  P.bottomRightCorner<3, 3>() = A * first * A.transpose() + noise.covariance();
+  const auto marginal = RelativePoses<SE2>::marginal({kA, kB}, {SE2(), step}, P);
+  EXPECT_NEAR(marginal.log_normalizer(), noise.log_normalizer(), 1e-9);
+  const Between<SE2> expected(kA, kB, step, noise);
+  Values values;
+  values.insert(kA, SE2(0.2, 0.1, 0.1));
+  values.insert(kB, SE2(1.5, 0.7, 0.3));
+  EXPECT_NEAR(marginal.cost(values), expected.cost(values), 1e-9);
+  EXPECT_THROW(RelativePoses<SE2>({kA, kB}, {step, step}, noise), Error);
 }
 
 }  // namespace

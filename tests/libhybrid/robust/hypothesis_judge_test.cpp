@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -41,22 +42,96 @@ PoseGraph laps(int every, unsigned seed) {
   return graph;
 }
 
+/// Feeds a graph to a judge; the most closures that waited at a time.
+std::size_t feed_all(const PoseGraph& graph, HypothesisJudge& judge) {
+  std::size_t waited = 0;
+  PoseFeed feed(graph, initialize_from_odometry(graph));
+  while (!feed.done()) {
+    const UpdateReport report = judge.update(feed.next(judge.smoother().values()));
+    EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
+    waited = std::max(waited, judge.waiting());
+  }
+  return waited;
+}
+
 TEST(HypothesisJudge, FindsTheTrueHypothesesOnline) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     PoseGraph graph = laps(11, seed);
     const std::vector<int> first = shuffle_hypotheses(graph, seed);
     HypothesisJudge judge;
-    PoseFeed feed(graph, initialize_from_odometry(graph));
-    while (!feed.done()) {
-      const UpdateReport report = judge.update(feed.next(judge.smoother().values()));
-      ASSERT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
-    }
+    feed_all(graph, judge);
     judge.finish();
     for (std::size_t k = 0; k < first.size(); ++k) {
       EXPECT_EQ(judge.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
     }
     EXPECT_LT(judge.smoother().cost(), 200.0);
   }
+}
+
+/// A long circle with eight choices before anything is recognised, and a second lap in which every
+/// twentieth pose is.
+PoseGraph long_laps(unsigned seed) {
+  constexpr int kLap = 300;
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<double> far(-1.0, 1.0);
+  const SE2 step(1.0, 0.0, 2 * M_PI / kLap);
+  const Noise noise = Noise::isotropic(3, 0.02);
+  PoseGraph graph;
+  for (int i = 1; i < 2 * kLap; ++i) {
+    graph.poses2.push_back({pose(i - 1), pose(i), step * random_motion<SE2>(0.02, rng), noise});
+    if (i % 35 == 0 && i < kLap) {
+      const double turn = i % 2 == 0 ? 0.75 : -0.75;  // several may cancel
+      graph.alternatives.push_back(
+          {graph.poses2.size() - 1, {step * SE2(far(rng), far(rng), turn)}});
+    }
+    if (i >= kLap && i % 20 == 0) {
+      graph.poses2.push_back({pose(i - kLap), pose(i), random_motion<SE2>(0.02, rng), noise});
+    }
+  }
+  return graph;
+}
+
+TEST(HypothesisJudge, ClosuresWaitUntilTheyTellTheChoicesOfALongLoopApart) {
+  std::size_t waited = 0;
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    PoseGraph graph = long_laps(seed);
+    const std::vector<int> first = shuffle_hypotheses(graph, seed);
+    ASSERT_EQ(first.size(), 8u);
+    HypothesisJudge judge;
+    waited = std::max(waited, feed_all(graph, judge));
+    for (std::size_t k = 0; k < first.size(); ++k) {
+      EXPECT_EQ(judge.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
+    }
+    judge.finish();
+    EXPECT_LT(judge.smoother().cost(), 1.5 * 2.0 * 15);
+  }
+  EXPECT_GT(waited, 1u);
+}
+
+TEST(HypothesisJudge, ClosuresThatDecideNothingEnterAtTheEnd) {
+  // Two hypotheses that are the same: nothing can tell them apart.
+  PoseGraph graph = laps(1000, 4);
+  graph.alternatives.push_back({40, {graph.poses2[40].measured}});
+  HypothesisJudgeOptions patient;
+  patient.patience = 1000;
+  HypothesisJudge judge(patient);
+  EXPECT_GT(feed_all(graph, judge), 10u);
+  EXPECT_GT(judge.waiting(), 10u);
+  judge.finish();
+  EXPECT_EQ(judge.waiting(), 0u);
+  EXPECT_EQ(judge.smoother().graph().continuous().size() + 1, graph.poses2.size() + 1);
+}
+
+TEST(HypothesisJudge, APoseThatOnlyAClosureHoldsLetsAllIn) {
+  PoseGraph graph = laps(1000, 4);
+  const Noise noise = Noise::isotropic(3, 0.02);
+  graph.alternatives.push_back({40, {graph.poses2[40].measured}});
+  graph.poses2.push_back({pose(80), pose(200), SE2(1.0, 2.0, 0.3), noise});
+  HypothesisJudgeOptions patient;
+  patient.patience = 1000;
+  HypothesisJudge judge(patient);
+  EXPECT_GT(feed_all(graph, judge), 10u);
+  EXPECT_EQ(judge.waiting(), 0u);
 }
 
 TEST(HypothesisJudge, BadInputLeavesItAsItWas) {
