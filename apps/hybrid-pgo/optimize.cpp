@@ -38,6 +38,10 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     ++(loop.in_force() ? summary.inliers : summary.outliers);
     if (!loop.checkable && loop.decision == "accepted") ++summary.unchecked;
   }
+  summary.hypotheses = solution.hypotheses.size();
+  for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
+    if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
+  }
   summary.note = solution.note;
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;

@@ -154,6 +154,10 @@ std::string summary_json(const GraphSummary& s) {
   out["inliers"] = s.inliers;
   out["outliers"] = s.outliers;
   out["unchecked"] = s.unchecked;
+  if (s.hypotheses > 0) {
+    out["hypotheses"] = s.hypotheses;
+    out["first_hypotheses"] = s.first_hypotheses;
+  }
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
   for (const PortfolioSummary& member : s.members) {

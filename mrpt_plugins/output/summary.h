@@ -85,6 +85,8 @@ struct GraphSummary {
   std::size_t inliers = 0;  ///< loop closures by decision
   std::size_t outliers = 0;
   std::size_t unchecked = 0;              ///< accepted closures that no other measurement checks
+  std::size_t hypotheses = 0;             ///< edges with several; left out when there are none
+  std::size_t first_hypotheses = 0;       ///< of those, where the first of the file was chosen
   std::string note;                       ///< left out when empty
   std::optional<double> variance_factor;  ///< of the noise of the measurements
   std::vector<PortfolioSummary> members;

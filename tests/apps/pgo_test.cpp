@@ -232,6 +232,47 @@ TEST_F(Pgo, RejectsLiesByDefaultAndByEveryMethod) {
   }
 }
 
+TEST_F(Pgo, JudgesOnlineAndComparesWithLabels) {
+  const std::string graph = write("lies.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
+                                                  edge(27, 9, hybrid::SE2(5, -4, 1)));
+  std::string labels;
+  for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
+  const std::string options = graph + " --online --labels " + write("labels.txt", labels);
+  const Result judged = run(options + " --trusted odometry -o " + at("judged"));
+  ASSERT_EQ(judged.code, 0) << judged.text;
+  const auto s = summary("judged");
+  EXPECT_EQ(s["inliers"], 24);
+  EXPECT_EQ(s["truth"]["loop_precision"], 1.0);
+  EXPECT_EQ(s["truth"]["loop_recall"], 1.0);
+  EXPECT_NE(read("judged/loops.csv").find("\n20,3,rejected,"), std::string::npos);
+  EXPECT_FALSE(s.contains("hypotheses"));
+  // Of closures that are all trusted, 24 of 26 are true.
+  ASSERT_EQ(run(options + " -o " + at("all")).code, 0);
+  EXPECT_NEAR(summary("all")["truth"]["loop_precision"].get<double>(), 24.0 / 26.0, 1e-9);
+  expect_failure(options + " --trusted " + write("none.txt", "1 5\n"), "none.txt:1");
+}
+
+TEST_F(Pgo, FindsTheFirstHypothesesOfAPublicGraph) {
+  const std::string name = data_dir() + "/hybrid_city10000/T1_city10000_04.txt";
+  if (!fs::exists(name)) GTEST_SKIP() << name << " is not there";
+  std::ifstream in(name);
+  std::string text;
+  for (std::string line; std::getline(in, line);) {  // the poses up to 770, with 15 choices
+    std::istringstream row(line);
+    std::string tag;
+    int i = 0, one = 0, j = 0;
+    row >> tag >> i >> one >> j;
+    if (i <= 770 && j <= 770) text += line + "\n";
+  }
+  const std::string graph = write("city.graph", text);
+  for (const std::string seed : {"1", "2"}) {
+    ASSERT_EQ(run(graph + " --online --shuffle " + seed + " -o " + at("out")).code, 0);
+    const auto s = summary("out");
+    EXPECT_EQ(s["hypotheses"], 15);
+    EXPECT_EQ(s["first_hypotheses"], 15) << seed;
+  }
+}
+
 TEST_F(Pgo, TrustsWhatItIsTold) {
   const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, hybrid::SE2(0, 0, 2)));
   std::string pairs = "20 3\n";
