@@ -36,6 +36,14 @@ void add_walk(CLI::App& format, OdometryWalk& walk) {
   format.add_option("--walk-turning", walk.turning, "of the heading [rad per sqrt(rad turned)]");
 }
 
+void add_detector(CLI::App& format, DetectorNoise& noise) {
+  format.add_option("--sigma-range", noise.range, "of detections [m]");
+  format.add_option("--sigma-range-share", noise.range_share, "of detections [m per m of range]");
+  format.add_option("--sigma-bearing", noise.bearing, "of detections [rad]");
+  format.add_option("--sigma-across", noise.across,
+                    "of the point seen of an object, which near by turns the bearing [m]");
+}
+
 void add_noise(CLI::App& format, MotionNoise& noise) {
   format.add_option("--noise-translation", noise.translation,
                     "drawn for each axis of each motion [m]");
@@ -52,8 +60,9 @@ CLI::App* add_victoria_park(CLI::App& app, Convert& convert) {
   format->add_option("folder", options->folder, "Folder of the data set")->required();
   format->add_flag("!--no-reference", options->reference,
                    "do not give detections the ids of the reference association");
-  format->add_option("--sigma-range", options->sigma_range, "of the detector [m]");
-  format->add_option("--sigma-bearing", options->sigma_bearing, "of the detector [rad]");
+  format->add_option("--steering-scale", options->steering_scale, "factor of the steering angle");
+  format->add_option("--steering-offset", options->steering_offset, "added to it [rad]");
+  add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;
 }
@@ -66,8 +75,7 @@ CLI::App* add_mrclam(CLI::App& app, Convert& convert) {
   format->add_option("--robot", options->robot, "whose log")->check(CLI::Range(1, 5));
   format->add_flag("--keep-robots", options->keep_robots,
                    "keep sightings of other robots, as detections without an id");
-  format->add_option("--sigma-range", options->sigma_range, "of the detector [m]");
-  format->add_option("--sigma-bearing", options->sigma_bearing, "of the detector [rad]");
+  add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;
 }
@@ -114,10 +122,7 @@ CLI::App* add_kitti_tracking(CLI::App& app, Convert& convert) {
   add_noise(*format, o->noise);
   format->add_option("--period", o->period, "between frames [s]");
   format->add_option("--max-range", o->max_range, "objects farther away are dropped [m]");
-  format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
-  format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
-  format->add_option("--sigma-across", o->sigma_across,
-                     "of the middle of an object, felt in the bearing of near ones [m]");
+  add_detector(*format, o->detector);
   format->add_option("--still-rms", o->still_rms,
                      "tracks that spread more about their mean move [m]");
   format->add_option("--class-accuracy", o->class_accuracy,
@@ -132,9 +137,11 @@ CLI::App* add_stata(CLI::App& app, Convert& convert) {
   format->add_option("folder", o->folder, "Folder of the data set")->required();
   add_noise(*format, o->noise);
   format->add_option("--period", o->period, "between key-frames [s]");
-  format->add_option("--sigma-range", o->sigma_range, "of the detections [m]");
-  format->add_option("--sigma-bearing", o->sigma_bearing, "of the detections [rad]");
+  add_detector(*format, o->detector);
   format->add_option("--min-score", o->min_score, "detections with less are dropped");
+  format->add_option("--oracle-radius", o->oracle_radius,
+                     "true ids for sightings of a class that the poses put within so many metres; "
+                     "0: none");
   return format;
 }
 

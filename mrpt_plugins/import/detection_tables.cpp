@@ -174,7 +174,7 @@ class Steps {
   /// An empty frame for the detections of a time.
   void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
     const auto& p = options_.sensor_pose;
-    frame_ = planar_detections("DETECTOR", options_.sigma_range, options_.sigma_bearing,
+    frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},
                                {p[0], p[1], p[2], p[3], p[4], p[5]});
     frame_->has_range = has_range;
     frame_->has_pitch = has_pitch;

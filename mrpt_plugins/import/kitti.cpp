@@ -11,6 +11,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/import/camera.h"
 #include "mrpt_plugins/import/kitti_boxes.h"
+#include "mrpt_plugins/import/oracle.h"
 #include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
@@ -118,41 +119,23 @@ std::vector<CPose3D> read_truth(const KittiOptions& options, bool is_3d) {
   return truth;
 }
 
-/// Numbers the cars by where the true poses put their sightings; those seen often enough become
-/// true ids.
+/// Numbers the cars by where the true poses put their sightings, seen from above; those seen often
+/// enough become true ids.
 void give_true_ids(const KittiOptions& options, const std::vector<CPose3D>& truth,
                    std::vector<BoxSighting>& sightings) {
-  struct Car {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    std::vector<std::size_t> sightings;
-  };
-  std::vector<Car> cars;
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const Eigen::Vector3d& p = sightings[i].point;
-    const auto q = truth.at(sightings[i].frame).composePoint({p.x(), p.y(), p.z()});
-    const Eigen::Vector2d place(q.x, q.y);
-    Car* nearest = nullptr;
-    double distance = options.oracle_radius;
-    for (Car& car : cars) {
-      const double d = (car.sum / static_cast<double>(car.sightings.size()) - place).norm();
-      if (d >= distance) continue;
-      distance = d;
-      nearest = &car;
-    }
-    if (nearest == nullptr) nearest = &cars.emplace_back();
-    nearest->sum += place;
-    nearest->sightings.push_back(i);
+  std::vector<PlacedSighting> placed;
+  for (const BoxSighting& s : sightings) {
+    const auto q = truth.at(s.frame).composePoint({s.point.x(), s.point.y(), s.point.z()});
+    placed.push_back({{q.x, q.y, 0}});
   }
-  std::int32_t id = 0;
-  for (const Car& car : cars) {
-    if (car.sightings.size() < kMinOracleSightings) continue;
-    for (const std::size_t i : car.sightings) sightings[i].detection.true_landmark_id = id;
-    ++id;
+  const auto numbers = number_by_place(placed, options.oracle_radius, kMinOracleSightings);
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    sightings[i].detection.true_landmark_id = numbers[i];
   }
 }
 
 CObservationClassedBearingRange::Ptr make_frame(bool is_3d) {
-  auto frame = planar_detections("CAMERA", 1.0, 0.05, {});
+  auto frame = planar_detections("CAMERA", {1.0, 0, 0.05, 0}, {});
   frame->has_pitch = is_3d;
   if (is_3d) frame->std_pitch = 0.05F;
   frame->class_names = kitti_box_classes();

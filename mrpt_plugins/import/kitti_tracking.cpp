@@ -127,12 +127,11 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
     step.time = static_cast<double>(i) * options.period;
     step.truth = poses[i];
     if (i > 0) step.motion = noisy_motion(poses[i] - poses[i - 1], options.noise, false, random);
-    auto frame = planar_detections("CAMERA", options.sigma_range, options.sigma_bearing, CPose3D());
+    auto frame = planar_detections("CAMERA", options.detector, CPose3D());
     frame->class_names.assign(std::begin(kClasses), std::end(kClasses));
     for (; label != labels.end() && label->frame == i; ++label) {
       auto d = detection_of(label->point, false);
-      d.std_yaw =
-          static_cast<float>(std::hypot(options.sigma_bearing, options.sigma_across / d.range));
+      set_noise(options.detector, d);
       d.class_scores = scores_of(label->class_index, options.class_accuracy, random);
       if (tracks.at(label->track).stands(options.still_rms)) {
         d.landmark_id = static_cast<std::int32_t>(label->track);

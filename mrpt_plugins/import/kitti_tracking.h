@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/noisy_motion.h"
 
@@ -20,11 +21,9 @@ struct KittiTrackingOptions {
   MotionNoise noise{0.03, 0.002, 1};  ///< Given to the odometry, which is the motion of the poses.
   double period = 0.1;                ///< Between frames [s].
   double max_range = 60;              ///< Objects farther away are dropped [m].
-  /// [m], [rad]; what labels of one car at different times disagree by. Their errors are alike over
-  /// about half a second: keyframes nearer in time tell nothing new.
-  double sigma_range = 0.2, sigma_bearing = 0.004;
-  double sigma_across =
-      0.06;  ///< Of the middle of an object, felt in the bearing of near ones [m].
+  /// What labels of one car at different times disagree by. Their errors are alike over about half
+  /// a second: keyframes nearer in time tell nothing new.
+  DetectorNoise detector{0.2, 0, 0.004, 0.06};
   double still_rms =
       1.0;  ///< Tracks that spread more about their mean move: they have no true id [m].
   double class_accuracy = 1.0;  ///< Share of detections that keep their class; the others get any.

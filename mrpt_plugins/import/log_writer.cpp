@@ -156,15 +156,15 @@ ImportReport LogWriter::finish() {
   return std::move(report_);
 }
 
-CObservationClassedBearingRange::Ptr planar_detections(const std::string& label, double sigma_range,
-                                                       double sigma_bearing,
+CObservationClassedBearingRange::Ptr planar_detections(const std::string& label,
+                                                       const DetectorNoise& noise,
                                                        const mrpt::poses::CPose3D& T_robot_sensor) {
   auto frame = CObservationClassedBearingRange::Create();
   frame->sensorLabel = label;
   frame->sensor_pose = T_robot_sensor;
   frame->has_pitch = false;
-  frame->std_range = static_cast<float>(sigma_range);
-  frame->std_yaw = static_cast<float>(sigma_bearing);
+  frame->std_range = static_cast<float>(noise.range);
+  frame->std_yaw = static_cast<float>(noise.bearing);
   return frame;
 }
 

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/input/odometry.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
@@ -83,9 +84,9 @@ class LogWriter {
   bool has_truth_ = false;
 };
 
-/// A frame of a planar detector: sigmas of range [m] and bearing [rad], place on the robot.
-CObservationClassedBearingRange::Ptr planar_detections(const std::string& label, double sigma_range,
-                                                       double sigma_bearing,
+/// A frame of a planar detector: its noise close by, place on the robot.
+CObservationClassedBearingRange::Ptr planar_detections(const std::string& label,
+                                                       const DetectorNoise& noise,
                                                        const mrpt::poses::CPose3D& T_robot_sensor);
 
 /// A motion in the plane with its tangent covariance over (x, y, angle).

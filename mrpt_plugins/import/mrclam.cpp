@@ -61,7 +61,7 @@ class Frame {
   void begin(double time) {
     end();
     time_ = time;
-    seen_ = planar_detections("CAMERA", options_.sigma_range, options_.sigma_bearing, {});
+    seen_ = planar_detections("CAMERA", options_.detector, {});
   }
 
   void end() {
@@ -103,6 +103,7 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
     CObservationClassedBearingRange::Detection d;
     d.range = static_cast<float>(row->number(2));
     d.yaw = static_cast<float>(row->number(3));
+    set_noise(options.detector, d);
     const auto subject = subject_of.find(row->id(1));
     if (subject == subject_of.end()) {
       log.drop("detection dropped: barcode of nothing listed");

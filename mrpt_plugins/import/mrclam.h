@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/velocity_odometry.h"
 
@@ -18,7 +19,7 @@ struct MrclamOptions {
   std::string folder;
   int robot = 1;             ///< 1 to 5
   bool keep_robots = false;  ///< Keep sightings of other robots, as detections without an id.
-  double sigma_range = 0.2, sigma_bearing = 0.03;  ///< [m], [rad]
+  DetectorNoise detector{0.04, 0.04, 0.009, 0.02};
   OdometryWalk walk{0.06, 0.03, 0.06, 0.12, 1e-3};
 };
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/import/oracle.h"
 #include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
@@ -19,6 +20,7 @@ struct DetectorClass {
   std::int64_t number;
   const char* name;
 };
+constexpr std::size_t kMinOracleSightings = 5;
 constexpr DetectorClass kClasses[] = {{6, "keyboard"},       {9, "monitor"}, {11, "flower_pot"},
                                       {12, "traffic_light"}, {14, "cup"},    {16, "toy_car"},
                                       {17, "chair"},         {19, "person"}};
@@ -26,15 +28,15 @@ constexpr DetectorClass kClasses[] = {{6, "keyboard"},       {9, "monitor"}, {11
 /// The detections file, one key-frame after the other.
 class Detections {
  public:
-  Detections(const StataOptions& options, LogWriter& log)
-      : options_(options), log_(log), table_(options.folder + "/detections.txt") {
+  Detections(const StataOptions& options, DropReport& dropped)
+      : options_(options), dropped_(dropped), table_(options.folder + "/detections.txt") {
     advance();
   }
 
   CObservationClassedBearingRange::Ptr frame(std::int64_t number) {
-    auto frame = planar_detections("CAMERA", options_.sigma_range, options_.sigma_bearing, {});
+    auto frame = planar_detections("CAMERA", options_.detector, {});
     frame->has_pitch = true;
-    frame->std_pitch = static_cast<float>(options_.sigma_bearing);
+    frame->std_pitch = frame->std_yaw;
     for (const DetectorClass& c : kClasses) frame->class_names.emplace_back(c.name);
     for (; row_ && row_->id(0) == number; advance()) add(*frame);
     return frame;
@@ -42,7 +44,7 @@ class Detections {
 
   /// Counts what belongs to no key-frame.
   void finish() {
-    for (; row_; advance()) log_.drop("detection dropped: of no key-frame");
+    for (; row_; advance()) ++dropped_["detection dropped: of no key-frame"];
   }
 
  private:
@@ -63,11 +65,12 @@ class Detections {
     const Eigen::Vector3d camera(row_->number(3), row_->number(4), row_->number(5));
     if (score < 0 || score > 1) row_->fail("score not within 0 and 1");
     if (camera.z() <= 0) {
-      log_.drop("detection dropped: behind the camera");
+      ++dropped_["detection dropped: behind the camera"];
     } else if (score < options_.min_score) {
-      log_.drop("detection dropped: low score");
+      ++dropped_["detection dropped: low score"];
     } else {
       auto d = detection_of(robot_point(camera), true);
+      set_noise(options_.detector, d);
       const float others = static_cast<float>((1 - score) / (std::size(kClasses) - 1));
       d.class_scores.assign(std::size(kClasses), others);
       d.class_scores[static_cast<std::size_t>(known - kClasses)] = static_cast<float>(score);
@@ -76,31 +79,79 @@ class Detections {
   }
 
   const StataOptions& options_;
-  LogWriter& log_;
+  DropReport& dropped_;
   TextTable table_;
   std::optional<TextRow> row_;
 };
+
+/// The key-frames, one after the other.
+class Frames {
+ public:
+  explicit Frames(const StataOptions& options) : table_(options.folder + "/frames.txt") {}
+
+  /// The pose of the next one; nothing after the last.
+  std::optional<CPose3D> next() {
+    const auto row = table_.next();
+    if (!row) return std::nullopt;
+    row->expect_columns(14, 14, "index seq and a 3x4 matrix");
+    if (row->id(0) != count_) row->fail("index out of order");
+    ++count_;
+    return robot_pose(*row, 2);
+  }
+
+  std::int64_t number() const { return count_ - 1; }
+
+ private:
+  TextTable table_;
+  std::int64_t count_ = 0;
+};
+
+/// True ids of all detections in their order, by where the poses put them.
+std::vector<std::int32_t> true_ids(const StataOptions& options) {
+  if (options.oracle_radius <= 0) return {};
+  DropReport ignored;
+  Detections detections(options, ignored);
+  Frames frames(options);
+  std::vector<PlacedSighting> placed;
+  while (const auto pose = frames.next()) {
+    const auto seen_there = detections.frame(frames.number());
+    for (const auto& d : seen_there->detections) {
+      const CPose3D seen =
+          *pose + CPose3D(0, 0, 0, d.yaw, d.pitch, 0) + CPose3D(d.range, 0, 0, 0, 0, 0);
+      const auto best = std::max_element(d.class_scores.begin(), d.class_scores.end());
+      placed.push_back({{seen.x(), seen.y(), seen.z()},
+                        static_cast<std::size_t>(best - d.class_scores.begin())});
+    }
+  }
+  return number_by_place(placed, options.oracle_radius, kMinOracleSightings);
+}
 
 }  // namespace
 
 ImportReport import_stata(const StataOptions& options, const std::string& output) {
   LogWriter log(output);
-  Detections detections(options, log);
+  const std::vector<std::int32_t> ids = true_ids(options);
+  auto id = ids.begin();
+  DropReport dropped;
+  Detections detections(options, dropped);
+  Frames frames(options);
   Random random(options.noise.seed);
-  TextTable frames(options.folder + "/frames.txt");
   std::optional<CPose3D> last;
-  while (const auto row = frames.next()) {
-    row->expect_columns(14, 14, "index seq and a 3x4 matrix");
-    if (static_cast<std::size_t>(row->id(0)) != log.steps()) row->fail("index out of order");
+  while (const auto pose = frames.next()) {
     ImportedStep step;
-    step.time = static_cast<double>(log.steps()) * options.period;
-    step.truth = robot_pose(*row, 2);
-    if (last) step.motion = noisy_motion(*step.truth - *last, options.noise, true, random);
-    last = step.truth;
-    step.observations.push_back(detections.frame(row->id(0)));
+    step.time = static_cast<double>(frames.number()) * options.period;
+    step.truth = pose;
+    if (last) step.motion = noisy_motion(*pose - *last, options.noise, true, random);
+    last = pose;
+    const auto seen = detections.frame(frames.number());
+    for (auto& d : seen->detections) {
+      if (id != ids.end()) d.true_landmark_id = *id++;
+    }
+    step.observations.push_back(seen);
     log.add(step);
   }
   detections.finish();
+  for (const auto& [reason, count] : dropped) log.drop(reason, count);
   return log.finish();
 }
 

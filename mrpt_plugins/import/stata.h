@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/noisy_motion.h"
 
@@ -17,8 +18,12 @@ struct StataOptions {
   std::string folder;
   MotionNoise noise{0.02, 0.01, 1};  ///< Given to the odometry, which is the motion of the poses.
   double period = 0.5;               ///< Between key-frames [s].
-  double sigma_range = 0.15, sigma_bearing = 0.04;  ///< [m], [rad]
-  double min_score = 0;                             ///< Detections with less are dropped.
+  /// Twice what sightings of an object scatter by, since their errors last for some seconds.
+  DetectorNoise detector{0.2, 0, 0.08, 0.06};
+  double min_score = 0;  ///< Detections with less are dropped.
+  /// Radius in which sightings of a class, put into place by the poses, are taken for one object
+  /// [m]; their number becomes their true id, for comparison. 0: no true ids.
+  double oracle_radius = 0;
 };
 
 /// Converts the data set into a log in space with a step for each key-frame. There is no truth: the

@@ -36,18 +36,22 @@ struct Scan {
 };
 
 /// The standard car model: speed of the middle of the rear axle and turn rate.
-Velocity car_velocity(const TextRow& row) {
-  row.expect_columns(3, 3, "time speed steering");
-  const double steering = row.number(2);
-  if (std::abs(steering) > 1.2) row.fail("steering angle above 1.2 rad");
-  const double curvature = std::tan(steering) / kAxles;
-  const double speed = row.number(1) / (1 - kHalfTrack * curvature);
-  return {row.number(0), speed, speed * curvature};
+VelocityOdometry car(const VictoriaParkOptions& options, double scale, double offset) {
+  const auto velocity = [=](const TextRow& row) {
+    row.expect_columns(3, 3, "time speed steering");
+    const double steering = scale * row.number(2) + offset;
+    if (std::abs(steering) > 1.2) row.fail("steering angle above 1.2 rad");
+    const double curvature = std::tan(steering) / kAxles;
+    const double speed = row.number(1) / (1 - kHalfTrack * curvature);
+    return Velocity{row.number(0), speed, speed * curvature};
+  };
+  return {options.folder + "/odometry.txt", velocity, options.walk};
 }
 
 std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log) {
   std::vector<Scan> scans;
-  VelocityOdometry car(options.folder + "/odometry.txt", car_velocity, options.walk);
+  VelocityOdometry odometry = car(options, options.steering_scale, options.steering_offset);
+  VelocityOdometry reference = car(options, 1, 0);  // what the reference counted its way by
   TextTable times(options.folder + "/scan_times.txt");
   while (const auto row = times.next()) {
     row->expect_columns(1, 1, "time");
@@ -56,8 +60,8 @@ std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log)
       log.drop("scan dropped: not after the one before");
       continue;
     }
-    OdometryIncrement motion = car.move_to(time);
-    scans.push_back({time, car.way(), std::move(motion), {}});
+    reference.move_to(time);
+    scans.push_back({time, reference.way(), odometry.move_to(time), {}});
   }
   TextTable trees(options.folder + "/tree_detections.txt");
   auto scan = scans.begin();
@@ -170,14 +174,14 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
   }
   const mrpt::poses::CPose3D T_car_laser(kLaserAhead, kLaserLeft, 0, 0, 0, 0);
   for (const Scan& scan : scans) {
-    auto frame =
-        planar_detections("LASER", options.sigma_range, options.sigma_bearing, T_car_laser);
+    auto frame = planar_detections("LASER", options.detector, T_car_laser);
     frame->fov_yaw = static_cast<float>(M_PI);
     frame->max_range = 80;
     for (const Tree& tree : scan.trees) {
       CObservationClassedBearingRange::Detection d;
       d.range = static_cast<float>(tree.range);
       d.yaw = static_cast<float>(tree.bearing);
+      set_noise(options.detector, d);
       if (tree.id) d.landmark_id = static_cast<std::int32_t>(*tree.id);
       frame->detections.push_back(d);
     }

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/velocity_odometry.h"
 
@@ -18,9 +19,11 @@ struct VictoriaParkOptions {
   std::string folder;
   /// Whether sightings of the reference association get its landmark ids.
   bool reference = true;
-  double sigma_range = 0.3;       ///< [m]
-  double sigma_bearing = 0.0175;  ///< [rad]
-  OdometryWalk walk{0.05, 0.02, 0.012, 0, 1e-4};
+  /// The steering angle is this many times the reading and this much more [rad]: what fits the way
+  /// among the trees of the reference association. 1 and 0: as read.
+  double steering_scale = 1.037, steering_offset = 0.0046;
+  DetectorNoise detector{0.09, 0.005, 0.011, 0};
+  OdometryWalk walk{0.05, 0.02, 0.008, 0, 1e-4};
 };
 
 /// Converts the data set into a log with a step for each scan. The robot is the middle of the rear

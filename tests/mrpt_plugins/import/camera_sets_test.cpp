@@ -150,7 +150,7 @@ TEST_F(CameraSets, KittiTrackingKeepsIdsOfWhatStands) {
   EXPECT_EQ(standing.landmark_id, 3);
   EXPECT_NEAR(standing.range, std::hypot(18, 1), 1e-6);
   EXPECT_GT(standing.yaw, 0);  // to the left
-  EXPECT_NEAR(standing.std_yaw, std::hypot(options.sigma_bearing, 0.06 / standing.range), 1e-6);
+  EXPECT_NEAR(standing.std_yaw, std::hypot(0.004, 0.06 / standing.range), 1e-6);
   EXPECT_EQ(seen(all[2]).detections[1].landmark_id, mrpt::obs::INVALID_LANDMARK_ID);
   EXPECT_GT(seen(all[2]).detections[1].class_scores.at(1), 0.8);
   EXPECT_EQ(report.dropped.at("label dropped: behind the camera"), 4U);
@@ -187,6 +187,29 @@ TEST_F(CameraSets, StataTurnsTheCameraAndDrawsTheSameNoise) {
   options.noise.seed = 2;
   import_stata(options, log());
   EXPECT_NE(steps().at(1).odometry->mean.x(), first);
+}
+
+TEST_F(CameraSets, StataOracleNumbersObjectsByClassAndPlace) {
+  std::string frames, detections;
+  for (int i = 0; i < 5; ++i) {  // forward by 0.2 m a frame, past a cup on a chair
+    const std::string index = std::to_string(i), z = std::to_string(3 - 0.2 * i);
+    frames += index + " " + index + " 1 0 0 0 0 1 0 0 0 0 1 " + std::to_string(0.2 * i) + "\n";
+    detections += index + " 14 0.8 0 0.1 " + z + " 0.1 1 2 3 4\n" + index + " 17 0.8 0 0.1 " + z +
+                  " 0.1 1 2 3 4\n";
+  }
+  write("frames.txt", frames);
+  write("detections.txt", detections + "4 14 0.8 1 0 2 0.1 1 2 3 4\n");
+  StataOptions options;
+  options.folder = folder.string();
+  options.oracle_radius = 0.3;
+  import_stata(options, log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 5U);
+  for (const auto& step : all) {
+    EXPECT_EQ(seen(step).detections.at(0).true_landmark_id, 0);
+    EXPECT_EQ(seen(step).detections.at(1).true_landmark_id, 1);
+  }
+  EXPECT_EQ(seen(all[4]).detections.at(2).true_landmark_id, mrpt::obs::INVALID_LANDMARK_ID);
 }
 
 }  // namespace

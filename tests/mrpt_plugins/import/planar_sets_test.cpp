@@ -26,6 +26,8 @@ class PlanarSets : public ImportTest {
           "ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nLANDMARK 1 7 12.78 0.5 1 0 1\n");
     VictoriaParkOptions options;
     options.folder = folder.string();
+    options.steering_scale = 1;
+    options.steering_offset = 0;
     return options;
   }
 
@@ -48,7 +50,7 @@ TEST_F(PlanarSets, VictoriaParkFollowsTheCarAndTheReference) {
   ASSERT_TRUE(all[1].odometry && all[2].odometry);
   EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
   EXPECT_NEAR(all[1].odometry->covariance(0, 0), 0.05 * 0.05, 1e-6);  // as written, not MRPT's own
-  EXPECT_NEAR(all[1].odometry->covariance(5, 5), 0.012 * 0.012, 1e-7);
+  EXPECT_NEAR(all[1].odometry->covariance(5, 5), 0.008 * 0.008, 1e-7);
   const auto& scan = seen(all[1]);
   EXPECT_NEAR(scan.sensor_pose.x(), 3.78, 1e-9);
   EXPECT_NEAR(scan.detections.at(0).yaw, 0, 1e-6);
@@ -71,12 +73,28 @@ TEST_F(PlanarSets, VictoriaParkTurnsOnACircle) {
   EXPECT_NEAR(all[1].odometry->mean.x(), std::sin(way * curvature) / curvature, 1e-2);
 }
 
+TEST_F(PlanarSets, VictoriaParkCorrectsTheSteeringButNotTheWayOfTheReference) {
+  VictoriaParkOptions options = victoria();
+  write("odometry.txt", "0 1 0.1\n20 1 0.1\n");
+  write("victoria_park_known_assoc_gtsam.txt",
+        "ODOMETRY 0 1 1.0277 0 0 1 0 0 1 0 1\nLANDMARK 1 7 12.78 0.5 1 0 1\n");
+  options.steering_scale = 3;
+  options.steering_offset = 0.1;
+  import_victoria_park(options, log());
+  const auto all = steps();
+  const double curvature = std::tan(0.4) / 2.83;
+  EXPECT_NEAR(all[1].odometry->mean.yaw(), curvature / (1 - 0.76 * curvature), 1e-6);
+  EXPECT_EQ(seen(all[1]).detections.at(0).landmark_id, 7);
+}
+
 TEST_F(PlanarSets, MrclamMergesTimesAndDropsRobots) {
   const ImportReport report = import_mrclam(mrclam(), log());
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(seen(all[0]).detections.size(), 1U);
   EXPECT_EQ(seen(all[0]).detections[0].landmark_id, 6);
+  EXPECT_NEAR(seen(all[0]).detections[0].std_range, std::hypot(0.04, 0.04 * 2.5), 1e-6);
+  EXPECT_NEAR(seen(all[0]).detections[0].std_yaw, std::hypot(0.009, 0.02 / 2.5), 1e-6);
   EXPECT_NEAR(all[1].odometry->mean.x(), 2, 1e-9);
   EXPECT_EQ(report.dropped.at("detection dropped: another robot"), 1U);
   EXPECT_EQ(report.dropped.at("detection dropped: barcode of nothing listed"), 1U);
