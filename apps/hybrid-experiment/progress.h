@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <string>
 
+#include "apps/progress_line.h"
+
 namespace hybrid {
 
 /// Tells the user on standard error how many trials have ended: one line that renews itself on a
@@ -14,25 +16,21 @@ namespace hybrid {
 class Progress {
  public:
   /// `todo` trials are to be run.
-  explicit Progress(std::size_t todo);
-  ~Progress();
+  explicit Progress(std::size_t todo) : todo_(todo) {}
 
   /// One more trial has ended; `what` names it.
   void ended(const std::string& what);
   /// Prints a line of its own.
-  void message(const std::string& text);
+  void message(const std::string& text) { line_.message(text); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void show(const std::string& what);
 
   std::size_t todo_;
   std::size_t done_ = 0;
   std::size_t twentieths_ = 0;
-  bool terminal_;
-  bool line_shown_ = false;
-  Clock::time_point start_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  ProgressLine line_;
 };
 
 }  // namespace hybrid

@@ -7,29 +7,28 @@
 #include <cstddef>
 #include <string>
 
+#include "apps/progress_line.h"
+
 namespace hybrid {
 
 /// Tells the user how far a replay is, on standard error: one line that renews itself on a
 /// terminal; in a pipe nothing but the messages.
 class Progress {
  public:
-  Progress();
-
   /// Renews the line, at most ten times per second. `fraction` of the log is done.
   void update(double fraction, std::size_t keyframes, std::size_t landmarks, double objective);
 
   /// Prints a line of its own.
-  void message(const std::string& text);
+  void message(const std::string& text) { line_.message(text); }
+  /// Removes the line.
+  void clear() { line_.clear(); }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  void clear();
-
-  bool terminal_;
-  bool line_shown_ = false;
-  Clock::time_point start_;
-  Clock::time_point shown_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point shown_ = start_;
+  ProgressLine line_;
 };
 
 }  // namespace hybrid

@@ -139,6 +139,7 @@ void report(const CalibrationEstimate& calibration) {
 }
 
 void report(const Summary& summary, const OutputDirectory& out, Progress& progress) {
+  progress.clear();
   for (const auto& [reason, count] : summary.dropped) {
     progress.message(fmt::format("{}: {}", reason, count));
   }

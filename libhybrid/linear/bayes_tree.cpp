@@ -95,6 +95,12 @@ int BayesTree::new_clique() {
   return c;
 }
 
+void BayesTree::free_factor(int f) {
+  const FactorState& factor = factors_[f];
+  hessians_.release(factor.hessian, static_cast<std::size_t>(factor.order) * factor.order);
+  free_factors_.push_back(f);
+}
+
 void BayesTree::free_clique(int c) {
   Clique& clique = cliques_[c];
   clique.parent = -1;
@@ -317,11 +323,7 @@ void BayesTree::commit(const std::vector<SymbolicClique>& symbolic, const std::v
       std::remove_if(fresh_.begin(), fresh_.end(), [&](int c) { return cliques_[c].detached; }),
       fresh_.end());
   for (int c : detached_) free_clique(c);
-  for (int f : removed_factors_) {
-    hessians_.release(factors_[f].hessian,
-                      static_cast<std::size_t>(factors_[f].order) * factors_[f].order);
-    free_factors_.push_back(f);
-  }
+  for (int f : removed_factors_) free_factor(f);
   for (int v : removed_variables_) {
     deltas_.release(variables_[v].delta, variables_[v].dim);
     variables_[v].dim = 0;
@@ -344,9 +346,7 @@ void BayesTree::roll_back() {
   }
   for (int f : new_factors_) {
     factors_[f].alive = false;
-    hessians_.release(factors_[f].hessian,
-                      static_cast<std::size_t>(factors_[f].order) * factors_[f].order);
-    free_factors_.push_back(f);
+    free_factor(f);
   }
   for (int v : new_variables_) {
     deltas_.release(variables_[v].delta, variables_[v].dim);

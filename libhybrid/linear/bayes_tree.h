@@ -116,6 +116,7 @@ class BayesTree {
   };
 
   int new_clique();
+  void free_factor(int f);
   void free_clique(int c);
   void touch(int clique);
   void detach_top();

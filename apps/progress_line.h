@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+
+namespace hybrid {
+
+/// A line on standard error that tells how far a program is: on a terminal it renews itself, in a
+/// pipe every text is a line of its own.
+class ProgressLine {
+ public:
+  ProgressLine() : terminal_(isatty(fileno(stderr)) == 1) {}
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  ~ProgressLine() { clear(); }
+
+  bool terminal() const { return terminal_; }
+  void show(const std::string& text) {
+    fmt::print(stderr, terminal_ ? "\r\033[K{}" : "{}\n", text);
+    std::fflush(stderr);
+    shown_ = terminal_;
+  }
+  /// Prints a line that stays.
+  void message(const std::string& text) {
+    clear();
+    fmt::print(stderr, "{}\n", text);
+  }
+  void clear() {
+    if (shown_) std::fputs("\r\033[K", stderr);
+    shown_ = false;
+  }
+
+ private:
+  bool terminal_;
+  bool shown_ = false;
+};
+
+}  // namespace hybrid
