@@ -2,12 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -16,59 +12,38 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
+#include "tests/apps/run_app.h"
+#include "tests/support/scratch_folder.h"
 
+namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Ran {
-  int code = -1;
-  std::string text;
-};
-
 Ran run(const std::string& arguments, const std::string& before = "") {
-  Ran ran;
-  const std::string program = HYBRID_BINARY_DIR "/bin/hybrid-experiment ";
-  FILE* pipe = popen((before + program + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
-  ran.code = WEXITSTATUS(pclose(pipe));
-  return ran;
+  return run_app("hybrid-experiment " + arguments, before);
 }
 
 /// Laps around a square of eight poses, each recognised a lap later.
 std::string laps_graph(int laps) {
-  const auto truth = [](int k) { return hybrid::SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
+  const auto truth = [](int k) { return SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
   std::ostringstream text;
-  const auto edge = [&](int i, int j, const hybrid::SE2& z) {
+  const auto edge = [&](int i, int j, const SE2& z) {
     text << "EDGE_SE2 " << i << ' ' << j << ' ' << z.x() << ' ' << z.y() << ' ' << z.angle()
          << " 400 0 0 400 0 2500\n";
   };
   for (int k = 1; k < 8 * laps; ++k) {
-    const hybrid::SE2 z = truth(k - 1).between(truth(k));
-    edge(k - 1, k, z * hybrid::SE2(0.01, 0.005 * (k % 5), 0.01));
+    const SE2 z = truth(k - 1).between(truth(k));
+    edge(k - 1, k, z * SE2(0.01, 0.005 * (k % 5), 0.01));
     if (k >= 8) edge(k - 8, k, truth(k - 8).between(truth(k)));
   }
   return text.str();
 }
 
-class Experiment : public testing::Test {
+class Experiment : public ScratchFolder {
  protected:
-  Experiment() {
-    fs::create_directories(folder);
-    write("laps.g2o", laps_graph(4));
-  }
-  ~Experiment() override { fs::remove_all(folder); }
+  Experiment() { write("laps.g2o", laps_graph(4)); }
 
-  std::string at(const std::string& name) const { return (folder / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name) << text;
-    return at(name);
-  }
-  std::string read(const std::string& name) const {
-    std::ifstream in(folder / name);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   /// An INI for the graph of laps.
   std::string config(const std::string& experiment) const {
     return write("e.ini", "[experiment]\ndata_dir = .\ngraphs = laps\n" + experiment +
@@ -90,9 +65,6 @@ class Experiment : public testing::Test {
     }
     return result;
   }
-
-  const fs::path folder =
-      fs::temp_directory_path() / ("hybrid_exp_app_" + std::to_string(getpid()));
 };
 
 TEST_F(Experiment, ComparesMethods) {
@@ -242,3 +214,4 @@ TEST_F(Experiment, ReplaysLogs) {
 }
 
 }  // namespace
+}  // namespace hybrid

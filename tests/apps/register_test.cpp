@@ -4,19 +4,17 @@
 #include <gtest/gtest.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/apps/run_app.h"
 #include "tests/libhybrid/registration/clouds.h"
 #include "tests/mrpt_plugins/input/log_files.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {
@@ -24,59 +22,39 @@ namespace {
 namespace fs = std::filesystem;
 using testing::Random;
 
-struct Result {
-  int code = -1;
-  std::string text;
-};
-
-Result run(const std::string& arguments) {
-  Result result;
-  FILE* pipe =
-      popen((HYBRID_BINARY_DIR "/bin/hybrid-register " + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) result.text += buffer.data();
-  result.code = WEXITSTATUS(pclose(pipe));
-  return result;
+Ran run(const std::string& arguments) {
+  return run_app("hybrid-register " + arguments);
 }
 
-class RegisterApp : public ::testing::Test {
+class RegisterApp : public ScratchFolder {
  protected:
-  RegisterApp() { fs::create_directories(folder_); }
-  ~RegisterApp() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name)) << text;
-    return path(name);
-  }
+  using ScratchFolder::write;
   std::string write(const std::string& name, const Points& points) const {
-    std::ofstream out(path(name));
+    std::ofstream out(at(name));
     out.precision(12);
     for (const Eigen::Vector3d& p : points) out << p.transpose() << '\n';
-    return path(name);
+    return at(name);
   }
   Eigen::Matrix4d transform() const {
-    std::ifstream in(path("out/transform.txt"));
+    std::ifstream in(at("out/transform.txt"));
     Eigen::Matrix4d M;
     for (int i = 0; i < 16; ++i) in >> M(i / 4, i % 4);
     return M;
   }
   nlohmann::json summary() const {
-    return nlohmann::json::parse(std::ifstream(path("out/summary.json")));
+    return nlohmann::json::parse(std::ifstream(at("out/summary.json")));
   }
-  Result run_on(const std::string& source, const std::string& target,
-                const std::string& more = "") const {
-    return run("'" + source + "' '" + target + "' " + more + " -o " + path("out"));
+  Ran run_on(const std::string& source, const std::string& target,
+             const std::string& more = "") const {
+    return run("'" + source + "' '" + target + "' " + more + " -o " + at("out"));
   }
-
-  fs::path folder_ = fs::temp_directory_path() / ("hybrid_register_" + std::to_string(getpid()));
 };
 
 TEST_F(RegisterApp, WritesTransformSummaryAndPicture) {
   Random random(1);
   const Points target = testing::bumpy_surface(1500, 0.001, random);
   const SE3 truth(Eigen::Vector3d(0.1, 0.2, -0.1), SO3::exp(Eigen::Vector3d(0.2, 0.1, -0.3)));
-  const Result result =
+  const Ran result =
       run_on(write("s.xyz", testing::moved(truth.inverse(), target)), write("t.xyz", target));
   ASSERT_EQ(result.code, 0) << result.text;
   EXPECT_LT((transform() - truth.matrix()).norm(), 1e-5);
@@ -88,7 +66,7 @@ TEST_F(RegisterApp, WritesTransformSummaryAndPicture) {
   EXPECT_GT(json["iterations"].get<int>(), 0);
   EXPECT_GT(json["solver_s"].get<double>(), 0.0);
   EXPECT_EQ(json["covariance"].size(), 6u);
-  EXPECT_GT(fs::file_size(path("out/overlay.png")), 10000u);
+  EXPECT_GT(fs::file_size(at("out/overlay.png")), 10000u);
 }
 
 TEST_F(RegisterApp, StartsFromAMatrix) {
@@ -98,7 +76,7 @@ TEST_F(RegisterApp, StartsFromAMatrix) {
   const std::string source = write("s.xyz", testing::moved(truth.inverse(), target));
   const std::string other = write("t.xyz", target);
   const std::string start = write("start.txt", "-0.8 -0.6 0 5\n0.6 -0.8 0 0\n0 0 1 0\n0 0 0 1\n");
-  const Result result = run_on(source, other, "--no-search --start " + start);
+  const Ran result = run_on(source, other, "--no-search --start " + start);
   ASSERT_EQ(result.code, 0) << result.text;
   EXPECT_LT((transform() - truth.matrix()).norm(), 1e-4);
   for (const char* bad : {"1 0 0 0\n", "2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "a", ""}) {
@@ -109,7 +87,7 @@ TEST_F(RegisterApp, StartsFromAMatrix) {
 TEST_F(RegisterApp, SaysWhichMotionIsFree) {
   Points line;
   for (int i = 0; i < 50; ++i) line.emplace_back(0.1 * i, 0, 0);
-  const Result result = run_on(write("s.xyz", line), write("t.xyz", line));
+  const Ran result = run_on(write("s.xyz", line), write("t.xyz", line));
   EXPECT_EQ(result.code, 2);
   EXPECT_NE(result.text.find("rotation about the axis (1, 0, 0)"), std::string::npos)
       << result.text;
@@ -126,14 +104,14 @@ TEST_F(RegisterApp, BadInputIsToldAndNothingWritten) {
       {write("nan.xyz", "nan 0 0\nnan 1 1\n"), "none of its points is finite"},
       {write("short.pcd", "FIELDS x y z\nPOINTS 9\nDATA ascii\n1 2 3\n"), "ends after 1"},
       {write("noise.bin", "no map at all, of no kind"), "noise.bin"},
-      {path("absent.ply"), "cannot be read"},
-      {path("absent.map"), "absent.map"},
+      {at("absent.ply"), "cannot be read"},
+      {at("absent.map"), "absent.map"},
       {write("far.xyz", "900 0 0\n901 0 0\n900 1 0\n900 0 1\n"), "no counterparts found"}};
   for (const auto& [source, message] : cases) {
-    const Result result = run_on(source, good, "--no-search");
+    const Ran result = run_on(source, good, "--no-search");
     EXPECT_EQ(result.code, 1) << source;
     EXPECT_NE(result.text.find(message), std::string::npos) << result.text;
-    EXPECT_FALSE(fs::exists(path("out")));
+    EXPECT_FALSE(fs::exists(at("out")));
   }
   EXPECT_EQ(run("").code, 1);
   EXPECT_EQ(run("--help").code, 0);
@@ -157,22 +135,21 @@ TEST_F(RegisterApp, ReadsPointsMapsAndScansOfRawlogs) {
     map->insertPoint(static_cast<float>(r * std::cos(angle)),
                      static_cast<float>(r * std::sin(angle)), 0);
   }
-  write_log(path("map.gz"), {map});
+  write_log(at("map.gz"), {map});
   const auto frame = mrpt::obs::CSensoryFrame::Create();
   frame->insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
   const auto empty = mrpt::obs::CSensoryFrame::Create();
   const auto actions = mrpt::obs::CActionCollection::Create();
-  write_log(path("log.rawlog"), {actions, empty, actions, frame});
-  const Result result = run_on(path("log.rawlog#1"), path("map.gz"), "--unit m");
+  write_log(at("log.rawlog"), {actions, empty, actions, frame});
+  const Ran result = run_on(at("log.rawlog#1"), at("map.gz"), "--unit m");
   ASSERT_EQ(result.code, 0) << result.text;
   EXPECT_LT((transform() - Eigen::Matrix4d::Identity()).norm(), 1e-3);
   EXPECT_EQ(summary()["metric"], "curve");
   EXPECT_EQ(summary()["source_points"], 361);
-  EXPECT_NE(run_on(path("log.rawlog#0"), path("map.gz")).text.find("no observation with points"),
+  EXPECT_NE(run_on(at("log.rawlog#0"), at("map.gz")).text.find("no observation with points"),
             std::string::npos);
-  EXPECT_NE(run_on(path("log.rawlog#9"), path("map.gz")).text.find("has 2 steps"),
-            std::string::npos);
-  EXPECT_NE(run_on(path("log.rawlog#x"), path("map.gz")).text.find("number of a step"),
+  EXPECT_NE(run_on(at("log.rawlog#9"), at("map.gz")).text.find("has 2 steps"), std::string::npos);
+  EXPECT_NE(run_on(at("log.rawlog#x"), at("map.gz")).text.find("number of a step"),
             std::string::npos);
 }
 

@@ -2,55 +2,34 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
+#include "tests/apps/run_app.h"
+#include "tests/support/scratch_folder.h"
+
+namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Result {
-  int code = -1;
-  std::string text;
-};
-
-Result run(const std::string& arguments) {
-  Result result;
-  FILE* pipe =
-      popen((HYBRID_BINARY_DIR "/bin/hybrid-simulate " + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) result.text += buffer.data();
-  result.code = WEXITSTATUS(pclose(pipe));
-  return result;
+Ran run(const std::string& arguments) {
+  return run_app("hybrid-simulate " + arguments);
 }
 
-class Simulate : public testing::Test {
+class Simulate : public ScratchFolder {
  protected:
-  Simulate() { fs::create_directories(folder); }
-  ~Simulate() override { fs::remove_all(folder); }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name) << text;
-  }
   void expect_failure(const std::string& arguments, const std::string& part) const {
-    const Result result = run(arguments);
+    const Ran result = run(arguments);
     EXPECT_NE(result.code, 0) << arguments;
     EXPECT_NE(result.text.find(part), std::string::npos) << result.text;
   }
-  std::string at(const std::string& name) const { return (folder / name).string(); }
-
-  const fs::path folder =
-      fs::temp_directory_path() / ("hybrid_simulate_" + std::to_string(getpid()));
 };
 
 TEST_F(Simulate, WritesLogAndTruthAndNothingElse) {
   write("a.ini", "[world]\nlandmarks = 5\n");
-  const Result result = run("-c " + at("a.ini") + " -o " + at("new/log.rawlog"));
+  const Ran result = run("-c " + at("a.ini") + " -o " + at("new/log.rawlog"));
   EXPECT_EQ(result.code, 0) << result.text;
   EXPECT_TRUE(fs::exists(at("new/log.rawlog")));
   EXPECT_TRUE(fs::exists(at("new/log_ground_truth.txt")));
@@ -60,7 +39,7 @@ TEST_F(Simulate, WritesLogAndTruthAndNothingElse) {
 
 TEST_F(Simulate, ExplainsItself) {
   EXPECT_EQ(run("--help").code, 0);
-  const Result keys = run("--print-config");
+  const Ran keys = run("--print-config");
   EXPECT_EQ(keys.code, 0);
   EXPECT_NE(keys.text.find("accuracy = 0.7"), std::string::npos);
   write("printed.ini", keys.text);
@@ -82,3 +61,4 @@ TEST_F(Simulate, FailsClearly) {
 }
 
 }  // namespace
+}  // namespace hybrid

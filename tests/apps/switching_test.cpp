@@ -2,12 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -15,31 +11,22 @@
 #include <sstream>
 #include <string>
 
+#include "tests/apps/run_app.h"
 #include "tests/support/data_path.h"
+#include "tests/support/scratch_folder.h"
 
+namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
-using hybrid::testing::data_path;
+using testing::data_path;
 
-class SwitchingApp : public testing::Test {
+class SwitchingApp : public ScratchFolder {
  protected:
-  SwitchingApp() { fs::create_directories(folder); }
-  ~SwitchingApp() override { fs::remove_all(folder); }
-
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name) << text;
-    return (folder / name).string();
-  }
-
   int run(const std::string& arguments) {
-    const std::string command = HYBRID_BINARY_DIR "/bin/hybrid-switching " + arguments + " -o " +
-                                (folder / "out").string() + " 2>&1";
-    FILE* pipe = popen(command.c_str(), "r");
-    std::array<char, 4096> buffer{};
-    text.clear();
-    while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
-    return WEXITSTATUS(pclose(pipe));
+    const Ran ran = run_app("hybrid-switching " + arguments + " -o " + at("out"));
+    text = ran.text;
+    return ran.code;
   }
 
   nlohmann::json summary() const {
@@ -53,8 +40,6 @@ class SwitchingApp : public testing::Test {
     EXPECT_FALSE(fs::exists(folder / "out" / "summary.json"));
   }
 
-  const fs::path folder =
-      fs::temp_directory_path() / ("hybrid_switching_" + std::to_string(getpid()));
   std::string text;
 };
 
@@ -125,3 +110,4 @@ TEST_F(SwitchingApp, RangesOutOfSight) {
 }
 
 }  // namespace
+}  // namespace hybrid

@@ -3,31 +3,24 @@
 #include "libhybrid/io/object_sightings.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "libhybrid/core/error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
 
-class ObjectSightings : public ::testing::Test {
+class ObjectSightings : public ScratchFolder {
  protected:
   ObjectSightings() {
-    fs::create_directories(folder_);
     write("odom.txt", "# t x y z qx qy qz qw\n0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n");
     write("det_cup.txt", "0 0 0 2 0 0 0 1\n0.1 0 0 0 0 0 0 0\n");
   }
-  ~ObjectSightings() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-  }
-  ObjectSequence read() const { return read_object_sequence(folder_.string()); }
+  ObjectSequence read() const { return read_object_sequence(folder.string()); }
   /// The message of the error that reading ends with.
   std::string message() const {
     try {
@@ -37,8 +30,6 @@ class ObjectSightings : public ::testing::Test {
     }
     return "";
   }
-
-  fs::path folder_ = fs::temp_directory_path() / ("object_sightings_" + std::to_string(::getpid()));
 };
 
 TEST_F(ObjectSightings, AreReadFrameByFrame) {
@@ -70,11 +61,11 @@ TEST_F(ObjectSightings, RowsMustFitTheOdometry) {
 }
 
 TEST_F(ObjectSightings, MissingFilesAreNamed) {
-  fs::remove(folder_ / "odom.txt");
+  fs::remove(folder / "odom.txt");
   EXPECT_NE(message().find("odom.txt: cannot be opened"), std::string::npos) << message();
-  fs::remove(folder_ / "det_cup.txt");
+  fs::remove(folder / "det_cup.txt");
   EXPECT_NE(message().find("holds no sightings"), std::string::npos) << message();
-  EXPECT_THROW(read_object_sequence((folder_ / "absent").string()), Error);
+  EXPECT_THROW(read_object_sequence((folder / "absent").string()), Error);
 }
 
 }  // namespace

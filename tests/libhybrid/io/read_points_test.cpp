@@ -3,34 +3,22 @@
 #include "libhybrid/io/read_points.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "libhybrid/core/error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {
 
-namespace fs = std::filesystem;
-
-class ReadPoints : public ::testing::Test {
+class ReadPoints : public ScratchFolder {
  protected:
-  ReadPoints() { fs::create_directories(folder_); }
-  ~ReadPoints() override { fs::remove_all(folder_); }
-
-  std::string file(const std::string& name, const std::string& content) {
-    const std::string path = (folder_ / name).string();
-    std::ofstream(path, std::ios::binary) << content;
-    return path;
-  }
   /// The message of the error, or "" if there is none.
   std::string error(const std::string& name, const std::string& content) {
     try {
-      read_points(file(name, content));
+      read_points(write(name, content));
     } catch (const Error& e) {
       return e.what();
     }
@@ -39,16 +27,14 @@ class ReadPoints : public ::testing::Test {
   static bool has(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   }
-
-  fs::path folder_ = fs::temp_directory_path() / ("hybrid_points_" + std::to_string(getpid()));
 };
 
 const Points kExpected = {{1, 2, 3}, {-4.5, 5e-1, 6}};
 
 TEST_F(ReadPoints, RowsWithCommentsColumnsAndSeparators) {
   const std::string rows = "# x y z\n1 2 3\n\n-4.5,5e-1;+6 255 \r\n";
-  EXPECT_EQ(read_points(file("a.xyz", rows)).points, kExpected);
-  EXPECT_EQ(read_points(file("a.CSV", rows)).points, kExpected);
+  EXPECT_EQ(read_points(write("a.xyz", rows)).points, kExpected);
+  EXPECT_EQ(read_points(write("a.CSV", rows)).points, kExpected);
 }
 
 TEST_F(ReadPoints, PlyText) {
@@ -57,7 +43,7 @@ TEST_F(ReadPoints, PlyText) {
       "element vertex 2\nproperty uchar red\nproperty float x\nproperty float y\n"
       "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0.5\n7 1 2 3\n8 -4.5 0.5 6\n3 0 1 0\n";
-  EXPECT_EQ(read_points(file("a.ply", ply)).points, kExpected);
+  EXPECT_EQ(read_points(write("a.ply", ply)).points, kExpected);
 }
 
 template <class T>
@@ -78,7 +64,7 @@ TEST_F(ReadPoints, PlyBinaryOfBothOrders) {
       ply += bytes<short>(-3, big) + bytes(float(p.x()), big) + bytes(float(p.y()), big) +
              bytes(p.z(), big);
     }
-    EXPECT_EQ(read_points(file("b.ply", ply)).points, kExpected);
+    EXPECT_EQ(read_points(write("b.ply", ply)).points, kExpected);
     EXPECT_TRUE(has(error("c.ply", ply.substr(0, ply.size() - 3)), "the file ends after 1"));
   }
 }
@@ -88,7 +74,7 @@ TEST_F(ReadPoints, PcdText) {
       "# .PCD v0.7\nVERSION 0.7\nFIELDS rgb normal x y z\nSIZE 4 4 4 4 4\nTYPE F F F F F\n"
       "COUNT 1 2 1 1 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n"
       "0 8 9 1 2 3\n0 8 9 nan nan nan\n0 8 9 -4.5 0.5 6\n";
-  const PointFile read = read_points(file("a.pcd", pcd));
+  const PointFile read = read_points(write("a.pcd", pcd));
   EXPECT_EQ(read.points, kExpected);
   EXPECT_EQ(read.left_out, 1u);
 }
@@ -116,8 +102,8 @@ TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
                   "says 2 points, the file ends after 1"));
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y\nPOINTS 1\nDATA ascii\n1 2\n"), "no x, y and z"));
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2\n"), "3 values, got 2"));
-  EXPECT_THROW(read_points((folder_ / "absent.xyz").string()), Error);
-  EXPECT_THROW(read_points(folder_.string() + ".xyz"), Error);
+  EXPECT_THROW(read_points((folder / "absent.xyz").string()), Error);
+  EXPECT_THROW(read_points(folder.string() + ".xyz"), Error);
 }
 
 }  // namespace

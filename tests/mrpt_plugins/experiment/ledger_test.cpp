@@ -4,7 +4,7 @@
 #include "mrpt_plugins/experiment/ledger.h"
 
 #include "libhybrid/core/error.h"
-#include "tests/mrpt_plugins/experiment/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {

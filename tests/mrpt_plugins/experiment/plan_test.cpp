@@ -6,7 +6,7 @@
 #include <set>
 
 #include "libhybrid/core/error.h"
-#include "tests/mrpt_plugins/experiment/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {

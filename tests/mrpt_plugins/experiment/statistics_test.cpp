@@ -8,7 +8,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/plots.h"
 #include "mrpt_plugins/experiment/pose_graph_trial.h"
-#include "tests/mrpt_plugins/experiment/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {

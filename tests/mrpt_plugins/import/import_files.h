@@ -4,30 +4,21 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 
-/// A folder of its own for each test, with the files an importer reads and writes.
-class ImportTest : public testing::Test {
+/// The files an importer reads and writes.
+class ImportTest : public ScratchFolder {
  protected:
-  ImportTest() { std::filesystem::create_directories(folder); }
-  ~ImportTest() override { std::filesystem::remove_all(folder); }
-
-  std::string at(const std::string& name) const { return (folder / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name, std::ios::binary) << text;
-    return at(name);
-  }
   std::string log() const { return at("out.rawlog"); }
 
   std::vector<LogStep> steps() const {
@@ -54,9 +45,6 @@ class ImportTest : public testing::Test {
     EXPECT_FALSE(std::filesystem::exists(log()));
     EXPECT_FALSE(std::filesystem::exists(log() + ".part"));
   }
-
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("hybrid_import_" + std::to_string(getpid()));
 };
 
 }  // namespace hybrid

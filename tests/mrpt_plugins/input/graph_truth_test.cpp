@@ -4,31 +4,17 @@
 #include "mrpt_plugins/input/graph_truth.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "libhybrid/core/error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace hybrid {
 namespace {
 
-namespace fs = std::filesystem;
-
-class GraphTruth : public testing::Test {
+class GraphTruth : public ScratchFolder {
  protected:
-  GraphTruth() { fs::create_directories(folder); }
-  ~GraphTruth() override { fs::remove_all(folder); }
-
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name) << text;
-    return (folder / name).string();
-  }
-
-  const fs::path folder =
-      fs::temp_directory_path() / ("hybrid_graph_truth_" + std::to_string(getpid()));
   const std::vector<Key> poses = {Key('x', 0), Key('x', 1), Key('x', 2), Key('x', 3)};
 };
 

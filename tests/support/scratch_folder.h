@@ -13,15 +13,16 @@
 
 namespace hybrid {
 
-/// A folder of its own for each test.
-class ScratchFolder : public testing::Test {
+/// An empty folder of its own for each test, removed at its end.
+class ScratchFolder : public ::testing::Test {
  protected:
   ScratchFolder() { std::filesystem::create_directories(folder); }
   ~ScratchFolder() override { std::filesystem::remove_all(folder); }
 
+  std::string at(const std::string& name) const { return (folder / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder / name, std::ios::binary) << text;
-    return (folder / name).string();
+    return at(name);
   }
   std::string read(const std::string& name) const {
     std::ifstream in(folder / name, std::ios::binary);
@@ -29,7 +30,7 @@ class ScratchFolder : public testing::Test {
   }
 
   const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("hybrid_experiment_" + std::to_string(getpid()));
+      std::filesystem::temp_directory_path() / ("hybrid_test_" + std::to_string(getpid()));
 };
 
 }  // namespace hybrid

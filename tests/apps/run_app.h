@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+namespace hybrid {
+
+struct Ran {
+  int code = -1;     ///< 128 + signal if it crashed
+  std::string text;  ///< standard output and error
+};
+
+/// Runs a program of the build with its arguments; `before` is what the shell reads before it.
+inline Ran run_app(const std::string& command, const std::string& before = "") {
+  Ran ran;
+  FILE* pipe = popen((before + HYBRID_BINARY_DIR "/bin/" + command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
+  const int status = pclose(pipe);
+  ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return ran;
+}
+
+}  // namespace hybrid
