@@ -8,6 +8,11 @@
 #include <stdexcept>
 
 namespace hybrid {
+namespace {
+
+constexpr int kCompression = 6;  // of 0 to 9: half the size of OpenCV's default, in tens of ms
+
+}  // namespace
 
 std::string png(const Image& image) {
   const auto expected = static_cast<std::size_t>(image.width) * image.height * 3;
@@ -19,7 +24,7 @@ std::string png(const Image& image) {
   cv::Mat bgr;
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", bgr, bytes)) throw std::runtime_error("cannot encode a PNG");
+  if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) throw std::runtime_error("cannot encode a PNG");
   return {bytes.begin(), bytes.end()};
 }
 

@@ -13,7 +13,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kShown = 12000;  // points of a cloud that a panel shows at most
+constexpr std::size_t kShown = 8000;  // points of a cloud that a panel shows at most
 constexpr Color kTarget = palette::kDeadReckoning;
 constexpr Color kSource = palette::kEstimate;
 
@@ -55,10 +55,12 @@ Axis axis(const Bounds& bounds, int index, const std::string& unit) {
   return result;
 }
 
+/// Dots lie on whole pixels: alike, they make a small file.
 void scatter(Canvas& canvas, const Axes& axes, const View& view, const Points& points, Color color,
              double radius) {
   for (const Eigen::Vector3d& p : points) {
-    canvas.marker(axes.pixel(p[view.x], p[view.y]), Marker::kSquare, radius, color, false);
+    const Pixel dot = axes.pixel(p[view.x], p[view.y]).array().round();
+    canvas.marker(dot, Marker::kSquare, radius, color, false);
   }
 }
 
@@ -69,7 +71,7 @@ void draw_panel(Canvas& canvas, const Box& box, const View& view, const std::str
   Axes::equalize(box, x, y);
   const Axes axes(box, x, y);
   axes.draw(canvas);
-  const double radius = target.size() + source.size() < 3000 ? 2.0 : 0.8;
+  const double radius = target.size() + source.size() < 3000 ? 2.0 : 0.5;
   canvas.clip(box);
   scatter(canvas, axes, view, target, kTarget, radius);
   scatter(canvas, axes, view, source, kSource, radius);
