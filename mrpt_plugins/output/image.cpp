@@ -24,7 +24,8 @@ std::string png(const Image& image) {
   cv::Mat bgr;
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) throw std::runtime_error("cannot encode a PNG");
+  if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression}))
+    throw std::runtime_error("cannot encode a PNG");
   return {bytes.begin(), bytes.end()};
 }
 
