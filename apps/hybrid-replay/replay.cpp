@@ -77,6 +77,8 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
   summary.objective = last.objective;
   summary.cost = last.cost;
   summary.steps = step_statistics(result.steps);
+  summary.plugins = plugin_statistics(result.steps);
+  summary.statistics = mapper.statistics();
   summary.solver_s = summary.steps.total_s + last.seconds;
   summary.dropped = source.dropped();
   for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
@@ -172,6 +174,7 @@ int replay(const Options& options) {
   IniFile ini(options.config);
   Settings settings = read_settings(ini, options);
   Truth truth(settings.truth_path, settings.truth_map, settings.truth_point);
+  if (!settings.truth_associations.empty()) truth.read_associations(settings.truth_associations);
   KeyframeSource source(settings.rawlog, settings.source);
   const OutputDirectory out(options.output);
 

@@ -44,6 +44,9 @@ void read_log(IniFile& ini, const Options& options, Settings& settings) {
       chosen(options.truth_map, log.path("truth_map", "",
                                          "true landmarks, MRPT's _ground_truth.txt; empty: "
                                          "unknown"));
+  settings.truth_associations =
+      log.path("truth_associations", "",
+               "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
   settings.truth_modes =
       log.path("truth_modes", "", "true modes of motion, a number per frame; empty: unknown");
   settings.title = log.get("title", std::filesystem::path(settings.rawlog).stem().string(),

@@ -20,7 +20,7 @@ namespace hybrid {
 /// Everything a replay needs, from INI and command line.
 struct Settings {
   std::string title;
-  std::string rawlog, truth_path, truth_map, truth_modes;
+  std::string rawlog, truth_path, truth_map, truth_associations, truth_modes;
   Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
   double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
   SourceOptions source;

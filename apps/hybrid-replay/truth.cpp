@@ -45,6 +45,15 @@ Truth::Truth(const std::string& path_file, const std::string& map_file,
   }
 }
 
+void Truth::label(std::vector<AssociationDecision>& decisions,
+                  const std::vector<std::size_t>& log_rows) const {
+  for (AssociationDecision& decision : decisions) {
+    if (decision.true_id || decision.pose >= log_rows.size()) continue;
+    const auto it = associations_.find({log_rows[decision.pose], decision.measurement});
+    if (it != associations_.end()) decision.true_id = it->second;
+  }
+}
+
 void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows) {
   const std::vector<std::string>& names = result.class_names;
   for (std::size_t i = 0; i < landmark_classes_.size() && !names.empty(); ++i) {
@@ -137,7 +146,8 @@ TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& 
     summary.nees_pose = pose_nees(truth, pairs, mapper);
     move(aligned, alignment(pairs));
   }
-  const std::vector<AssociationDecision> decisions = mapper.decisions();
+  std::vector<AssociationDecision> decisions = mapper.decisions();
+  truth.label(decisions, mapper.log_rows());
   if (!decisions.empty()) summary.associations = association_report(decisions);
   if (!truth.get().landmarks.empty()) {
     const auto& landmarks = truth.get().landmarks;

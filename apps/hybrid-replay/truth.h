@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/input/association_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/result.h"
 #include "mrpt_plugins/output/summary.h"
@@ -20,6 +21,13 @@ class Truth {
   /// positions without orientation [m]. Throws Error for a missing or malformed file.
   Truth(const std::string& path_file, const std::string& map_file,
         const Eigen::Vector3d& point = Eigen::Vector3d::Zero());
+
+  /// Reads what measurements without an id saw. Throws Error for a missing or malformed file.
+  void read_associations(const std::string& file) { associations_ = read_true_associations(file); }
+
+  /// Gives the true ids that the file of associations knows.
+  void label(std::vector<AssociationDecision>& decisions,
+             const std::vector<std::size_t>& log_rows) const;
 
   bool empty() const { return truth_.path.empty() && truth_.landmarks.empty(); }
 
@@ -46,6 +54,7 @@ class Truth {
                                      const std::vector<std::size_t>& log_rows) const;
 
   GroundTruth truth_;
+  AssociationTruth associations_;
   std::string path_file_, map_file_;
   std::vector<std::string> landmark_classes_;  // one per landmark, empty where unknown
   bool has_times_ = false;                     // else row i belongs to step i of the log

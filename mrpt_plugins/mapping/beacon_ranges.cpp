@@ -73,8 +73,32 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   for (const PlacedLandmark& landmark : unplaced_.place(frame, map, bank_)) {
     place(landmark, values, map.is_3d, out);
   }
-  settle_ambiguous(values, map.is_3d, out);
+  settle_ambiguous(values, map.is_3d, static_cast<std::size_t>(delay_), out);
   ++frames_;
+  measurements_ = 0;
+  return out;
+}
+
+Contribution BeaconRanges::conclude(const MapView& map) {
+  Contribution out;
+  settle_ambiguous(FrameValues(map), map.is_3d, 0, out);
+  return out;
+}
+
+std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) const {
+  std::vector<AssociationDecision> out;
+  const auto add = [&out](std::size_t pose, std::size_t measurement) -> AssociationDecision& {
+    out.push_back({std::nullopt, std::nullopt, pose, measurement});
+    return out.back();
+  };
+  for (const Choice& choice : identified_) {
+    AssociationDecision& decision = add(choice.pose, choice.measurement);
+    const int value = map.assignment.find(choice.key);
+    if (value >= 0 && value < choice.beacons) {
+      decision.estimated_id = known_[static_cast<std::size_t>(value)];
+    }
+  }
+  for (const Range& range : ambiguous_) add(range.pose.index(), range.measurement);
   return out;
 }
 
@@ -89,7 +113,8 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
   }
   for (const auto& m : observation.sensedData) {
     const auto& p = m.sensorLocationOnRobot;
-    const Range range{frame.pose, m.sensedDistance, sigma, {p.x(), p.y(), p.z()}, frames_};
+    const Range range{frame.pose, m.sensedDistance, sigma, {p.x(), p.y(), p.z()},
+                      frames_,    measurements_++};
     if (const char* reason = fault(range.range, max_range_)) {
       ++out.dropped[reason];
     } else if (m.beaconID < 0) {
@@ -124,8 +149,9 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
 }
 
 /// A range as a mixture of these beacons and of a false range, which can be any up to the limit.
-void BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
-                              const FrameValues& values, Contribution& out) {
+/// Returns the variable that says which.
+Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
+                             const FrameValues& values, Contribution& out) {
   const DiscreteKey choice{Key('b', choices_++), static_cast<int>(hypotheses.size()) + 1};
   const double false_share = bank_.outlier_share;
   const double weight = -std::log((1 - false_share) / static_cast<double>(hypotheses.size()));
@@ -151,6 +177,7 @@ void BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses
   out.delta.assignment.set(choice.key, static_cast<int>(best));
   out.delta.hybrid.push_back(
       std::make_shared<Mixture>(std::vector<DiscreteKey>{choice}, std::move(components)));
+  return choice.key;
 }
 
 void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& values, bool is_3d,
@@ -163,20 +190,20 @@ void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& valu
   for (const auto& measurement : landmark.measurements) add_choice({measurement.real}, values, out);
 }
 
-void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, Contribution& out) {
+void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::size_t delay,
+                                    Contribution& out) {
   if (!unplaced_.empty() || known_.empty()) return;
-  const auto due = [&] {
-    return !ambiguous_.empty() &&
-           frames_ >= ambiguous_.front().frame + static_cast<std::size_t>(delay_);
-  };
-  for (; due(); ambiguous_.pop_front()) {
-    const Range& range = ambiguous_.front();
+  while (!ambiguous_.empty() && frames_ >= ambiguous_.front().frame + delay) {
+    const Range range = ambiguous_.front();
+    ambiguous_.pop_front();
     std::vector<ContinuousFactorPtr> hypotheses;
     for (const std::int64_t id : known_) {
       hypotheses.push_back(
           range_factor(range.pose, beacon_key(id), range.range, range.sigma, range.antenna, is_3d));
     }
-    add_choice(hypotheses, values, out);
+    const Key key = add_choice(hypotheses, values, out);
+    identified_.push_back(
+        {range.pose.index(), range.measurement, key, static_cast<int>(known_.size())});
   }
 }
 

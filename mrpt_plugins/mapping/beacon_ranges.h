@@ -25,6 +25,10 @@ class BeaconRanges : public MappingPlugin {
  public:
   void configure(IniSection section) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
+  /// Takes the ranges in that still wait.
+  Contribution conclude(const MapView& map) override;
+  /// Of the ranges to an unknown beacon; true ids are not known here.
+  std::vector<AssociationDecision> decisions(const MapView& map) const override;
 
  private:
   struct Range {
@@ -32,16 +36,24 @@ class BeaconRanges : public MappingPlugin {
     double range = 0, sigma = 0;
     Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  // on the robot
     std::size_t frame = 0;
+    std::size_t measurement = 0;  // of its frame
+  };
+  /// A range that was to one of the first so many known beacons, or false.
+  struct Choice {
+    std::size_t pose = 0, measurement = 0;
+    Key key;
+    int beacons = 0;
   };
 
   void take(const mrpt::obs::CObservationBeaconRanges& observation, const Frame& frame,
             const MapView& map, Contribution& out);
   void add_unplaced(std::int64_t id, const Range& range, const Frame& frame, const MapView& map);
-  void add_choice(const std::vector<ContinuousFactorPtr>& hypotheses, const FrameValues& values,
-                  Contribution& out);
+  Key add_choice(const std::vector<ContinuousFactorPtr>& hypotheses, const FrameValues& values,
+                 Contribution& out);
   void place(const PlacedLandmark& landmark, const FrameValues& values, bool is_3d,
              Contribution& out);
-  void settle_ambiguous(const FrameValues& values, bool is_3d, Contribution& out);
+  void settle_ambiguous(const FrameValues& values, bool is_3d, std::size_t delay,
+                        Contribution& out);
 
   std::vector<std::string> sensors_;
   BankOptions bank_;
@@ -52,6 +64,8 @@ class BeaconRanges : public MappingPlugin {
   std::deque<Range> ambiguous_;      // that wait, oldest first
   std::size_t frames_ = 0;           // so far
   std::uint64_t choices_ = 0;        // discrete variables made so far
+  std::vector<Choice> identified_;   // among beacons
+  std::size_t measurements_ = 0;     // of the present frame
 };
 
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "mrpt_plugins/mapping/space.h"
@@ -69,6 +70,15 @@ Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Va
   return joint;
 }
 
+/// What a call returns; its wall time is added to `ms`.
+template <class Call>
+auto timed(double& ms, Call&& call) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = call();
+  ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
 /// A covariance of a point of 2 or 3 as 3x3.
 Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
   Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
@@ -90,6 +100,7 @@ Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<Mapping
 
 const StepRecord& Mapper::add(const Keyframe& raw) try {
   Keyframe keyframe = raw;
+  plugin_ms_ = 0;
   Delta delta = move(keyframe);
   calibrator_.place_sensors(keyframe.detections, backend_->values(), delta);
   std::vector<Contribution> contributions;
@@ -162,7 +173,7 @@ Contribution Mapper::observe(MappingPlugin& plugin, const Keyframe& keyframe, co
   map.joint_covariance = [&](const std::vector<Key>& keys) {
     return covariance_after_motion(*predicted_by_, motion.values, *backend_, keys);
   };
-  Contribution contribution = plugin.observe(frame, map);
+  Contribution contribution = timed(plugin_ms_, [&] { return plugin.observe(frame, map); });
   enter(contribution);
   return contribution;
 }
@@ -195,6 +206,8 @@ BackendReport Mapper::take_in(Delta&& delta, const std::vector<Contribution>& co
     }
     plugins_[p]->applied(outcome);
   }
+  ++updates_;
+  if (!report.exact) ++updates_by_local_search_;
   objective_ = report.objective;
   return report;
 }
@@ -206,7 +219,9 @@ BackendReport Mapper::revise(bool concluding) {
   for (bool again = true; again;) {
     std::vector<Contribution> contributions;
     for (const auto& plugin : plugins_) {
-      contributions.push_back(concluding ? plugin->conclude(view()) : plugin->revise(view()));
+      contributions.push_back(timed(plugin_ms_, [&] {
+        return concluding ? plugin->conclude(view()) : plugin->revise(view());
+      }));
       enter(contributions.back());
     }
     again = std::any_of(contributions.begin(), contributions.end(),
@@ -221,6 +236,7 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
   step.keyframe = static_cast<int>(steps_.size());
   step.time = keyframe.time;
   step.solver_ms = 1e3 * report.seconds;
+  step.plugin_ms = plugin_ms_;
   step.iterations = report.iterations;
   step.flips = report.flips;
   step.relinearized = report.relinearized;
@@ -243,7 +259,9 @@ std::vector<AssociationDecision> Mapper::decisions() const {
 }
 
 std::map<std::string, double> Mapper::statistics() const {
-  std::map<std::string, double> all;
+  std::map<std::string, double> all = {
+      {"updates", static_cast<double>(updates_)},
+      {"updates_by_local_search", static_cast<double>(updates_by_local_search_)}};
   for (const auto& plugin : plugins_) all.merge(plugin->statistics());
   return all;
 }

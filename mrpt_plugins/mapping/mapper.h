@@ -46,7 +46,8 @@ class Mapper {
 
   const Backend& backend() const { return *backend_; }
   const LandmarkBook& landmarks() const { return landmarks_; }
-  /// Figures of all plugins, see MappingPlugin.
+  /// Figures of all plugins, see MappingPlugin; and how often the solver was called, and local
+  /// search stood in for exact discrete inference.
   std::map<std::string, double> statistics() const;
   /// Reason -> number of measurements that were not used.
   const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
@@ -78,6 +79,8 @@ class Mapper {
   std::vector<std::size_t> log_rows_;
   mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
   ContinuousFactorPtr predicted_by_;  // the motion to it, or its prior
+  std::size_t updates_ = 0, updates_by_local_search_ = 0;
+  double plugin_ms_ = 0;              // time the plugins took for the newest keyframe
   double objective_ = 0;
 };
 

@@ -9,13 +9,12 @@
 
 namespace hybrid {
 
-FrameValues::FrameValues(const Frame& frame, const MapView& map)
-    : pose_(frame.pose), map_(map.values) {
+FrameValues::FrameValues(const Frame& frame, const MapView& map) : map_(map.values) {
   insert_pose(newest_, frame.pose, frame.T_map_robot, map.is_3d);
 }
 
 const double* FrameValues::operator()(Key key) const {
-  return key == pose_ ? newest_.data(key) : map_.data(key);
+  return newest_.contains(key) ? newest_.data(key) : map_.data(key);
 }
 
 void UnplacedLandmarks::add(std::int64_t id, HypothesisBank::Measurement measurement,

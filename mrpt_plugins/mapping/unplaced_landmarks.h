@@ -43,10 +43,11 @@ class UnplacedLandmarks {
 class FrameValues {
  public:
   FrameValues(const Frame& frame, const MapView& map);
+  /// Where no keyframe is to come: all by the map.
+  explicit FrameValues(const MapView& map) : map_(map.values) {}
   const double* operator()(Key key) const;
 
  private:
-  Key pose_;
   Values newest_;
   const Values& map_;
 };

@@ -61,6 +61,9 @@ std::optional<double> landmark_nees(const LandmarkMatching& matching,
 struct AssociationDecision {
   std::optional<std::int64_t> estimated_id;
   std::optional<std::int64_t> true_id;
+  /// Which measurement it was, where a file may tell the true id: number of the pose, and number
+  /// among the measurements made there.
+  std::size_t pose = 0, measurement = 0;
 };
 
 /// How often measurements were attributed rightly.

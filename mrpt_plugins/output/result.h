@@ -29,6 +29,7 @@ struct StepRecord {
   int keyframe = 0;
   double time = 0;            ///< time stamp of the keyframe, s
   double solver_ms = 0;       ///< wall time spent in the solver
+  double plugin_ms = 0;       ///< wall time the plugins took to make factors, and to associate
   int iterations = 0;         ///< linear solves
   int flips = 0;              ///< discrete variables that changed their value
   int relinearized = 0;       ///< continuous variables relinearised

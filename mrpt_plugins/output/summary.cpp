@@ -108,13 +108,9 @@ double percentile(const std::vector<double>& sorted, double q) {
   return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-}  // namespace
-
-StepStatistics step_statistics(const std::vector<StepRecord>& steps) {
+StepStatistics statistics_of(std::vector<double> ms) {
   StepStatistics s;
-  if (steps.empty()) return s;
-  std::vector<double> ms;
-  for (const StepRecord& step : steps) ms.push_back(step.solver_ms);
+  if (ms.empty()) return s;
   std::sort(ms.begin(), ms.end());
   double total_ms = 0;
   for (const double t : ms) total_ms += t;
@@ -127,11 +123,29 @@ StepStatistics step_statistics(const std::vector<StepRecord>& steps) {
   return s;
 }
 
+std::vector<double> times(const std::vector<StepRecord>& steps, double StepRecord::*which) {
+  std::vector<double> ms;
+  for (const StepRecord& step : steps) ms.push_back(step.*which);
+  return ms;
+}
+
+}  // namespace
+
+StepStatistics step_statistics(const std::vector<StepRecord>& steps) {
+  return statistics_of(times(steps, &StepRecord::solver_ms));
+}
+
+StepStatistics plugin_statistics(const std::vector<StepRecord>& steps) {
+  return statistics_of(times(steps, &StepRecord::plugin_ms));
+}
+
 std::string summary_json(const Summary& s) {
   Json out = {{"status", s.status},       {"mode", s.mode},           {"keyframes", s.keyframes},
               {"landmarks", s.landmarks}, {"objective", s.objective}, {"cost", s.cost},
               {"solver_s", s.solver_s},   {"total_s", s.total_s},     {"steps", to_json(s.steps)}};
   if (!s.message.empty()) out["message"] = s.message;
+  out["plugins"] = to_json(s.plugins);
+  for (const auto& [name, value] : s.statistics) out["plugins"][name] = value;
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
@@ -174,11 +188,12 @@ std::string summary_json(const GraphSummary& s) {
 
 std::string steps_csv(const std::vector<StepRecord>& steps) {
   std::string text =
-      "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks\n";
+      "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks,"
+      "plugin_ms\n";
   for (const StepRecord& s : steps) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", s.keyframe, s.time,
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", s.keyframe, s.time,
                    s.solver_ms, s.iterations, s.flips, s.relinearized, s.objective, s.cost,
-                   s.landmarks);
+                   s.landmarks, s.plugin_ms);
   }
   return text;
 }

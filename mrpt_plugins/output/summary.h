@@ -15,7 +15,7 @@
 
 namespace hybrid {
 
-/// Distribution of the solver's time per step.
+/// Distribution of a time per step.
 struct StepStatistics {
   double total_s = 0, mean_ms = 0, p50_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
 };
@@ -23,6 +23,9 @@ struct StepStatistics {
 /// Statistics of the solver times of `steps`; percentiles interpolate linearly, all zero when
 /// empty.
 StepStatistics step_statistics(const std::vector<StepRecord>& steps);
+
+/// The same of the time of the plugins.
+StepStatistics plugin_statistics(const std::vector<StepRecord>& steps);
 
 /// Comparison with the truth; what is not known stays empty and is left out of the file.
 struct TruthSummary {
@@ -51,6 +54,8 @@ struct Summary {
   double solver_s = 0;
   double total_s = 0;
   StepStatistics steps;
+  StepStatistics plugins;
+  std::map<std::string, double> statistics;    ///< figures of the plugins, by name
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of measurements
   std::vector<std::string> warnings;
   std::vector<CalibrationEstimate> calibration;
@@ -98,7 +103,7 @@ struct GraphSummary {
 std::string summary_json(const GraphSummary& summary);
 
 /// The steps as CSV: keyframe, time (s), solver_ms, iterations, flips, relinearized, objective,
-/// cost, landmarks.
+/// cost, landmarks, plugin_ms.
 std::string steps_csv(const std::vector<StepRecord>& steps);
 
 }  // namespace hybrid

@@ -86,11 +86,21 @@ TEST_F(ImportAppTest, KittiWithTrueAssociation) {
 TEST_F(ImportAppTest, Plaza) {
   const std::string graph = data("plaza_ada/Plaza1_EFG.fg");
   if (graph.empty()) GTEST_SKIP() << "Plaza 1 is absent";
-  const auto known = imported("plaza " + graph, "plaza1.ini", ".txt", true)["truth"];
+  ASSERT_EQ(run_import("plaza " + graph).code, 0);
+  const auto known =
+      summary_of("-c " + config("plaza1.ini") + " --rawlog " + at("in.rawlog") + " --truth-path " +
+                 at("in_ground_truth_robot_path.txt") + " --set log.truth_associations=")["truth"];
   const double all = known["trajectory"]["aligned"]["rmse_m"];
   EXPECT_LT(all, 1.0);
-  const auto hidden = imported("plaza " + data("plaza_ada/Plaza1_ADA0.6EFG.fg"), "plaza1.ini",
-                               ".txt", true)["truth"];
+  ASSERT_EQ(
+      run_import("plaza " + data("plaza_ada/Plaza1_ADA0.6EFG.fg") + " --identities " + graph).code,
+      0);
+  const auto hidden = summary_of(
+      "-c " + config("plaza1.ini") + " --rawlog " + at("in.rawlog") + " --truth-path " +
+      at("in_ground_truth_robot_path.txt") + " --truth-map " + at("in_ground_truth.txt") +
+      " --set log.truth_associations=" + at("in_ground_truth_associations.csv"))["truth"];
+  EXPECT_EQ(hidden["associations"]["labelled"], 447);
+  EXPECT_GT(hidden["association_accuracy"], 0.93);
   EXPECT_EQ(hidden["landmarks"]["matched"], 4);
   EXPECT_LT(double(hidden["trajectory"]["aligned"]["rmse_m"]), 1.15 * all);
 }

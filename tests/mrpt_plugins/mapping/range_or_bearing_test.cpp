@@ -148,6 +148,31 @@ TEST(BeaconRanges, HiddenIdentitiesAreFoundOut) {
   EXPECT_LT(error_with(0.5), 1.15 * error_with(0));
 }
 
+TEST(BeaconRanges, TellsWhichBeaconEveryHiddenRangeCameFrom) {
+  World world(false);
+  Mapper mapper = make_mapper("BeaconRanges", false);
+  std::size_t hidden = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Keyframe keyframe = world.with_ranges(i, 0.5);
+    const auto& seen =
+        dynamic_cast<const mrpt::obs::CObservationBeaconRanges&>(*keyframe.observations[0]);
+    for (const auto& m : seen.sensedData) hidden += m.beaconID < 0 ? 1 : 0;
+    mapper.add(keyframe);
+  }
+  EXPECT_LT(mapper.backend().assignment().size(), 60 * world.beacons.size());  // some still wait
+  mapper.finish();
+  const auto decisions = mapper.decisions();
+  EXPECT_EQ(decisions.size(), hidden);
+  std::size_t right = 0;
+  for (const AssociationDecision& d : decisions) {
+    EXPECT_LT(d.pose, 60U);
+    EXPECT_FALSE(d.true_id);
+    // A frame measures the beacons in the order of their ids.
+    if (d.estimated_id == static_cast<std::int64_t>(d.measurement)) ++right;
+  }
+  EXPECT_GT(static_cast<double>(right), 0.95 * static_cast<double>(hidden));
+}
+
 TEST(BeaconRanges, FalseRangesAreCountedOrFoundOut) {
   World world(false);
   Mapper mapper = make_mapper("BeaconRanges", false);

@@ -130,6 +130,10 @@ TEST(Summary, StatisticsOfAHandComputedCase) {
   EXPECT_DOUBLE_EQ(s.p99_ms, 49.6);
   EXPECT_DOUBLE_EQ(s.max_ms, 50);
   EXPECT_EQ(step_statistics({}).max_ms, 0);
+  EXPECT_EQ(plugin_statistics(steps).max_ms, 0);
+  steps[2].plugin_ms = 5;
+  EXPECT_DOUBLE_EQ(plugin_statistics(steps).mean_ms, 1);
+  EXPECT_DOUBLE_EQ(step_statistics(steps).mean_ms, 30);
 }
 
 TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
@@ -138,6 +142,8 @@ TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
   s.keyframes = 250;
   s.objective = std::numeric_limits<double>::infinity();
   s.dropped["NaN range"] = 3;
+  s.plugins.p95_ms = 1.5;
+  s.statistics["updates_by_local_search"] = 2;
   s.warnings = {"no EGL device"};
   s.truth.emplace();
   s.truth->trajectory.emplace();
@@ -155,6 +161,8 @@ TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
   for (const char* key : {"total_s", "mean_ms", "p50_ms", "p95_ms", "p99_ms", "max_ms"}) {
     EXPECT_TRUE(json["steps"].contains(key)) << key;
   }
+  EXPECT_EQ(json["plugins"]["p95_ms"], 1.5);
+  EXPECT_EQ(json["plugins"]["updates_by_local_search"], 2);
   EXPECT_EQ(json["dropped"]["NaN range"], 3);
   EXPECT_EQ(json["warnings"][0], "no EGL device");
   const auto& truth = json["truth"];
@@ -175,6 +183,7 @@ TEST(Summary, StepsCsvHasOneLinePerStep) {
   s.keyframe = 3;
   s.time = 1.5;
   s.solver_ms = 0.25;
+  s.plugin_ms = 0.125;
   s.iterations = 2;
   s.flips = 1;
   s.relinearized = 4;
@@ -182,8 +191,9 @@ TEST(Summary, StepsCsvHasOneLinePerStep) {
   s.cost = 0.5;
   s.landmarks = 9;
   EXPECT_EQ(steps_csv({s}),
-            "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks\n"
-            "3,1.5,0.25,2,1,4,-7.5,0.5,9\n");
+            "keyframe,time,solver_ms,iterations,flips,relinearized,objective,cost,landmarks,"
+            "plugin_ms\n"
+            "3,1.5,0.25,2,1,4,-7.5,0.5,9,0.125\n");
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace hybrid {
+
+/// What measurements without an id really saw: (step of the log, number of the measurement in it)
+/// -> true id.
+using AssociationTruth = std::map<std::pair<std::size_t, std::size_t>, std::int64_t>;
+
+/// Reads `step,measurement,true_id`, as the imports write it. Throws Error with file:line for
+/// anything else, and for a measurement named twice.
+AssociationTruth read_true_associations(const std::string& path);
+
+}  // namespace hybrid
