@@ -80,7 +80,7 @@ class Mapper {
   mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
   ContinuousFactorPtr predicted_by_;  // the motion to it, or its prior
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
-  double plugin_ms_ = 0;              // time the plugins took for the newest keyframe
+  double plugin_ms_ = 0;  // time the plugins took for the newest keyframe
   double objective_ = 0;
 };
 
