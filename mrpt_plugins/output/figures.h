@@ -18,9 +18,8 @@ Image steps_image(const std::vector<StepRecord>& steps, const std::string& title
 
 /// Position error (m, logarithmic) against time (s since the first pose), as it is and after rigid
 /// alignment, for the estimate and for dead reckoning if it has poses. `times` has one entry per
-/// pair of the estimate; dead reckoning pairs, if any, belong to the same times. Where times do not
-/// increase from pair to pair, the pairs are numbered instead: a clock that stands still orders
-/// nothing.
+/// pair of the estimate; dead reckoning pairs, if any, belong to the same times. Where time
+/// passes between fewer than half of the neighbours, the pairs are numbered instead.
 Image error_image(const std::vector<double>& times, const std::vector<PosePair>& estimate,
                   const std::vector<PosePair>& dead_reckoning, const std::string& title);
 

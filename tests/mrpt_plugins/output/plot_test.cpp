@@ -125,10 +125,12 @@ TEST(ErrorImage, CountsKeyframesWhereTheClockStandsStill) {
     pairs.push_back(pair);
   }
   const Image timed = error_image({7.0, 8.0, 9.0, 10.0, 12.0}, pairs, {}, "errors");
+  const Image glitch = error_image({7.0, 8.0, 8.0, 10.0, 12.0}, pairs, {}, "errors");
   const Image stopped = error_image({7.0, 7.0, 7.0, 7.0, 7.1}, pairs, {}, "errors");
-  const Image backwards = error_image({7.0, 8.0, 7.5, 9.0, 10.0}, pairs, {}, "errors");
+  const Image still = error_image({3.0, 3.0, 3.0, 3.0, 3.0}, pairs, {}, "errors");
   EXPECT_NE(timed.rgb, stopped.rgb);
-  EXPECT_EQ(stopped.rgb, backwards.rgb);
+  EXPECT_NE(glitch.rgb, stopped.rgb);
+  EXPECT_EQ(still.rgb, stopped.rgb);
 }
 
 TEST(Canvas, DashesLeaveGapsAndClippingHolds) {
