@@ -3,11 +3,12 @@
 
 #include "mrpt_plugins/import/kitti_boxes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "mrpt_plugins/import/camera.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -82,31 +83,47 @@ const std::vector<std::string>& kitti_box_classes() {
   return names;
 }
 
-std::vector<BoxSighting> read_boxes(const KittiOptions& options, bool is_3d, LogWriter& log) {
-  std::vector<BoxSighting> sightings;
-  TextTable table(options.boxes);
-  while (const auto row = table.next()) {
-    row->expect_columns(7, 7, "frame x_min y_min width height coco_class confidence");
-    const auto frame = static_cast<std::size_t>(row->id(0));
-    if (!sightings.empty() && frame < sightings.back().frame) row->fail("frames go backwards");
-    Box box{row->number(1), row->number(2), row->number(3), row->number(4), row->number(6), 0};
-    if (box.width <= 0 || box.height <= 0) row->fail("box without width or height");
-    if (box.confidence < 0 || box.confidence > 1) row->fail("confidence not within 0 and 1");
-    const auto* known = std::find(std::begin(kCocoIds), std::end(kCocoIds), row->id(5));
-    if (known == std::end(kCocoIds)) {
-      log.drop("box dropped: no vehicle");
-      continue;
-    }
-    box.class_index = static_cast<std::size_t>(known - std::begin(kCocoIds));
-    Depth depth{};
-    if (const char* reason = find_depth(box, options, depth)) {
-      log.drop(reason);
-      continue;
-    }
-    sightings.push_back(sighting_of(box, depth, options, is_3d));
-    sightings.back().frame = frame;
+Boxes::Boxes(const KittiOptions& options, bool is_3d, DropReport& dropped)
+    : options_(options), is_3d_(is_3d), dropped_(dropped), table_(options.boxes) {
+  advance();
+}
+
+void Boxes::advance() {
+  const std::int64_t last = row_ ? row_->id(0) : 0;
+  row_ = table_.next();
+  if (!row_) return;
+  row_->expect_columns(7, 7, "frame x_min y_min width height coco_class confidence");
+  if (row_->id(0) < last) row_->fail("frames go backwards");
+}
+
+std::vector<BoxSighting> Boxes::of(std::size_t frame) {
+  std::vector<BoxSighting> out;
+  for (; row_ && static_cast<std::size_t>(row_->id(0)) <= frame; advance()) {
+    if (auto seen = sighting()) out.push_back(std::move(*seen));
   }
-  return sightings;
+  return out;
+}
+
+void Boxes::finish() const {
+  if (row_) row_->fail(fmt::format("image {}, after the end of the odometry", row_->id(0)));
+}
+
+std::optional<BoxSighting> Boxes::sighting() {
+  Box box{row_->number(1), row_->number(2), row_->number(3), row_->number(4), row_->number(6), 0};
+  if (box.width <= 0 || box.height <= 0) row_->fail("box without width or height");
+  if (box.confidence < 0 || box.confidence > 1) row_->fail("confidence not within 0 and 1");
+  const auto* known = std::find(std::begin(kCocoIds), std::end(kCocoIds), row_->id(5));
+  if (known == std::end(kCocoIds)) {
+    ++dropped_["box dropped: no vehicle"];
+    return std::nullopt;
+  }
+  box.class_index = static_cast<std::size_t>(known - std::begin(kCocoIds));
+  Depth depth{};
+  if (const char* reason = find_depth(box, options_, depth)) {
+    ++dropped_[reason];
+    return std::nullopt;
+  }
+  return sighting_of(box, depth, options_, is_3d_);
 }
 
 }  // namespace hybrid

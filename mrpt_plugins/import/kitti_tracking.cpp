@@ -20,11 +20,10 @@ using mrpt::poses::CPose3D;
 
 const char* const kClasses[] = {"Car",     "Van",  "Truck", "Pedestrian",
                                 "Cyclist", "Tram", "Misc",  "Person_sitting"};
-constexpr std::size_t kMinSightings = 3;
+constexpr double kMinSightings = 3;
 constexpr float kOwnScore = 0.9F;  // given to the class a detection has
 
 struct Label {
-  std::size_t frame;
   std::int64_t track;
   std::size_t class_index;
   Eigen::Vector3d point;  // in the frame of the robot
@@ -32,73 +31,116 @@ struct Label {
 
 /// One object over time, in the world.
 struct Track {
-  std::vector<Eigen::Vector2d> places;
+  double count = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();  // squares are taken from there
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double squares = 0;
   std::size_t class_index = 0;
 
-  Eigen::Vector2d mean() const {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const auto& p : places) sum += p;
-    return sum / static_cast<double>(places.size());
+  void add(const Eigen::Vector2d& place) {
+    if (count == 0) first = place;
+    ++count;
+    sum += place - first;
+    squares += (place - first).squaredNorm();
   }
+  Eigen::Vector2d mean() const { return first + sum / count; }
   bool stands(double rms) const {
-    if (places.size() < kMinSightings) return false;
-    double sum = 0;
-    const Eigen::Vector2d center = mean();
-    for (const auto& p : places) sum += (p - center).squaredNorm();
-    return sum <= rms * rms * static_cast<double>(places.size());
+    return count >= kMinSightings && squares - sum.squaredNorm() / count <= rms * rms * count;
   }
 };
 
-std::vector<CPose3D> read_poses(const KittiTrackingOptions& options) {
-  std::vector<CPose3D> poses;
-  TextTable table(options.poses);
-  while (const auto row = table.next()) {
+/// Streams the poses of the robot.
+class Poses {
+ public:
+  explicit Poses(const KittiTrackingOptions& options)
+      : scale_(options.pose_scale), table_(options.poses) {}
+
+  std::optional<CPose3D> next() {
+    const auto row = table_.next();
+    if (!row) return std::nullopt;
     row->expect_columns(12, 12, "a 3x4 matrix");
     const CPose3D pose = flattened(robot_pose(*row, 0));
-    poses.emplace_back(options.pose_scale * pose.x(), options.pose_scale * pose.y(), 0, pose.yaw(),
-                       0, 0);
+    return CPose3D(scale_ * pose.x(), scale_ * pose.y(), 0, pose.yaw(), 0, 0);
   }
-  return poses;
-}
 
-std::vector<Label> read_labels(const KittiTrackingOptions& options, std::size_t frames,
-                               LogWriter& log) {
-  std::vector<Label> labels;
-  TextTable table(options.labels);
-  while (const auto row = table.next()) {
-    row->expect_columns(17, 18,
-                        "frame track class truncated occluded alpha box(4) size(3) X Y Z ry");
-    if (row->words[2] == "DontCare") {
-      log.drop("label dropped: DontCare");
-      continue;
+ private:
+  double scale_;
+  TextTable table_;
+};
+
+/// Streams the labels that are used; the others are counted.
+class Labels {
+ public:
+  Labels(const KittiTrackingOptions& options, DropReport& dropped)
+      : max_range_(options.max_range), dropped_(dropped), table_(options.labels) {
+    advance();
+  }
+
+  /// Those of a frame, which come one after the other.
+  std::vector<Label> of(std::size_t frame) {
+    std::vector<Label> out;
+    for (; row_ && static_cast<std::size_t>(row_->id(0)) == frame; advance()) {
+      if (auto label = read()) out.push_back(*label);
     }
-    const auto* known = std::find(std::begin(kClasses), std::end(kClasses), row->words[2]);
-    if (known == std::end(kClasses)) row->fail(fmt::format("unknown class '{}'", row->words[2]));
-    Label label{static_cast<std::size_t>(row->id(0)), row->id(1),
-                static_cast<std::size_t>(known - std::begin(kClasses)),
-                robot_point({row->number(13), row->number(14), row->number(15)})};
-    if (label.frame >= frames) row->fail(fmt::format("frame {} has no pose", label.frame));
-    if (!labels.empty() && label.frame < labels.back().frame) row->fail("frames go backwards");
+    return out;
+  }
+
+  /// Throws Error if there are labels of frames after the last one asked for.
+  void finish() const {
+    if (row_) row_->fail(fmt::format("frame {} has no pose", row_->id(0)));
+  }
+
+ private:
+  void advance() {
+    const std::int64_t last = row_ ? row_->id(0) : 0;
+    row_ = table_.next();
+    if (!row_) return;
+    row_->expect_columns(17, 18,
+                         "frame track class truncated occluded alpha box(4) size(3) X Y Z ry");
+    if (row_->id(0) < last) row_->fail("frames go backwards");
+  }
+
+  std::optional<Label> read() {
+    const std::string& name = row_->words[2];
+    if (name == "DontCare") {
+      ++dropped_["label dropped: DontCare"];
+      return std::nullopt;
+    }
+    const auto* known = std::find(std::begin(kClasses), std::end(kClasses), name);
+    if (known == std::end(kClasses)) row_->fail(fmt::format("unknown class '{}'", name));
+    const Label label{row_->id(1), static_cast<std::size_t>(known - std::begin(kClasses)),
+                      robot_point({row_->number(13), row_->number(14), row_->number(15)})};
     if (label.point.x() <= 0) {
-      log.drop("label dropped: behind the camera");
-    } else if (label.point.head<2>().norm() > options.max_range) {
-      log.drop("label dropped: too far away");
-    } else {
-      labels.push_back(label);
+      ++dropped_["label dropped: behind the camera"];
+      return std::nullopt;
+    }
+    if (label.point.head<2>().norm() > max_range_) {
+      ++dropped_["label dropped: too far away"];
+      return std::nullopt;
+    }
+    return label;
+  }
+
+  double max_range_;
+  DropReport& dropped_;
+  TextTable table_;
+  std::optional<TextRow> row_;
+};
+
+std::map<std::int64_t, Track> collect(const KittiTrackingOptions& options) {
+  std::map<std::int64_t, Track> tracks;
+  DropReport ignored;
+  Labels labels(options, ignored);
+  Poses poses(options);
+  for (std::size_t i = 0; const auto pose = poses.next(); ++i) {
+    for (const Label& label : labels.of(i)) {
+      Track& track = tracks[label.track];
+      track.class_index = label.class_index;
+      const auto p = pose->composePoint({label.point.x(), label.point.y(), 0.0});
+      track.add({p.x, p.y});
     }
   }
-  return labels;
-}
-
-std::map<std::int64_t, Track> collect(const std::vector<Label>& labels,
-                                      const std::vector<CPose3D>& poses) {
-  std::map<std::int64_t, Track> tracks;
-  for (const Label& label : labels) {
-    Track& track = tracks[label.track];
-    track.class_index = label.class_index;
-    const auto p = poses[label.frame].composePoint({label.point.x(), label.point.y(), 0.0});
-    track.places.emplace_back(p.x, p.y);
-  }
+  labels.finish();
   return tracks;
 }
 
@@ -117,30 +159,34 @@ std::vector<float> scores_of(std::size_t class_index, double accuracy, Random& r
 
 ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const std::string& output) {
   LogWriter log(output);
-  const std::vector<CPose3D> poses = read_poses(options);
-  const std::vector<Label> labels = read_labels(options, poses.size(), log);
-  const std::map<std::int64_t, Track> tracks = collect(labels, poses);
+  DropReport dropped;
+  const std::map<std::int64_t, Track> tracks = collect(options);
+  Labels labels(options, dropped);
+  Poses poses(options);
   Random random(options.noise.seed);
-  auto label = labels.begin();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  std::optional<CPose3D> last;
+  while (const auto pose = poses.next()) {
+    const std::size_t i = log.steps();
     ImportedStep step;
     step.time = static_cast<double>(i) * options.period;
-    step.truth = poses[i];
-    if (i > 0) step.motion = noisy_motion(poses[i] - poses[i - 1], options.noise, false, random);
+    step.truth = pose;
+    if (last) step.motion = noisy_motion(*pose - *last, options.noise, false, random);
+    last = pose;
     auto frame = planar_detections("CAMERA", options.detector, CPose3D());
     frame->class_names.assign(std::begin(kClasses), std::end(kClasses));
-    for (; label != labels.end() && label->frame == i; ++label) {
-      auto d = detection_of(label->point, false);
+    for (const Label& label : labels.of(i)) {
+      auto d = detection_of(label.point, false);
       set_noise(options.detector, d);
-      d.class_scores = scores_of(label->class_index, options.class_accuracy, random);
-      if (tracks.at(label->track).stands(options.still_rms)) {
-        d.landmark_id = static_cast<std::int32_t>(label->track);
+      d.class_scores = scores_of(label.class_index, options.class_accuracy, random);
+      if (tracks.at(label.track).stands(options.still_rms)) {
+        d.landmark_id = static_cast<std::int32_t>(label.track);
       }
       frame->detections.push_back(d);
     }
     step.observations.push_back(frame);
     log.add(step);
   }
+  for (const auto& [reason, count] : dropped) log.drop(reason, count);
   for (const auto& [id, track] : tracks) {
     if (!track.stands(options.still_rms)) continue;
     const Eigen::Vector2d p = track.mean();

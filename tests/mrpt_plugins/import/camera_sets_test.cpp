@@ -66,6 +66,21 @@ TEST_F(CameraSets, KittiBoxesBecomeRangesWithHonestNoise) {
   EXPECT_NEAR(read_true_path(at("out_ground_truth_robot_path.txt")).at(1).x(), 1, 1e-9);
 }
 
+TEST_F(CameraSets, KittiFilesThatEndAtDifferentImagesAreErrors) {
+  KittiOptions options = kitti();
+  const auto import = [&] { import_kitti(options, log()); };
+  options.truth = poses(1);
+  expect_error(import, "poses.txt: ends with pose 1");
+  options.truth = poses(3);
+  expect_error(import, "poses.txt:3: more than 2 true poses");
+  options.truth = poses(2);
+  options.boxes = write("boxes.txt", box(0, options, 0) + box(2, options, 0));
+  expect_error(import, "boxes.txt:2: image 2, after the end");
+  options.oracle_radius = 2;
+  options.truth.clear();
+  expect_error(import, "an oracle radius needs true poses");
+}
+
 TEST_F(CameraSets, KittiOdometryWithYToTheRightIsTurned) {
   KittiOptions options = kitti();
   const auto lateral = [&](const char* y) {

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/kitti_odometry.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/import/camera.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kSigmaTranslation = 0.03, kSigmaRotation = 0.002;  // per frame
+constexpr const char* kClosure = "loop closure dropped: only odometry is taken over";
+constexpr const char* kTurned = "motion repaired: the y of the odometry pointed to the right";
+
+using mrpt::poses::CPose3D;
+
+OdometryIncrement planar_edge(const TextRow& row) {
+  row.expect_columns(12, 12, "EDGE_SE2 i j x y angle and 6 numbers of information");
+  Eigen::Matrix3d information;
+  std::size_t column = 6;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = i; j < 3; ++j) {
+      information(i, j) = information(j, i) = row.number(column++);
+    }
+  }
+  if (!(information.llt().info() == Eigen::Success)) row.fail("information not positive definite");
+  return planar_motion(row.number(3), row.number(4), row.number(5), information.inverse());
+}
+
+/// Whether a line is a motion to the next image, and not a loop closure.
+bool is_motion(const TextRow& row) {
+  if (row.words[0] != "EDGE_SE2") row.fail("not an EDGE_SE2");
+  row.expect_columns(12, 12, "EDGE_SE2 i j x y angle and 6 numbers of information");
+  return row.id(2) == row.id(1) + 1;
+}
+
+/// The camera is ahead of the rear axle, so a turn moves it sideways to the inside of the turn. An
+/// odometry where it goes the other way has its y to the right.
+bool has_y_to_the_right(const std::string& path) {
+  double inwards = 0;
+  TextTable table(path);
+  while (const auto row = table.next()) {
+    if (is_motion(*row)) inwards += row->number(4) * row->number(5);
+  }
+  return inwards < 0;
+}
+
+OdometryIncrement mirrored(const OdometryIncrement& motion) {
+  const Eigen::Vector3d mirror(1, -1, 1);
+  return planar_motion(motion.mean.x(), -motion.mean.y(), motion.mean.yaw(),
+                       mirror.asDiagonal() * planar_part(motion.covariance) * mirror.asDiagonal());
+}
+
+Matrix6d read_covariance(const TextRow& row, double inflate) {
+  row.expect_columns(21, 21, "upper triangle of a 6x6 covariance");
+  Matrix6d covariance;
+  std::size_t column = 0;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    for (Eigen::Index j = i; j < 6; ++j) covariance(i, j) = covariance(j, i) = row.number(column++);
+  }
+  return inflate * inflate * robot_covariance(covariance);
+}
+
+}  // namespace
+
+KittiOdometry::KittiOdometry(const KittiOptions& options)
+    : options_(options),
+      is_3d_(std::filesystem::path(options.odometry).extension() != ".g2o"),
+      table_(options.odometry) {
+  if (!is_3d_) y_is_right_ = has_y_to_the_right(options.odometry);
+  if (is_3d_ && !options.covariances.empty()) covariances_.emplace(options.covariances);
+}
+
+std::optional<OdometryIncrement> KittiOdometry::next(DropReport& dropped) {
+  auto motion = is_3d_ ? next_in_space() : next_in_plane(dropped);
+  if (motion) ++count_;
+  return motion;
+}
+
+std::optional<OdometryIncrement> KittiOdometry::next_in_plane(DropReport& dropped) {
+  while (const auto row = table_.next()) {
+    if (!is_motion(*row)) {
+      ++dropped[kClosure];
+      continue;
+    }
+    const auto from = static_cast<std::size_t>(row->id(1));
+    if (from != count_) row->fail(fmt::format("motion from image {}, expected {}", from, count_));
+    const OdometryIncrement motion = planar_edge(*row);
+    if (!y_is_right_) return motion;
+    ++dropped[kTurned];
+    return mirrored(motion);
+  }
+  return std::nullopt;
+}
+
+std::optional<OdometryIncrement> KittiOdometry::next_in_space() {
+  const auto read = [&]() -> std::optional<CPose3D> {
+    const auto row = table_.next();
+    if (!row) return std::nullopt;
+    row->expect_columns(12, 12, "a 3x4 matrix");
+    return robot_pose(*row, 0);
+  };
+  if (!last_) last_ = read();
+  const auto pose = read();
+  if (!pose) return std::nullopt;
+  Matrix6d covariance = Matrix6d::Identity() * kSigmaTranslation * kSigmaTranslation;
+  covariance.bottomRightCorner<3, 3>().diagonal().setConstant(kSigmaRotation * kSigmaRotation);
+  if (covariances_) {
+    const auto line = covariances_->next();
+    if (!line) throw Error(fmt::format("{}: ends before the poses do", options_.covariances));
+    covariance = read_covariance(*line, options_.inflate);
+  }
+  const OdometryIncrement motion{*pose - *last_, covariance, false};
+  last_ = pose;
+  return motion;
+}
+
+}  // namespace hybrid
