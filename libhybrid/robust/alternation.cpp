@@ -15,7 +15,7 @@ RobustResult solve_alternating(const RobustProblem& problem, const AlternationOp
   Assignment judged;
   std::size_t k = 0;
   graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
-    const std::vector<double>& costs = factor->given(problem.initial)[0].costs();
+    const std::vector<double> costs = factor->given(problem.initial)[0].costs();
     judged.set(closure_switch(k++).key, costs[1] < costs[0] ? 1 : 0);
   });
   const AlternatingResult solved = alternate(graph, {problem.initial, judged}, options.alternating);
