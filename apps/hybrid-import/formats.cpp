@@ -117,8 +117,10 @@ CLI::App* add_kitti_tracking(CLI::App& app, Convert& convert) {
       import_kitti_tracking);
   format->add_option("--labels", o->labels, "KITTI's label file")->required();
   format->add_option("--poses", o->poses, "of the camera, 3x4 matrices")->required();
-  format->add_option("--pose-scale", o->pose_scale,
-                     "factor of their translations, where they and the labels disagree in scale");
+  format->add_option(
+      "--pose-scale", o->pose_scale,
+      "factor of their translations, where they and the labels disagree in scale; 0: the "
+      "one at which what stands is seen in one place");
   add_noise(*format, o->noise);
   format->add_option("--period", o->period, "between frames [s]");
   format->add_option("--max-range", o->max_range, "objects farther away are dropped [m]");
@@ -151,6 +153,7 @@ CLI::App* add_plaza(CLI::App& app, Convert& convert) {
       import_plaza);
   format->add_option("graph", o->graph, "F.fg of NF-iSAM")->required();
   format->add_option("--identities", o->identities, "the graph with all identities, as truth");
+  format->add_option("--inflate", o->inflate, "factor of the stated sigmas of x and y of motions");
   format->add_option("--period", o->period, "between poses [s]");
   return format;
 }

@@ -15,6 +15,7 @@ void print(const hybrid::ImportReport& report) {
              report.steps, report.duration, report.observations, report.detections,
              report.landmarks);
   for (const auto& [reason, count] : report.dropped) fmt::print("{}: {}\n", reason, count);
+  for (const std::string& note : report.notes) fmt::print("{}\n", note);
   for (const std::string& file : report.files) fmt::print("wrote {}\n", file);
 }
 

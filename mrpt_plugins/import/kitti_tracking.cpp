@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -29,31 +30,41 @@ struct Label {
   Eigen::Vector3d point;  // in the frame of the robot
 };
 
-/// One object over time, in the world.
+/// One object over time: sums over where the robot was, p, and over what led from there to the
+/// object, v, both in the axes of the world. The object was seen at scale p + v.
 struct Track {
   double count = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();  // squares are taken from there
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  double squares = 0;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero(), v = Eigen::Vector2d::Zero();
+  double pp = 0, pv = 0, vv = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();  // p is taken from there
   std::size_t class_index = 0;
 
-  void add(const Eigen::Vector2d& place) {
-    if (count == 0) first = place;
+  void add(const Eigen::Vector2d& robot, const Eigen::Vector2d& seen) {
+    if (count == 0) first = robot;
+    const Eigen::Vector2d from_first = robot - first;
     ++count;
-    sum += place - first;
-    squares += (place - first).squaredNorm();
+    p += from_first;
+    v += seen;
+    pp += from_first.squaredNorm();
+    pv += from_first.dot(seen);
+    vv += seen.squaredNorm();
   }
-  Eigen::Vector2d mean() const { return first + sum / count; }
-  bool stands(double rms) const {
-    return count >= kMinSightings && squares - sum.squaredNorm() / count <= rms * rms * count;
+  double spread_pp() const { return pp - p.squaredNorm() / count; }
+  double spread_pv() const { return pv - p.dot(v) / count; }
+  double spread_vv() const { return vv - v.squaredNorm() / count; }
+  Eigen::Vector2d mean(double scale) const { return scale * (first + p / count) + v / count; }
+  bool stands(double scale, double rms) const {
+    const double squares = scale * scale * spread_pp() + 2 * scale * spread_pv() + spread_vv();
+    return count >= kMinSightings && squares <= rms * rms * count;
   }
 };
+
+using Tracks = std::map<std::int64_t, Track>;
 
 /// Streams the poses of the robot.
 class Poses {
  public:
-  explicit Poses(const KittiTrackingOptions& options)
-      : scale_(options.pose_scale), table_(options.poses) {}
+  Poses(const std::string& path, double scale) : scale_(scale), table_(path) {}
 
   std::optional<CPose3D> next() {
     const auto row = table_.next();
@@ -127,21 +138,38 @@ class Labels {
   std::optional<TextRow> row_;
 };
 
-std::map<std::int64_t, Track> collect(const KittiTrackingOptions& options) {
-  std::map<std::int64_t, Track> tracks;
+Tracks collect(const KittiTrackingOptions& options) {
+  Tracks tracks;
   DropReport ignored;
   Labels labels(options, ignored);
-  Poses poses(options);
+  Poses poses(options.poses, 1);
   for (std::size_t i = 0; const auto pose = poses.next(); ++i) {
     for (const Label& label : labels.of(i)) {
       Track& track = tracks[label.track];
       track.class_index = label.class_index;
-      const auto p = pose->composePoint({label.point.x(), label.point.y(), 0.0});
-      track.add({p.x, p.y});
+      const Eigen::Vector2d robot(pose->x(), pose->y());
+      track.add(robot, Eigen::Rotation2Dd(pose->yaw()) * label.point.head<2>());
     }
   }
   labels.finish();
   return tracks;
+}
+
+/// The scale of the poses at which what stands is seen in one place, by least squares.
+double fitted_scale(const Tracks& tracks, double still_rms) {
+  constexpr int kRounds = 5;  // since what stands depends on the scale
+  double scale = 1;
+  for (int i = 0; i < kRounds; ++i) {
+    double pp = 0, pv = 0;
+    for (const auto& [id, track] : tracks) {
+      if (!track.stands(scale, still_rms)) continue;
+      pp += track.spread_pp();
+      pv += track.spread_pv();
+    }
+    if (pp <= 0 || pv >= 0) return scale;
+    scale = -pv / pp;
+  }
+  return scale;
 }
 
 /// Scores of a detector that names the class right in a share of all cases.
@@ -160,9 +188,15 @@ std::vector<float> scores_of(std::size_t class_index, double accuracy, Random& r
 ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const std::string& output) {
   LogWriter log(output);
   DropReport dropped;
-  const std::map<std::int64_t, Track> tracks = collect(options);
+  const Tracks tracks = collect(options);
+  double scale = options.pose_scale;
+  if (scale == 0) {
+    scale = fitted_scale(tracks, options.still_rms);
+    log.note(
+        fmt::format("scale of the poses: {:.4f}, at which what stands is seen to stand", scale));
+  }
   Labels labels(options, dropped);
-  Poses poses(options);
+  Poses poses(options.poses, scale);
   Random random(options.noise.seed);
   std::optional<CPose3D> last;
   while (const auto pose = poses.next()) {
@@ -178,7 +212,7 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
       auto d = detection_of(label.point, false);
       set_noise(options.detector, d);
       d.class_scores = scores_of(label.class_index, options.class_accuracy, random);
-      if (tracks.at(label.track).stands(options.still_rms)) {
+      if (tracks.at(label.track).stands(scale, options.still_rms)) {
         d.landmark_id = static_cast<std::int32_t>(label.track);
       }
       frame->detections.push_back(d);
@@ -188,8 +222,8 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
   }
   for (const auto& [reason, count] : dropped) log.drop(reason, count);
   for (const auto& [id, track] : tracks) {
-    if (!track.stands(options.still_rms)) continue;
-    const Eigen::Vector2d p = track.mean();
+    if (!track.stands(scale, options.still_rms)) continue;
+    const Eigen::Vector2d p = track.mean(scale);
     log.true_landmark(id, {p.x(), p.y(), 0}, kClasses[track.class_index]);
   }
   return log.finish();

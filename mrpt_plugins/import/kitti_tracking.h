@@ -16,8 +16,9 @@ struct KittiTrackingOptions {
   std::string
       labels;  ///< KITTI's label file: frame track class truncated occluded alpha box size X Y Z ry
   std::string poses;  ///< Poses of the camera, a 3x4 matrix per row.
-  /// Factor of the translations of the poses, where they and the labels disagree in scale.
-  double pose_scale = 1;
+  /// Factor of the translations of the poses, where they and the labels disagree in scale; 0: the
+  /// one at which what stands is seen in one place.
+  double pose_scale = 0;
   MotionNoise noise{0.03, 0.002, 1};  ///< Given to the odometry, which is the motion of the poses.
   double period = 0.1;                ///< Between frames [s].
   double max_range = 60;              ///< Objects farther away are dropped [m].

@@ -34,8 +34,9 @@ struct ImportedStep {
 struct ImportReport {
   std::vector<std::string> files;  ///< Written, the rawlog first.
   std::size_t steps = 0, observations = 0, detections = 0, landmarks = 0;
-  double duration = 0;  ///< From first to last step [s].
-  DropReport dropped;   ///< Reason -> count.
+  double duration = 0;             ///< From first to last step [s].
+  DropReport dropped;              ///< Reason -> count.
+  std::vector<std::string> notes;  ///< What else is worth knowing.
 };
 
 /// Writes F.rawlog as actions and sensory frames, step by step, and what is true beside it:
@@ -56,6 +57,9 @@ class LogWriter {
 
   /// Counts something that was not taken over.
   void drop(const std::string& reason, std::size_t count = 1) { report_.dropped[reason] += count; }
+
+  /// Something to be told.
+  void note(const std::string& text) { report_.notes.push_back(text); }
 
   /// A true landmark; an empty class name means it has none.
   void true_landmark(std::int64_t id, const Eigen::Vector3d& position,

@@ -150,7 +150,13 @@ ImportReport import_plaza(const PlazaOptions& options, const std::string& output
       if (id) log.true_association(seen->sensedData.size(), *id);
       seen->sensedData.push_back(m);
     }
-    log.add({static_cast<double>(i) * options.period, pose.motion, {seen}, pose.truth});
+    std::optional<OdometryIncrement> motion = pose.motion;
+    if (motion) {
+      const Eigen::Vector3d factor(options.inflate, options.inflate, 1);
+      const Eigen::Matrix3d stated = planar_part(motion->covariance);
+      motion->covariance = planar_to_6d(factor.asDiagonal() * stated * factor.asDiagonal());
+    }
+    log.add({static_cast<double>(i) * options.period, motion, {seen}, pose.truth});
   }
   for (const auto& [id, place] : graph.beacons) log.true_landmark(id, {place.x(), place.y(), 0});
   return log.finish();

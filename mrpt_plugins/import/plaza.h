@@ -16,6 +16,9 @@ struct PlazaOptions {
   /// The same graph with all identities known (p = 0), which tells the true beacons of ambiguous
   /// ranges; empty: not known.
   std::string identities;
+  /// Factor of the standard deviations of the translation of motions, which are off by twice
+  /// what the graph states.
+  double inflate = 2;
   double period = 1;  ///< Between poses, for which the graph has no time [s].
 };
 

@@ -175,6 +175,19 @@ TEST_F(CameraSets, KittiTrackingKeepsIdsOfWhatStands) {
   EXPECT_EQ(map[0].class_name, "Car");
   EXPECT_NEAR(map[0].position.x(), 20, 1e-6);
 
+  // Poses 4 % too long: the scale is found, unless one is given.
+  std::string longer;
+  for (int i = 0; i < 4; ++i) {
+    longer += "1 0 0 0 0 1 0 0 0 0 1 " + std::to_string(1.04 * i) + "\n";
+  }
+  options.poses = write("poses.txt", longer);
+  EXPECT_NE(import_kitti_tracking(options, log()).notes.at(0).find("0.9615"), std::string::npos);
+  EXPECT_NEAR(read_true_landmarks(at("out_ground_truth.txt")).at(0).position.x(), 20, 1e-6);
+  EXPECT_NEAR(read_true_path(at("out_ground_truth_robot_path.txt")).at(3).x(), 3, 1e-6);
+  options.pose_scale = 1;
+  EXPECT_TRUE(import_kitti_tracking(options, log()).notes.empty());
+  EXPECT_NEAR(read_true_path(at("out_ground_truth_robot_path.txt")).at(3).x(), 3.12, 1e-6);
+
   write("labels.txt", "0 1 Bicycle 0 0 0 1 1 2 2 1 1 1 0 0 9 0\n");
   EXPECT_THROW(import_kitti_tracking(options, log()), Error);
 }

@@ -129,7 +129,7 @@ TEST_F(PlanarSets, PlazaKeepsAmbiguousRangesWithoutABeacon) {
   import_plaza(options, log());
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
-  EXPECT_NEAR(all[1].odometry->covariance(1, 1), 0.02, 1e-3);
+  EXPECT_NEAR(all[1].odometry->covariance(1, 1), 4 * 0.02, 1e-3);
   const auto& ranges =
       dynamic_cast<const mrpt::obs::CObservationBeaconRanges&>(*all[1].observations.at(0));
   ASSERT_EQ(ranges.sensedData.size(), 1U);
