@@ -16,11 +16,15 @@ namespace {
 
 /// Updates that an admitted closure has to bring the objective down.
 constexpr int kSettle = 6;
-/// Attempts after which a single closure is only tried together with others.
-constexpr int kAttempts = 3;
-constexpr int kFinalRounds = 3;
-/// Newest closures that another is compared with.
-constexpr std::size_t kCompared = 300;
+/// What an update may leave of the way at most, or the attempt ends.
+constexpr double kProgress = 0.8;
+/// Attempts after which a closure waits until all are judged again.
+constexpr int kAttempts = 1;
+/// Newest closures that are looked at again when the map has changed.
+constexpr std::size_t kReconsidered = 50;
+/// All closures are judged again when there are so many times those of the last time, and more.
+constexpr std::size_t kGrowth = 4;
+constexpr std::size_t kFewClosures = 20;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Clock = std::chrono::steady_clock;
@@ -29,19 +33,19 @@ bool is_pose(VariableType type) {
   return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
 }
 
-void merge(const UpdateReport& update, JudgeReport& report) {
-  report.status = update.status;
-  if (!update.message.empty()) report.message = update.message;
-  report.relinearized += update.relinearized;
-  report.eliminated += update.eliminated;
-  report.cliques += update.cliques;
-  report.flips += update.flips;
-  report.components += update.components;
-  report.rounds += update.rounds;
-  report.exact = report.exact && update.exact;
-}
-
 }  // namespace
+
+void JudgeReport::add(const UpdateReport& update) {
+  status = update.status;
+  if (!update.message.empty()) message = update.message;
+  relinearized += update.relinearized;
+  eliminated += update.eliminated;
+  cliques += update.cliques;
+  flips += update.flips;
+  components += update.components;
+  rounds += update.rounds;
+  exact = exact && update.exact;
+}
 
 OnlineJudge::OnlineJudge(const OnlineJudgeOptions& options)
     : options_(options), smoother_(options.smoother) {}
@@ -124,7 +128,7 @@ JudgeReport OnlineJudge::update(const Delta& trusted,
       throw;
     }
   }();
-  merge(done, report);
+  report.add(done);
   report.handles = done.handles;
   report.objective_before = done.objective_before;
   if (done.status != UpdateReport::Status::kOk) {
@@ -132,6 +136,7 @@ JudgeReport OnlineJudge::update(const Delta& trusted,
     changed_holds_.clear();
     return report;
   }
+  verdicts_.clear();
   follow(trusted);
   for (std::size_t k = first; k < closures_.size(); ++k) {
     Closure& closure = closures_[k];
@@ -139,13 +144,10 @@ JudgeReport OnlineJudge::update(const Delta& trusted,
     closure.refuted = refuted(closure);
     if (closure.refuted) continue;
     open_.push_back(k);
-    if (consider(k, report)) {
-      reconsider(report);
-    } else {
-      challenge(k, report);
-    }
+    if (consider(k, report)) reconsider(report);
   }
   expel(report);
+  if (closures_.size() > kGrowth * judged_ + kFewClosures) judge_again(report);
   report.objective_after = smoother_.objective();
   report.seconds = seconds_since(start);
   return report;
@@ -172,47 +174,25 @@ bool OnlineJudge::consider(std::size_t k, JudgeReport& report) {
   Closure& closure = closures_[k];
   closure.innovation = predict(*closure.factor);
   return factor_.within(options_.gate, closure.innovation, closure.factor->rows(), switch_at(k)) &&
-         admit({k}, {}, report);
+         admit(k, report);
 }
 
-/// Judges again those closures that may have come within their gate: covariances only shrink, so
-/// the last one predicted bounds what a new one can allow.
+/// Judges again the newest closures that may have come within their gate: covariances only shrink,
+/// so the last one predicted bounds what a new one can allow.
 void OnlineJudge::reconsider(JudgeReport& report) {
+  const std::size_t first = open_.size() - std::min(open_.size(), kReconsidered);
   for (bool again = true; again;) {
     again = false;
-    for (std::size_t k : open_) {
+    for (std::size_t i = first; i < open_.size(); ++i) {
+      const std::size_t k = open_[i];
       Closure& closure = closures_[k];
       if (closure.hold != Hold::kOut || closure.failures >= kAttempts) continue;
+      const Eigen::MatrixXd& W = closure.innovation.information;
       const auto x = gather(closure.factor->keys(), closure.factor->types(), smoother_.values());
-      const double bound =
-          chi_square_under(*closure.factor, x.data(), closure.innovation.information);
-      if (bound > switch_at(k)) continue;
+      if (W.size() > 0 && chi_square_under(*closure.factor, x.data(), W) > switch_at(k)) continue;
       again = consider(k, report) || again;
     }
   }
-}
-
-/// Tries a closure together with all others that are out and agree with it along the cycle that two
-/// closures make with the odometry, against those accepted that do not agree.
-void OnlineJudge::challenge(std::size_t k, JudgeReport& report) {
-  std::vector<std::size_t> group = {k};
-  std::vector<std::size_t> against;
-  const std::size_t compared = std::min(open_.size(), kCompared);
-  for (std::size_t i = open_.size() - compared; i < open_.size(); ++i) {
-    const std::size_t other = open_[i];
-    if (other == k) continue;
-    const ContinuousFactor& factor = *closures_[k].factor;
-    const auto given = odometry_.innovation_given(*closures_[other].factor, factor);
-    if (!given) continue;
-    const bool agrees = factor_.within(options_.gate, *given, factor.rows(), switch_at(k));
-    const bool in = accepted(other);
-    if (agrees && !in) group.push_back(other);
-    if (!agrees && in) against.push_back(other);
-  }
-  std::size_t failed = std::max<std::size_t>(1, against.size());
-  for (std::size_t member : group) failed = std::max(failed, closures_[member].crowd);
-  if (group.size() <= failed || admit(group, against, report)) return;
-  for (std::size_t member : group) closures_[member].crowd = 2 * group.size();
 }
 
 /// Throws out what was accepted while little was known of the noise and is too far from the
@@ -233,7 +213,7 @@ void OnlineJudge::expel(JudgeReport& report) {
   }
   open_ = std::move(stay);
   if (changed_holds_.empty()) return;
-  merge(apply(std::move(delta)), report);
+  report.add(apply(std::move(delta)));
   for (std::size_t k : open_) closures_[k].failures = 0;
   reconsider(report);
 }
@@ -244,101 +224,54 @@ void OnlineJudge::free(std::size_t k) {
   closures_[k].hold = Hold::kFree;
 }
 
-/// Holds closures in their inlier mode, and others in their outlier mode, until the map has taken
-/// that in, and keeps it so where the joint objective has fallen.
-bool OnlineJudge::admit(const std::vector<std::size_t>& group,
-                        const std::vector<std::size_t>& against, JudgeReport& report) {
+/// Holds a closure in its inlier mode until the map has taken that in, and keeps it so where the
+/// joint objective has fallen.
+bool OnlineJudge::admit(std::size_t k, JudgeReport& report) {
   ++report.tried;
   const double before = smoother_.objective();
   const std::vector<double> estimate = smoother_.snapshot();
   std::vector<bool> standing(closures_.size());
-  for (std::size_t k = 0; k < closures_.size(); ++k) standing[k] = accepted(k);
+  for (std::size_t i = 0; i < closures_.size(); ++i) standing[i] = accepted(i);
   Delta delta;
-  for (std::size_t k : group) set_hold(k, Hold::kIn, delta);
-  for (std::size_t k : against) set_hold(k, Hold::kOut, delta);
-  merge(apply(std::move(delta)), report);
-  // Among many, some that agree with the newest need not agree with the others: once the map has
-  // moved, each is free to leave.
-  for (int i = 1; i < kSettle && !(smoother_.objective() < before); ++i) {
-    if (i == kSettle / 2 && group.size() > 1) {
-      for (std::size_t k : group) free(k);
-    }
-    merge(apply({}), report);
+  set_hold(k, Hold::kIn, delta);
+  report.add(apply(std::move(delta)));
+  double left = smoother_.objective() - before;
+  for (int i = 1; i < kSettle && left >= 0.0; ++i) {
+    report.add(apply({}));
+    const double now = smoother_.objective() - before;
+    if (now > kProgress * left) break;
+    left = now;
   }
+  Closure& closure = closures_[k];
   if (!(smoother_.objective() < before)) {
-    std::vector<std::size_t> tried = group;
-    tried.insert(tried.end(), against.begin(), against.end());
-    withdraw(tried, standing, estimate);
-    for (std::size_t k : group) ++closures_[k].failures;
+    withdraw(k, standing, estimate);
+    ++closure.failures;
     return false;
   }
-  for (std::size_t k : group) {
-    Closure& closure = closures_[k];
-    free(k);
-    closure.failures = 0;
-    if (group.size() == 1) factor_.add(closure.innovation, closure.factor->rows());
-    if (closure.alone) factor_alone_.add(*closure.alone, closure.factor->rows());
-  }
-  report.admitted += static_cast<int>(group.size());
+  free(k);
+  closure.failures = 0;
+  factor_.add(closure.innovation, closure.factor->rows());
+  if (closure.alone) factor_alone_.add(*closure.alone, closure.factor->rows());
+  ++report.admitted;
   return true;
 }
 
 /// Takes an attempt back: all goes where it stood.
-void OnlineJudge::withdraw(const std::vector<std::size_t>& tried, const std::vector<bool>& before,
+void OnlineJudge::withdraw(std::size_t k, const std::vector<bool>& before,
                            const std::vector<double>& estimate) {
-  std::vector<std::size_t> moved = tried;
+  std::vector<std::size_t> moved;
   Delta delta;
-  for (std::size_t k : tried) set_hold(k, before[k] ? Hold::kIn : Hold::kOut, delta);
-  for (bool again = true; again;) {
-    for (std::size_t k = 0; k < closures_.size(); ++k) {
-      if (closures_[k].hold != Hold::kFree || accepted(k) == before[k]) continue;
-      set_hold(k, before[k] ? Hold::kIn : Hold::kOut, delta);
-      moved.push_back(k);
+  set_hold(k, Hold::kOut, delta);
+  while (!changed_holds_.empty()) {
+    apply(std::exchange(delta, {}));
+    for (std::size_t i = 0; i < closures_.size(); ++i) {
+      if (closures_[i].hold != Hold::kFree || accepted(i) == before[i]) continue;
+      set_hold(i, before[i] ? Hold::kIn : Hold::kOut, delta);
+      moved.push_back(i);
     }
-    again = !changed_holds_.empty();
-    if (again) apply(std::exchange(delta, {}));
   }
   smoother_.restore(estimate);
-  for (std::size_t k : tried) {
-    if (closures_[k].hold == Hold::kIn) free(k);
-  }
-  for (std::size_t i = tried.size(); i < moved.size(); ++i) free(moved[i]);
-}
-
-/// Asks again for all closures whether the odometry contradicts them, with what is known of the
-/// noise by now.
-void OnlineJudge::reopen() {
-  for (std::size_t k = 0; k < closures_.size(); ++k) {
-    Closure& closure = closures_[k];
-    if (!closure.refuted || refuted(closure)) continue;
-    closure.refuted = false;
-    closure.innovation = predict(*closure.factor);
-    open_.push_back(k);
-  }
-  std::sort(open_.begin(), open_.end());
-}
-
-JudgeReport OnlineJudge::finish() {
-  const auto start = Clock::now();
-  JudgeReport report;
-  report.objective_before = smoother_.objective();
-  reopen();
-  expelled_at_ = 0;
-  expel(report);
-  for (int round = 0; round < kFinalRounds; ++round) {
-    if (!lifted_.empty()) merge(apply({}), report);
-    merge(smoother_.converge(), report);
-    const int admitted = report.admitted;
-    for (std::size_t k : open_) closures_[k].failures = 0;
-    reconsider(report);
-    for (std::size_t k : std::vector<std::size_t>(open_)) {
-      if (closures_[k].hold == Hold::kOut) challenge(k, report);
-    }
-    if (report.admitted == admitted) break;
-  }
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
+  for (std::size_t i : moved) free(i);
 }
 
 Standing OnlineJudge::standing(std::size_t closure) const {
@@ -347,6 +280,11 @@ Standing OnlineJudge::standing(std::size_t closure) const {
 }
 
 std::vector<Verdict> OnlineJudge::verdicts() const {
+  if (verdicts_.size() == closures_.size()) {
+    std::vector<Verdict> verdicts = verdicts_;
+    for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k].accepted = accepted(k);
+    return verdicts;
+  }
   RobustProblem problem;
   std::vector<bool> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "libhybrid/robust/escape.h"
 #include "libhybrid/robust/mixture_graph.h"
 #include "libhybrid/robust/odometry_path.h"
 #include "libhybrid/robust/prediction.h"
@@ -28,6 +29,7 @@ struct OnlineJudgeOptions {
   /// Closures of less redundancy are reported as uncheckable.
   double checkable = 0.09;
   SmootherOptions smoother;
+  EscapeOptions escape;  ///< of judging all closures again
 };
 
 /// Where a closure stands.
@@ -41,6 +43,9 @@ enum class Standing {
 struct JudgeReport : UpdateReport {
   int admitted = 0;  ///< closures taken in
   int tried = 0;     ///< attempts at that
+
+  /// Takes in what a further update of the smoother did.
+  void add(const UpdateReport& update);
 };
 
 /// Judges loop closures that arrive pose by pose and may be lies, on the incremental smoother.
@@ -50,8 +55,10 @@ struct JudgeReport : UpdateReport {
 /// with each other but not with the odometry stay out, and with the map, by the predicted
 /// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
 /// variable is free: the discrete half-step throws it out when the later graph contradicts it.
-/// Closures that are out are judged again when the map has changed, and together with those that
-/// agree with them, which can turn a wrong early decision.
+/// Newest closures that are out are judged again when the map has changed. Where more closures are
+/// left out by the map than get in, and in the end, all are judged again from nothing by
+/// solve_escape, which can turn any decision; the number of closures doubles between, so that this
+/// costs about as much as judging once.
 class OnlineJudge {
  public:
   explicit OnlineJudge(const OnlineJudgeOptions& options = {});
@@ -60,12 +67,13 @@ class OnlineJudge {
   /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update.
   JudgeReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
 
-  /// Converges and judges again until nothing changes.
+  /// Judges all closures again, from nothing and from the present map, and converges.
   JudgeReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
   Standing standing(std::size_t closure) const;
-  /// By closure, at the present estimate; redundancies are those of closures that are not refuted.
+  /// By closure, at the present estimate: those of the last judgement of all closures, if that was
+  /// the last thing done, else redundancies are those of closures that are not refuted.
   std::vector<Verdict> verdicts() const;
 
  private:
@@ -76,7 +84,6 @@ class OnlineJudge {
     Handle table;                     // that holds it
     bool refuted = false;             // by the odometry
     int failures = 0;                 // attempts to admit it that did not lower the objective
-    std::size_t crowd = 0;            // size that a group with it must exceed to be tried
     Prediction innovation;            // as last predicted, given the map
     std::optional<Prediction> alone;  // given the odometry alone
   };
@@ -91,13 +98,15 @@ class OnlineJudge {
   double switch_at(std::size_t k) const;
   bool consider(std::size_t k, JudgeReport& report);
   void reconsider(JudgeReport& report);
-  void challenge(std::size_t k, JudgeReport& report);
   void expel(JudgeReport& report);
-  void reopen();
-  bool admit(const std::vector<std::size_t>& group, const std::vector<std::size_t>& against,
-             JudgeReport& report);
-  void withdraw(const std::vector<std::size_t>& tried, const std::vector<bool>& before,
+  bool admit(std::size_t k, JudgeReport& report);
+  void withdraw(std::size_t k, const std::vector<bool>& before,
                 const std::vector<double>& estimate);
+  RobustProblem problem() const;
+  double scaled_objective(const RobustProblem& problem, const Values& values,
+                          const std::vector<bool>& in) const;
+  void judge_again(JudgeReport& report);
+  void adopt(const RobustResult& result, JudgeReport& report);
   void free(std::size_t k);
 
   OnlineJudgeOptions options_;
@@ -109,6 +118,9 @@ class OnlineJudge {
   std::vector<std::size_t> open_;           // not refuted
   std::vector<std::size_t> changed_holds_;  // with tables in the delta under way
   std::vector<Handle> lifted_;              // tables to remove with the next update
+  std::size_t judged_ = 0;                  // closures when all were judged last
+  int admitted_ = 0, left_out_ = 0;         // by the map, since then
+  std::vector<Verdict> verdicts_;           // of that, as long as they hold
 };
 
 }  // namespace hybrid

@@ -11,13 +11,16 @@
 namespace hybrid {
 namespace {
 
+/// The factor is what this quantile of the samples says: lies inside overstated noise, that were
+/// believed, lie above it.
+constexpr double kQuantile = 0.25;
 /// The newest samples count.
 constexpr std::size_t kSamples = 200;
 /// Samples of this size, in e-folds of the standard deviation squared, are about the same.
 constexpr double kWindow = 1.5;
 /// So many samples that obey the stated noise are there from the start.
 constexpr int kPrior = 5;
-/// Tails are heavier than the median tells: gates are this much wider.
+/// Tails are heavier than that tells: gates are this much wider.
 constexpr double kSlack = 4.0;
 
 /// The quantile, computed once per thread and number of rows, since gates are asked for often.
@@ -36,8 +39,8 @@ double cached_quantile(double probability, int rows) {
 }  // namespace
 
 void VarianceFactor::add(const Prediction& innovation, int rows) {
-  samples_.push_back(
-      {innovation.log_determinant / rows, innovation.chi_square / chi_square_quantile(0.5, rows)});
+  samples_.push_back({innovation.log_determinant / rows,
+                      innovation.chi_square / chi_square_quantile(kQuantile, rows)});
   if (samples_.size() > kSamples) samples_.pop_front();
 }
 
@@ -48,9 +51,10 @@ double VarianceFactor::at(const Prediction& innovation, int rows) const {
       ratios.push_back(sample.ratio);
     }
   }
-  const auto middle = ratios.begin() + ratios.size() / 2;
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::min(1.0, *middle);
+  const auto low =
+      ratios.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(ratios.size()));
+  std::nth_element(ratios.begin(), low, ratios.end());
+  return std::min(limit_, *low);
 }
 
 bool VarianceFactor::within(double quantile, const Prediction& innovation, int rows,

@@ -22,6 +22,7 @@ const std::vector<MethodName>& method_names() {
       {"sum-mixture", "sum-mixtures"},
       {"alternating", "the paper's alternation on eq. 16"},
       {"escape", "re-admission of closures by their predicted innovations"},
+      {"online", "pose by pose, closures judged as they arrive"},
       {"portfolio", "several of these and of starts, the lowest joint objective"},
       {"consistency", "pairwise consistency, then lm"},
       {"consistency-gnc", "pairwise consistency, then gnc"},
@@ -73,6 +74,9 @@ MethodOptions read_method_options(IniFile& ini) {
   options.alternation.alternating.continuous.threads = 1;
   options.portfolio.escape.mixture = options.mixture;
   options.portfolio.escape.solver.threads = 1;
+  options.online.mixture = options.mixture;
+  options.online.mixture.flat = true;
+  options.online.escape = options.portfolio.escape;
   return options;
 }
 

@@ -10,6 +10,7 @@
 #include "libhybrid/robust/consistency.h"
 #include "libhybrid/robust/dcs.h"
 #include "libhybrid/robust/gnc.h"
+#include "libhybrid/robust/online_judge.h"
 #include "libhybrid/robust/portfolio.h"
 #include "libhybrid/robust/switchable.h"
 #include "mrpt_plugins/bridge/ini_file.h"
@@ -25,9 +26,11 @@ struct MethodOptions {
   ConsistencyOptions consistency;
   AlternationOptions alternation;
   PortfolioOptions portfolio;  ///< of re-admission too
+  OnlineJudgeOptions online;
 };
 
-/// Names that solve_by_name takes, with one line each on what they are.
+/// Names of methods, with one line each on what they are: those that solve_by_name takes, and
+/// "online", which takes a pose graph.
 struct MethodName {
   std::string name, meaning;
 };

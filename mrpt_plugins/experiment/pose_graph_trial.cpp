@@ -16,6 +16,7 @@
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/robust/outliers.h"
 #include "libhybrid/robust/plain.h"
+#include "libhybrid/robust/solve_online.h"
 
 namespace hybrid {
 namespace {
@@ -175,7 +176,9 @@ TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& tri
   const RobustProblem problem = to_robust_problem(graph, prepared.initial);
   const std::vector<bool> truth = known_true(prepared.labels, problem.closures.size());
   const std::clock_t start = std::clock();
-  const RobustResult result = solve_by_name(trial.method, problem, truth, options);
+  const RobustResult result =
+      trial.method == "online" ? solve_online(graph, prepared.initial, is_odometry, options.online)
+                               : solve_by_name(trial.method, problem, truth, options);
   TrialResult out;
   out.metrics["cpu_s"] = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   out.metrics["seconds"] = result.seconds;

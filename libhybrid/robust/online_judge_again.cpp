@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// How the online judge looks at all closures again.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/robust/evidence.h"
+#include "libhybrid/robust/online_judge.h"
+
+namespace hybrid {
+
+/// Everything so far, with the trusted hybrid factors in the modes that they have.
+RobustProblem OnlineJudge::problem() const {
+  RobustProblem problem;
+  problem.initial = smoother_.values();
+  smoother_.graph().continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { problem.trusted.push_back(factor); });
+  smoother_.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    if (factor->discrete_keys()[0].key.letter() == closure_switch(0).key.letter()) return;
+    const Component component = factor->given(smoother_.assignment());
+    if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
+  });
+  for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
+  return problem;
+}
+
+/// The joint objective of an answer, its closures having the noise that they show where that is
+/// below what they claim: by what they claim, lies inside overstated noise would count as gain.
+double OnlineJudge::scaled_objective(const RobustProblem& problem, const Values& values,
+                                     const std::vector<bool>& in) const {
+  double objective = 0.0;
+  for (const ContinuousFactorPtr& factor : problem.trusted) objective += factor->cost(values);
+  std::vector<double> chi_squares;
+  std::vector<int> rows;
+  for (std::size_t k = 0; k < in.size(); ++k) {
+    if (!in[k]) objective += 0.5 * switch_at(k);
+    if (!in[k]) continue;
+    chi_squares.push_back(2.0 * problem.closures[k]->cost(values));
+    rows.push_back(problem.closures[k]->rows());
+  }
+  const double factor = std::min(1.0, variance_factor(chi_squares, rows));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    objective += 0.5 * (chi_squares[i] / factor + rows[i] * std::log(factor));
+  }
+  return objective;
+}
+
+/// Judges all closures from nothing; or from the present map, where that explains them better, or
+/// where they were judged from nothing not long ago.
+void OnlineJudge::judge_again(JudgeReport& report) {
+  const RobustProblem problem = this->problem();
+  EscapeOptions present = options_.escape;
+  present.trust_start = true;
+  RobustResult best;
+  if (closures_.size() > judged_ + judged_ / 8) {
+    best = solve_escape(problem, options_.escape);
+    judged_ = closures_.size();
+    std::vector<bool> now, then;
+    for (std::size_t k = 0; k < closures_.size(); ++k) {
+      now.push_back(accepted(k));
+      then.push_back(best.verdicts[k].accepted);
+    }
+    if (now != then && scaled_objective(problem, smoother_.values(), now) <
+                           scaled_objective(problem, best.values, then)) {
+      best = solve_escape(problem, present);
+    }
+  } else {
+    best = solve_escape(problem, present);
+  }
+  adopt(best, report);
+  factor_.limit(best.variance_factor);
+  verdicts_ = std::move(best.verdicts);
+}
+
+/// Goes to an answer of solve_escape.
+void OnlineJudge::adopt(const RobustResult& result, JudgeReport& report) {
+  Delta delta;
+  std::vector<std::size_t> in;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    Closure& closure = closures_[k];
+    const bool accept = result.verdicts[k].accepted;
+    if (accept && closure.refuted) {
+      closure.refuted = false;
+      open_.push_back(k);
+    }
+    if (accept) in.push_back(k);
+    if (closure.hold == (accept ? Hold::kIn : Hold::kOut)) continue;
+    if (accept && !accepted(k)) ++report.admitted;
+    set_hold(k, accept ? Hold::kIn : Hold::kOut, delta);
+  }
+  std::sort(open_.begin(), open_.end());
+  report.add(apply(std::move(delta)));
+  std::vector<double> estimate;
+  for (Key key : smoother_.values().keys()) {
+    const double* x = result.values.data(key);
+    estimate.insert(estimate.end(), x, x + result.values.type(key).size);
+  }
+  smoother_.restore(estimate);
+  for (std::size_t k : in) {
+    if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
+  }
+  for (std::size_t k : open_) {
+    Closure& closure = closures_[k];
+    closure.failures = 0;
+    closure.innovation.information.resize(0, 0);  // covariances may have grown
+  }
+}
+
+JudgeReport OnlineJudge::finish() {
+  const auto start = std::chrono::steady_clock::now();
+  JudgeReport report;
+  report.objective_before = smoother_.objective();
+  judge_again(report);
+  report.add(apply({}));
+  report.add(smoother_.converge());
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+}  // namespace hybrid
