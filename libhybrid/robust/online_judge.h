@@ -103,8 +103,7 @@ class OnlineJudge {
   void withdraw(std::size_t k, const std::vector<bool>& before,
                 const std::vector<double>& estimate);
   RobustProblem problem() const;
-  double scaled_objective(const RobustProblem& problem, const Values& values,
-                          const std::vector<bool>& in) const;
+  double noise(const Values& values, const std::vector<bool>& in) const;
   void judge_again(JudgeReport& report);
   void adopt(const RobustResult& result, JudgeReport& report);
   void free(std::size_t k);

@@ -11,6 +11,12 @@
 #include "libhybrid/robust/online_judge.h"
 
 namespace hybrid {
+namespace {
+
+/// Ratio of variance factors of two answers that tells that one of them has lies.
+constexpr double kMoreNoise = 10.0;
+
+}  // namespace
 
 /// Everything so far, with the trusted hybrid factors in the modes that they have.
 RobustProblem OnlineJudge::problem() const {
@@ -27,29 +33,21 @@ RobustProblem OnlineJudge::problem() const {
   return problem;
 }
 
-/// The joint objective of an answer, its closures having the noise that they show where that is
-/// below what they claim: by what they claim, lies inside overstated noise would count as gain.
-double OnlineJudge::scaled_objective(const RobustProblem& problem, const Values& values,
-                                     const std::vector<bool>& in) const {
-  double objective = 0.0;
-  for (const ContinuousFactorPtr& factor : problem.trusted) objective += factor->cost(values);
+/// The variance factor, at most one, that the closures of an answer show.
+double OnlineJudge::noise(const Values& values, const std::vector<bool>& in) const {
   std::vector<double> chi_squares;
   std::vector<int> rows;
   for (std::size_t k = 0; k < in.size(); ++k) {
-    if (!in[k]) objective += 0.5 * switch_at(k);
     if (!in[k]) continue;
-    chi_squares.push_back(2.0 * problem.closures[k]->cost(values));
-    rows.push_back(problem.closures[k]->rows());
+    chi_squares.push_back(2.0 * closures_[k].factor->cost(values));
+    rows.push_back(closures_[k].factor->rows());
   }
-  const double factor = std::min(1.0, variance_factor(chi_squares, rows));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    objective += 0.5 * (chi_squares[i] / factor + rows[i] * std::log(factor));
-  }
-  return objective;
+  return std::min(1.0, variance_factor(chi_squares, rows));
 }
 
-/// Judges all closures from nothing; or from the present map, where that explains them better, or
-/// where they were judged from nothing not long ago.
+/// Judges all closures from nothing; or from the present map, where they were judged from nothing
+/// not long ago, or where they show far less noise in it: lies inside overstated noise are then
+/// what makes the difference.
 void OnlineJudge::judge_again(JudgeReport& report) {
   const RobustProblem problem = this->problem();
   EscapeOptions present = options_.escape;
@@ -63,8 +61,7 @@ void OnlineJudge::judge_again(JudgeReport& report) {
       now.push_back(accepted(k));
       then.push_back(best.verdicts[k].accepted);
     }
-    if (now != then && scaled_objective(problem, smoother_.values(), now) <
-                           scaled_objective(problem, best.values, then)) {
+    if (kMoreNoise * noise(smoother_.values(), now) < noise(best.values, then)) {
       best = solve_escape(problem, present);
     }
   } else {
