@@ -89,7 +89,8 @@ TEST_F(ImportAppTest, Plaza) {
   ASSERT_EQ(run_import("plaza " + graph).code, 0);
   const auto known =
       summary_of("-c " + config("plaza1.ini") + " --rawlog " + at("in.rawlog") + " --truth-path " +
-                 at("in_ground_truth_robot_path.txt") + " --set log.truth_associations=")["truth"];
+                 at("in_ground_truth_robot_path.txt") + " --truth-map " +
+                 at("in_ground_truth.txt") + " --set log.truth_associations=")["truth"];
   const double all = known["trajectory"]["aligned"]["rmse_m"];
   EXPECT_LT(all, 1.0);
   ASSERT_EQ(
