@@ -153,8 +153,9 @@ void draw(const std::vector<Bin>& bins, const std::string& file) {
   }
   PlotSpec spec;
   spec.title = "Mapping with unknown association: time per keyframe";
-  spec.subtitle = fmt::format("{} landmarks at the end; {} keyframes per point; processor time",
-                              bins.back().landmarks, bins.front().ms.size());
+  spec.subtitle = fmt::format(
+      "{} landmarks at the end, tentative ones included; {} keyframes per point; processor time",
+      bins.back().landmarks, bins.front().ms.size());
   spec.x.label = "sightings so far";
   spec.y.label = "time per keyframe [ms]";
   spec.series = {mean, p95};
