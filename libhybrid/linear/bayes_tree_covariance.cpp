@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "libhybrid/linear/bayes_tree.h"
+#include "libhybrid/linear/substitute.h"
 
 namespace hybrid {
 
@@ -60,17 +61,21 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
     for (int i = 0; i < variables_[v].dim; ++i) z(first_row(v) + i, column++) = 1.0;
   }
   int row = 0;
+  Eigen::MatrixXd front;
   for (int c : path) {
     const Clique& clique = cliques_[c];
     const int f = clique.frontal_dim;
-    const Eigen::Map<const Eigen::MatrixXd> L(clique.columns, clique.order, f);
-    auto front = z.middleRows(row, f);
-    L.topRows(f).triangularView<Eigen::Lower>().solveInPlace(front);
+    const int height = clique.order - 1;
+    front.setZero(height, columns);
+    front.topRows(f) = z.middleRows(row, f);
+    for (int k = 0; k < columns; ++k) {
+      substitute(clique.columns, clique.order, height, f, front.col(k).data());
+    }
+    z.middleRows(row, f) = front.topRows(f);
     int below = f;
     for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
       const int dim = variables_[clique.variables[k]].dim;
-      z.middleRows(first_row(clique.variables[k]), dim).noalias() -=
-          L.middleRows(below, dim) * front;
+      z.middleRows(first_row(clique.variables[k]), dim) += front.middleRows(below, dim);
       below += dim;
     }
     row += f;

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 
-namespace hybrid {
+#include "libhybrid/linear/substitute.h"
 
+namespace hybrid {
 const InnovationPredictor::Path& InnovationPredictor::path(int block) {
   if (paths_.empty()) paths_.resize(problem_.block_count());
   Path& path = paths_[block];
@@ -28,18 +29,17 @@ const InnovationPredictor::Path& InnovationPredictor::path(int block) {
   }
   scratch_.middleRows(start, dim).setIdentity();
   int row = 0;
-  Eigen::MatrixXd own;
-  RowMatrix update;
+  Eigen::MatrixXd front;
   for (int s : path.supernodes) {
     const auto& node = factor.supernode(s);
-    const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> L(
-        factor.panel(node), node.height, node.columns, Eigen::OuterStride<>(node.stride));
-    own = scratch_.middleRows(node.first, node.columns);
-    L.topRows(node.columns).triangularView<Eigen::Lower>().solveInPlace(own);
-    path.y.middleRows(row, node.columns) = own;
-    update.noalias() = L.bottomRows(node.below()) * own;
+    front.setZero(node.height, dim);
+    front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
+    for (int d = 0; d < dim; ++d) {
+      substitute(factor.panel(node), node.stride, node.height, node.columns, front.col(d).data());
+    }
+    path.y.middleRows(row, node.columns) = front.topRows(node.columns);
     const int* below = factor.rows(node) + node.columns;
-    for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) -= update.row(r);
+    for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);
     row += node.columns;
   }
   return path;
