@@ -26,6 +26,9 @@ struct Detection {
   std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
   /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  bool moving = false;  ///< Followed for a while, it was not at rest: no landmark.
+  /// The true ids of the detections that this one stands for; empty where it is a single one.
+  std::vector<std::optional<std::int64_t>> members = {};
 };
 
 /// What one sensor saw at one time, whichever MRPT class it came in.

@@ -22,18 +22,6 @@ constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is rene
 constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
 constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
 
-/// The share of range and field of view where a landmark is surely in view.
-constexpr double kWellInView = 0.9;
-
-bool well_in_view(const SensorReach& reach, const mrpt::poses::CPose3D& T_map_sensor,
-                  const Eigen::Vector3d& point) {
-  double range = 0, yaw = 0, pitch = 0;
-  T_map_sensor.sphericalCoordinates({point.x(), point.y(), point.z()}, range, yaw, pitch);
-  return range > reach.min_range && range < kWellInView * reach.max_range &&
-         std::abs(yaw) < 0.5 * kWellInView * reach.fov_yaw &&
-         (reach.fov_pitch == 0 || std::abs(pitch) < 0.5 * kWellInView * reach.fov_pitch);
-}
-
 }  // namespace
 
 void BearingRangeAssociation::configure(IniSection section) {
@@ -42,6 +30,7 @@ void BearingRangeAssociation::configure(IniSection section) {
   classes_ = ClassModel(section);
   options_ = read_association_options(section);
   merging_.emplace(options_);
+  loops_.emplace(options_);
 }
 
 Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {
@@ -69,6 +58,7 @@ void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& fram
   reach.learn(seen);
   if (reach.max_range <= 0) return;
   density_ = reach.expected_in_view(options_.landmarks_in_view) / reach.space_in_view();
+  loops_->looked(frame, seen.T_robot_sensor, reach, density_, map);
   if (!seen.class_names.empty()) classes_.learn_names(seen.class_names);
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
@@ -83,14 +73,18 @@ void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& fram
     }
     const int s = book_.note(std::move(sighting));
     noted.push_back(s);
+    if (detection.moving) {
+      ++out.dropped["detection dropped: its thing moves"];
+      continue;
+    }
     if (options_.use_ids && take_identified(s, frame, map, out)) continue;
     sightings.push_back(s);
     unknown.detections.push_back(detection);
     phi.push_back(book_.sighting(s).phi);
   }
   if (!sightings.empty()) {
-    const FrameCandidates candidates =
-        find_candidates(frame, unknown, phi, map, reach, classes_, options_, book_);
+    const FrameCandidates candidates = find_candidates(frame, unknown, phi, map, reach, classes_,
+                                                       options_, loops_->local_since(), book_);
     if (options_.method == AssociationOptions::Method::kSoft) {
       take_weighted(candidates, sightings, frame, map, out);
     } else {
@@ -180,6 +174,9 @@ void BearingRangeAssociation::doubt(std::vector<FrameHypothesis> hypotheses,
     if (first >= 0) attach(sightings[i], first, map, out);
     if (agreed && first < 0) create(sightings[i], frame.T_map_robot, map, out);
     if (agreed) continue;
+    for (const FrameHypothesis& h : doubt.hypotheses) {
+      if (h.track[i] >= 0) ++book_.track(h.track[i]).open;
+    }
     doubt.rows.push_back(i);
     doubt.sightings.push_back(sightings[i]);
   }
@@ -205,7 +202,6 @@ void BearingRangeAssociation::leave_open(const Doubt& doubt, const MapView& map,
       open.tracks[h].push_back(t);
       if (t >= 0) {
         const Track& track = book_.track(t);
-        ++book_.track(t).open;
         option.factor = sighting_factor(sighting.pose, track.position, *sighting.sensor,
                                         sighting.detection, map.is_3d);
         if (track.class_key && !sighting.phi.empty()) {
@@ -269,7 +265,7 @@ void BearingRangeAssociation::judge_existence(const DetectionFrame& seen, const 
     // Where a landmark lies that was last seen long ago is known less well than this asks for.
     if (track.last_keyframe + options_.recent < keyframe_ || !map.holds(track.position)) return;
     if (track.last_keyframe == keyframe_ || track.open > 0) return;
-    if (well_in_view(reach, T_map_sensor, point_at(map.values, track.position))) {
+    if (reach.well_in_view(T_map_sensor, point_at(map.values, track.position))) {
       missed.push_back(t);
     }
   });
@@ -282,7 +278,7 @@ void BearingRangeAssociation::judge_existence(const DetectionFrame& seen, const 
   for (int t : missed) {
     Track& track = book_.track(t);
     track.existence += miss;
-    const bool tentative = static_cast<int>(track.sightings.size()) < options_.confirm;
+    const bool tentative = book_.seen(t) < options_.confirm;
     if (tentative && track.existence < kDeadOdds && removable(map)) discard(t, map, out);
   }
 }
@@ -312,7 +308,11 @@ std::vector<AssociationDecision> BearingRangeAssociation::decisions(const MapVie
     const int t = it == now.end() ? sighting.track : it->second;
     AssociationDecision decision{std::nullopt, sighting.detection.true_id};
     if (t >= 0 && book_.track(t).alive) decision.estimated_id = t;
-    out.push_back(decision);
+    if (sighting.detection.members.empty()) out.push_back(decision);
+    for (const auto& true_id : sighting.detection.members) {
+      decision.true_id = true_id;
+      out.push_back(decision);
+    }
   }
   return out;
 }

@@ -12,6 +12,7 @@
 #include "mrpt_plugins/mapping/association_options.h"
 #include "mrpt_plugins/mapping/frame_association.h"
 #include "mrpt_plugins/mapping/landmark_merging.h"
+#include "mrpt_plugins/mapping/loop_closing.h"
 #include "mrpt_plugins/mapping/track_book.h"
 
 namespace hybrid {
@@ -76,6 +77,7 @@ class BearingRangeAssociation : public MappingPlugin {
     return map.keeps_all && options_.method != AssociationOptions::Method::kSoft;
   }
   Contribution next_merge(const MapView& map, bool everything);
+  Contribution apply(const Merge& merge, const MapView& map);
   Contribution undo_merge(const MapView& map);
 
   std::vector<std::string> sensors_;
@@ -85,6 +87,7 @@ class BearingRangeAssociation : public MappingPlugin {
   double density_ = 0;                        // of landmarks, per m^2 or m^3
   TrackBook book_;
   std::optional<LandmarkMerging> merging_;
+  std::optional<LoopClosing> loops_;
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
   std::vector<Doubt> doubts_;
   std::vector<OpenFrame> open_;

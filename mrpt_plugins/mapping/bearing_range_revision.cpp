@@ -36,9 +36,19 @@ Contribution BearingRangeAssociation::revise(const MapView& map) {
 }
 
 Contribution BearingRangeAssociation::next_merge(const MapView& map, bool everything) {
-  const Merge merge = merging_->propose(map, classes_, density_, keyframe_, everything, book_);
+  Merge merge = merging_->propose(map, classes_, density_, keyframe_, everything, book_);
+  if (merge.pairs.empty()) {
+    merge = loops_->propose(map, classes_, density_, everything, book_);
+    if (!merge.pairs.empty()) ++statistics_["loops_closed"];
+  }
+  if (merge.pairs.empty()) return {};
+  Contribution out = apply(merge, map);
+  out.settle = merge.settle;
+  return out;
+}
+
+Contribution BearingRangeAssociation::apply(const Merge& merge, const MapView& map) {
   Contribution out;
-  if (merge.pairs.empty()) return out;
   for (const auto& [from, into] : merge.pairs) {
     const Track& track = book_.track(from);
     Undo undo{from, track.sightings, {}, {}};
@@ -60,6 +70,7 @@ Contribution BearingRangeAssociation::next_merge(const MapView& map, bool everyt
 Contribution BearingRangeAssociation::undo_merge(const MapView& map) {
   Contribution out;
   undo_wanted_ = false;
+  out.settle = merge_->settle;
   for (const Undo& undo : undo_) {
     for (int s : undo.sightings) book_.detach(s, out);
     book_.revive(undo.from, undo.position, undo.assignment, classes_, out);
@@ -87,8 +98,8 @@ Contribution BearingRangeAssociation::conclude(const MapView& map) {
   Contribution out;
   for (int t = 0; t < static_cast<int>(book_.tracks().size()); ++t) {
     const Track& track = book_.track(t);
-    const bool confirmed = static_cast<int>(track.sightings.size()) >= options_.confirm;
-    if (track.alive && !(confirmed && track.existence > kDeadOdds)) discard(t, map, out);
+    const bool confirmed = book_.seen(t) >= options_.confirm;
+    if (track.alive && !(confirmed && track.existence > 0)) discard(t, map, out);
   }
   return out;
 }

@@ -22,8 +22,7 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 64;
-constexpr double kWeightOfPrior = 10;  // detections that what is assumed of a sensor counts for
-constexpr int kMoreMatchings = 4;      // times those wanted: their order changes with correlations
+constexpr int kMoreMatchings = 4;  // times those wanted: their order changes with correlations
 
 /// Where detections fall in the map and how far off they may be.
 struct Located {
@@ -87,9 +86,11 @@ double class_cost(const std::vector<double>& phi, const std::vector<double>& bel
   return -std::log(p);
 }
 
+/// A landmark of the last stretch may be matched by what it is worth. Of others only those that one
+/// detection alone can tell: where the way back to them has drifted, places are recognised by many.
 void fill_costs(const std::vector<std::vector<double>>& phi, const SensorReach& reach,
                 const ClassModel& classes, const AssociationOptions& options, const TrackBook& book,
-                FrameCandidates& c) {
+                Key local_since, FrameCandidates& c) {
   const auto rows = static_cast<Eigen::Index>(c.measured.size());
   const auto cols = static_cast<Eigen::Index>(c.tracks.size());
   const double density =
@@ -108,10 +109,14 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorReach& 
     const Track& track = book.track(c.tracks[j]);
     const std::vector<double> belief =
         track.class_key ? book.class_belief(track, classes) : std::vector<double>{};
+    const bool local = !(book.last_seen_from(c.tracks[j]) < local_since);
     for (Eigen::Index i = 0; i < rows; ++i) {
       c.class_cost(i, j) = class_cost(phi[i], belief);
       const GaussianScore score = c.predicted.score(c.measured[i], static_cast<int>(j));
-      if (score.chi_square <= gate) c.problem.matched(i, j) = score.cost + c.class_cost(i, j);
+      if (score.chi_square > gate) continue;
+      const double cost = score.cost + c.class_cost(i, j);
+      const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square;
+      if (local || at_best > std::log(options.open_odds)) c.problem.matched(i, j) = cost;
     }
   }
 }
@@ -227,42 +232,11 @@ std::vector<Matching> nearest(const FrameCandidates& c, double caution) {
 
 }  // namespace
 
-void SensorReach::learn(const DetectionFrame& frame) {
-  min_range = frame.min_range;
-  for (const Detection& d : frame.detections) max_range = std::max(max_range, d.range);
-  if (frame.max_range > 0) max_range = frame.max_range;
-  constexpr double kLeastView = 0.2;  // rad
-  double yaw = kLeastView, pitch = frame.is_3d ? kLeastView : 0;
-  for (const Detection& d : frame.detections) {
-    yaw = std::max(yaw, 2 * std::abs(d.yaw));
-    pitch = std::max(pitch, 2 * std::abs(d.pitch));
-  }
-  fov_yaw = frame.fov_yaw > 0 ? frame.fov_yaw : std::max(fov_yaw, yaw);
-  if (frame.is_3d) fov_pitch = frame.fov_pitch > 0 ? frame.fov_pitch : std::max(fov_pitch, pitch);
-}
-
-double SensorReach::expected_in_view(double before) const {
-  return (kWeightOfPrior * before + around) / (kWeightOfPrior + detections);
-}
-
-double SensorReach::detection_probability(double before) const {
-  const double p = (kWeightOfPrior * before + seen) / (kWeightOfPrior + in_view);
-  return std::clamp(p, 0.1, 0.9);
-}
-
-double SensorReach::measurement_volume() const {
-  return (max_range - min_range) * fov_yaw * (fov_pitch > 0 ? fov_pitch : 1.0);
-}
-
-double SensorReach::space_in_view() const {
-  if (fov_pitch == 0) return 0.5 * fov_yaw * max_range * max_range;
-  return fov_yaw * 2 * std::sin(0.5 * fov_pitch) * std::pow(max_range, 3) / 3;
-}
-
 FrameCandidates find_candidates(const Frame& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorReach& reach, const ClassModel& classes,
-                                const AssociationOptions& options, TrackBook& book) {
+                                const AssociationOptions& options, Key local_since,
+                                TrackBook& book) {
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
@@ -289,7 +263,7 @@ FrameCandidates find_candidates(const Frame& frame, const DetectionFrame& seen,
     book.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
     book.place(c.tracks[j], map.values);
   }
-  fill_costs(phi, reach, classes, options, book, c);
+  fill_costs(phi, reach, classes, options, book, local_since, c);
   return c;
 }
 
@@ -305,7 +279,9 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   } else {
     matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
                                  std::max(margin, 10.0));
-    if (matchings.size() > 1) add_grown(candidates, options.gate, matchings);
+    const bool ambiguous =
+        (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
+    if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);
     matchings.push_back({std::vector<int>(candidates.measured.size(), -1), 0});
   }
   std::vector<FrameHypothesis> out;

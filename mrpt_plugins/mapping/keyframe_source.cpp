@@ -58,6 +58,15 @@ SourceOptions read_source_options(IniFile& ini) {
       keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kNonNegative);
   k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", kNonNegative);
   k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kNonNegative);
+  options.gather = keyframes.get(
+      "gather", options.gather,
+      "follow detections between keyframes by odometry and hand each thing on as one detection; "
+      "otherwise what is seen between keyframes is left out");
+  options.gathering.common = keyframes.get(
+      "common_noise", options.gathering.common,
+      "gather: share of the variance that all detections of one thing have in common, so that it "
+      "does not average out",
+      kProbability);
 
   IniSection sensor =
       ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
@@ -86,7 +95,10 @@ SourceOptions read_source_options(IniFile& ini) {
 }
 
 KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& options)
-    : options_(options), reader_(rawlog, options.reader), policy_(options.keyframes) {}
+    : options_(options),
+      reader_(rawlog, options.reader),
+      policy_(options.keyframes),
+      gathering_(options.gathering) {}
 
 std::optional<Keyframe> KeyframeSource::next() {
   if (ahead_.empty()) return read();
@@ -108,17 +120,33 @@ bool KeyframeSource::is_3d() {
   return std::any_of(ahead_.begin(), ahead_.end(), needs_space);
 }
 
+/// Adds the detections of a step; at a keyframe, gives back all since the one before.
+void KeyframeSource::gather(const LogStep& step, bool is_keyframe,
+                            std::vector<DetectionFrame>& detections) {
+  if (step.odometry) {
+    gathering_.move(*step.odometry);
+  } else {
+    const std::size_t lost = gathering_.forget();
+    if (lost > 0) dropped_["detection dropped: no odometry from there to a keyframe"] += lost;
+  }
+  for (const DetectionFrame& frame : detections) gathering_.take(frame);
+  if (is_keyframe) detections = gathering_.release();
+}
+
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
-    if (!policy_.is_keyframe(*step)) continue;
+    const bool is_keyframe = policy_.is_keyframe(*step);
+    if (!is_keyframe && !options_.gather) continue;
     Keyframe keyframe;
-    keyframe.row = step->index;
-    keyframe.time = step->time;
-    keyframe.odometry = policy_.odometry();
     for (const auto& observation : step->observations) {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (frame) keyframe.detections.push_back(std::move(*frame));
     }
+    if (options_.gather) gather(*step, is_keyframe, keyframe.detections);
+    if (!is_keyframe) continue;
+    keyframe.row = step->index;
+    keyframe.time = step->time;
+    keyframe.odometry = policy_.odometry();
     keyframe.observations = std::move(step->observations);
     return keyframe;
   }

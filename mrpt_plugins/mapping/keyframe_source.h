@@ -13,6 +13,7 @@
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/mapping/gathering.h"
 
 namespace hybrid {
 
@@ -30,6 +31,8 @@ enum class Dimension { kAuto, kPlane, kSpace };
 struct SourceOptions {
   RawlogOptions reader;
   KeyframeOptions keyframes;
+  bool gather = false;  ///< detections between keyframes, see Gathering; left out otherwise
+  GatheringOptions gathering;
   DetectionOptions detections;
   Dimension dimension = Dimension::kAuto;
 };
@@ -60,10 +63,12 @@ class KeyframeSource {
 
  private:
   std::optional<Keyframe> read();
+  void gather(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
 
   SourceOptions options_;
   RawlogReader reader_;
   KeyframePolicy policy_;
+  Gathering gathering_;
   DropReport dropped_;
   std::deque<Keyframe> ahead_;
 };

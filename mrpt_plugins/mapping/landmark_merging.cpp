@@ -16,19 +16,6 @@ namespace {
 constexpr std::size_t kMaxPairs = 40;
 constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
 
-/// log of the evidence that two landmarks have one class against two independent ones.
-double same_class(const TrackBook& book, int a, int b, const ClassModel& classes) {
-  if (!book.track(a).class_key) return 0;
-  const std::vector<double> p = book.class_belief(book.track(a), classes);
-  const std::vector<double> q = book.class_belief(book.track(b), classes);
-  const std::vector<double> prior = classes.prior();
-  double sum = 0;
-  for (std::size_t s = 0; s < p.size(); ++s) {
-    if (prior[s] > 0) sum += p[s] * q[s] / prior[s];
-  }
-  return std::log(sum);
-}
-
 double sigma(const Track& track) {
   return std::sqrt(track.covariance.trace());
 }
@@ -73,7 +60,7 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(const MapView
       const double reach = own + sigma(book.track(other));
       const double d = (point_at(map.values, book.track(other).position) - p).norm();
       if (d > sigmas * reach || refused(t, other, book) || book.seen_together(t, other)) return;
-      if (same_class(book, t, other, classes) < -std::log(options_.merge_odds)) return;
+      if (book.same_class(t, other, classes) < -std::log(options_.merge_odds)) return;
       pairs.push_back({t, other, d / reach});
     });
   };
@@ -121,7 +108,7 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   for (int p = 0; p < n; ++p) {
     h.a.push_back(pairs[p].from);
     h.b.push_back(pairs[p].into);
-    h.gain.push_back(-std::log(density) + same_class(book, pairs[p].from, pairs[p].into, classes));
+    h.gain.push_back(-std::log(density) + book.same_class(pairs[p].from, pairs[p].into, classes));
     h.difference.segment(dim * p, dim) = (point_at(map.values, book.track(pairs[p].from).position) -
                                           point_at(map.values, book.track(pairs[p].into).position))
                                              .head(dim);

@@ -193,7 +193,10 @@ BackendReport Mapper::take_in(Delta&& delta, const std::vector<Contribution>& co
   for (const Contribution& contribution : contributions) merge(delta, contribution.delta);
   next[1] += delta.continuous.size();
   next[2] += delta.continuous.size() + delta.discrete.size();
-  const BackendReport report = backend_->update(delta);
+  BackendReport report = backend_->update(delta);
+  const bool settle = std::any_of(contributions.begin(), contributions.end(),
+                                  [](const Contribution& c) { return c.settle; });
+  if (settle) add_work(report, backend_->finish());
   for (std::size_t p = 0; p < contributions.size(); ++p) {
     const Delta& own = contributions[p].delta;
     Outcome outcome{{}, objective_, report.objective, report.exact};

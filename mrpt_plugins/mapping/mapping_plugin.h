@@ -52,6 +52,7 @@ struct Contribution {
   std::vector<std::int64_t> unsighted;         ///< the reverse, where a sighting was not one
   std::vector<std::int64_t> forgotten;         ///< ids of landmarks that `delta` removes
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
+  bool settle = false;  ///< solve to convergence, as after a loop: one update may not come so far
 
   bool empty() const {
     return delta.continuous.empty() && delta.discrete.empty() && delta.hybrid.empty() &&

@@ -42,6 +42,16 @@ Eigen::Vector3d point_at(const Values& values, Key key) {
   return {point.x(), point.y(), 0.0};
 }
 
+Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose) {
+  return {pose.x(), pose.y(), pose.z()};
+}
+
+Eigen::Vector3d padded_point(const Eigen::VectorXd& point) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  out.head(point.size()) = point;
+  return out;
+}
+
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d) {
   if (is_3d) {
     values.insert(key, to_se3(pose));

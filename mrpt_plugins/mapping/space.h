@@ -25,6 +25,12 @@ mrpt::poses::CPose3D pose_at(const Values& values, Key key);
 /// The point variable `key`, a vector of 2 (then z = 0) or 3.
 Eigen::Vector3d point_at(const Values& values, Key key);
 
+/// Where a pose is [m].
+Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose);
+
+/// A point of 2 (then z = 0) or 3 coordinates.
+Eigen::Vector3d padded_point(const Eigen::VectorXd& point);
+
 /// Adds a pose as SE3 or, with its x, y and yaw, as SE2.
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d);
 

@@ -14,6 +14,7 @@
 namespace hybrid {
 namespace {
 
+constexpr std::size_t kFewestForMotion = 3;  // detections by which a thing is seen to stand still
 constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
 
 int most_probable(const std::vector<double>& p) {
@@ -163,6 +164,27 @@ std::vector<double> TrackBook::class_belief(const Track& track, const ClassModel
   }
   for (double& v : p) v /= sum;
   return p;
+}
+
+double TrackBook::same_class(int a, int b, const ClassModel& classes) const {
+  if (!tracks_[a].class_key) return 0;
+  const std::vector<double> p = class_belief(tracks_[a], classes);
+  const std::vector<double> q = class_belief(tracks_[b], classes);
+  const std::vector<double> prior = classes.prior();
+  double sum = 0;
+  for (std::size_t s = 0; s < p.size(); ++s) {
+    if (prior[s] > 0) sum += p[s] * q[s] / prior[s];
+  }
+  return std::log(sum);
+}
+
+int TrackBook::seen(int t) const {
+  std::size_t count = 0;
+  for (int s : tracks_[t].sightings) {
+    const std::size_t n = sightings_[s].detection.members.size();
+    count += n < kFewestForMotion ? 1 : n;
+  }
+  return static_cast<int>(count);
 }
 
 bool TrackBook::seen_together(int a, int b) const {

@@ -50,6 +50,7 @@ class TrackBook {
   const Track& track(int t) const { return tracks_[t]; }
   const std::vector<Sighting>& sightings() const { return sightings_; }
   Sighting& sighting(int s) { return sightings_[s]; }
+  const Sighting& sighting(int s) const { return sightings_[s]; }
   const SpatialGrid& grid() const { return grid_; }
   std::size_t alive() const { return alive_; }
 
@@ -80,6 +81,13 @@ class TrackBook {
 
   /// Probability of each class given the sightings.
   std::vector<double> class_belief(const Track& track, const ClassModel& classes) const;
+  /// log of the evidence that two landmarks have one class against two independent ones.
+  double same_class(int a, int b, const ClassModel& classes) const;
+  /// The poses that a track was first and last seen from.
+  Key first_seen_from(int t) const { return sightings_[tracks_[t].sightings.front()].pose; }
+  Key last_seen_from(int t) const { return sightings_[tracks_[t].sightings.back()].pose; }
+  /// Detections of a track, also those that were gathered to one.
+  int seen(int t) const;
   /// Whether two landmarks were seen in one frame, so that they are two.
   bool seen_together(int a, int b) const;
   /// Moves a track in the grid to its estimate.
