@@ -103,7 +103,7 @@ TEST(Gathering, WhatMovesIsMarked) {
       robot = robot + drive.step;
     }
     DetectionFrame frame = drive.frame();
-    frame.detections = {drive.seen(robot, {12, 4, 0}), drive.seen(robot, {10, 0.08 * i, 0})};
+    frame.detections = {drive.seen(robot, {12, 4, 0}), drive.seen(robot, {10, 0.05 * i, 0})};
     gathering.take(frame);
   }
   const std::vector<DetectionFrame> out = gathering.release();
