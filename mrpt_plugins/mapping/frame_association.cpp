@@ -56,17 +56,18 @@ MeasuredPoint measured_point(const Detection& d, bool is_3d) {
 }
 
 /// Landmarks that may be within the gate of some detection, nearest first where there are too many.
+/// What is known less well than `spacing`, how far landmarks are apart, is told from no other.
 std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_sigmas,
-                               const MapView& map, const TrackBook& book) {
+                               double spacing, const MapView& map, const TrackBook& book) {
   std::vector<std::pair<double, int>> found;
   for (const Located& at : located) {
-    const double reach = gate_sigmas * at.sigma;
+    const double sigma = std::min(at.sigma, spacing), reach = gate_sigmas * sigma;
     book.grid().visit_near(at.point.x(), at.point.y(), 2 * reach, [&](int t) {
       const Track& track = book.track(t);
       if (!map.holds(track.position)) return;
-      const double own = std::sqrt(track.covariance.diagonal().sum());
+      const double own = std::min(std::sqrt(track.covariance.diagonal().sum()), spacing);
       const double d = (point_at(map.values, track.position) - at.point).norm();
-      if (d <= reach + gate_sigmas * own) found.emplace_back(d / (at.sigma + own + 1e-9), t);
+      if (d <= reach + gate_sigmas * own) found.emplace_back(d / (sigma + own + 1e-9), t);
     });
   }
   std::sort(found.begin(), found.end());
@@ -249,7 +250,8 @@ FrameCandidates find_candidates(const Frame& frame, const DetectionFrame& seen,
                                 : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
                                              pose_covariance, c.measured.back()));
   }
-  c.tracks = nearby_tracks(located, sigmas, map, book);
+  const double density = reach.expected_in_view(options.landmarks_in_view) / reach.space_in_view();
+  c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, book);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(book.track(t).position);
   const Eigen::MatrixXd joint = keys.empty() ? pose_covariance : map.joint_covariance(keys);

@@ -18,7 +18,7 @@ struct GatheringOptions {
   /// Share of the variance of a detection that all detections of one thing have in common, so that
   /// it does not average out: how the shape of a thing is seen, how a sensor is calibrated.
   double common = 0.25;
-  double gate = 0.99999;    ///< chi-square probability within which a detection continues a track
+  double gate = 0.99999;  ///< chi-square probability within which a detection continues a track
   double still = 0.9999;  ///< the same within which a thing counts as standing
 };
 

@@ -16,10 +16,6 @@ namespace {
 constexpr std::size_t kMaxPairs = 40;
 constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
 
-double sigma(const Track& track) {
-  return std::sqrt(track.covariance.trace());
-}
-
 }  // namespace
 
 void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
@@ -41,9 +37,15 @@ void LandmarkMerging::refuse(const Merge& merge, const TrackBook& book) {
 
 std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(const MapView& map,
                                                                    const ClassModel& classes,
-                                                                   bool everything,
+                                                                   double density, bool everything,
                                                                    const TrackBook& book) const {
-  const double sigmas = std::sqrt(chi_square_quantile(options_.gate, map.is_3d ? 3 : 2));
+  const int dim = map.is_3d ? 3 : 2;
+  const double sigmas = std::sqrt(chi_square_quantile(options_.gate, dim));
+  // Of what is known less well than landmarks are apart, no pair stands out.
+  const double spacing = std::pow(density, -1.0 / dim);
+  const auto sigma = [&](const Track& t) {
+    return std::min(spacing, std::sqrt(t.covariance.trace()));
+  };
   std::vector<Pair> pairs;
   const auto usable = [&](int t) {
     const Track& track = book.track(t);
@@ -83,7 +85,7 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   }
   if (!news_ && !everything) return {};
   news_ = false;
-  const std::vector<Pair> pairs = possible_pairs(map, classes, everything, book);
+  const std::vector<Pair> pairs = possible_pairs(map, classes, density, everything, book);
   if (pairs.empty()) return {};
 
   std::map<int, int> column;  // track -> first column in the joint covariance

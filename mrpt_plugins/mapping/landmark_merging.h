@@ -43,8 +43,8 @@ class LandmarkMerging {
     int from, into;
     double distance;  // in sigmas, roughly
   };
-  std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, bool everything,
-                                   const TrackBook& book) const;
+  std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, double density,
+                                   bool everything, const TrackBook& book) const;
   bool refused(int from, int into, const TrackBook& book) const;
 
   AssociationOptions options_;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kStretch = 5;             // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kMaxLandmarks = 60;  // of a constellation
-constexpr std::size_t kMaxAnchors = 40;
+constexpr std::size_t kMaxAnchors = 20;
 constexpr std::size_t kFewest = 3;  // landmarks that can be a place
 
 /// Landmarks in the frame of a pose. `joint` is the covariance of the pose, then the landmarks.
@@ -45,6 +45,21 @@ Constellation<Pose> seen_from(const Pose& T_map_pose, const std::vector<int>& tr
                               R * joint.block(at, at, kDim, kDim) * R.transpose());
   }
   return out;
+}
+
+/// Whether no landmark of place a comes within `radius` of place b with all that the drift allows.
+template <class Pose>
+bool out_of_reach(const PlaceQuestion<Pose>& q, double radius, double gate) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  const double sigmas = std::sqrt(chi_square_quantile(gate, kDim));
+  const auto variances = q.covariance.diagonal();
+  const double drift = variances.template head<kDim>().sum();
+  const double turn = variances.template tail<Pose::kDim - kDim>().sum();
+  const typename Pose::Point b = q.T_a_b.translation();
+  return std::none_of(q.a.points.begin(), q.a.points.end(), [&](const auto& p) {
+    const double apart = (p - b).norm();
+    return apart <= radius + sigmas * std::sqrt(drift + apart * apart * turn);
+  });
 }
 
 std::vector<Key> keys_of(Key pose, const std::vector<int>& tracks, const TrackBook& book) {
@@ -223,13 +238,14 @@ bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, co
                             PlaceQuestion<Pose>& question, std::vector<int>& old) const {
   const Key here = views_.back().pose, there = views_[view].pose;
   const Pose T_map_a = map.values.at<Pose>(here), T_map_b = map.values.at<Pose>(there);
-  const Eigen::Vector3d center = padded_point(T_map_b.translation());
-  old = tracks_about(center, map, book);
-  if (old.size() < kFewest) return false;
   question.T_a_b = T_map_a.between(T_map_b);
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
   J << -question.T_a_b.inverse().adjoint(), Pose::Jacobian::Identity();
   question.covariance = J * map.joint_covariance({here, there}) * J.transpose();
+  if (out_of_reach(question, 0.5 * span(), options_.gate)) return false;
+  const Eigen::Vector3d center = padded_point(T_map_b.translation());
+  old = tracks_about(center, map, book);
+  if (old.size() < kFewest) return false;
   question.b = seen_from<Pose>(T_map_b, old, map.joint_covariance(keys_of(there, old, book)),
                                map.values, book);
   std::vector<std::size_t> views;
