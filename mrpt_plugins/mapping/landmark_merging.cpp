@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "libhybrid/association/consensus.h"
+#include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
 #include "mrpt_plugins/mapping/space.h"
 
@@ -15,6 +16,27 @@ namespace {
 
 constexpr std::size_t kMaxPairs = 40;
 constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
+
+/// Drops the pairs that are not decisive by themselves: what takes several landmarks to tell is a
+/// loop, which LoopClosing looks for in one place.
+void keep_those_alone(IdentityHypotheses& h, double margin) {
+  IdentityHypotheses kept;
+  kept.dim = h.dim;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t p = 0; p < h.a.size(); ++p) {
+    const Eigen::Index at = h.dim * static_cast<Eigen::Index>(p);
+    const GaussianScore score =
+        gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
+    if (h.gain[p] - score.cost < margin) continue;
+    kept.a.push_back(h.a[p]);
+    kept.b.push_back(h.b[p]);
+    kept.gain.push_back(h.gain[p]);
+    for (Eigen::Index k = 0; k < h.dim; ++k) rows.push_back(at + k);
+  }
+  kept.difference = h.difference(rows);
+  kept.covariance = h.covariance(rows, rows);
+  h = std::move(kept);
+}
 
 }  // namespace
 
@@ -77,17 +99,10 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(const MapView
   return pairs;
 }
 
-Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, double density,
-                               int keyframe, bool everything, TrackBook& book) {
-  for (auto it = recent_.begin(); it != recent_.end();) {
-    const bool old = it->second < keyframe - options_.recent || !book.track(it->first).alive;
-    it = old ? recent_.erase(it) : std::next(it);
-  }
-  if (!news_ && !everything) return {};
-  news_ = false;
-  const std::vector<Pair> pairs = possible_pairs(map, classes, density, everything, book);
-  if (pairs.empty()) return {};
-
+/// The pairs under the joint covariance of all their landmarks.
+IdentityHypotheses LandmarkMerging::hypotheses_of(const std::vector<Pair>& pairs,
+                                                  const MapView& map, const ClassModel& classes,
+                                                  double density, TrackBook& book) {
   std::map<int, int> column;  // track -> first column in the joint covariance
   std::vector<Key> keys;
   const int dim = map.is_3d ? 3 : 2;
@@ -124,8 +139,26 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
     // Landmarks of many sightings are known better than sensors are calibrated.
     h.covariance.block(dim * p, dim * p, dim, dim) += 1e-6 * Eigen::MatrixXd::Identity(dim, dim);
   }
+  return h;
+}
+
+Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, double density,
+                               int keyframe, bool everything, TrackBook& book) {
+  for (auto it = recent_.begin(); it != recent_.end();) {
+    const bool old = it->second < keyframe - options_.recent || !book.track(it->first).alive;
+    it = old ? recent_.erase(it) : std::next(it);
+  }
+  if (!news_ && !everything) return {};
+  news_ = false;
+  const std::vector<Pair> pairs = possible_pairs(map, classes, density, everything, book);
+  if (pairs.empty()) return {};
+
+  IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, book);
+  keep_those_alone(h, std::log(options_.merge_odds));
+  const auto n = static_cast<double>(h.a.size());
+  if (h.a.empty()) return {};
   // Where there are many pairs to choose from, some agree by chance.
-  const double margin = std::log(options_.merge_odds) + std::log(static_cast<double>(n));
+  const double margin = std::log(options_.merge_odds) + std::log(n);
   const ConsensusSet set = decided_consensus(h, options_.gate, margin);
   Merge merge;
   std::set<int> used;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/association/consensus.h"
 #include "mrpt_plugins/mapping/association_options.h"
 #include "mrpt_plugins/mapping/track_book.h"
 
@@ -22,8 +23,8 @@ struct Merge {
 };
 
 /// Finds landmarks that are one: those seen lately against all others that were never seen in one
-/// frame with them, by consensus under their joint covariance. With little drift a single pair
-/// suffices; after a long way several must agree, which closes a loop.
+/// frame with them, by consensus under their joint covariance. Only pairs that are decisive by
+/// themselves count; see LoopClosing for those that several must agree about.
 class LandmarkMerging {
  public:
   explicit LandmarkMerging(const AssociationOptions& options) : options_(options) {}
@@ -45,6 +46,9 @@ class LandmarkMerging {
   };
   std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, double density,
                                    bool everything, const TrackBook& book) const;
+  static IdentityHypotheses hypotheses_of(const std::vector<Pair>& pairs, const MapView& map,
+                                          const ClassModel& classes, double density,
+                                          TrackBook& book);
   bool refused(int from, int into, const TrackBook& book) const;
 
   AssociationOptions options_;
