@@ -71,6 +71,39 @@ class Growth {
   ConsensusSet set_;
 };
 
+/// Whether what two pairs are off by is for the most part the same.
+bool hang_together(const IdentityHypotheses& h, int p, int q) {
+  const auto block = [&](int i, int j) {
+    return Eigen::MatrixXd(h.covariance.block(h.dim * i, h.dim * j, h.dim, h.dim));
+  };
+  return 2 * block(p, q).norm() > std::sqrt(block(p, p).norm() * block(q, q).norm());
+}
+
+/// Pairs that hang together, directly or by others.
+std::vector<std::vector<int>> correlated_groups(const IdentityHypotheses& h,
+                                                std::vector<int> pairs) {
+  std::vector<std::vector<int>> groups;
+  while (!pairs.empty()) {
+    std::vector<int> group{pairs.back()};
+    pairs.pop_back();
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const auto apart = std::partition(pairs.begin(), pairs.end(),
+                                        [&](int q) { return !hang_together(h, group[k], q); });
+      group.insert(group.end(), apart, pairs.end());
+      pairs.erase(apart, pairs.end());
+    }
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+ConsensusSet taken_together(const IdentityHypotheses& h, double gate,
+                            const std::vector<int>& pairs) {
+  Growth growth(h, gate);
+  for (int p : pairs) growth.take(p, growth.score(p));
+  return std::move(growth).finish();
+}
+
 }  // namespace
 
 std::vector<ConsensusSet> consensus_sets(const IdentityHypotheses& hypotheses, double gate) {
@@ -107,11 +140,12 @@ ConsensusSet decided_consensus(const IdentityHypotheses& hypotheses, double gate
     best.pairs.erase(std::remove_if(best.pairs.begin(), best.pairs.end(), doubted),
                      best.pairs.end());
   }
-  if (best.pairs.size() == sets.front().pairs.size() || best.pairs.empty()) return best;
-  Growth rest(hypotheses, gate);
-  for (int p : best.pairs) rest.take(p, rest.score(p));
-  best = std::move(rest).finish();
-  return best.cost > -margin ? ConsensusSet{} : best;
+  std::vector<int> believed;
+  for (const std::vector<int>& group : correlated_groups(hypotheses, best.pairs)) {
+    if (taken_together(hypotheses, gate, group).cost > -margin) continue;
+    believed.insert(believed.end(), group.begin(), group.end());
+  }
+  return taken_together(hypotheses, gate, believed);
 }
 
 }  // namespace hybrid

@@ -33,7 +33,8 @@ struct ConsensusSet {
 std::vector<ConsensusSet> consensus_sets(const IdentityHypotheses& hypotheses, double gate);
 
 /// The pairs of the best set that can be believed: its cost is below -margin, and no set that
-/// contradicts it comes within `margin` of it; pairs in which sets that close differ are left out.
+/// contradicts it comes within `margin` of it; pairs in which sets that close differ are left out,
+/// and so are those that only pass together with pairs that they have nothing to do with.
 /// Empty where nothing can be decided yet.
 ConsensusSet decided_consensus(const IdentityHypotheses& hypotheses, double gate, double margin);
 

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMaxPairs = 40;
 constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
 
-/// Drops the pairs that are not decisive by themselves: what takes several landmarks to tell is a
+/// Drops the pairs that a new landmark explains better: what takes several landmarks to tell is a
 /// loop, which LoopClosing looks for in one place.
 void keep_those_alone(IdentityHypotheses& h, double margin) {
   IdentityHypotheses kept;
@@ -154,8 +154,8 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   if (pairs.empty()) return {};
 
   IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, book);
-  keep_those_alone(h, std::log(options_.merge_odds));
-  const auto n = static_cast<double>(h.a.size());
+  keep_those_alone(h, 0.0);
+  const auto n = static_cast<double>(pairs.size());
   if (h.a.empty()) return {};
   // Where there are many pairs to choose from, some agree by chance.
   const double margin = std::log(options_.merge_odds) + std::log(n);

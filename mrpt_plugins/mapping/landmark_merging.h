@@ -23,7 +23,7 @@ struct Merge {
 };
 
 /// Finds landmarks that are one: those seen lately against all others that were never seen in one
-/// frame with them, by consensus under their joint covariance. Only pairs that are decisive by
+/// frame with them, by consensus under their joint covariance. Only pairs that speak for
 /// themselves count; see LoopClosing for those that several must agree about.
 class LandmarkMerging {
  public:
