@@ -98,7 +98,7 @@ struct World {
   }
 
   void add(Detection d, DetectionFrame& frame) {
-    d.range += gauss(kSigmaRange);
+    d.range = std::max(0.01, d.range + gauss(kSigmaRange));
     d.yaw = std::remainder(d.yaw + gauss(kSigmaYaw), 2 * M_PI);
     d.pitch = 0;
     d.covariance.diagonal() << kSigmaRange * kSigmaRange, kSigmaYaw * kSigmaYaw, 0;
