@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 namespace hybrid {
 
@@ -14,25 +15,41 @@ void Values::insert(Key key, VariableType type, const double* x) {
     if (!std::isfinite(x[i])) throw Error("initial value of " + to_string(key) + " is not finite");
   }
   auto& reusable = free_[type.size];
-  int slot;
-  if (!reusable.empty()) {
-    slot = reusable.back();
-    reusable.pop_back();
-  } else {
-    slot = slot_count();
-    entries_.push_back({key, type, static_cast<int>(data_.size())});
-    data_.resize(data_.size() + type.size);
+  const bool fresh = reusable.empty();
+  const int slot = fresh ? slot_count() : reusable.back();
+  const std::size_t end = data_.size();
+  index_.emplace(key, slot);
+  try {
+    if (fresh) {
+      data_.resize(end + type.size);
+      entries_.push_back({key, type, static_cast<int>(end)});
+    }
+  } catch (...) {
+    data_.resize(end);
+    index_.erase(key);
+    throw;
   }
+  if (!fresh) reusable.pop_back();
   entries_[slot].key = key;
   entries_[slot].type = type;
   std::copy(x, x + type.size, data(slot));
-  index_.emplace(key, slot);
 }
 
 void Values::erase(Key key) {
   const int erased = slot(key);
-  free_[entries_[erased].type.size].push_back(erased);
+  try {
+    free_[entries_[erased].type.size].push_back(erased);
+  } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch): the slot is not used again
+  }
   entries_[erased].type = {};
+  index_.erase(key);
+}
+
+void Values::take_back(Key key, int slots) {
+  const int last = slot(key);
+  if (last < slots) return erase(key);
+  data_.resize(entries_[last].offset);
+  entries_.pop_back();
   index_.erase(key);
 }
 

@@ -37,6 +37,9 @@ class Values {
 
   bool contains(Key key) const { return index_.count(key) != 0; }
   void erase(Key key);
+  /// Erases a variable inserted after slot_count() was `slots`, as if it had never been there; of
+  /// several the last one goes first.
+  void take_back(Key key, int slots);
   std::size_t size() const { return index_.size(); }
   bool empty() const { return index_.empty(); }
 

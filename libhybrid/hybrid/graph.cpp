@@ -22,16 +22,29 @@ Handle HybridGraph::add(HybridFactorPtr factor) {
   return hybrid_.add(std::move(factor));
 }
 
-void HybridGraph::remove(Handle handle) {
+HybridGraph::Removed HybridGraph::remove(Handle handle) {
+  Removed removed{handle};
   switch (handle.kind) {
     case FactorKind::kContinuous:
-      continuous_.remove(handle);
-      return;
+      removed.continuous = continuous_.remove(handle);
+      break;
     case FactorKind::kDiscrete:
-      discrete_.remove(handle);
-      return;
+      removed.discrete = discrete_.remove(handle);
+      break;
     case FactorKind::kHybrid:
-      hybrid_.remove(handle);
+      removed.hybrid = hybrid_.remove(handle);
+  }
+  return removed;
+}
+
+void HybridGraph::put_back(Removed removed) {
+  switch (removed.handle.kind) {
+    case FactorKind::kContinuous:
+      return continuous_.put_back(removed.handle, std::move(removed.continuous));
+    case FactorKind::kDiscrete:
+      return discrete_.put_back(removed.handle, std::move(removed.discrete));
+    case FactorKind::kHybrid:
+      return hybrid_.put_back(removed.handle, std::move(removed.hybrid));
   }
 }
 

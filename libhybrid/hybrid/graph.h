@@ -20,8 +20,17 @@ class HybridGraph {
   Handle add(ContinuousFactorPtr factor);
   Handle add(Table table);
   Handle add(HybridFactorPtr factor);
+  /// A factor taken out of the graph: the one of its kind.
+  struct Removed {
+    Handle handle;
+    ContinuousFactorPtr continuous = nullptr;
+    Table discrete = {};
+    HybridFactorPtr hybrid = nullptr;
+  };
   /// Throws Error for a handle that is not, or no longer, in the graph.
-  void remove(Handle handle);
+  Removed remove(Handle handle);
+  /// Undoes a removal: the handle names the factor again.
+  void put_back(Removed removed);
   bool contains(Handle handle) const;
 
   /// Constructs a continuous factor of type T in place, e.g. graph.emplace<BetweenSE2>(a, b, z,

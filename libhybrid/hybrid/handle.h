@@ -2,7 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -33,26 +35,41 @@ class HandleList {
   explicit HandleList(FactorKind kind) : kind_(kind) {}
 
   Handle add(T item) {
+    auto index = static_cast<std::uint32_t>(places_.size());
     if (free_.empty()) {
-      free_.push_back(static_cast<std::uint32_t>(places_.size()));
       places_.emplace_back();
+    } else {
+      index = free_.back();
+      free_.pop_back();
     }
-    const std::uint32_t index = free_.back();
-    free_.pop_back();
     places_[index].item = std::move(item);
     places_[index].alive = true;
-    ++places_[index].generation;
+    places_[index].generation = ++places_[index].issued;
     ++size_;
     return {kind_, index, places_[index].generation};
   }
 
   T remove(Handle handle) {
     check(handle);
+    try {
+      free_.push_back(handle.index);
+    } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch): the place stays empty
+    }
     Place& place = places_[handle.index];
     place.alive = false;
-    free_.push_back(handle.index);
     --size_;
     return std::exchange(place.item, T{});
+  }
+
+  /// Undoes the removal of an item: its handle names it again.
+  void put_back(Handle handle, T item) {
+    const auto free = std::find(free_.rbegin(), free_.rend(), handle.index);
+    if (free != free_.rend()) free_.erase(free.base() - 1);
+    Place& place = places_[handle.index];
+    place.item = std::move(item);
+    place.generation = handle.generation;
+    place.alive = true;
+    ++size_;
   }
 
   bool contains(Handle handle) const {
@@ -82,6 +99,7 @@ class HandleList {
   struct Place {
     T item{};
     std::uint32_t generation = 0;
+    std::uint32_t issued = 0;  // the highest generation so far
     bool alive = false;
   };
 

@@ -10,6 +10,7 @@
 
 #include "libhybrid/linear/block_pool.h"
 #include "libhybrid/linear/elimination.h"
+#include "libhybrid/linear/free_list.h"
 #include "libhybrid/linear/front.h"
 #include "libhybrid/linear/pool.h"
 
@@ -19,18 +20,30 @@ namespace hybrid {
 struct EliminationReport {
   int variables = 0;  ///< variables eliminated again
   int cliques = 0;    ///< cliques made
-  /// Variable whose pivot was not positive, or -1: it is under-constrained, and nothing has
-  /// changed.
+  /// Variable that the system does not determine, or whose pivot is not finite; -1 for success. The
+  /// tree is then as before, and the changes are still to be eliminated.
   int singular = -1;
 };
+
+/// Says whether variables whose pivots are lost in rounding are determined all the same.
+using IsDetermined = std::function<bool(const std::vector<int>& variables)>;
 
 /// The Bayes tree of a linear least-squares problem min ||J d + r||^2 (Kaess et al., iSAM2): the
 /// square-root information matrix as a tree of cliques, updated by re-eliminating only the part
 /// that a change touches. Variables and factors are small integers. Changes are gathered until
-/// `eliminate`, which applies them all or, where the system is singular, none.
+/// `eliminate`. All that happened since the last `commit` can be rolled back, at the cost of what
+/// it touched.
+///
+/// A pivot is what remains of the information of a variable's own factors once the variables before
+/// it are eliminated. Where it is less than kPivotShare of that information it is lost in rounding;
+/// it is then lifted to this share, which damps steps in a direction that nothing but rounding
+/// determines.
 class BayesTree {
  public:
-  /// A new variable with delta zero; `v` may be the number of one that was removed.
+  /// Some thousand times the precision of a double: the rounding of sums of so many terms.
+  static constexpr double kPivotShare = 1e-12;
+
+  /// A new variable with delta zero; `v` may be the number of one that was gone at the last commit.
   void add_variable(int v, int dim);
   /// The factors that hold it must be removed in the same transaction.
   void remove_variable(int v);
@@ -46,11 +59,14 @@ class BayesTree {
   /// Starts the step of a variable at zero again, after its linearisation point has moved there.
   void reset_delta(int v);
 
-  /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose.
-  EliminationReport eliminate(const std::vector<int>& last);
+  /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose. Where
+  /// pivots were lifted, `is_determined` is asked; without it the system is singular.
+  EliminationReport eliminate(const std::vector<int>& last, const IsDetermined& is_determined = {});
 
-  /// Takes back all changes since the last `eliminate`.
-  void abandon() { roll_back(); }
+  /// Makes all that happened so far permanent.
+  void commit() noexcept;
+  /// Takes back all that happened since the last commit.
+  void roll_back() noexcept;
 
   /// Back-substitutes from the cliques made since the last call downwards, and below them as long
   /// as moving a clique lowers the linearised objective by more than `threshold`. Returns the
@@ -74,7 +90,12 @@ class BayesTree {
   void visit_covariances(
       const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const;
 
-  int clique_count() const { return clique_count_; }
+  /// log det of the information matrix.
+  double log_determinant() const;
+  /// How much it has changed since the last commit, at the cost of what was eliminated since.
+  double log_determinant_change() const;
+
+  int clique_count() const { return clique_count_ - static_cast<int>(retired_.size()); }
   /// Doubles held by the cliques: the fill of the factor.
   std::size_t factor_size() const;
   std::size_t bytes() const;
@@ -88,6 +109,7 @@ class BayesTree {
     int dim = 0;
     int clique = -1;
     std::size_t delta = 0;
+    unsigned saved = 0;  // epoch in which its step was last saved
   };
   struct FactorState {
     std::vector<int> variables;
@@ -95,6 +117,7 @@ class BayesTree {
     std::size_t hessian = 0;
     int clique = -1;  // where it is assembled
     bool alive = false;
+    unsigned saved = 0;  // epoch in which its Hessian was last saved
   };
   struct Clique {
     int parent = -1;
@@ -105,57 +128,101 @@ class BayesTree {
     int order = 0;  // rows of `columns`: frontal, separator, one for the right-hand side
     std::vector<int> factors;
     BlockPool::Block storage;
-    double* columns = nullptr;  // order x frontal_dim: L, with the right-hand side as last row
-    double* update = nullptr;   // packed lower triangle of the Schur complement
-    bool detached = false;      // being replaced
-    bool pending = false;       // its step was overridden: to be solved again
+    bool detached = false;  // replaced, or being replaced
+    bool pending = false;   // its step was overridden: to be solved again
+    unsigned born = 0;      // epoch
+
+    /// order x frontal_dim: L, with the right-hand side as last row.
+    double* columns() { return storage.data(); }
+    const double* columns() const { return storage.data(); }
+    /// Column k of the packed lower triangle of the Schur complement.
+    const double* update(int k) const {
+      const std::size_t m = order - frontal_dim;
+      return storage.data() + static_cast<std::size_t>(order) * frontal_dim + k * m -
+             static_cast<std::size_t>(k) * (k + 1) / 2;
+    }
+    /// Information of each separator variable (trace) in the factors of the clique and below it.
+    const double* scales() const { return update(order - frontal_dim) + order - frontal_dim; }
+    double log_pivots() const;  // of the squared diagonal of L
   };
-  struct Saved {  // for roll-back
-    int id;
-    std::vector<double> values;
+  /// Numbers as they were at the last commit, one array after the other.
+  struct Journal {
+    std::vector<int> ids;
+    std::vector<double> numbers;
+    void save(int id, const double* x, std::size_t n) {
+      numbers.insert(numbers.end(), x, x + n);
+      ids.push_back(id);
+    }
+    void clear() {
+      ids.clear();
+      numbers.clear();
+    }
+  };
+  /// What came or went since the last commit; that from `pending` on is not eliminated yet.
+  struct Changes {
+    std::vector<int> all;
+    std::size_t pending = 0;
+    auto begin() const { return all.begin() + static_cast<std::ptrdiff_t>(pending); }
+    auto end() const { return all.end(); }
   };
 
   int new_clique();
-  void free_factor(int f);
-  void free_clique(int c);
+  void free_clique(int c) noexcept;
+  void release_factor(int f);
   void touch(int clique);
+  void save_delta(int v);
   void detach_top();
   void gather_problem(const std::vector<int>& last);
   int make_clique(const SymbolicClique& symbolic, const std::vector<int>& made);
   void assemble(const Clique& clique, const SymbolicClique& symbolic, const std::vector<int>& made);
-  void commit(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made);
-  void roll_back();
-  void clear_transaction();
+  void assemble_factor(const FactorState& factor, int last);
+  void assemble_update(const Clique& child, int last);
+  void set_thresholds(const Clique& clique);
+  void attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made);
+  void refuse(std::size_t first);
+  void reset_local();
+  void reset_scratch();
+  void start_epoch() noexcept;
+  void reinstate(int c);
   void propagate(std::vector<int>& stack, double threshold);
   bool solve_clique(Clique& clique, double threshold);
-  const double* update_column(const Clique& clique, int k) const;
   std::vector<int> top_down() const;
 
   std::vector<VariableState> variables_;
   std::vector<FactorState> factors_;
-  std::vector<int> free_factors_;
+  FreeList factor_numbers_;
   std::vector<Clique> cliques_;
-  std::vector<int> free_cliques_;
+  FreeList clique_numbers_;
   int clique_count_ = 0;
   BlockPool blocks_;
   Pool<double> hessians_;
   Pool<double> deltas_;
+  std::vector<int> fresh_, pending_;  // cliques to solve: new ones, those with overridden steps
 
-  // The transaction under way.
-  std::vector<int> touched_;
-  std::vector<int> new_variables_, removed_variables_;
-  std::vector<int> new_factors_, removed_factors_;
-  std::vector<Saved> saved_hessians_, saved_deltas_;
+  // Since the last commit.
+  unsigned epoch_ = 1;
+  Changes new_variables_, removed_variables_, new_factors_, removed_factors_;
+  std::vector<int> retired_;  // cliques that were replaced
+  std::vector<int> born_;     // cliques made, some of them freed again
+  Journal saved_hessians_, saved_deltas_;
+  // As they were then; they have room for what they are to become, so that neither a commit nor a
+  // roll-back needs memory.
+  std::vector<int> committed_fresh_, committed_pending_;
 
   // Scratch of `eliminate` and `solve`.
+  std::vector<int> touched_;
   std::vector<int> detached_, orphans_, affected_;
-  std::vector<int> local_;   // by variable: index among the affected, or -1
-  std::vector<int> offset_;  // by variable: row in the front being assembled
+  std::vector<int> local_;     // by variable: index among the affected, or -1
+  std::vector<int> offset_;    // by variable: row in the front being assembled
+  std::vector<double> scale_;  // by variable: its information in the front being assembled
   Hypergraph problem_;
   std::vector<int> group_;
   std::vector<int> edge_factor_;  // by edge of the problem: its factor, or -1 - orphan
   Front front_;
-  std::vector<int> fresh_, pending_;
+  std::vector<double> least_;          // pivots of the front
+  std::vector<int> lifted_;            // columns of the front
+  std::vector<int> lifted_variables_;  // of the elimination
+  std::vector<int> pending_now_;
   std::vector<int> changed_;
   std::vector<char> changed_mark_;
   std::vector<double> step_, rhs_;

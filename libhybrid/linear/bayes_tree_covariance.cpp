@@ -11,9 +11,10 @@ namespace hybrid {
 /// Cliques from the roots down, parents before children.
 std::vector<int> BayesTree::top_down() const {
   std::vector<int> cliques;
-  cliques.reserve(clique_count_);
+  cliques.reserve(clique_count());
   for (int c = 0; c < static_cast<int>(cliques_.size()); ++c) {
-    if (cliques_[c].parent < 0 && !cliques_[c].variables.empty()) cliques.push_back(c);
+    const Clique& clique = cliques_[c];
+    if (clique.parent < 0 && !clique.variables.empty() && !clique.detached) cliques.push_back(c);
   }
   for (std::size_t k = 0; k < cliques.size(); ++k) {
     const Clique& clique = cliques_[cliques[k]];
@@ -69,7 +70,7 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
     front.setZero(height, columns);
     front.topRows(f) = z.middleRows(row, f);
     for (int k = 0; k < columns; ++k) {
-      substitute(clique.columns, clique.order, height, f, front.col(k).data());
+      substitute(clique.columns(), clique.order, height, f, front.col(k).data());
     }
     z.middleRows(row, f) = front.topRows(f);
     int below = f;
@@ -118,7 +119,7 @@ void BayesTree::visit_covariances(
         row += variables_[vi].dim;
       }
     }
-    const Eigen::Map<const Eigen::MatrixXd> L(clique.columns, clique.order, f);
+    const Eigen::Map<const Eigen::MatrixXd> L(clique.columns(), clique.order, f);
     const auto Lff = L.topRows(f).triangularView<Eigen::Lower>();
     const Eigen::MatrixXd inverse = Lff.solve(Eigen::MatrixXd::Identity(f, f));
     const Eigen::MatrixXd gain = L.middleRows(f, s) * inverse;  // L_SF L_FF^-1
@@ -151,6 +152,7 @@ std::vector<int> BayesTree::order() const {
 std::vector<std::pair<int, int>> BayesTree::blocks() const {
   std::vector<std::pair<int, int>> blocks;
   for (const Clique& clique : cliques_) {
+    if (clique.detached) continue;
     for (int j = 0; j < clique.frontals; ++j) {
       for (std::size_t i = j; i < clique.variables.size(); ++i) {
         blocks.emplace_back(clique.variables[i], clique.variables[j]);
@@ -158,19 +160,6 @@ std::vector<std::pair<int, int>> BayesTree::blocks() const {
     }
   }
   return blocks;
-}
-
-std::size_t BayesTree::bytes() const {
-  std::size_t bytes = blocks_.bytes() + hessians_.bytes() + deltas_.bytes();
-  bytes += cliques_.capacity() * sizeof(Clique) + factors_.capacity() * sizeof(FactorState) +
-           variables_.capacity() * (sizeof(VariableState) + 2 * sizeof(int) + 1);
-  for (const Clique& clique : cliques_) {
-    bytes +=
-        (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
-        sizeof(int);
-  }
-  for (const FactorState& factor : factors_) bytes += factor.variables.capacity() * sizeof(int);
-  return bytes;
 }
 
 }  // namespace hybrid

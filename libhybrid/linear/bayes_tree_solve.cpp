@@ -52,21 +52,21 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
   rhs_.resize(f);
   double gain = 0.0;
   for (int j = 0; j < f; ++j) {
-    const double* column = clique.columns + static_cast<std::size_t>(j) * n;
+    const double* column = clique.columns() + static_cast<std::size_t>(j) * n;
     rhs_[j] = column[n - 1] + dot(column + f, step_.data() + f, s);
     const double left = rhs_[j] + dot(column + j, step_.data() + j, f - j);
     gain += left * left;
   }
   if (!(0.5 * gain > threshold)) return false;
   for (int j = f - 1; j >= 0; --j) {
-    const double* column = clique.columns + static_cast<std::size_t>(j) * n;
+    const double* column = clique.columns() + static_cast<std::size_t>(j) * n;
     step_[j] = -(rhs_[j] + dot(column + j + 1, step_.data() + j + 1, f - 1 - j)) / column[j];
   }
   row = 0;
   for (int k = 0; k < clique.frontals; ++k) {
     const int v = clique.variables[k];
-    double* step = deltas_.at(variables_[v].delta);
-    std::copy_n(step_.data() + row, variables_[v].dim, step);
+    save_delta(v);
+    std::copy_n(step_.data() + row, variables_[v].dim, deltas_.at(variables_[v].delta));
     row += variables_[v].dim;
     changed_.push_back(v);
     changed_mark_[v] = 1;
@@ -106,9 +106,9 @@ const std::vector<int>& BayesTree::solve(double threshold) {
   for (int c : fresh_) cliques_[c].detached = false;
   fresh_.clear();
   propagate(stack, threshold);
-  const std::vector<int> pending = std::move(pending_);
+  pending_now_ = pending_;
   pending_.clear();
-  for (int c : pending) {
+  for (int c : pending_now_) {
     if (!cliques_[c].pending) continue;
     stack.push_back(c);
     propagate(stack, threshold);
@@ -142,17 +142,10 @@ double BayesTree::linear_cost(int f) const {
   }
 }
 
-void BayesTree::set_delta(int v, const double* step) {
-  std::copy_n(step, variables_[v].dim, deltas_.at(variables_[v].delta));
-  const int c = variables_[v].clique;
-  if (!cliques_[c].pending) pending_.push_back(c);
-  cliques_[c].pending = true;
-}
-
 std::size_t BayesTree::factor_size() const {
   std::size_t size = 0;
   for (const Clique& clique : cliques_) {
-    if (clique.variables.empty()) continue;
+    if (clique.variables.empty() || clique.detached) continue;
     const std::size_t f = clique.frontal_dim;
     size += f * (clique.order - 1) - f * (f - 1) / 2;
   }

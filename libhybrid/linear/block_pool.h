@@ -2,8 +2,11 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <new>
+#include <utility>
 #include <vector>
 
 namespace hybrid {
@@ -12,9 +15,32 @@ namespace hybrid {
 /// to the octave), so that memory is neither zeroed nor handed back to the system in between.
 class BlockPool {
  public:
-  struct Block {
-    std::unique_ptr<double[]> data;
-    std::size_t capacity = 0;
+  /// Copies are deep.
+  class Block {
+   public:
+    Block() = default;
+    Block(const Block& other) : Block(other.capacity_) {
+      std::copy_n(other.data(), capacity_, data());
+    }
+    Block(Block&& other) noexcept
+        : data_(std::move(other.data_)), capacity_(std::exchange(other.capacity_, 0)) {}
+    Block& operator=(Block other) noexcept {
+      data_ = std::move(other.data_);
+      capacity_ = other.capacity_;
+      return *this;
+    }
+    ~Block() = default;
+
+    double* data() { return data_.get(); }
+    const double* data() const { return data_.get(); }
+
+   private:
+    friend class BlockPool;
+    explicit Block(std::size_t capacity)
+        : data_(capacity == 0 ? nullptr : new double[capacity]), capacity_(capacity) {}
+
+    std::unique_ptr<double[]> data_;
+    std::size_t capacity_ = 0;
   };
 
   Block take(std::size_t size) {
@@ -22,18 +48,23 @@ class BlockPool {
     const std::size_t index = size_class(size, &capacity);
     if (index >= free_.size()) free_.resize(index + 1);
     if (free_[index].empty()) {
+      Block block(capacity);
       bytes_ += capacity * sizeof(double);
-      return {std::unique_ptr<double[]>(new double[capacity]), capacity};
+      return block;
     }
     Block block = std::move(free_[index].back());
     free_[index].pop_back();
     return block;
   }
 
-  void give(Block block) {
-    if (block.data == nullptr) return;
+  void give(Block block) noexcept {
+    if (block.data() == nullptr) return;
     std::size_t capacity = 0;
-    free_[size_class(block.capacity, &capacity)].push_back(std::move(block));
+    try {
+      free_[size_class(block.capacity_, &capacity)].push_back(std::move(block));
+    } catch (const std::bad_alloc&) {  // then it goes back to the system
+      bytes_ -= capacity * sizeof(double);
+    }
   }
 
   /// Bytes ever taken from the system, in use or kept.

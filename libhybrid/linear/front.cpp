@@ -75,6 +75,23 @@ void Front::reset(int n) {
 int Front::factorize(int f, double tolerance) {
   diagonal_.resize(f);
   for (int j = 0; j < f; ++j) diagonal_[j] = (*this)(j, j);
+  return eliminate(f, [&](int j, double& pivot) { return pivot > tolerance * diagonal_[j]; });
+}
+
+int Front::factorize(int f, const double* least, std::vector<int>& lifted) {
+  return eliminate(f, [&](int j, double& pivot) {
+    if (pivot < least[j]) {
+      pivot = least[j];
+      lifted.push_back(j);
+    }
+    return std::isfinite(pivot);
+  });
+}
+
+/// Eliminates the first f columns; accept(j, pivot) may change the pivot of column j, and ends the
+/// elimination by returning false.
+template <class Pivot>
+int Front::eliminate(int f, const Pivot& accept) {
   // Columns of L, four at a time: bring them up to date, then eliminate within the four.
   for (int j = 0; j < f; j += kCols) {
     const int width = std::min(kCols, f - j);
@@ -96,7 +113,7 @@ int Front::factorize(int f, double tolerance) {
     }
     for (int c = j; c < j + width; ++c) {
       double* pivot = column(c);
-      if (!(pivot[c] > tolerance * diagonal_[c])) return c;
+      if (!accept(c, pivot[c])) return c;
       const double inverse = 1.0 / std::sqrt(pivot[c]);
       for (int i = c; i < n_; ++i) pivot[i] *= inverse;
       for (int k = c + 1; k < j + width; ++k) {

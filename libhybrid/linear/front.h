@@ -24,7 +24,14 @@ class Front {
   /// before elimination.
   int factorize(int f, double tolerance);
 
+  /// The same, but a pivot of column j below least[j] > 0 is lifted to it, and j is appended to
+  /// `lifted`. Returns -1, or the first column whose pivot is not a finite number.
+  int factorize(int f, const double* least, std::vector<int>& lifted);
+
  private:
+  template <class Pivot>
+  int eliminate(int f, const Pivot& accept);
+
   int n_ = 0;
   int stride_ = 0;
   std::vector<double> data_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <new>
 #include <vector>
 
 namespace hybrid {
@@ -22,9 +23,13 @@ class Pool {
     data_.resize(offset + length);
     return offset;
   }
-  void release(std::size_t offset, std::size_t length) {
-    if (length >= free_.size()) free_.resize(length + 1);
-    free_[length].push_back(offset);
+  /// Where memory is short the place is lost, and nothing else.
+  void release(std::size_t offset, std::size_t length) noexcept {
+    try {
+      if (length >= free_.size()) free_.resize(length + 1);
+      free_[length].push_back(offset);
+    } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch)
+    }
   }
 
   T* at(std::size_t offset) { return data_.data() + offset; }

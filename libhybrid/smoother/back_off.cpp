@@ -39,18 +39,18 @@ bool IncrementalSmoother::back_off(double before) {
     const double* x = old_.data();
     for (int slot : slots) {
       visit(slot, x);
-      x += estimate_.type(slot).size;
+      x += values().type(slot).size;
     }
   };
   std::vector<double> full;
   for_each_old([&](int slot, const double* x) {
-    const VariableType type = estimate_.type(slot);
+    const VariableType type = values().type(slot);
     full.resize(full.size() + type.dim);
-    local(type, x, estimate_.data(slot), full.data() + full.size() - type.dim);
+    local(type, x, values().data(slot), full.data() + full.size() - type.dim);
   });
   const auto restore = [&] {
     for_each_old([&](int slot, const double* x) {
-      std::copy_n(x, estimate_.type(slot).size, estimate_.data(slot));
+      std::copy_n(x, values().type(slot).size, estimate_.edit(slot));
     });
   };
   std::vector<double> bend, part;
@@ -62,8 +62,8 @@ bool IncrementalSmoother::back_off(double before) {
     part_of_way(share, full, bend, part);
     const double* step = part.data();
     for_each_old([&](int slot, const double* x) {
-      const VariableType type = estimate_.type(slot);
-      retract(type, x, step, estimate_.data(slot));
+      const VariableType type = values().type(slot);
+      retract(type, x, step, estimate_.edit(slot));
       step += type.dim;
     });
   };
@@ -78,8 +78,8 @@ bool IncrementalSmoother::back_off(double before) {
       move(share);
     }
     for (int slot : slots) {
-      delta.resize(theta_.type(slot).dim);
-      local(theta_.type(slot), theta_.data(slot), estimate_.data(slot), delta.data());
+      delta.resize(theta_->type(slot).dim);
+      local(theta_->type(slot), theta_->data(slot), values().data(slot), delta.data());
       tree_.set_delta(slot, delta.data());
     }
     refresh_costs(slots);
@@ -92,11 +92,11 @@ bool IncrementalSmoother::back_off(double before) {
 /// The minimiser of the linearised objective along steepest descent, over some variables at the
 /// estimate.
 std::vector<double> IncrementalSmoother::cauchy_step(const std::vector<int>& slots) const {
-  std::vector<int> offset(theta_.slot_count(), -1);
+  std::vector<int> offset(theta_->slot_count(), -1);
   int size = 0;
   for (int slot : slots) {
     offset[slot] = size;
-    size += theta_.type(slot).dim;
+    size += theta_->type(slot).dim;
   }
   std::vector<int> terms;
   for (int slot : slots)
@@ -113,7 +113,7 @@ std::vector<double> IncrementalSmoother::cauchy_step(const std::vector<int>& slo
       const ContinuousFactor& factor = *term.component.factor;
       const std::vector<int> own = active_slots(term);
       std::vector<const double*> x;
-      for (int slot : own) x.push_back(estimate_.data(slot));
+      for (int slot : own) x.push_back(values().data(slot));
       Eigen::VectorXd r(factor.rows());
       Eigen::MatrixXd J(factor.rows(), factor.cols());
       factor.linearize(x.data(), r.data(), J.data());
@@ -138,43 +138,6 @@ std::vector<double> IncrementalSmoother::cauchy_step(const std::vector<int>& slo
   std::vector<double> step(size);
   Eigen::Map<Eigen::VectorXd>(step.data(), size) = -scale * gradient;
   return step;
-}
-
-std::vector<double> IncrementalSmoother::snapshot() const {
-  std::vector<double> numbers;
-  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
-    if (!estimate_.occupied(slot)) continue;
-    const double* x = estimate_.data(slot);
-    numbers.insert(numbers.end(), x, x + estimate_.type(slot).size);
-  }
-  return numbers;
-}
-
-UpdateReport IncrementalSmoother::restore(const std::vector<double>& snapshot) {
-  UpdateReport report;
-  report.objective_before = objective();
-  std::size_t size = 0;
-  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
-    if (estimate_.occupied(slot)) size += estimate_.type(slot).size;
-  }
-  if (size != snapshot.size()) throw Error("a snapshot of other variables cannot be restored");
-  std::vector<int> slots;
-  const double* x = snapshot.data();
-  for (int slot = 0; slot < estimate_.slot_count(); ++slot) {
-    if (!estimate_.occupied(slot)) continue;
-    const int n = estimate_.type(slot).size;
-    if (!std::equal(x, x + n, estimate_.data(slot))) {
-      std::copy(x, x + n, estimate_.data(slot));
-      slots.push_back(slot);
-    }
-    x += n;
-  }
-  move_linearization(slots, report);
-  eliminate(report);
-  undo_.clear();
-  refresh_costs(slots);
-  report.objective_after = objective();
-  return report;
 }
 
 }  // namespace hybrid

@@ -22,7 +22,7 @@ std::string describe(const std::string& name, const std::vector<Key>& keys) {
 /// Looks variables up in a graph with a change on top.
 class Lookup {
  public:
-  Lookup(const Values& values, const Delta& delta) : values_(values), delta_(delta) {
+  Lookup(const JournaledValues& values, const Delta& delta) : values_(values), delta_(delta) {
     gone_.insert(delta.remove_values.begin(), delta.remove_values.end());
   }
 
@@ -30,8 +30,8 @@ class Lookup {
                                     const std::vector<VariableType>& types) const {
     std::vector<const double*> x;
     for (std::size_t i = 0; i < keys.size(); ++i) {
-      const Values& home = delta_.values.contains(keys[i]) ? delta_.values : values_;
-      if (!home.contains(keys[i]) || gone_.count(keys[i]) != 0) {
+      const Values& home = delta_.values.contains(keys[i]) ? delta_.values : values_.get();
+      if (!home.contains(keys[i]) || gone_.count(keys[i]) != 0 || values_.is_removed(keys[i])) {
         throw Error(describe(name, keys) + ": variable " + to_string(keys[i]) + " does not exist");
       }
       if (home.type(keys[i]) != types[i]) {
@@ -44,7 +44,7 @@ class Lookup {
   }
 
  private:
-  const Values& values_;
+  const JournaledValues& values_;
   const Delta& delta_;
   std::unordered_set<Key> gone_;
 };
@@ -73,7 +73,7 @@ void check_hybrid(const HybridFactor& factor, const Lookup& lookup) {
 /// Throws Error for anything that would leave the graph inconsistent.
 void IncrementalSmoother::check(const Delta& delta) const {
   for (Key key : delta.values.keys()) {
-    if (estimate_.contains(key)) throw Error("variable " + to_string(key) + " exists already");
+    if (values().contains(key)) throw Error("variable " + to_string(key) + " exists already");
   }
   const Lookup lookup(estimate_, delta);
   for (const ContinuousFactorPtr& factor : delta.continuous) check_continuous(factor, lookup);
@@ -119,16 +119,17 @@ void IncrementalSmoother::check_removals(const Delta& delta) const {
       throw Error("a factor is to be removed twice");
     }
     handles.push_back(handle);
-    if (handle.kind == FactorKind::kContinuous) doomed.insert(term_of_continuous_[handle.index]);
-    if (handle.kind == FactorKind::kHybrid) doomed.insert(term_of_hybrid_[handle.index]);
+    if (handle.kind != FactorKind::kDiscrete) doomed.insert(term_of(handle));
   }
   std::unordered_set<Key> gone;
   for (Key key : delta.remove_values) {
     if (!gone.insert(key).second) {
       throw Error("variable " + to_string(key) + " is to be removed twice");
     }
-    const std::vector<int>& terms = terms_.of_variable(estimate_.slot(key));
-    if (std::any_of(terms.begin(), terms.end(), [&](int t) { return doomed.count(t) == 0; })) {
+    if (theta_.is_removed(key)) throw Error("variable " + to_string(key) + " has been removed");
+    const std::vector<int>& terms = terms_.of_variable(values().slot(key));
+    const auto stays = [&](int t) { return terms_[t].alive && doomed.count(t) == 0; };
+    if (std::any_of(terms.begin(), terms.end(), stays)) {
       throw Error("variable " + to_string(key) + " cannot be removed: a factor still holds it");
     }
   }

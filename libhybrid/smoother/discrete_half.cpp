@@ -9,21 +9,17 @@
 namespace hybrid {
 
 int DiscreteHalf::add(const std::vector<DiscreteKey>& keys, int owner, const Assignment& initial) {
-  int f;
-  if (free_.empty()) {
-    f = static_cast<int>(factors_.size());
-    factors_.emplace_back();
-  } else {
-    f = free_.back();
-    free_.pop_back();
-  }
+  const int f = numbers_.take();
+  if (f >= static_cast<int>(factors_.size())) factors_.resize(f + 1);
+  added_.push_back(f);
   factors_[f].keys = keys;
   factors_[f].owner = owner;
+  factors_[f].saved = epoch_;
   for (const DiscreteKey& key : keys) {
     Variable& variable = variables_[key.key];
     if (variable.cardinality == 0) {
-      variable.cardinality = key.cardinality;
       assignment_.set(key.key, initial.contains(key.key) ? initial.at(key.key) : 0);
+      variable.cardinality = key.cardinality;
     }
     variable.factors.push_back(f);
   }
@@ -31,26 +27,77 @@ int DiscreteHalf::add(const std::vector<DiscreteKey>& keys, int owner, const Ass
 }
 
 void DiscreteHalf::remove(int f) {
-  pure_cost_.subtract(factors_[f].cost);
-  for (const DiscreteKey& key : factors_[f].keys) {
-    const auto it = variables_.find(key.key);
-    std::vector<int>& list = it->second.factors;
-    list.erase(std::find(list.begin(), list.end(), f));
-    if (list.empty()) {
-      variables_.erase(it);
-      assignment_.erase(key.key);
-    } else {
-      touched_.push_back(key.key);
-    }
-  }
-  factors_[f] = {};
-  free_.push_back(f);
+  set_tables(f, {});
+  removed_.push_back(f);
 }
 
 void DiscreteHalf::set_tables(int f, std::vector<Table> tables) {
-  factors_[f].tables = std::move(tables);
-  for (const DiscreteKey& key : factors_[f].keys) touched_.push_back(key.key);
+  Factor& factor = factors_[f];
+  for (const DiscreteKey& key : factor.keys) touch(key.key);
+  if (factor.saved != epoch_) {
+    saved_tables_.emplace_back(f, std::vector<Table>());
+    saved_tables_.back().second.swap(factor.tables);
+    factor.saved = epoch_;
+  }
+  factor.tables = std::move(tables);
   refresh_cost(f);
+}
+
+/// Forgets a factor, and its variables where no other holds them.
+void DiscreteHalf::take_out(int f) {
+  for (const DiscreteKey& key : factors_[f].keys) {
+    const auto it = variables_.find(key.key);
+    if (it == variables_.end()) continue;
+    std::vector<int>& list = it->second.factors;
+    const auto at = std::find(list.rbegin(), list.rend(), f);
+    if (at != list.rend()) list.erase(at.base() - 1);
+    if (!list.empty()) continue;
+    variables_.erase(it);
+    assignment_.erase(key.key);
+  }
+  factors_[f] = {};
+}
+
+void DiscreteHalf::touch(Key key) {
+  touched_.push_back(key);
+  committed_touched_.reserve(touched_.capacity());
+}
+
+void DiscreteHalf::commit() noexcept {
+  for (int f : removed_) {
+    take_out(f);
+    numbers_.give(f);
+  }
+  numbers_.commit();
+  start_epoch();
+}
+
+void DiscreteHalf::roll_back() noexcept {
+  for (auto& [f, tables] : saved_tables_) factors_[f].tables.swap(tables);
+  for (auto saved = saved_values_.rbegin(); saved != saved_values_.rend(); ++saved) {
+    assignment_.set(saved->first, saved->second);
+  }
+  for (auto f = added_.rbegin(); f != added_.rend(); ++f) take_out(*f);
+  for (const auto& [f, tables] : saved_tables_) refresh_cost(f);
+  for (const auto& [key, value] : saved_values_) {
+    const auto it = variables_.find(key);
+    if (it == variables_.end()) continue;
+    for (int f : it->second.factors) refresh_cost(f);
+  }
+  pure_cost_ = committed_pure_cost_;
+  touched_ = committed_touched_;
+  numbers_.roll_back();
+  start_epoch();
+}
+
+void DiscreteHalf::start_epoch() noexcept {
+  ++epoch_;
+  added_.clear();
+  removed_.clear();
+  saved_tables_.clear();
+  saved_values_.clear();
+  committed_pure_cost_ = pure_cost_;
+  committed_touched_ = touched_;
 }
 
 void DiscreteHalf::refresh_cost(int f) {
@@ -63,6 +110,7 @@ void DiscreteHalf::refresh_cost(int f) {
 }
 
 void DiscreteHalf::move(Key key, int value) {
+  saved_values_.emplace_back(key, assignment_.at(key));
   assignment_.set(key, value);
   for (int f : variables_.at(key).factors) refresh_cost(f);
 }
@@ -139,6 +187,9 @@ DiscreteHalf::Report DiscreteHalf::solve(const DiscreteOptions& options) {
       report.flips.push_back({variable, incumbent, value});
     }
   }
+  // An assignment lists its variables in no particular order.
+  std::sort(report.flips.begin(), report.flips.end(),
+            [](const Flip& a, const Flip& b) { return a.key < b.key; });
   for (const Flip& flip : report.flips) move(flip.key, flip.to);
   touched_.clear();
   return report;

@@ -3,18 +3,22 @@
 #pragma once
 
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/core/assignment.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/free_list.h"
 #include "libhybrid/smoother/cost_sum.h"
 
 namespace hybrid {
 
 /// The discrete half of the smoother: tables by number, and of them only the components that were
 /// touched are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to
-/// a hybrid one (the tables it gives at the present estimate).
+/// a hybrid one (the tables it gives at the present estimate). What happened since the last
+/// `commit` can be rolled back; a factor that is removed says nothing any more, and goes with the
+/// commit.
 class DiscreteHalf {
  public:
   struct Flip {
@@ -30,24 +34,28 @@ class DiscreteHalf {
 
   /// A factor over the given variables; its tables come with `set_tables`. Variables that are not
   /// known yet start at their value in `initial`, or 0. `owner` is the term of a hybrid factor, or
-  /// -1. Returns the number.
+  /// -1; it may be set before the tables are. Returns the number.
   int add(const std::vector<DiscreteKey>& keys, int owner, const Assignment& initial);
-  /// Variables that no factor holds any more are forgotten.
+  /// Variables that no factor holds any more are forgotten with the commit.
   void remove(int f);
   /// Replaces the tables of a factor and touches its component.
   void set_tables(int f, std::vector<Table> tables);
-  const std::vector<Table>& tables(int f) const { return factors_[f].tables; }
 
   /// Solves the touched components exactly, ties kept, and moves the assignment there.
   Report solve(const DiscreteOptions& options);
-  /// Puts a variable back, e.g. where a flip left the continuous half singular.
-  void restore(Key key, int value) { move(key, value); }
+  /// Gives a variable another value, e.g. its former one where a flip left the continuous half
+  /// singular.
+  void move(Key key, int value);
+
+  void commit() noexcept;
+  void roll_back() noexcept;
 
   const Assignment& assignment() const { return assignment_; }
   /// Sum of the tables of discrete factors at the assignment.
   double pure_cost() const { return pure_cost_.value(); }
   const std::vector<int>& factors_of(Key key) const { return variables_.at(key).factors; }
   int owner(int f) const { return factors_[f].owner; }
+  void set_owner(int f, int owner) { factors_[f].owner = owner; }
   bool contains(Key key) const { return variables_.count(key) != 0; }
   /// Throws Error for an unknown variable.
   int cardinality(Key key) const;
@@ -64,20 +72,31 @@ class DiscreteHalf {
     std::vector<DiscreteKey> keys;
     std::vector<Table> tables;
     int owner = -1;
-    double cost = 0.0;  // of a discrete factor, at the assignment
+    double cost = 0.0;   // of a discrete factor, at the assignment
+    unsigned saved = 0;  // epoch in which its tables were last saved
   };
 
   std::vector<const Table*> collect(Key start, std::unordered_map<Key, bool>* visited) const;
   bool solve_single(Key key, Report& report);
-  void move(Key key, int value);
   void refresh_cost(int f);
+  void touch(Key key);
+  void take_out(int f);
+  void start_epoch() noexcept;
 
   std::unordered_map<Key, Variable> variables_;
   std::vector<Factor> factors_;
-  std::vector<int> free_;
+  FreeList numbers_;
   Assignment assignment_;
   CostSum pure_cost_;
   std::vector<Key> touched_;
+
+  // Since the last commit.
+  unsigned epoch_ = 1;
+  std::vector<int> added_, removed_;
+  std::vector<std::pair<int, std::vector<Table>>> saved_tables_;  // by factor
+  std::vector<std::pair<Key, int>> saved_values_;
+  CostSum committed_pure_cost_;
+  std::vector<Key> committed_touched_;  // has room for `touched_`
 };
 
 }  // namespace hybrid

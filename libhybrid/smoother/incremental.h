@@ -3,7 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <deque>
+#include <array>
 #include <functional>
 #include <unordered_map>
 #include <vector>
@@ -12,6 +12,7 @@
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/smoother/cost_sum.h"
 #include "libhybrid/smoother/discrete_half.h"
+#include "libhybrid/smoother/journaled_values.h"
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/terms.h"
 
@@ -41,18 +42,31 @@ struct SmootherOptions {
 /// continuous half is a Bayes tree with fluid relinearisation, the discrete half solves only
 /// components that were touched, and a hybrid factor is linearised again only when its component or
 /// its variables have changed. The joint objective of eq. 6 never rises on the graph at hand.
+///
+/// Every change is all or nothing: whatever throws on the way, bad input, a factor of the user or a
+/// lack of memory, the smoother is then as it was before. A copy is an independent smoother.
 class IncrementalSmoother {
  public:
   explicit IncrementalSmoother(const SmootherOptions& options = {}) : options_(options) {}
 
   /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that
   /// are not finite, mismatched types) throws Error, a singular system gives a status; either way
-  /// the smoother is as it was before.
+  /// the smoother is as it was before, and a transaction under way is rolled back.
   UpdateReport update(const Delta& delta);
 
   /// Relinearises everything and alternates until the relative decrease of the objective is below
   /// `tolerance` and no discrete variable flips, or for `max_rounds`.
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
+
+  /// Begins a transaction: updates until `commit` can be rolled back together, at the cost of what
+  /// they touched. Throws Error where one is under way. A variable removed in a transaction cannot
+  /// enter again before its end.
+  void begin();
+  /// Throws Error where no transaction is under way, e.g. since an update was rolled back.
+  void commit();
+  /// Does nothing where no transaction is under way.
+  void roll_back();
+  bool in_transaction() const { return in_transaction_; }
 
   /// The estimate as numbers, to go back to by `restore` while no variable has come or gone.
   std::vector<double> snapshot() const;
@@ -61,11 +75,11 @@ class IncrementalSmoother {
   UpdateReport restore(const std::vector<double>& snapshot);
 
   const HybridGraph& graph() const { return graph_; }
-  const Values& values() const { return estimate_; }
+  const Values& values() const { return estimate_.get(); }
   const Assignment& assignment() const { return discrete_.assignment(); }
-  Estimate estimate() const { return {estimate_, assignment()}; }
+  Estimate estimate() const { return {values(), assignment()}; }
   /// Joint negative log posterior of eq. 6 at the estimate.
-  double objective() const;
+  double objective() const { return term_cost_.value() + discrete_.pure_cost(); }
   /// Half the weighted squared error of the continuous factors and the chosen components.
   double cost() const;
 
@@ -94,60 +108,95 @@ class IncrementalSmoother {
   const SmootherOptions& options() const { return options_; }
 
  private:
-  struct Staged {  // the removals of an update, carried out when it has succeeded
-    std::vector<int> terms;
-    std::vector<int> tables;
-    std::vector<Handle> handles;
-    std::vector<Key> values;
+  /// Small things as they were before the first change since the last commit.
+  struct Committed {
+    CostSum term_cost, term_constant;
+    std::vector<int> moved, stale;
+    std::vector<Key> recent;
+  };
+  struct GraphChange {  // in the order in which they were made
+    HybridGraph::Removed factor;
+    bool added = false;
+    int number = -1;  // of a term or table that had the place of an added factor before
   };
 
+  // check.cpp
   void check(const Delta& delta) const;
   void check_discrete(const std::vector<DiscreteKey>& keys, const Delta& delta,
                       std::unordered_map<Key, int>& cardinality) const;
   void check_removals(const Delta& delta) const;
-  Staged stage(const Delta& delta, UpdateReport& report);
-  void stage_removals(const Delta& delta, Staged& staged);
-  void add_term(Term term, UpdateReport& report);
-  void enter_new_terms(const std::vector<Handle>& handles);
-  void commit(const Staged& staged);
-  void undo();
 
+  // staging.cpp
+  void stage(const Delta& delta, UpdateReport& report);
+  void remove_factor(Handle handle);
+  void add_variable(Key key, const Values& initial);
+  template <class Factor>
+  Handle add_to_graph(Factor factor);
+  int add_term(Term term, UpdateReport& report);
+  void enter_new_terms(const std::vector<Handle>& handles);
+  int& number_of(Handle handle) { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
+  int term_of(Handle handle) const { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
+  void start_change();
+  void make_permanent() noexcept;
+  void take_back() noexcept;
+  void end_change() noexcept;
+
+  // incremental.cpp
+  template <class Change>
+  UpdateReport all_or_nothing(const Change& change);
+  void settle(UpdateReport& report);
+  bool eliminate(UpdateReport& report);
+  bool discrete_step(UpdateReport& report);
+  bool take_flips(UpdateReport& report);
+  void set_component(int t, const Component& component);
+  void choose_components(Key key);
+  void refresh_tables();
   void enter_tree(int t);
   void leave_tree(int t);
   void enter_pulls();
-  void set_component(int t, const Component& component);
-  void move_linearization(const std::vector<int>& slots, UpdateReport& report);
-  bool eliminate(UpdateReport& report);
-  bool take_flips(UpdateReport& report);
+  void record(UpdateReport& report) const { report.objectives.push_back(objective()); }
+
+  // determination.cpp
+  bool is_determined(const std::vector<int>& slots) const;
+  bool new_variables_are_determined(const std::vector<Key>& keys) const;
+
+  // continuous_half.cpp
   bool continuous_step(UpdateReport& report, double wildfire, int more_steps);
+  void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   void remember(const std::vector<int>& slots);
   void move_estimate();
   void refresh_costs(const std::vector<int>& slots);
   void choose_moved();
+
+  // back_off.cpp
   bool back_off(double before);
   std::vector<double> cauchy_step(const std::vector<int>& slots) const;
-  bool discrete_step(UpdateReport& report);
-  void refresh_tables();
-  void record(UpdateReport& report) const { report.objectives.push_back(objective()); }
 
   SmootherOptions options_;
   HybridGraph graph_;
-  Values theta_;     // linearisation points
-  Values estimate_;  // theta boxplus the step, same slots
+  JournaledValues theta_;     // linearisation points
+  JournaledValues estimate_;  // theta boxplus the step, same slots
   BayesTree tree_;
   Terms terms_;
   DiscreteHalf discrete_;
-  std::vector<int> term_of_continuous_, term_of_hybrid_,
-      table_of_discrete_;  // by index of the handle
+  std::array<std::vector<int>, 3> numbers_;  // of terms, tables, terms: by kind and index of handle
   std::vector<int> table_of_term_;
   CostSum term_cost_;      // over terms
   CostSum term_constant_;  // the part of it that does not depend on the variables
+  std::vector<Key> recent_;
+  std::vector<int> moved_;  // slots to linearise again in the next update
+  std::vector<int> stale_;  // hybrid terms whose variables moved since their tables were made
 
-  std::deque<Key> recent_;
-  std::vector<int> last_;     // slots to eliminate last
-  std::vector<int> changed_;  // slots whose estimate moved in the last continuous step
-  std::vector<int> moved_;    // slots to linearise again in the next update
-  std::vector<int> stale_;    // hybrid terms whose variables moved since their tables were made
+  bool in_transaction_ = false;
+  bool changing_ = false;
+  Committed committed_;
+  std::vector<GraphChange> graph_changes_;  // since the last commit
+  bool lost_factors_ = false;  // a factor has left the tree or changed its component since then
+
+  // Scratch of an update.
+  std::vector<int> last_;                  // slots to eliminate last
+  std::vector<int> changed_;               // slots whose estimate moved in the last continuous step
+  std::vector<DiscreteHalf::Flip> flips_;  // of the last discrete step
   std::vector<std::pair<double, int>>
       errors_;                  // of linear models, and the terms, at the last refresh
   std::vector<int> old_slots_;  // that the continuous half-step under way has moved, and
@@ -155,7 +204,6 @@ class IncrementalSmoother {
   std::vector<unsigned> term_stamp_, slot_stamp_;
   unsigned stamp_ = 0;
   unsigned old_stamp_ = 0;
-  std::vector<std::function<void()>> undo_;
 };
 
 }  // namespace hybrid

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// How an update is checked, staged, committed or taken back.
+// How a change enters the smoother, becomes permanent or is taken back.
 #include <algorithm>
-#include <cmath>
 #include <string>
-#include <unordered_set>
 #include <utility>
 
 #include "libhybrid/smoother/incremental.h"
@@ -24,81 +22,114 @@ T& at_index(std::vector<T>& list, std::size_t index) {
 
 }  // namespace
 
-void IncrementalSmoother::add_term(Term term, UpdateReport& report) {
-  for (Key key : term.keys()) term.slots.push_back(theta_.slot(key));
-  report.handles.push_back(term.handle);
-  const int t = terms_.add(std::move(term));
-  at_index(term_stamp_, t) = 0;
-  Term& added = terms_[t];
-  int& table = at_index(table_of_term_, t);
-  table = -1;
-  if (added.hybrid != nullptr) {
-    at_index(term_of_hybrid_, added.handle.index) = t;
-    added.component = added.hybrid->given(assignment());
-  } else {
-    at_index(term_of_continuous_, added.handle.index) = t;
-    added.component.factor = added.continuous.get();
-  }
-  added.cost = evaluate(added, estimate_);
-  term_cost_.add(added.cost);
-  term_constant_.add(constant_of(added.component));
-  if (added.hybrid == nullptr) enter_tree(t);
-  undo_.push_back([this, t] {
-    graph_.remove(terms_[t].handle);
-    term_cost_.subtract(terms_[t].cost);
-    term_constant_.subtract(constant_of(terms_[t].component));
-    terms_.remove(t);
-  });
+void IncrementalSmoother::begin() {
+  if (in_transaction_) throw Error("the smoother is in a transaction already");
+  start_change();
+  in_transaction_ = true;
 }
 
-/// Adds what is new and sets aside what goes. Everything here can be taken back by `undo`.
-IncrementalSmoother::Staged IncrementalSmoother::stage(const Delta& delta, UpdateReport& report) {
-  Staged staged;
-  undo_.clear();
-  stage_removals(delta, staged);
-  for (Key key : delta.values.keys()) {
-    const VariableType type = delta.values.type(key);
-    theta_.insert(key, type, delta.values.data(key));
-    estimate_.insert(key, type, delta.values.data(key));
-    const int slot = theta_.slot(key);
-    tree_.add_variable(slot, type.dim);
-    terms_.reserve_variable(slot);
-    if (is_pose(type.kind)) recent_.push_back(key);
-    undo_.push_back([this, key, pose = is_pose(type.kind)] {
-      theta_.erase(key);
-      estimate_.erase(key);
-      if (pose) recent_.pop_back();
-    });
+/// Notes what small things are before the first change since the last commit.
+void IncrementalSmoother::start_change() {
+  if (changing_) return;
+  committed_ = {term_cost_, term_constant_, moved_, stale_, recent_};
+  changing_ = true;
+}
+
+void IncrementalSmoother::commit() {
+  if (!in_transaction_) throw Error("the smoother is in no transaction; was an update refused?");
+  make_permanent();
+}
+
+void IncrementalSmoother::roll_back() {
+  if (in_transaction_) take_back();
+}
+
+/// Applies a change to the graph; new hybrid terms do not enter the tree yet.
+void IncrementalSmoother::stage(const Delta& delta, UpdateReport& report) {
+  for (Handle handle : delta.remove) remove_factor(handle);
+  for (Key key : delta.remove_values) {
+    tree_.remove_variable(theta_->slot(key));
+    theta_.remove(key);
+    estimate_.remove(key);
   }
+  for (Key key : delta.values.keys()) add_variable(key, delta.values);
   for (const ContinuousFactorPtr& factor : delta.continuous) {
     Term term;
     term.continuous = factor;
-    term.handle = graph_.add(factor);
+    term.handle = add_to_graph(factor);
     add_term(std::move(term), report);
   }
   for (const Table& table : delta.discrete) {
-    const Handle handle = graph_.add(table);
+    const Handle handle = add_to_graph(table);
     report.handles.push_back(handle);
-    const int f = discrete_.add(table.keys(), -1, delta.assignment);
-    at_index(table_of_discrete_, handle.index) = f;
+    const int f = number_of(handle) = discrete_.add(table.keys(), -1, delta.assignment);
     discrete_.set_tables(f, {table});
-    undo_.push_back([this, f, handle] {
-      discrete_.remove(f);
-      graph_.remove(handle);
-    });
   }
   for (const HybridFactorPtr& factor : delta.hybrid) {
+    const int f = discrete_.add(factor->discrete_keys(), -1, delta.assignment);
     Term term;
     term.hybrid = factor;
-    const int f = discrete_.add(factor->discrete_keys(), terms_.next(), delta.assignment);
-    undo_.push_back([this, f] { discrete_.remove(f); });
-    term.handle = graph_.add(factor);
-    add_term(std::move(term), report);
-    const int t = term_of_hybrid_[report.handles.back().index];
+    term.handle = add_to_graph(factor);
+    const int t = add_term(std::move(term), report);
+    discrete_.set_owner(f, t);
     table_of_term_[t] = f;
     stale_.push_back(t);
   }
-  return staged;
+}
+
+void IncrementalSmoother::remove_factor(Handle handle) {
+  if (handle.kind == FactorKind::kDiscrete) {
+    discrete_.remove(number_of(handle));
+  } else {
+    const int t = term_of(handle);
+    if (table_of_term_[t] >= 0) discrete_.remove(table_of_term_[t]);
+    term_cost_.subtract(terms_[t].cost);
+    term_constant_.subtract(constant_of(terms_[t].component));
+    leave_tree(t);
+    terms_.remove(t);
+  }
+  graph_changes_.push_back({{}, false});
+  graph_changes_.back().factor = graph_.remove(handle);
+}
+
+void IncrementalSmoother::add_variable(Key key, const Values& initial) {
+  const VariableType type = initial.type(key);
+  theta_.insert(key, type, initial.data(key));
+  estimate_.insert(key, type, initial.data(key));
+  const int slot = theta_->slot(key);
+  tree_.add_variable(slot, type.dim);
+  terms_.reserve_variable(slot);
+  if (is_pose(type.kind)) recent_.push_back(key);
+}
+
+template <class Factor>
+Handle IncrementalSmoother::add_to_graph(Factor factor) {
+  graph_changes_.push_back({{}, true});
+  const Handle handle = graph_changes_.back().factor.handle = graph_.add(std::move(factor));
+  int& number = at_index(numbers_[static_cast<int>(handle.kind)], handle.index);
+  graph_changes_.back().number = number;
+  return handle;
+}
+
+/// Returns the number of the term.
+int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
+  for (Key key : term.keys()) term.slots.push_back(theta_->slot(key));
+  report.handles.push_back(term.handle);
+  const Handle handle = term.handle;
+  const int t = number_of(handle) = terms_.add(std::move(term));
+  at_index(term_stamp_, t) = 0;
+  at_index(table_of_term_, t) = -1;
+  Term& added = terms_.edit(t);
+  if (added.hybrid != nullptr) {
+    added.component = added.hybrid->given(assignment());
+  } else {
+    added.component.factor = added.continuous.get();
+  }
+  added.cost = evaluate(added, values());
+  term_cost_.add(added.cost);
+  term_constant_.add(constant_of(added.component));
+  if (added.hybrid == nullptr) enter_tree(t);
+  return t;
 }
 
 /// Enters new hybrid terms with the components that the discrete half-step has chosen, so that a
@@ -107,84 +138,73 @@ void IncrementalSmoother::enter_new_terms(const std::vector<Handle>& handles) {
   last_.clear();
   for (Handle handle : handles) {
     if (handle.kind == FactorKind::kDiscrete) continue;
-    const int t = handle.kind == FactorKind::kContinuous ? term_of_continuous_[handle.index]
-                                                         : term_of_hybrid_[handle.index];
+    const int t = term_of(handle);
     if (terms_[t].tree_factor < 0) enter_tree(t);
     if (terms_[t].tree_factor < 0) continue;
     last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
   for (Key key : recent_) {
-    if (theta_.contains(key)) last_.push_back(theta_.slot(key));
+    if (theta_->contains(key) && !theta_.is_removed(key)) last_.push_back(theta_->slot(key));
   }
 }
 
-void IncrementalSmoother::stage_removals(const Delta& delta, Staged& staged) {
-  const auto set_tables_aside = [this](int f) {
-    undo_.push_back([this, f, tables = discrete_.tables(f)] { discrete_.set_tables(f, tables); });
-    discrete_.set_tables(f, {});
-  };
-  for (Handle handle : delta.remove) {
-    staged.handles.push_back(handle);
-    if (handle.kind == FactorKind::kDiscrete) {
-      staged.tables.push_back(table_of_discrete_[handle.index]);
-      set_tables_aside(table_of_discrete_[handle.index]);
-      continue;
+void IncrementalSmoother::make_permanent() noexcept {
+  tree_.commit();
+  terms_.commit();
+  discrete_.commit();
+  theta_.commit();
+  estimate_.commit();
+  graph_changes_.clear();
+  const auto recent = static_cast<std::size_t>(std::max(options_.recent, 0));
+  if (recent_.size() > recent) recent_.erase(recent_.begin(), recent_.end() - recent);
+  end_change();
+}
+
+void IncrementalSmoother::end_change() noexcept {
+  lost_factors_ = false;
+  changing_ = false;
+  in_transaction_ = false;
+}
+
+void IncrementalSmoother::take_back() noexcept {
+  if (!changing_) return;
+  for (auto change = graph_changes_.rbegin(); change != graph_changes_.rend(); ++change) {
+    if (!change->factor.handle.valid()) continue;  // memory was short when it was to be done
+    if (!change->added) {
+      graph_.put_back(std::move(change->factor));
+    } else if (const Handle handle = change->factor.handle; graph_.contains(handle)) {
+      std::vector<int>& numbers = numbers_[static_cast<int>(handle.kind)];
+      if (handle.index < numbers.size()) numbers[handle.index] = change->number;
+      graph_.remove(handle);
     }
-    const int t = handle.kind == FactorKind::kContinuous ? term_of_continuous_[handle.index]
-                                                         : term_of_hybrid_[handle.index];
-    staged.terms.push_back(t);
-    if (table_of_term_[t] >= 0) {
-      staged.tables.push_back(table_of_term_[t]);
-      set_tables_aside(table_of_term_[t]);
-    }
-    Term& term = terms_[t];
-    term.alive = false;
-    term_cost_.subtract(term.cost);
-    term_constant_.subtract(constant_of(term.component));
-    undo_.push_back([this, t, tree_factor = term.tree_factor, pulls = term.pulls] {
-      terms_[t].alive = true;
-      terms_[t].tree_factor = tree_factor;
-      terms_[t].pulls = pulls;
-      term_cost_.add(terms_[t].cost);
-      term_constant_.add(constant_of(terms_[t].component));
-    });
-    leave_tree(t);
   }
-  for (Key key : delta.remove_values) {
-    staged.values.push_back(key);
-    tree_.remove_variable(theta_.slot(key));
-  }
-}
-
-void IncrementalSmoother::commit(const Staged& staged) {
-  undo_.clear();
-  for (int t : staged.terms) terms_.remove(t);
-  for (int f : staged.tables) discrete_.remove(f);
-  for (Handle handle : staged.handles) graph_.remove(handle);
-  for (Key key : staged.values) {
-    theta_.erase(key);
-    estimate_.erase(key);
-  }
-  while (static_cast<int>(recent_.size()) > options_.recent) recent_.pop_front();
-}
-
-void IncrementalSmoother::undo() {
-  for (auto action = undo_.rbegin(); action != undo_.rend(); ++action) (*action)();
-  undo_.clear();
+  graph_changes_.clear();
+  tree_.roll_back();
+  terms_.roll_back();
+  discrete_.roll_back();
+  theta_.roll_back();
+  estimate_.roll_back();
+  term_cost_ = committed_.term_cost;
+  term_constant_ = committed_.term_constant;
+  moved_ = std::move(committed_.moved);
+  stale_ = std::move(committed_.stale);
+  recent_ = std::move(committed_.recent);
+  end_change();
 }
 
 std::vector<Handle> IncrementalSmoother::factors_of(Key key) const {
   std::vector<Handle> handles;
-  for (int t : terms_.of_variable(estimate_.slot(key))) handles.push_back(terms_[t].handle);
+  for (int t : terms_.of_variable(values().slot(key))) {
+    if (terms_[t].alive) handles.push_back(terms_[t].handle);
+  }
   return handles;
 }
 
 IncrementalSmoother::Memory IncrementalSmoother::memory() const {
   Memory memory;
   memory.bytes =
-      tree_.bytes() + terms_.bytes() + discrete_.bytes() + theta_.bytes() + estimate_.bytes();
-  if (!estimate_.empty())
-    memory.bytes_per_variable = double(memory.bytes) / double(estimate_.size());
+      tree_.bytes() + terms_.bytes() + discrete_.bytes() + theta_->bytes() + estimate_->bytes();
+  if (!values().empty()) memory.bytes_per_variable = double(memory.bytes) / double(values().size());
   return memory;
 }
 

@@ -99,30 +99,70 @@ std::vector<int> active_slots(const Term& term) {
 }
 
 int Terms::add(Term term) {
-  int t;
-  if (free_.empty()) {
-    t = count();
-    terms_.emplace_back();
-  } else {
-    t = free_.back();
-    free_.pop_back();
-  }
-  for (int slot : term.slots) {
+  const int t = numbers_.take();
+  if (t >= count()) terms_.resize(t + 1);
+  added_.push_back(t);
+  terms_[t] = std::move(term);
+  Term& added = terms_[t];
+  added.alive = true;
+  added.saved = epoch_;
+  for (int slot : added.slots) {
     reserve_variable(slot);
     adjacency_[slot].push_back(t);
   }
-  terms_[t] = std::move(term);
-  terms_[t].alive = true;
   return t;
 }
 
 void Terms::remove(int t) {
+  edit(t).alive = false;
+  removed_.push_back(t);
+}
+
+void Terms::save(int t) {
+  Term& term = terms_[t];
+  saved_.push_back({t, term.component, term.tree_factor, term.pulls, term.cost, term.alive});
+  term.saved = epoch_;
+}
+
+/// Forgets a term; the newest of a variable is found first.
+void Terms::take_out(int t) {
   for (int slot : terms_[t].slots) {
+    if (slot >= static_cast<int>(adjacency_.size())) continue;
     std::vector<int>& list = adjacency_[slot];
-    list.erase(std::find(list.begin(), list.end(), t));
+    const auto at = std::find(list.rbegin(), list.rend(), t);
+    if (at != list.rend()) list.erase(at.base() - 1);
   }
   terms_[t] = {};
-  free_.push_back(t);
+}
+
+void Terms::commit() noexcept {
+  for (int t : removed_) {
+    take_out(t);
+    numbers_.give(t);
+  }
+  numbers_.commit();
+  start_epoch();
+}
+
+void Terms::roll_back() noexcept {
+  for (Saved& saved : saved_) {
+    Term& term = terms_[saved.t];
+    term.component = saved.component;
+    term.tree_factor = saved.tree_factor;
+    term.pulls = std::move(saved.pulls);
+    term.cost = saved.cost;
+    term.alive = saved.alive;
+  }
+  for (auto t = added_.rbegin(); t != added_.rend(); ++t) take_out(*t);
+  numbers_.roll_back();
+  start_epoch();
+}
+
+void Terms::start_epoch() noexcept {
+  ++epoch_;
+  added_.clear();
+  removed_.clear();
+  saved_.clear();
 }
 
 std::size_t Terms::bytes() const {

@@ -7,6 +7,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/bayes_tree.h"
+#include "libhybrid/linear/free_list.h"
 
 namespace hybrid {
 
@@ -24,6 +25,7 @@ struct Term {
   std::vector<int> pulls;
   double cost = 0.0;  ///< -log f at the estimate, normaliser included
   bool alive = false;
+  unsigned saved = 0;  ///< epoch of Terms in which it was last saved
 
   const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }
 };
@@ -48,29 +50,51 @@ inline bool belongs_in_tree(const Component& component) {
   return component.factor != nullptr && !component.weak;
 }
 
-/// The terms of a graph and, for every variable, those that hold it.
+/// The terms of a graph and, for every variable, those that hold it. What happened since the last
+/// `commit` can be rolled back; terms that are removed are no longer alive, and go with the commit.
 class Terms {
  public:
   /// Returns the number of the new term.
   int add(Term term);
   void remove(int t);
-  /// The number that the next `add` will return.
-  int next() const { return free_.empty() ? count() : free_.back(); }
   /// Makes of_variable(slot) valid.
   void reserve_variable(int slot) {
     if (slot >= static_cast<int>(adjacency_.size())) adjacency_.resize(slot + 1);
   }
 
-  Term& operator[](int t) { return terms_[t]; }
   const Term& operator[](int t) const { return terms_[t]; }
+  /// A term to be changed in its component, its place in the tree or its cost.
+  Term& edit(int t) {
+    if (terms_[t].saved != epoch_) save(t);
+    return terms_[t];
+  }
   int count() const { return static_cast<int>(terms_.size()); }
   const std::vector<int>& of_variable(int slot) const { return adjacency_[slot]; }
   std::size_t bytes() const;
 
+  void commit() noexcept;
+  void roll_back() noexcept;
+
  private:
+  struct Saved {
+    int t = 0;
+    Component component;
+    int tree_factor = -1;
+    std::vector<int> pulls;
+    double cost = 0.0;
+    bool alive = false;
+  };
+
+  void save(int t);
+  void take_out(int t);
+  void start_epoch() noexcept;
+
   std::vector<Term> terms_;
-  std::vector<int> free_;
+  FreeList numbers_;
   std::vector<std::vector<int>> adjacency_;
+  unsigned epoch_ = 1;
+  std::vector<int> added_, removed_;
+  std::vector<Saved> saved_;
 };
 
 }  // namespace hybrid

@@ -75,6 +75,19 @@ class Pair {
     return report;
   }
 
+  /// Goes back to where `committed` was copied, random numbers apart.
+  void roll_back(const Pair& committed) {
+    tree_.roll_back();
+    dims_ = next_dims_ = committed.dims_;
+    factors_ = next_factors_ = committed.factors_;
+    gone_ = committed.gone_;
+  }
+  void commit() {
+    tree_.commit();
+    gone_.clear();
+  }
+  void seed(std::uint64_t seed) { random_ = Random(seed); }
+
   Dense dense(bool next) const {
     Dense d;
     int n = 0;
@@ -98,11 +111,17 @@ class Pair {
     return d;
   }
 
-  /// All that the tree says about its steps and factors.
+  /// All that the tree says about its steps, factors, cliques and covariances.
   std::vector<double> state() const {
-    std::vector<double> all = {static_cast<double>(tree_.factor_size())};
+    std::vector<double> all = {static_cast<double>(tree_.factor_size()),
+                               static_cast<double>(tree_.clique_count()), tree_.log_determinant()};
     for (const auto& [v, dim] : dims_) all.insert(all.end(), tree_.delta(v), tree_.delta(v) + dim);
     for (const auto& [f, factor] : factors_) all.push_back(tree_.linear_cost(f));
+    for (int v : tree_.order()) all.push_back(v);
+    for (const auto& [a, b] : tree_.blocks()) all.insert(all.end(), {double(a), double(b)});
+    tree_.visit_covariances([&](int, const Eigen::MatrixXd& covariance) {
+      all.insert(all.end(), covariance.data(), covariance.data() + covariance.size());
+    });
     return all;
   }
 
@@ -153,10 +172,6 @@ class Pair {
 
   BayesTree& tree() { return tree_; }
   bool empty() const { return dims_.empty(); }
-  void forget_change() {
-    next_dims_ = dims_;
-    next_factors_ = factors_;
-  }
 
  private:
   struct Factor {
@@ -171,7 +186,7 @@ class Pair {
   /// Mostly with a factor that ties it to another variable, or with a prior.
   void add_variable(bool held = true) {
     int v = 0;
-    while (next_dims_.count(v) != 0 || dims_.count(v) != 0) ++v;
+    while (next_dims_.count(v) != 0 || dims_.count(v) != 0 || gone_.count(v) != 0) ++v;
     const bool alone = next_dims_.empty() || random_.below(10) == 0;
     const int other = alone ? v : any();
     next_dims_[v] = 1 + random_.below(6);
@@ -213,12 +228,14 @@ class Pair {
     }
     for (int f : holders) remove_factor(f);
     next_dims_.erase(v);
+    gone_.insert(v);
     tree_.remove_variable(v);
   }
 
   Random random_;
   BayesTree tree_;
   std::map<int, int> dims_, next_dims_;
+  std::set<int> gone_;  // since the last commit
   std::map<int, Factor> factors_, next_factors_;
 };
 
@@ -239,6 +256,7 @@ TEST(BayesTree, EqualsDenseOverRandomChanges) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Pair pair(seed);
     for (int step = 0; step < 15; ++step) {
+      const Pair committed = pair;
       const std::vector<double> before = pair.state();
       pair.change();
       const double condition = conditioning(pair.dense(true).information);
@@ -251,10 +269,17 @@ TEST(BayesTree, EqualsDenseOverRandomChanges) {
       }
       if (report.singular >= 0) {
         ++singular;
+        pair.roll_back(committed);
         ASSERT_EQ(pair.state(), before) << "step " << step;
         continue;
       }
       pair.tree().solve(0.0);
+      pair.commit();
+      if (condition > 1e-8 && !pair.empty()) {
+        const double dense =
+            pair.dense(false).information.llt().matrixLLT().diagonal().array().log().sum();
+        EXPECT_NEAR(pair.tree().log_determinant(), 2.0 * dense, 1e-6);
+      }
       if (conditioning(pair.dense(false).information) < 1e-8 || pair.empty()) continue;
       pair.expect_solution(1e-6);
       if (step % 5 == 4) {
@@ -269,23 +294,100 @@ TEST(BayesTree, EqualsDenseOverRandomChanges) {
   EXPECT_GT(singular, 50);
 }
 
-TEST(BayesTree, AbandonTakesEverythingBack) {
-  for (int seed = 1; seed <= cases(100); ++seed) {
+/// Some changes in a row, each eliminated and solved; those that are refused stay pending.
+void try_changes(Pair& pair, int count) {
+  for (int k = 0; k < count; ++k) {
+    pair.change();
+    if (pair.eliminate().singular >= 0) return;
+    pair.tree().solve(k % 2 == 0 ? 0.0 : 1e-3);
+    if (!pair.empty() && k % 3 == 0) pair.disturb();
+  }
+}
+
+TEST(BayesTree, RollBackTakesEverythingBackAndLeavesNoTrace) {
+  for (int seed = 1; seed <= cases(60); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Pair pair(seed);
     for (int step = 0; step < 10; ++step) {
+      const Pair committed = pair;
       const std::vector<double> before = pair.state();
-      pair.change();
-      pair.tree().abandon();
-      pair.forget_change();
+      try_changes(pair, 1 + step % 4);
+      if (step % 3 == 0) pair.change();  // not eliminated
+      pair.roll_back(committed);
       ASSERT_EQ(pair.state(), before);
+
+      // What comes next is the same for a tree that never tried.
+      Pair twin = committed;
+      for (Pair* each : {&pair, &twin}) {
+        each->seed(1000 * seed + step);
+        try_changes(*each, 2);
+      }
+      ASSERT_EQ(pair.state(), twin.state());
+      pair.roll_back(committed);
       pair.change();
-      if (pair.eliminate().singular >= 0 || pair.empty()) continue;
+      if (pair.eliminate().singular >= 0) {
+        pair.roll_back(committed);
+        continue;
+      }
       pair.tree().solve(0.0);
+      pair.commit();
+      if (pair.empty()) continue;
       if (conditioning(pair.dense(false).information) > 1e-8) pair.expect_solution(1e-6);
       if (::testing::Test::HasFailure()) return;
     }
   }
+}
+
+TEST(BayesTree, ChangeOfTheLogDeterminantIsThatSinceTheLastCommit) {
+  for (int seed = 1; seed <= cases(60); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Pair pair(seed);
+    for (int step = 0; step < 8; ++step) {
+      const Pair committed = pair;
+      const double before = pair.tree().log_determinant();
+      for (int k = 0; k < 3; ++k) {
+        pair.change();
+        if (pair.eliminate().singular < 0) continue;
+        pair.roll_back(committed);
+        break;
+      }
+      const double change = pair.tree().log_determinant() - before;
+      EXPECT_NEAR(pair.tree().log_determinant_change(), change, 1e-9 * (1.0 + std::abs(before)));
+      pair.commit();
+      EXPECT_EQ(pair.tree().log_determinant_change(), 0.0);
+    }
+  }
+}
+
+/// Poses on a line, each tied to the one before, the first one held: the last is known n times less
+/// well than its own factor says.
+TEST(BayesTree, AsksWhetherWhatIsLostInRoundingIsDetermined) {
+  BayesTree tree;
+  const auto add = [&](int v, double weight) {
+    tree.add_variable(v, 1);
+    const int f = v == 0 ? tree.add_factor({0}) : tree.add_factor({v - 1, v});
+    double* h = tree.hessian(f);
+    h[0] = weight;
+    if (v == 0) return;
+    h[1] = -weight;
+    h[4] = weight;
+  };
+  add(0, 1e-13);  // far less than the rest
+  add(1, 1.0);
+  EXPECT_GE(tree.eliminate({1}).singular, 0);
+  std::vector<int> asked;
+  const EliminationReport report = tree.eliminate({1}, [&](const std::vector<int>& variables) {
+    asked = variables;
+    return true;
+  });
+  EXPECT_LT(report.singular, 0);
+  EXPECT_EQ(asked, std::vector<int>{1});
+  tree.solve(0.0);
+  EXPECT_TRUE(std::isfinite(tree.delta(1)[0]));
+  tree.roll_back();
+  add(0, 1e-6);
+  add(1, 1.0);
+  EXPECT_LT(tree.eliminate({1}).singular, 0);
 }
 
 TEST(BayesTree, BytesDoNotGrowWithRepeatedChanges) {
@@ -296,6 +398,7 @@ TEST(BayesTree, BytesDoNotGrowWithRepeatedChanges) {
   };
   unit(tree.add_factor({0}));
   tree.eliminate({});
+  tree.commit();
   std::size_t bytes = 0;
   for (int k = 0; k < 10000; ++k) {
     const int f = tree.add_factor({0});
@@ -304,6 +407,11 @@ TEST(BayesTree, BytesDoNotGrowWithRepeatedChanges) {
     tree.remove_factor(f);
     tree.eliminate({});
     tree.solve(0.0);
+    if (k % 2 == 0) {
+      tree.commit();
+    } else {
+      tree.roll_back();
+    }
     if (k == 10) bytes = tree.bytes();
   }
   EXPECT_LE(tree.bytes(), bytes);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace hybrid {
+
+/// Numbers 0, 1, ... that are handed out and come back, those that came back last first. What
+/// happened since the last `commit` can be rolled back, at the cost of what happened.
+class FreeList {
+ public:
+  int take() {
+    if (free_.empty()) return count_++;
+    const int number = free_.back();
+    free_.pop_back();
+    if (free_.size() < kept_) {
+      taken_.push_back(number);
+      kept_ = free_.size();
+    }
+    return number;
+  }
+  /// Where memory is short the number is lost, and nothing else.
+  void give(int number) noexcept {
+    try {
+      free_.push_back(number);
+    } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch)
+    }
+  }
+
+  /// Numbers from 0 to count() - 1 are in use or have come back.
+  int count() const { return count_; }
+
+  void commit() {
+    committed_count_ = count_;
+    kept_ = free_.size();
+    taken_.clear();
+  }
+  void roll_back() {
+    count_ = committed_count_;
+    free_.resize(kept_);
+    free_.insert(free_.end(), taken_.rbegin(), taken_.rend());
+    commit();
+  }
+
+ private:
+  std::vector<int> free_;
+  int count_ = 0;
+  int committed_count_ = 0;
+  std::size_t kept_ = 0;    // the first of `free_` that were there at the last commit and still are
+  std::vector<int> taken_;  // those that were there behind them, the last one first
+};
+
+}  // namespace hybrid

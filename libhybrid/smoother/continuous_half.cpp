@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// The continuous half-step of the smoother (eq. 8b, 9b).
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libhybrid/smoother/incremental.h"
+
+namespace hybrid {
+
+/// Moves the linearisation points of some variables to the estimate and linearises their factors
+/// there.
+void IncrementalSmoother::move_linearization(const std::vector<int>& slots, UpdateReport& report) {
+  std::vector<int> terms;
+  ++stamp_;
+  for (int slot : slots) {
+    if (!theta_->occupied(slot)) continue;
+    std::copy_n(values().data(slot), theta_->type(slot).size, theta_.edit(slot));
+    tree_.reset_delta(slot);
+    ++report.relinearized;
+    for (int t : terms_.of_variable(slot)) {
+      if (term_stamp_[t] == stamp_) continue;
+      term_stamp_[t] = stamp_;
+      if (terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty()) terms.push_back(t);
+    }
+  }
+  for (int t : terms) linearize(terms_[t], theta_.get(), tree_);
+}
+
+/// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
+/// where the true objective rises with it, some more of them with all that moved linearised again;
+/// and where that does not help, a part of the way. Returns false where it stays put.
+bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, int more_steps) {
+  ++report.rounds;
+  const double before = term_cost_.value();
+  old_slots_.clear();
+  old_.clear();
+  ++old_stamp_;
+  bool moved_on = true;
+  for (int tries = 0;; ++tries) {
+    changed_ = tree_.solve(wildfire);
+    remember(changed_);
+    move_estimate();
+    if (term_cost_.value() <= before) break;
+    if (tries == more_steps) {
+      moved_on = back_off(before);
+      break;
+    }
+    // All that moved, not just the ends of the worst factors: a variable that is linearised again
+    // beside one that is not spoils the models of the factors between them, one more at each step.
+    const std::vector<int> moved = changed_;
+    moved_.clear();
+    move_linearization(moved, report);
+    if (!eliminate(report)) return false;
+  }
+  record(report);
+  return moved_on;
+}
+
+/// Keeps the estimates of some variables as they were before this half-step.
+void IncrementalSmoother::remember(const std::vector<int>& slots) {
+  if (static_cast<int>(slot_stamp_.size()) < theta_->slot_count())
+    slot_stamp_.resize(theta_->slot_count());
+  for (int slot : slots) {
+    if (slot_stamp_[slot] == old_stamp_) continue;
+    slot_stamp_[slot] = old_stamp_;
+    const double* x = values().data(slot);
+    old_slots_.push_back(slot);
+    old_.insert(old_.end(), x, x + values().type(slot).size);
+  }
+}
+
+/// Sets the estimate of the changed variables from their steps, and the costs of their factors.
+void IncrementalSmoother::move_estimate() {
+  for (int slot : changed_) {
+    retract(theta_->type(slot), theta_->data(slot), tree_.delta(slot), estimate_.edit(slot));
+  }
+  refresh_costs(changed_);
+}
+
+/// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
+/// variables of those whose linear model is off.
+void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
+  errors_.clear();
+  double change = 0.0;
+  ++stamp_;
+  for (int slot : slots) {
+    for (int t : terms_.of_variable(slot)) {
+      if (term_stamp_[t] == stamp_) continue;
+      term_stamp_[t] = stamp_;
+      if (!terms_[t].alive) continue;
+      Term& term = terms_.edit(t);
+      const double cost = evaluate(term, values());
+      if (std::isfinite(cost) && std::isfinite(term.cost)) {
+        change += cost - term.cost;
+      } else {
+        term_cost_.subtract(term.cost);
+        term_cost_.add(cost);
+      }
+      term.cost = cost;
+      if (term.hybrid != nullptr) stale_.push_back(t);
+      if (term.tree_factor < 0) continue;
+      const double fixed = term.component.constant + term.component.factor->log_normalizer();
+      const double error = cost - fixed - tree_.linear_cost(term.tree_factor);
+      errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
+    }
+  }
+  term_cost_.add(change);
+  choose_moved();
+}
+
+/// Lists, as `moved_`, the variables of factors whose linear model is off by more than the option
+/// says.
+void IncrementalSmoother::choose_moved() {
+  moved_.clear();
+  for (const auto& [error, t] : errors_) {
+    if (error <= options_.relinearize) continue;
+    moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+  }
+  std::sort(moved_.begin(), moved_.end());
+  moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+}
+
+}  // namespace hybrid
