@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace hybrid {
 
@@ -12,6 +13,25 @@ namespace hybrid {
 class Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : std::runtime_error(message) {}
+};
+
+/// The operating system refused something: a full disk, a missing permission. The message is
+/// `what` and the reason.
+class SystemError : public Error {
+ public:
+  /// `code` is a value of errno.
+  SystemError(const std::string& what, int code)
+      : Error(what + ": " + std::generic_category().message(code)), code_(code) {}
+  int code() const { return code_; }
+
+ private:
+  int code_;
+};
+
+/// Thrown where what the user asks for makes no sense, whatever the data are.
+class SettingsError : public Error {
+ public:
+  using Error::Error;
 };
 
 }  // namespace hybrid

@@ -15,15 +15,15 @@ namespace {
 
 constexpr double kLog2Pi = 1.8378770664093454836;
 
-void check_symmetric(const Eigen::MatrixXd& m, const std::string& what) {
+void check_symmetric(const Eigen::MatrixXd& m, const char* name) {
   if (m.rows() != m.cols() || m.rows() == 0) {
-    throw Error(what + " must be square, got " + std::to_string(m.rows()) + " x " +
+    throw Error(std::string(name) + " must be square, got " + std::to_string(m.rows()) + " x " +
                 std::to_string(m.cols()));
   }
-  if (!m.allFinite()) throw Error(what + " has an entry that is not finite");
+  if (!m.allFinite()) throw Error(std::string(name) + " has an entry that is not finite");
   const double scale = m.cwiseAbs().maxCoeff();
   if ((m - m.transpose()).cwiseAbs().maxCoeff() > 1e-6 * scale) {
-    throw Error(what + " must be symmetric");
+    throw Error(std::string(name) + " must be symmetric");
   }
 }
 

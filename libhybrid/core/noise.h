@@ -2,13 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
-
-static_assert(EIGEN_DEFAULT_ALIGN_BYTES <= 16,
-              "Eigen would allocate differently from the library: use hybrid::hybrid of CMake, or "
-              "compile with -U__AVX__ -U__AVX2__ -U__AVX512F__ -U__FMA__");
 
 /// Zero-mean Gaussian noise of a measurement, held as an upper-triangular square-root information
 /// matrix R with R'R = inverse covariance, so that the whitened residual is R e.

@@ -3,6 +3,7 @@
 #include "libhybrid/core/values.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <new>
 
@@ -11,8 +12,16 @@ namespace hybrid {
 void Values::insert(Key key, VariableType type, const double* x) {
   if (contains(key)) throw Error("variable " + to_string(key) + " exists already");
   if (type.dim <= 0) throw Error("variable " + to_string(key) + " has no dimension");
-  for (int i = 0; i < type.size; ++i) {
-    if (!std::isfinite(x[i])) throw Error("initial value of " + to_string(key) + " is not finite");
+  const auto finite = [&] {
+    return std::all_of(x, x + type.size, [](double v) { return std::isfinite(v); });
+  };
+  if (!finite()) throw Error("initial value of " + to_string(key) + " is not finite");
+  std::array<double, SE3::kSize> unit;  // the largest of the groups
+  if (type.kind != VariableKind::kVector) {
+    std::copy(x, x + type.size, unit.begin());
+    normalize(type, unit.data());
+    x = unit.data();
+    if (!finite()) throw Error("the rotation of " + to_string(key) + " has norm zero");
   }
   auto& reusable = free_[type.size];
   const bool fresh = reusable.empty();

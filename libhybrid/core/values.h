@@ -15,7 +15,8 @@ namespace hybrid {
 /// key. A variable has a slot, a small integer that stays the same until the variable is erased.
 class Values {
  public:
-  /// Throws Error if the key is there already or the value is not finite.
+  /// Throws Error if the key is there already or the value is not finite. A rotation that is not of
+  /// unit norm is scaled to it; one of norm zero is refused.
   template <class T>
   void insert(Key key, const T& value) {
     double x[Variable<T>::kSize];

@@ -13,6 +13,14 @@ void retract_group(const double* x, const double* delta, double* out) {
 }
 
 template <class Group>
+void normalize_group(double* x) {
+  Group g = Group::load(x);
+  if (g.is_unit()) return;
+  g.normalize();
+  g.store(x);
+}
+
+template <class Group>
 void local_group(const double* x, const double* y, double* delta) {
   Eigen::Map<typename Group::Tangent>{delta} = (Group::load(x).inverse() * Group::load(y)).log();
 }
@@ -47,6 +55,21 @@ void retract(VariableType type, const double* x, const double* delta, double* ou
       return retract_group<SE3>(x, delta, out);
     case VariableKind::kVector:
       for (int i = 0; i < type.dim; ++i) out[i] = x[i] + delta[i];
+  }
+}
+
+void normalize(VariableType type, double* x) {
+  switch (type.kind) {
+    case VariableKind::kSO2:
+      return normalize_group<SO2>(x);
+    case VariableKind::kSE2:
+      return normalize_group<SE2>(x);
+    case VariableKind::kSO3:
+      return normalize_group<SO3>(x);
+    case VariableKind::kSE3:
+      return normalize_group<SE3>(x);
+    case VariableKind::kVector:
+      return;
   }
 }
 

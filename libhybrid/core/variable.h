@@ -34,6 +34,10 @@ std::string to_string(VariableType type);
 /// out = x boxplus delta: x Exp(delta) for groups, x + delta for vectors. `out` may be `x`.
 void retract(VariableType type, const double* x, const double* delta, double* out);
 
+/// Scales the rotation of a group to unit norm where it is not of it; not a number where it is
+/// zero.
+void normalize(VariableType type, double* x);
+
 /// delta = y boxminus x, so that retract(x, delta) gives y.
 void local(VariableType type, const double* x, const double* y, double* delta);
 

@@ -24,7 +24,7 @@ class Bearing : public FactorOf<Pose::Point::RowsAtCompileTime - 1, Pose, typena
   Bearing(Key pose, Key point, const Angles& measured, const Noise& noise,
           const Pose& T_robot_sensor = {}, Loss loss = {})
       : Base({pose, point}, noise, loss), measured_(measured), view_(T_robot_sensor) {
-    check_measurement(measured, "bearing");
+    check_measurement(*this, measured, "bearing");
   }
 
   const Angles& measured() const { return measured_; }

@@ -23,8 +23,8 @@ class BearingRange : public FactorOf<Pose::Point::RowsAtCompileTime, Pose, typen
   BearingRange(Key pose, Key point, const Point& measured, const Noise& noise,
                const Pose& T_robot_sensor = {}, Loss loss = {})
       : Base({pose, point}, noise, loss), measured_(measured), view_(T_robot_sensor) {
-    check_range(measured[0]);
-    check_measurement(measured, "bearing");
+    check_range(*this, measured[0]);
+    check_measurement(*this, measured, "bearing");
   }
 
   const Point& measured() const { return measured_; }

@@ -17,8 +17,11 @@ class Between : public FactorOf<Group::kDim, Group, Group> {
   using Base = FactorOf<Group::kDim, Group, Group>;
   using Matrix = typename Group::Jacobian;
 
+  /// Throws Error for a motion that is not finite.
   Between(Key a, Key b, const Group& measured, const Noise& noise, Loss loss = {})
-      : Base({a, b}, noise, loss), measured_(measured) {}
+      : Base({a, b}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "motion");
+  }
 
   const Group& measured() const { return measured_; }
   std::string name() const override { return "between"; }
@@ -41,8 +44,11 @@ class Between : public FactorOf<Group::kDim, Group, Group> {
 /// default of readers.
 class BetweenSE2 : public FactorOf<3, SE2, SE2> {
  public:
+  /// Throws Error for a motion that is not finite.
   BetweenSE2(Key a, Key b, const SE2& measured, const Noise& noise, Loss loss = {})
-      : FactorOf({a, b}, noise, loss), measured_(measured) {}
+      : FactorOf({a, b}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "motion");
+  }
 
   const SE2& measured() const { return measured_; }
   std::string name() const override { return "between"; }

@@ -24,8 +24,8 @@ class CalibratedBearingRange
   CalibratedBearingRange(Key pose, Key point, Key sensor, const Point& measured, const Noise& noise,
                          Loss loss = {})
       : Base({pose, point, sensor}, noise, loss), measured_(measured) {
-    check_range(measured[0]);
-    check_measurement(measured, "bearing");
+    check_range(*this, measured[0]);
+    check_measurement(*this, measured, "bearing");
   }
 
   const Point& measured() const { return measured_; }

@@ -30,7 +30,9 @@ class CalibratedMotion2 : public FactorOf<3, SE2, SE2, OdometryCalibration2> {
  public:
   CalibratedMotion2(Key a, Key b, Key calibration, const SE2& measured, const Noise& noise,
                     Loss loss = {})
-      : FactorOf({a, b, calibration}, noise, loss), measured_(measured) {}
+      : FactorOf({a, b, calibration}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "motion");
+  }
 
   const SE2& measured() const { return measured_; }
   std::string name() const override { return "calibrated motion"; }
@@ -48,7 +50,9 @@ class CalibratedMotion3 : public FactorOf<6, SE3, SE3, OdometryCalibration3> {
  public:
   CalibratedMotion3(Key a, Key b, Key calibration, const SE3& measured, const Noise& noise,
                     Loss loss = {})
-      : FactorOf({a, b, calibration}, noise, loss), measured_(measured) {}
+      : FactorOf({a, b, calibration}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "motion");
+  }
 
   const SE3& measured() const { return measured_; }
   std::string name() const override { return "calibrated motion"; }

@@ -18,6 +18,12 @@ ContinuousFactor::ContinuousFactor(std::vector<Key> keys, std::vector<VariableTy
   }
 }
 
+std::string describe(const std::string& name, const std::vector<Key>& keys) {
+  std::string text = name + " factor on";
+  for (Key key : keys) text += " " + to_string(key);
+  return text;
+}
+
 double ContinuousFactor::cost(const Values& values) const {
   return cost(gather(keys_, types_, values).data());
 }

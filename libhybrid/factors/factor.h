@@ -57,6 +57,9 @@ class ContinuousFactor {
   int cols_;
 };
 
+/// "between factor on x3 x8", for messages.
+std::string describe(const std::string& name, const std::vector<Key>& keys);
+
 using ContinuousFactorPtr = std::shared_ptr<const ContinuousFactor>;
 
 /// Pointers to the storage of `keys` in `values`, as the factors take them. Throws Error if a

@@ -15,6 +15,26 @@
 
 namespace hybrid {
 
+/// Throws Error, which names the factor, unless all numbers of a measured vector or group element
+/// are finite.
+template <class T>
+void check_measurement(const ContinuousFactor& factor, const T& z, const char* what) {
+  double x[Variable<T>::kSize];
+  Variable<T>::store(z, x);
+  for (double entry : x) {
+    if (std::isfinite(entry)) continue;
+    throw Error(describe(factor.name(), factor.keys()) + ": the measured " + what +
+                " is not finite");
+  }
+}
+
+/// Throws Error, which names the factor, unless a measured range is finite and not negative.
+inline void check_range(const ContinuousFactor& factor, double range) {
+  if (range >= 0.0 && std::isfinite(range)) return;
+  throw Error(describe(factor.name(), factor.keys()) +
+              ": the measured range must be finite and not negative, got " + std::to_string(range));
+}
+
 /// Base of continuous factors whose residual size and variable types are known at compile time.
 /// Derive, and write `evaluate`: the residual and, where a pointer is not null, its Jacobian with
 /// respect to the tangent of that variable. Whitening, robust loss and storage are done here.

@@ -3,9 +3,14 @@
 #include "libhybrid/factors/linear_prior.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <type_traits>
 #include <utility>
+
+#include "libhybrid/factors/anchor_frame.h"
 
 namespace hybrid {
 namespace {
@@ -32,68 +37,137 @@ Eigen::MatrixXd boxminus_jacobian(VariableType type, const double* e) {
   return Eigen::MatrixXd::Identity(type.dim, type.dim);
 }
 
+bool is_pose(VariableType type) {
+  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+}
+
 }  // namespace
 
 LinearPrior::LinearPrior(const std::vector<Key>& keys, const Values& points, Eigen::MatrixXd R,
-                         Eigen::VectorXd r)
+                         Eigen::VectorXd r, std::vector<bool> located)
     : ContinuousFactor(keys, types_of(keys, points), static_cast<int>(R.rows())),
+      located_(std::move(located)),
+      in_frame_(keys.size(), false),
       R_(std::move(R)),
       r_(std::move(r)) {
-  for (Key key : keys) {
-    const double* x = points.data(key);
-    points_.insert(points_.end(), x, x + points.type(key).size);
-  }
   if (R_.cols() != cols() || r_.size() != R_.rows())
     throw Error("a linear prior has matrices that do not fit");
+  located_.resize(keys.size(), false);
+  for (Key key : keys) {
+    const double* x = points.data(key);
+    origins_.insert(origins_.end(), x, x + points.type(key).size);
+  }
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (located_[i] && is_pose(types()[i])) {
+      anchor_ = static_cast<int>(i);
+      types()[i].kind == VariableKind::kSE3 ? express<SE3>() : express<SE2>();
+      return;
+    }
+    anchor_at_ += types()[i].size;
+    anchor_column_ += types()[i].dim;
+  }
+}
+
+/// Takes the variables that have a place in the map into the frame of the anchor, and R into their
+/// coordinates.
+template <class Pose>
+void LinearPrior::express() {
+  const AnchorFrame<Pose> frame(Pose::load(origins_.data() + anchor_at_));
+  double* origin = origins_.data();
+  int column = 0;
+  const auto take = [&](const auto& x) {
+    using T = std::decay_t<decltype(x)>;
+    constexpr int kDim = Variable<T>::kDim;
+    const auto at = frame.coordinates(frame.express(x), x);
+    R_.middleCols<kDim>(column) *= at.by_variable.inverse();
+    R_.middleCols<Pose::kDim>(anchor_column_) -= R_.middleCols<kDim>(column) * at.by_anchor;
+    Variable<T>::store(frame.express(x), origin);
+  };
+  for (std::size_t i = 0; i < types().size(); ++i) {
+    const VariableType type = types()[i];
+    in_frame_[i] = located_[i] && static_cast<int>(i) != anchor_ && AnchorFrame<Pose>::takes(type);
+    if (in_frame_[i]) AnchorFrame<Pose>::load(type, origin, take);
+    origin += type.size;
+    column += type.dim;
+  }
 }
 
 ContinuousFactorPtr LinearPrior::from_information(const std::vector<Key>& keys,
                                                   const Values& points,
                                                   const Eigen::MatrixXd& information,
-                                                  const Eigen::VectorXd& gradient) {
-  // Lambda = P' L D L' P with pivoting; directions without information drop out.
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
+                                                  const Eigen::VectorXd& gradient,
+                                                  std::vector<bool> located) {
+  // S = D Lambda D with unit diagonal, whatever the units, and S = P' L D L' P with pivoting:
+  // directions without information drop out.
+  Eigen::VectorXd scale = information.diagonal();
+  for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
   const Eigen::VectorXd d = ldlt.vectorD();
-  const double least = 1e-12 * d.cwiseAbs().maxCoeff();
+  const double rounding = static_cast<double>(d.size()) * std::numeric_limits<double>::epsilon();
   int rank = 0;
-  while (rank < d.size() && d[rank] > least) ++rank;
+  while (rank < d.size() && d[rank] > rounding) ++rank;
   const Eigen::MatrixXd lower = ldlt.matrixL();
   const Eigen::VectorXd root = d.head(rank).cwiseSqrt();
   const Eigen::MatrixXd transposed =
       ldlt.transpositionsP().transpose() * (lower.leftCols(rank) * root.asDiagonal());
-  Eigen::VectorXd y = ldlt.transpositionsP() * gradient;
+  Eigen::VectorXd y = ldlt.transpositionsP() * scale.cwiseProduct(gradient);
   ldlt.matrixL().solveInPlace(y);
   const Eigen::VectorXd r = y.head(rank).cwiseQuotient(root);
-  return std::make_shared<LinearPrior>(keys, points, transposed.transpose(), r);
+  for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
+  return std::make_shared<LinearPrior>(keys, points, transposed.transpose() * scale.asDiagonal(), r,
+                                       std::move(located));
 }
 
-Eigen::VectorXd LinearPrior::tangent(const double* const* x) const {
+/// The coordinates of x; where J is not null, it becomes the derivative of R e by the tangents.
+template <class Pose>
+Eigen::VectorXd LinearPrior::coordinates(const double* const* x, double* J) const {
   Eigen::VectorXd e(cols());
-  int row = 0;
-  int at = 0;
-  for (std::size_t i = 0; i < types().size(); ++i) {
-    local(types()[i], points_.data() + at, x[i], e.data() + row);
-    row += types()[i].dim;
-    at += types()[i].size;
+  Eigen::Map<Eigen::MatrixXd> jacobian(J, rows(), J == nullptr ? 0 : cols());
+  if (J != nullptr) jacobian = R_;
+  const AnchorFrame<Pose> frame(anchor_ < 0 ? Pose() : Pose::load(x[anchor_]));
+  const double* origin = origins_.data();
+  int column = 0;
+  std::size_t i = 0;
+  const auto take = [&](const auto& expressed) {
+    using T = std::decay_t<decltype(expressed)>;
+    constexpr int kDim = Variable<T>::kDim;
+    const auto at = frame.coordinates(expressed, Variable<T>::load(x[i]));
+    e.segment<kDim>(column) = at.e;
+    if (J == nullptr) return;
+    const auto R = R_.middleCols<kDim>(column);
+    jacobian.middleCols<kDim>(column).noalias() = R * at.by_variable;
+    jacobian.middleCols<Pose::kDim>(anchor_column_).noalias() += R * at.by_anchor;
+  };
+  for (; i < types().size(); ++i) {
+    const VariableType type = types()[i];
+    if (in_frame_[i]) {
+      AnchorFrame<Pose>::load(type, origin, take);
+    } else {
+      local(type, origin, x[i], e.data() + column);
+      if (J != nullptr && type.kind != VariableKind::kVector) {
+        const auto R = R_.middleCols(column, type.dim);
+        jacobian.middleCols(column, type.dim) += R * boxminus_jacobian(type, e.data() + column) - R;
+      }
+    }
+    origin += type.size;
+    column += type.dim;
   }
   return e;
 }
 
+Eigen::VectorXd LinearPrior::coordinates(const double* const* x, double* J) const {
+  const bool in_space = anchor_ >= 0 && types()[anchor_].kind == VariableKind::kSE3;
+  return in_space ? coordinates<SE3>(x, J) : coordinates<SE2>(x, J);
+}
+
 double LinearPrior::cost(const double* const* x) const {
-  return 0.5 * (R_ * tangent(x) + r_).squaredNorm();
+  return 0.5 * (R_ * coordinates(x, nullptr) + r_).squaredNorm();
 }
 
 double LinearPrior::linearize(const double* const* x, double* r, double* J) const {
-  const Eigen::VectorXd e = tangent(x);
   Eigen::Map<Eigen::VectorXd> residual(r, rows());
-  Eigen::Map<Eigen::MatrixXd> jacobian(J, rows(), cols());
-  residual = R_ * e + r_;
-  int column = 0;
-  for (const VariableType& type : types()) {
-    jacobian.middleCols(column, type.dim) =
-        R_.middleCols(column, type.dim) * boxminus_jacobian(type, e.data() + column);
-    column += type.dim;
-  }
+  residual = r_;
+  residual.noalias() += R_ * coordinates(x, J);
   return 0.5 * residual.squaredNorm();
 }
 

@@ -18,8 +18,8 @@ class PointMatch : public FactorOf<3, SE3> {
   PointMatch(Key T_target_source, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
              const Noise& noise, Loss loss = {})
       : FactorOf({T_target_source}, noise, loss), p_(p), q_(q) {
-    check_measurement(p, "point");
-    check_measurement(q, "point");
+    check_measurement(*this, p, "point");
+    check_measurement(*this, q, "point");
   }
 
   std::string name() const override { return "point match"; }

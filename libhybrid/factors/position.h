@@ -22,7 +22,7 @@ class Position : public FactorOf<Pose::Point::RowsAtCompileTime, Pose> {
   Position(Key pose, const Point& measured, const Noise& noise,
            const Point& lever_arm = Point::Zero(), Loss loss = {})
       : Base({pose}, noise, loss), measured_(measured), lever_arm_(lever_arm) {
-    check_measurement(measured, "position");
+    check_measurement(*this, measured, "position");
   }
 
   const Point& measured() const { return measured_; }

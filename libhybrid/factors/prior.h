@@ -14,8 +14,11 @@ class Prior : public FactorOf<Variable<Group>::kDim, Group> {
  public:
   using Base = FactorOf<Variable<Group>::kDim, Group>;
 
+  /// Throws Error for a value that is not finite.
   Prior(Key key, const Group& measured, const Noise& noise, Loss loss = {})
-      : Base({key}, noise, loss), measured_(measured) {}
+      : Base({key}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "value");
+  }
 
   const Group& measured() const { return measured_; }
   std::string name() const override { return "prior"; }
@@ -35,8 +38,11 @@ class Prior<Eigen::Matrix<double, N, 1>> : public FactorOf<N, Eigen::Matrix<doub
  public:
   using Vector = Eigen::Matrix<double, N, 1>;
 
+  /// Throws Error for a value that is not finite.
   Prior(Key key, const Vector& measured, const Noise& noise, Loss loss = {})
-      : FactorOf<N, Vector>({key}, noise, loss), measured_(measured) {}
+      : FactorOf<N, Vector>({key}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "value");
+  }
 
   const Vector& measured() const { return measured_; }
   std::string name() const override { return "prior"; }

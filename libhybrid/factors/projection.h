@@ -34,7 +34,7 @@ class Projection : public FactorOf<2, SE3, Eigen::Vector3d, Intrinsics> {
   Projection(Key pose, Key point, Key intrinsics, const Eigen::Vector2d& pixel, const Noise& noise,
              Loss loss = {})
       : FactorOf({pose, point, intrinsics}, noise, loss), pixel_(pixel) {
-    check_measurement(pixel, "pixel");
+    check_measurement(*this, pixel, "pixel");
   }
 
   const Eigen::Vector2d& pixel() const { return pixel_; }

@@ -2,7 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <algorithm>
 #include <string>
 
 #include "libhybrid/factors/carried_point.h"
@@ -14,7 +13,8 @@ namespace hybrid {
 /// A measured distance [m] between two things that have a position, each a pose or a point:
 /// Range<SE2, Eigen::Vector2d>, Range<SE3, SE3>, Range<Eigen::Vector3d, Eigen::Vector3d>. The
 /// offsets are the positions of the antennas in the frames of the two. Residual: distance - z. At
-/// distance zero the derivative is zero, see `kMinDistance`.
+/// distance zero, where it has no derivative, the one along the first axis of `a` stands in (any
+/// direction is a subgradient), so that a start there is left.
 template <class A, class B>
 class Range : public FactorOf<1, A, B> {
  public:
@@ -26,7 +26,7 @@ class Range : public FactorOf<1, A, B> {
   Range(Key a, Key b, double measured, const Noise& noise, const Point& offset_a = Point::Zero(),
         const Point& offset_b = Point::Zero(), Loss loss = {})
       : Base({a, b}, noise, loss), measured_(measured), offset_a_(offset_a), offset_b_(offset_b) {
-    check_range(measured);
+    check_range(*this, measured);
   }
 
   double measured() const { return measured_; }
@@ -41,7 +41,7 @@ class Range : public FactorOf<1, A, B> {
                     carried_point(a, offset_a_, derive ? &Da : nullptr);
     const double range = d.norm();
     if (derive) {
-      const Point u = d / std::max(range, kMinDistance);
+      const Point u = range > 0.0 ? Point(d / range) : Point(Da.col(0));
       Ja->noalias() = -u.transpose() * Da;
       Jb->noalias() = u.transpose() * Db;
     }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libhybrid/core/noise.h"
-#include "libhybrid/factors/factor.h"
+#include "libhybrid/factors/factor_of.h"
 
 namespace hybrid {
 
@@ -19,7 +19,8 @@ class RelativePoses : public ContinuousFactor {
  public:
   static constexpr int kDim = Group::kDim;
 
-  /// keys[0] is a; measured[i] is that of keys[i + 1]. Throws Error where the sizes do not fit.
+  /// keys[0] is a; measured[i] is that of keys[i + 1]. Throws Error where the sizes do not fit or
+  /// a pose is not finite.
   RelativePoses(const std::vector<Key>& keys, std::vector<Group> measured, const Noise& noise)
       : ContinuousFactor(keys, std::vector<VariableType>(keys.size(), Variable<Group>::type()),
                          kDim * static_cast<int>(measured.size())),
@@ -29,6 +30,7 @@ class RelativePoses : public ContinuousFactor {
     if (keys.size() != measured_.size() + 1 || noise.dim() != rows()) {
       throw Error("relative poses whose keys, measurements and noise do not fit");
     }
+    for (const Group& z : measured_) check_measurement(*this, z, "pose");
   }
 
   /// Those of `poses` as seen from its first, given the joint covariance of their tangents.

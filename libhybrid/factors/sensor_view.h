@@ -64,17 +64,4 @@ class SensorView {
   Matrix R_sensor_robot_;
 };
 
-/// Throws Error unless all entries of a measurement are finite.
-template <class Vector>
-void check_measurement(const Vector& z, const std::string& what) {
-  if (!z.allFinite()) throw Error("a measured " + what + " is not finite");
-}
-
-/// Throws Error unless a measured range is finite and not negative.
-inline void check_range(double range) {
-  if (!(range >= 0.0) || !std::isfinite(range)) {
-    throw Error("a measured range must be finite and not negative, got " + std::to_string(range));
-  }
-}
-
 }  // namespace hybrid

@@ -21,7 +21,7 @@ class SightedPoint : public FactorOf<Pose::Point::RowsAtCompileTime, Pose, typen
   /// Throws Error for an entry that is not finite.
   SightedPoint(Key pose, Key point, const Point& measured, const Noise& noise, Loss loss = {})
       : Base({pose, point}, noise, loss), measured_(measured) {
-    check_measurement(measured, "position");
+    check_measurement(*this, measured, "position");
   }
 
   const Point& measured() const { return measured_; }

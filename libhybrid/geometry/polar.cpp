@@ -11,7 +11,7 @@ Eigen::Vector2d to_polar(const Eigen::Vector2d& p, Eigen::Matrix2d* J) {
   const double range = p.norm();
   if (J != nullptr) {
     const double inverse = 1.0 / std::max(range, kMinDistance);
-    const Eigen::Vector2d u = inverse * p;
+    const Eigen::Vector2d u = range > 0.0 ? Eigen::Vector2d(p / range) : Eigen::Vector2d(1.0, 0.0);
     *J << u.x(), u.y(), -inverse * u.y(), inverse * u.x();
   }
   return {range, std::atan2(p.y(), p.x())};
@@ -24,13 +24,14 @@ Eigen::Vector3d to_polar(const Eigen::Vector3d& p, Eigen::Matrix3d* J) {
   if (J != nullptr) {
     const double inverse = 1.0 / std::max(range, kMinDistance);
     const double inverse_rho = 1.0 / std::max(rho, kMinDistance);
-    const double cos_yaw = inverse_rho * p.x();
-    const double sin_yaw = inverse_rho * p.y();
-    const Eigen::Vector3d u = inverse * p;
+    const double cos_yaw = rho > 0.0 ? p.x() / rho : 1.0;
+    const double sin_yaw = rho > 0.0 ? p.y() / rho : 0.0;
+    const Eigen::Vector3d u =
+        range > 0.0 ? Eigen::Vector3d(p / range) : Eigen::Vector3d(1.0, 0.0, 0.0);
     const double climb = inverse * u.z();
     *J << u.x(), u.y(), u.z(),                               //
         -inverse_rho * sin_yaw, inverse_rho * cos_yaw, 0.0,  //
-        climb * cos_yaw, climb * sin_yaw, -inverse * inverse * rho;
+        climb * cos_yaw, climb * sin_yaw, -inverse * (range > 0.0 ? rho / range : 1.0);
   }
   return {range, std::atan2(p.y(), p.x()), -std::atan2(p.z(), rho)};
 }

@@ -2,22 +2,23 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 
-/// Distances below this [m] are replaced by it in the denominators of derivatives, so that these
-/// stay finite at the sensor itself and, for yaw, on the axis through its poles.
+/// Distances below this [m] are replaced by it in the denominators of derivatives of angles, so
+/// that these stay finite at the sensor itself and, for yaw, on the axis through its poles.
 constexpr double kMinDistance = 1e-6;
 
-/// (range [m], bearing [rad]) of a point, bearing = atan2(y, x). At the origin both are zero. A
-/// Jacobian that is not null is filled.
+/// (range [m], bearing [rad]) of a point, bearing = atan2(y, x). At the origin both are zero, and
+/// derivatives are those of a point just ahead: a start there is left. A Jacobian that is not null
+/// is filled.
 Eigen::Vector2d to_polar(const Eigen::Vector2d& p, Eigen::Matrix2d* J = nullptr);
 
 /// (range [m], yaw [rad], pitch [rad]) of a point, yaw = atan2(y, x), pitch = -asin(z / range):
 /// a point above the sensor (z > 0) has negative pitch, the convention of
 /// mrpt::poses::CPose3D::sphericalCoordinates. At the origin all are zero; on the axis x = y = 0
-/// yaw is zero.
+/// yaw is zero, and derivatives are those of a point just ahead of it.
 Eigen::Vector3d to_polar(const Eigen::Vector3d& p, Eigen::Matrix3d* J = nullptr);
 
 /// The point with given polar coordinates: the inverse of `to_polar`.

@@ -56,12 +56,13 @@ class SE2 {
   static Jacobian right_jacobian(const Tangent& v);
   static Jacobian right_jacobian_inverse(const Tangent& v);
 
-  static SE2 load(const double* x) { return {{x[0], x[1]}, SO2::from_cos_sin(x[2], x[3])}; }
+  static SE2 load(const double* x) { return {{x[0], x[1]}, SO2::load(x + 2)}; }
   void store(double* x) const {
     x[0] = translation_.x();
     x[1] = translation_.y();
     rotation_.store(x + 2);
   }
+  bool is_unit() const { return rotation_.is_unit(); }
   void normalize() { rotation_.normalize(); }
 
  private:

@@ -61,6 +61,7 @@ class SE3 {
     Eigen::Map<Eigen::Vector3d>{x} = translation_;
     rotation_.store(x + 3);
   }
+  bool is_unit() const { return rotation_.is_unit(); }
   void normalize() { rotation_.normalize(); }
 
  private:

@@ -2,8 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/geometry/normalize.h"
 
 namespace hybrid {
 
@@ -20,13 +22,13 @@ class SO2 {
   using Tangent = Eigen::Matrix<double, 1, 1>;
   using Jacobian = Eigen::Matrix<double, 1, 1>;
 
-  SO2() = default;
+  SO2() : SO2(1.0, 0.0) {}
   explicit SO2(double angle) : c_(std::cos(angle)), s_(std::sin(angle)) {}
-  /// From cosine and sine, which must lie on the unit circle.
+  /// The direction of (c, s); not a number where that is zero or not finite, which Values and
+  /// factors refuse.
   static SO2 from_cos_sin(double c, double s) {
-    SO2 r;
-    r.c_ = c;
-    r.s_ = s;
+    SO2 r(c, s);
+    if (!r.is_unit()) r.normalize();
     return r;
   }
 
@@ -36,9 +38,9 @@ class SO2 {
   double angle() const { return std::atan2(s_, c_); }
   Eigen::Matrix2d matrix() const { return (Eigen::Matrix2d() << c_, -s_, s_, c_).finished(); }
 
-  SO2 inverse() const { return from_cos_sin(c_, -s_); }
+  SO2 inverse() const { return {c_, -s_}; }
   friend SO2 operator*(const SO2& a, const SO2& b) {
-    return from_cos_sin(a.c_ * b.c_ - a.s_ * b.s_, a.s_ * b.c_ + a.c_ * b.s_);
+    return {a.c_ * b.c_ - a.s_ * b.s_, a.s_ * b.c_ + a.c_ * b.s_};
   }
   /// inverse() * b.
   SO2 between(const SO2& b) const { return inverse() * b; }
@@ -58,21 +60,27 @@ class SO2 {
   static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
 
-  static SO2 load(const double* x) { return from_cos_sin(x[0], x[1]); }
+  /// From storage, as it stands there.
+  static SO2 load(const double* x) { return {x[0], x[1]}; }
   void store(double* x) const {
     x[0] = c_;
     x[1] = s_;
   }
-  /// Back on the unit circle after many compositions.
+  /// Whether (cos, sin) is of unit norm, but for the rounding of some thousand compositions.
+  bool is_unit() const { return detail::is_unit(c_ * c_ + s_ * s_); }
+  /// Back on the unit circle, from anywhere but zero.
   void normalize() {
-    const double scale = 0.5 * (3.0 - (c_ * c_ + s_ * s_));
-    c_ *= scale;
-    s_ *= scale;
+    Eigen::Vector2d v(c_, s_);
+    detail::normalize(v);
+    c_ = v.x();
+    s_ = v.y();
   }
 
  private:
-  double c_ = 1.0;
-  double s_ = 0.0;
+  SO2(double c, double s) : c_(c), s_(s) {}
+
+  double c_;
+  double s_;
 };
 
 }  // namespace hybrid

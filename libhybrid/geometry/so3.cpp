@@ -13,7 +13,7 @@ SO3 SO3::exp(const Tangent& v) {
   const double t = std::sqrt(t2);
   const double k = t < 1e-4 ? 0.5 - t2 / 48.0 : std::sin(0.5 * t) / t;
   const double w = t < 1e-4 ? 1.0 - t2 / 8.0 : std::cos(0.5 * t);
-  return SO3(Eigen::Quaterniond(w, k * v.x(), k * v.y(), k * v.z()));
+  return {Eigen::Quaterniond(w, k * v.x(), k * v.y(), k * v.z()), Unit()};
 }
 
 SO3::Tangent SO3::log(Jacobian* inverse) const {

@@ -2,9 +2,11 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/geometry/normalize.h"
 
 namespace hybrid {
 
@@ -27,14 +29,17 @@ class SO3 {
   using Jacobian = Eigen::Matrix3d;
 
   SO3() : q_(Eigen::Quaterniond::Identity()) {}
-  /// The quaternion must be of unit norm.
-  explicit SO3(const Eigen::Quaterniond& q) : q_(q) {}
+  /// The rotation of q / |q|; not a number where q is zero or not finite, which Values and factors
+  /// refuse.
+  explicit SO3(const Eigen::Quaterniond& q) : q_(q) {
+    if (!is_unit()) normalize();
+  }
 
   const Eigen::Quaterniond& quaternion() const { return q_; }
   Eigen::Matrix3d matrix() const { return q_.toRotationMatrix(); }
 
-  SO3 inverse() const { return SO3(q_.conjugate()); }
-  friend SO3 operator*(const SO3& a, const SO3& b) { return SO3(a.q_ * b.q_); }
+  SO3 inverse() const { return {q_.conjugate(), Unit()}; }
+  friend SO3 operator*(const SO3& a, const SO3& b) { return {a.q_ * b.q_, Unit()}; }
   /// inverse() * b.
   SO3 between(const SO3& b) const { return inverse() * b; }
   Eigen::Vector3d operator*(const Eigen::Vector3d& p) const {
@@ -57,12 +62,18 @@ class SO3 {
   /// cot(t / 2) for t the norm of log(), infinite at the identity.
   double half_cot() const { return std::abs(q_.w()) / q_.vec().norm(); }
 
-  static SO3 load(const double* x) { return SO3(Eigen::Quaterniond(x[3], x[0], x[1], x[2])); }
+  /// From storage, as it stands there.
+  static SO3 load(const double* x) { return {Eigen::Quaterniond(x[3], x[0], x[1], x[2]), Unit()}; }
   void store(double* x) const { Eigen::Map<Eigen::Vector4d>{x} = q_.coeffs(); }
-  /// Back on the unit sphere after many compositions.
-  void normalize() { q_.coeffs() *= 0.5 * (3.0 - q_.squaredNorm()); }
+  /// Whether the quaternion is of unit norm, but for the rounding of some thousand compositions.
+  bool is_unit() const { return detail::is_unit(q_.squaredNorm()); }
+  /// Back on the unit sphere, from anywhere but zero.
+  void normalize() { detail::normalize(q_.coeffs()); }
 
  private:
+  struct Unit {};
+  SO3(const Eigen::Quaterniond& q, Unit) : q_(q) {}
+
   Eigen::Quaterniond q_;
 };
 

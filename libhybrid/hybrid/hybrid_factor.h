@@ -20,8 +20,9 @@ struct Component {
   const int* positions = nullptr;
   /// -log of the weight of the component; the log-normaliser is the factor's own.
   double constant = 0.0;
-  /// True for a component so weak beside its siblings (an outlier model) that solvers may leave it
-  /// out of the Hessian: it stays in the objective, and every step is judged by that.
+  /// True for a component so weak beside its siblings (an outlier model) that solvers may leave
+  /// what it couples out of the matrix of a step, to save its fill-in. It stays in the objective,
+  /// which judges every step, and counts in covariances and evidence like all others (eq. 13).
   bool weak = false;
   /// Tells components apart: a change means that the linearisation of the factor is stale.
   int index = 0;
@@ -37,6 +38,9 @@ class HybridFactor {
   const std::vector<Key>& keys() const { return keys_; }
   const std::vector<VariableType>& types() const { return types_; }
   const std::vector<DiscreteKey>& discrete_keys() const { return discrete_keys_; }
+  /// Those of the discrete variables that choose the component; the others only weigh it, so that
+  /// their distribution does not depend on how well the continuous variables are known.
+  virtual std::vector<DiscreteKey> selectors() const { return discrete_keys_; }
 
   /// The continuous factor that remains when D is fixed (eq. 8b).
   virtual Component given(const Assignment& assignment) const = 0;

@@ -39,6 +39,16 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys,
   return types;
 }
 
+/// The information of a weak outlier model, as a share of that of the inlier.
+constexpr double kWeakShare = 1e-6;
+
+/// Compares the mean variances (geometric, over the rows) that the normalisers tell.
+bool is_weak(const ContinuousFactor* outlier, const ContinuousFactor* inlier) {
+  if (outlier == nullptr || inlier == nullptr || outlier->rows() != inlier->rows()) return false;
+  const double wider = outlier->log_normalizer() - inlier->log_normalizer();
+  return 2.0 * wider / outlier->rows() > -std::log(kWeakShare);
+}
+
 }  // namespace
 
 Mixture::Mixture(std::vector<DiscreteKey> discrete_keys, std::vector<MixtureComponent> components)
@@ -85,8 +95,9 @@ HybridFactorPtr make_outlier_mixture(DiscreteKey switch_key, ContinuousFactorPtr
     throw Error("weights of the mixture of " + to_string(switch_key.key) + " must be positive");
   }
   std::vector<MixtureComponent> components;
+  const bool weak = is_weak(outlier.get(), inlier.get());
   components.push_back({std::move(inlier), -std::log(inlier_weight), false});
-  components.push_back({std::move(outlier), -std::log(outlier_weight), true});
+  components.push_back({std::move(outlier), -std::log(outlier_weight), weak});
   return std::make_shared<Mixture>(std::vector<DiscreteKey>{switch_key}, std::move(components));
 }
 

@@ -23,6 +23,7 @@ class WeightedFactor : public HybridFactor {
   Component given(const Assignment& assignment) const override;
   std::vector<Table> given(const double* const* x) const override;
   using HybridFactor::given;
+  std::vector<DiscreteKey> selectors() const override { return {}; }
   std::string name() const override { return "weighted " + factor_->name(); }
 
  private:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <sstream>
 #include <unordered_map>
 
 #include "libhybrid/core/error.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr int kSample = 500;              // points that stand for a cloud
 constexpr double kSpacingQuantile = 0.8;  // scans are dense near the sensor and thin far away
 constexpr double kNone = 1e-6;   // a spread below this share of the radius is rounding error
+constexpr double kMost = 0.9;    // of the points, which tell how large a cloud is
 constexpr double kInLine = 0.3;  // neighbours in line: their second spread over the first
 
 /// The cell of a point, packed: 21 bits for each axis, enough for grids of two million cells
@@ -27,6 +29,37 @@ std::uint64_t cell_of(const Eigen::Vector3d& p, const Eigen::Vector3d& low, doub
     packed = (packed << 21) | std::uint64_t(std::floor((p[axis] - low[axis]) / cell));
   }
   return packed;
+}
+
+/// The middle value of each axis, which a few far points do not move.
+Eigen::Vector3d median_of(const Points& points) {
+  Eigen::Vector3d median;
+  std::vector<double> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    median[axis] = *middle;
+  }
+  return median;
+}
+
+/// Throws Error where one point is so far away that the others are one point at the scale of all.
+void check_extent(const Points& points, const std::string& what) {
+  const Eigen::Vector3d median = median_of(points);
+  std::vector<double> distances;
+  for (const Eigen::Vector3d& p : points) distances.push_back((p - median).norm());
+  const auto farthest = std::max_element(distances.begin(), distances.end());
+  const double largest = *farthest;
+  const auto index = farthest - distances.begin();
+  const auto most = distances.begin() + std::ptrdiff_t(kMost * double(distances.size() - 1));
+  std::nth_element(distances.begin(), most, distances.end());
+  if (*most >= kLeastSpacing * largest) return;
+  std::ostringstream text;
+  text << what << ": nine of ten points lie within " << *most << " of their middle ("
+       << median.transpose() << "), but point " << index + 1 << " is " << largest
+       << " away; remove what is so far away";
+  throw Error(text.str());
 }
 
 }  // namespace
@@ -116,6 +149,7 @@ void check_cloud(const Points& points, const std::string& what) {
     return (p - points.front()).norm() <= kNone * points.front().norm();
   });
   if (coincide) throw Error(what + ": all its points coincide");
+  check_extent(points, what);
 }
 
 }  // namespace hybrid

@@ -30,8 +30,11 @@ Points subsample(const Points& points, double cell);
 /// and stand in lines; only points where one of the clouds is a line; else surfaces.
 LocalShape local_shape(const Points& source, const Points& target);
 
-/// Throws Error, beginning with `what`, for fewer than three points, one that is not finite,
-/// or points that all coincide.
+/// Details of a cloud, as a share of its extent, that are below the resolution of registration.
+inline constexpr double kLeastSpacing = 2e-4;
+
+/// Throws Error, beginning with `what`, for fewer than three points, one that is not finite, points
+/// that all coincide, or nine of ten that coincide at the scale of the farthest.
 void check_cloud(const Points& points, const std::string& what);
 
 }  // namespace hybrid

@@ -15,17 +15,16 @@ namespace hybrid {
 namespace {
 
 // One setting for all clouds; lengths relative to the radius of the source.
-constexpr double kFirstCell = 0.16;     // grid of the coarsest level; halves from level to level
-constexpr double kFirstNoise = 0.5;     // noise along the surface of the first stage
-constexpr double kShrink = 0.7;         // of the noise, from stage to stage
-constexpr double kNoisePerCell = 0.7;   // noise at which a level hands over to the next
-constexpr double kAcross = 0.3;         // noise across over noise along, before it is estimated
-constexpr double kLeastNoise = 1e-5;    // matches are never trusted more than this
-constexpr double kLeastSpacing = 2e-4;  // where most points coincide with others
-constexpr double kFullLevel = 2.0;      // cells below this many spacings: all points
-constexpr int kPairs = 15;              // of half-steps at most at one covariance
-constexpr double kSettled = 0.05;       // motion that ends a stage, in standard deviations across
-constexpr double kSettledLast = 0.02;   // the same for the last
+constexpr double kFirstCell = 0.16;    // grid of the coarsest level; halves from level to level
+constexpr double kFirstNoise = 0.5;    // noise along the surface of the first stage
+constexpr double kShrink = 0.7;        // of the noise, from stage to stage
+constexpr double kNoisePerCell = 0.7;  // noise at which a level hands over to the next
+constexpr double kAcross = 0.3;        // noise across over noise along, before it is estimated
+constexpr double kLeastNoise = 1e-5;   // matches are never trusted more than this
+constexpr double kFullLevel = 2.0;     // cells below this many spacings: all points
+constexpr int kPairs = 15;             // of half-steps at most at one covariance
+constexpr double kSettled = 0.05;      // motion that ends a stage, in standard deviations across
+constexpr double kSettledLast = 0.02;  // the same for the last
 constexpr int kContinuousSteps = 2;
 constexpr std::size_t kKept = 4;  // starts that go on from the coarsest level
 constexpr int kEstimates = 5;     // of the noise across, at most

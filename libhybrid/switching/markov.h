@@ -2,10 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "libhybrid/discrete/table.h"
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

@@ -153,14 +153,21 @@ TEST(Range, MeasuresBetweenTheAntennas) {
   EXPECT_NEAR(factor.evaluate({2.0, 0.0, M_PI / 2}, {2.0, 4.0}, nullptr, nullptr)[0], 2.0, 1e-12);
 }
 
-TEST(Range, IsFiniteAtZeroDistance) {
-  Values values;
-  values.insert(kA, SE3());
-  values.insert(kB, Vector3d(0.0, 0.0, 0.0));
+// Where the distance has no derivative, that in one direction stands in: the first axis of the
+// pose.
+TEST(Range, HasADirectionAtZeroDistance) {
+  Random random{6};
+  const SE3 pose = random.value<SE3>();
   const Range<SE3, Vector3d> factor(kA, kB, 1.0, Noise::unit(1));
-  const auto l = linearization(factor, values);
-  EXPECT_EQ(l.r[0], -1.0);
-  EXPECT_EQ(l.J.norm(), 0.0);
+  Values values;
+  values.insert(kA, pose);
+  values.insert(kB, pose.translation());
+  const auto at = linearization(factor, values);
+  EXPECT_EQ(at.r[0], -1.0);
+  for (double ahead : {1e-7, 1.0}) {
+    values.update(kB, Vector3d(pose * Vector3d(ahead, 0.0, 0.0)));
+    EXPECT_LT((linearization(factor, values).J - at.J).norm(), 1e-6) << ahead;
+  }
 }
 
 template <class Pose>
@@ -218,6 +225,26 @@ TEST(Factors, RefuseAbsurdMeasurements) {
   EXPECT_THROW(Prior<Vector2d>(kA, {0.0, 0.0}, Noise::unit(2), Loss::huber(0.0)), Error);
   EXPECT_THROW(Bearing2(kA, kB, Eigen::Matrix<double, 1, 1>(kNaN), noise), Error);
   EXPECT_THROW(Position2(kA, {0.0, kNaN}, Noise::unit(2)), Error);
+  EXPECT_THROW(Prior<Vector2d>(kA, {0.0, kNaN}, Noise::unit(2)), Error);
+  EXPECT_THROW(Prior<SE2>(kA, SE2(kNaN, 0.0, 0.0), Noise::unit(3)), Error);
+  EXPECT_THROW(BetweenSE2(kA, kB, SE2(0.0, 0.0, kNaN), Noise::unit(3)), Error);
+  EXPECT_THROW(Between<SE3>(kA, kB, SE3({kNaN, 0.0, 0.0}, SO3()), Noise::unit(6)), Error);
+}
+
+TEST(Factors, NameTheVariablesOfAnAbsurdMeasurement) {
+  const auto message = [](const auto& make) {
+    try {
+      make();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string on = " factor on " + to_string(kA) + " " + to_string(kB) + ": the measured ";
+  EXPECT_EQ(message([] { BetweenSE2(kA, kB, SE2(0.0, 0.0, kNaN), Noise::unit(3)); }),
+            "between" + on + "motion is not finite");
+  EXPECT_EQ(message([] { Range<Vector2d, Vector2d>(kA, kB, -1.5, Noise::unit(1)); }),
+            "range" + on + "range must be finite and not negative, got -1.500000");
 }
 
 TEST(Factors, NameTheVariableThatIsMissingOrOfAnotherType) {

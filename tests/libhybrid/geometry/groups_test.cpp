@@ -7,7 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "libhybrid/core/variable.h"
+#include "libhybrid/core/values.h"
+#include "libhybrid/factors/prior.h"
 #include "tests/support/random.h"
 
 namespace hybrid {
@@ -189,22 +190,47 @@ TYPED_TEST(GroupTest, InverseOfRightJacobian) {
   }
 }
 
+/// Storage of a value whose rotation is scaled off unit norm.
+template <class G>
+std::vector<double> scaled_rotation(const G& g, int rotations, double scale) {
+  std::vector<double> x(G::kSize);
+  g.store(x.data());
+  for (int i = G::kSize - rotations - 1; i < G::kSize; ++i) x[i] *= scale;
+  return x;
+}
+
+TYPED_TEST(GroupTest, NormalizeRemovesAnyScale) {
+  const auto g = this->random.template value<TypeParam>();
+  EXPECT_TRUE(g.is_unit());
+  for (double scale : {1.0 + 1e-9, 1.0 - 1e-6, 0.5, 2.236, 1e-200, 1e200}) {
+    auto scaled = TypeParam::load(scaled_rotation(g, this->kRotations, scale).data());
+    EXPECT_FALSE(scaled.is_unit()) << scale;
+    scaled.normalize();
+    EXPECT_LT(distance(scaled, g), 1e-14) << scale;
+  }
+}
+
 TYPED_TEST(GroupTest, NormalizeRemovesDrift) {
   auto g = this->random.template value<TypeParam>();
   const auto step = TypeParam::exp(this->random.template vector<TypeParam::kDim>(0.01));
-  double x[8];
-  g.store(x);
-  for (int i = TypeParam::kSize - this->kRotations - 1; i < TypeParam::kSize; ++i)
-    x[i] *= 1.0 + 1e-6;
-  auto drifted = TypeParam::load(x);
-  EXPECT_GT(distance(drifted, g), 1e-7);
-  for (int i = 0; i < 2; ++i) drifted.normalize();
-  EXPECT_LT(distance(drifted, g), 1e-14);
   for (int i = 0; i < 1000; ++i) {
     g = g * step;
     g.normalize();
   }
   EXPECT_LT(distance(g * g.inverse(), TypeParam()), 1e-12);
+}
+
+TYPED_TEST(GroupTest, ValuesTakeARotationOfAnyScaleButZero) {
+  const auto g = this->random.template value<TypeParam>();
+  const VariableType type = Variable<TypeParam>::type();
+  Values values;
+  values.insert(Key('x', 0), type, scaled_rotation(g, this->kRotations, 2.236).data());
+  EXPECT_LT(distance(values.at<TypeParam>(Key('x', 0)), g), 1e-14);
+  values.insert(Key('x', 1), g);
+  EXPECT_EQ(distance(values.at<TypeParam>(Key('x', 1)), g), 0.0);  // not a bit changed
+  EXPECT_THROW(values.insert(Key('x', 2), type, scaled_rotation(g, this->kRotations, 0.0).data()),
+               Error);
+  EXPECT_EQ(values.size(), 2u);
 }
 
 TYPED_TEST(GroupTest, StoreAndLoad) {
@@ -256,6 +282,28 @@ TEST(SO3, MatchesEigenAngleAxis) {
   const Eigen::Vector3d v = random.vector<3>();
   const Eigen::AngleAxisd oracle(v.norm(), v.normalized());
   EXPECT_LT((SO3::exp(v).matrix() - oracle.toRotationMatrix()).norm(), 1e-14);
+}
+
+TEST(SO3, IsTheRotationOfAQuaternionOfAnyNorm) {
+  Random random{5};
+  const SO3 r = random.value<SO3>();
+  for (double scale : {1.0 + 1e-7, 2.236, 1e-3, 1e200}) {
+    const SO3 scaled(Eigen::Quaterniond(scale * r.quaternion().coeffs()));
+    EXPECT_LT(distance(scaled, r), 1e-14) << scale;
+    EXPECT_NEAR(scaled.quaternion().norm(), 1.0, 1e-15);
+    EXPECT_LT(distance(SE3({1.0, 2.0, 3.0}, scaled.quaternion()), SE3({1.0, 2.0, 3.0}, r)), 1e-14);
+  }
+  EXPECT_EQ(SO3(r.quaternion()).quaternion().coeffs(), r.quaternion().coeffs());
+  const SO3 none(Eigen::Quaterniond(0.0, 0.0, 0.0, 0.0));
+  EXPECT_FALSE(none.quaternion().coeffs().allFinite());
+  EXPECT_THROW(Prior<SO3>(Key('x', 0), none, Noise::unit(3)), Error);
+}
+
+TEST(SO2, IsTheDirectionOfCosineAndSine) {
+  const SO2 r = SO2::from_cos_sin(3.0, 4.0);
+  EXPECT_NEAR(r.cos(), 0.6, 1e-15);
+  EXPECT_NEAR(r.sin(), 0.8, 1e-15);
+  EXPECT_THROW(Prior<SO2>(Key('x', 0), SO2::from_cos_sin(0.0, 0.0), Noise::unit(1)), Error);
 }
 
 TEST(SO3, LogOfBothQuaternionsOfARotationIsOne) {

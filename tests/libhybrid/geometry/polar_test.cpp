@@ -41,6 +41,24 @@ TEST(Polar, AtTheOriginAllIsZero) {
   EXPECT_EQ(to_polar(Eigen::Vector3d(0.0, 0.0, 0.0)).norm(), 0.0);
 }
 
+// There, and closer than the limit of derivatives of angles, they point as just outside.
+TEST(Polar, DerivativesNearTheOriginAreThoseOfTheirDirection) {
+  Eigen::Matrix2d J, limit;
+  to_polar(Eigen::Vector2d(kMinDistance, 0.0), &limit);
+  for (double x : {0.0, 1e-300, 1e-12, 1e-7}) {
+    to_polar(Eigen::Vector2d(x, 0.0), &J);
+    EXPECT_LT((J - limit).norm(), 1e-9 * limit.norm()) << x;
+  }
+  Eigen::Matrix3d J3, limit3;
+  to_polar(Eigen::Vector3d(kMinDistance, 0.0, 0.0), &limit3);
+  for (double x : {0.0, 1e-300, 1e-12, 1e-7}) {
+    to_polar(Eigen::Vector3d(x, 0.0, 0.0), &J3);
+    EXPECT_LT((J3 - limit3).norm(), 1e-9 * limit3.norm()) << x;
+  }
+  to_polar(Eigen::Vector2d(0.0, -1e-9), &J);
+  EXPECT_LT((J.row(0) - Eigen::RowVector2d(0.0, -1.0)).norm(), 1e-12);
+}
+
 TEST(Polar, OnTheAxisPitchIsRightAndDerivativesAreBounded) {
   Eigen::Matrix3d J;
   const Eigen::Vector3d z = to_polar(Eigen::Vector3d(0.0, 0.0, 2.0), &J);

@@ -91,9 +91,23 @@ TEST(OutlierMixture, WeighsInlierAgainstOutlier) {
   const Values values = two_points();
   EXPECT_NEAR(factor->cost(values, inlier), minus_log_gaussian(1.0, 1.0) - std::log(0.9), 1e-12);
   EXPECT_NEAR(factor->cost(values, outlier), minus_log_gaussian(1.0, 10.0) - std::log(0.1), 1e-12);
-  EXPECT_FALSE(factor->given(inlier).weak);
-  EXPECT_TRUE(factor->given(outlier).weak);
   EXPECT_THROW(make_outlier_mixture(kD, prior(kA, 0, 1), prior(kA, 0, 2), 0.0, 1.0), Error);
+}
+
+// An outlier model of some information counts in full; only one a million times wider is weak.
+TEST(OutlierMixture, IsWeakWhereItSaysNextToNothing) {
+  Assignment inlier, outlier;
+  inlier.set(kD.key, 0);
+  outlier.set(kD.key, 1);
+  const auto mixture = [](double wider) {
+    return make_outlier_mixture(kD, prior(kA, 0.0, 0.1), prior(kA, 0.0, 0.1 * wider), 0.9, 0.1);
+  };
+  for (const double wider : {0.5, 10.0, 999.0}) {
+    EXPECT_FALSE(mixture(wider)->given(outlier).weak) << wider;
+  }
+  EXPECT_TRUE(mixture(1001.0)->given(outlier).weak);
+  EXPECT_FALSE(mixture(1001.0)->given(inlier).weak);
+  EXPECT_FALSE(make_outlier_mixture(kD, prior(kA, 0, 1), nullptr, 0.9, 0.1)->given(outlier).weak);
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+// Eigen as the library was compiled with it. Every header that shows an Eigen type includes this
+// one, directly or by another: a program in which Eigen would allocate memory otherwise than the
+// library frees it does not compile.
+#include <Eigen/Core>
+
+namespace hybrid {
+
+static_assert(
+    EIGEN_DEFAULT_ALIGN_BYTES <= 16,
+    "Eigen would align memory otherwise than the library: use hybrid::hybrid of CMake, or "
+    "compile with -U__AVX__ -U__AVX2__ -U__AVX512F__ -U__FMA__");
+static_assert(
+    EIGEN_MALLOC_ALREADY_ALIGNED == 1,
+    "Eigen would allocate memory otherwise than the library, as it does under the address "
+    "sanitizer: use hybrid::hybrid of CMake, or compile with "
+    "-DEIGEN_MALLOC_ALREADY_ALIGNED=1");
+
+}  // namespace hybrid
