@@ -32,6 +32,7 @@ class AssociationFactor : public HybridFactor {
   Component given(const Assignment& assignment) const override;
   std::vector<Table> given(const double* const* x) const override;
   using HybridFactor::given;
+  std::vector<DiscreteKey> selectors() const override { return {choice()}; }
   std::string name() const override { return "association"; }
 
  private:

@@ -2,8 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
+
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

@@ -2,10 +2,11 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 #include <utility>
 #include <vector>
+
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

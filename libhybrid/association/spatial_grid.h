@@ -2,11 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
+
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

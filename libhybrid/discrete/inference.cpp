@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "libhybrid/discrete/elimination.h"
 #include "libhybrid/discrete/local_search.h"
+#include "libhybrid/discrete/variable_elimination.h"
 
 namespace hybrid {
 namespace {
@@ -29,7 +29,7 @@ std::string names(const DiscreteGraph& graph, const std::vector<int>& variables)
 std::string describe(const DiscreteGraph& graph, const TooLarge& failure,
                      const TableLimits& limits) {
   std::ostringstream text;
-  text << "exact discrete inference needs a table of " << failure.entries << " entries over "
+  text << "exact discrete inference needs " << failure.entries << " table entries over "
        << names(graph, failure.variables) << ", beyond the limits of " << limits.max_table
        << " (max_table) and " << limits.max_total << " for all tables (max_total)";
   return text.str();
@@ -109,7 +109,7 @@ void MinimumCost::solve_components() {
     throw Error(describe(graph_, forest.too_large[0], options_) +
                 "; raise the limits or allow local search");
   }
-  Elimination elimination(graph_, forest);
+  VariableElimination elimination(graph_, forest);
   elimination.minimize(best_);
   for (const std::vector<int>& clique : elimination.impossible()) {
     for (int v : clique) report_.impossible.push_back(graph_.variables()[v].key);
@@ -142,7 +142,7 @@ double MinimumCost::settle(int component) {
 
 /// Calibrates the junction forest of a graph, or throws.
 double calibrate(const DiscreteGraph& graph, const JunctionForest& forest,
-                 const TableLimits& limits, Elimination& elimination) {
+                 const TableLimits& limits, VariableElimination& elimination) {
   if (!forest.too_large.empty()) {
     throw Error(describe(graph, forest.too_large[0], limits) + "; raise the limits");
   }
@@ -200,7 +200,7 @@ DiscreteMarginals discrete_marginals(const std::vector<const Table*>& tables,
                                      const TableLimits& limits) {
   const DiscreteGraph graph(tables);
   const JunctionForest forest = make_junction_forest(graph, limits, true);
-  Elimination elimination(graph, forest);
+  VariableElimination elimination(graph, forest);
   DiscreteMarginals result;
   result.log_partition_ = calibrate(graph, forest, limits, elimination);
   for (const Table* table : tables) {
@@ -222,7 +222,7 @@ DiscreteMarginals discrete_marginals(const std::vector<const Table*>& tables,
 TableMarginals table_marginals(const std::vector<const Table*>& tables, const TableLimits& limits) {
   const DiscreteGraph graph(tables);
   const JunctionForest forest = make_junction_forest(graph, limits, true);
-  Elimination elimination(graph, forest);
+  VariableElimination elimination(graph, forest);
   TableMarginals result;
   result.log_partition = calibrate(graph, forest, limits, elimination);
   for (std::size_t t = 0; t < tables.size(); ++t) {
@@ -260,7 +260,7 @@ std::vector<double> joint_marginal(const std::vector<const Table*>& tables,
   extended.push_back(&together);
   const DiscreteGraph graph(std::move(extended));
   const JunctionForest forest = make_junction_forest(graph, limits, true);
-  Elimination elimination(graph, forest);
+  VariableElimination elimination(graph, forest);
   calibrate(graph, forest, limits, elimination);
   const IntSpan scope = graph.scope(static_cast<int>(tables.size()));
   return elimination.marginal({scope.begin(), scope.end()});

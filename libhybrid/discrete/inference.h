@@ -2,13 +2,13 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <unordered_map>
 #include <vector>
 
 #include "libhybrid/core/assignment.h"
 #include "libhybrid/discrete/junction_forest.h"
 #include "libhybrid/discrete/table.h"
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

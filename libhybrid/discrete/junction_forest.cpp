@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <queue>
 #include <tuple>
 
@@ -19,7 +20,10 @@ constexpr std::int64_t kTooLarge = std::numeric_limits<std::int64_t>::max();
 class Ordering {
  public:
   Ordering(const DiscreteGraph& graph, const TableLimits& limits, bool with_singles)
-      : graph_(graph), limits_(limits), gone_(graph.size(), 0) {
+      : graph_(graph),
+        limits_(limits),
+        gone_(graph.size(), 0),
+        charged_(graph.component_count(), 0.0) {
     if (!with_singles) {
       for (int v = 0; v < graph.size(); ++v) {
         gone_[v] = graph.component_variables(graph.component(v)).size() == 1;
@@ -47,11 +51,13 @@ class Ordering {
   void score(int v);
   void record(int v, const int* first, const int* last, double entries);
   void refuse(int v, double entries);
+  void share_total();
   JunctionForest finish();
 
-  bool fits(double entries) const {
+  /// Whether one more table of the component of v keeps it within the limits.
+  bool fits(int v, double entries) const {
     return entries <= static_cast<double>(limits_.max_table) &&
-           total_ + entries <= static_cast<double>(limits_.max_total);
+           charged_[graph_.component(v)] + entries <= static_cast<double>(limits_.max_total);
   }
 
   const DiscreteGraph& graph_;
@@ -60,8 +66,8 @@ class Ordering {
   std::vector<int> begin_;  // neighbours of the untouched graph, begin_[v] .. + degree_[v]
   std::vector<int> neighbours_;
   std::vector<int> degree_;
-  std::vector<int> live_;  // neighbours not yet eliminated
-  double total_ = 0.0;
+  std::vector<int> live_;        // neighbours not yet eliminated
+  std::vector<double> charged_;  // table entries so far, by component
 
   std::vector<std::vector<int>> adjacent_;  // of the core, sorted
   std::vector<int> version_;
@@ -113,7 +119,7 @@ void Ordering::strip_leaves() {
     const bool is_root = live_[v] == 0;
     const double entries =
         is_root ? graph_.cardinality(v) : 1.0 * graph_.cardinality(v) * graph_.cardinality(*other);
-    if (!fits(entries)) continue;
+    if (!fits(v, entries)) continue;
     record(v, other, other + (is_root ? 0 : 1), entries);
     if (!is_root && --live_[*other] == 1) leaves.push_back(*other);
   }
@@ -135,7 +141,7 @@ void Ordering::eliminate_core() {
     const auto [fill, entries, v, version] = queue_.top();
     queue_.pop();
     if (gone_[v] || version != version_[v]) continue;
-    if (fill == kTooLarge || !fits(entries)) {
+    if (fill == kTooLarge || !fits(v, entries)) {
       refuse(v, entries);
       continue;
     }
@@ -196,7 +202,7 @@ void Ordering::score(int v) {
 
 void Ordering::record(int v, const int* first, const int* last, double entries) {
   gone_[v] = 1;
-  total_ += entries;
+  charged_[graph_.component(v)] += entries;
   order_.push_back(v);
   entries_.push_back(entries);
   separators_.insert(separators_.end(), first, last);
@@ -210,7 +216,26 @@ void Ordering::refuse(int v, double entries) {
   for (int u : graph_.component_variables(graph_.component(v))) gone_[u] = 1;
 }
 
+// The limit of all tables together goes to the smallest components first: as many as can be exact.
+void Ordering::share_total() {
+  std::vector<char> refused(graph_.component_count(), 0);
+  for (const TooLarge& failure : too_large_) refused[failure.component] = 1;
+  std::vector<int> ascending(graph_.component_count());
+  std::iota(ascending.begin(), ascending.end(), 0);
+  std::stable_sort(ascending.begin(), ascending.end(),
+                   [&](int a, int b) { return charged_[a] < charged_[b]; });
+  double total = 0.0;
+  for (int c : ascending) {
+    if (refused[c]) continue;
+    total += charged_[c];
+    if (total <= static_cast<double>(limits_.max_total)) continue;
+    const IntSpan variables = graph_.component_variables(c);
+    too_large_.push_back({c, {variables.begin(), variables.end()}, charged_[c]});
+  }
+}
+
 JunctionForest Ordering::finish() {
+  share_total();
   std::vector<char> refused(graph_.component_count(), 0);
   for (const TooLarge& failure : too_large_) refused[failure.component] = 1;
   JunctionForest forest;

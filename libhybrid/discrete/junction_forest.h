@@ -15,11 +15,12 @@ struct TableLimits {
   std::size_t max_total = std::size_t{1} << 27;  ///< all intermediate tables together
 };
 
-/// A component that cannot be eliminated within the limits, and the smallest next table.
+/// A component that cannot be eliminated within the limits: the smallest next table where it does
+/// not fit even alone, else all its tables, which do not fit beside those of smaller components.
 struct TooLarge {
   int component = 0;
-  std::vector<int> variables;  ///< of that table
-  double entries = 0.0;        ///< of that table
+  std::vector<int> variables;  ///< of that table or those tables
+  double entries = 0.0;        ///< of that table or those tables
 };
 
 /// The order in which variables are eliminated, and the clique each elimination forms. A variable

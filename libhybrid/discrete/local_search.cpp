@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "libhybrid/discrete/elimination.h"
+#include "libhybrid/discrete/variable_elimination.h"
 
 namespace hybrid {
 namespace {
@@ -185,7 +185,7 @@ bool Search::improve(const std::vector<int>& block) {
   // No table is larger than those given: a forest only ever joins two variables of one.
   const std::size_t any = std::numeric_limits<std::size_t>::max();
   const JunctionForest forest = make_junction_forest(inner, {any, any}, true);
-  Elimination(inner, forest).minimize(best);
+  VariableElimination(inner, forest).minimize(best);
 
   const double before = cost(touched);
   for (std::size_t i = 0; i < outer.size(); ++i) std::swap(values_[outer[i]], best[i]);

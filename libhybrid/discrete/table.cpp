@@ -72,6 +72,30 @@ std::size_t joint_index(const std::vector<DiscreteKey>& keys, const Assignment& 
   return index;
 }
 
+Table condition(const Table& table, const Assignment& held) {
+  std::vector<DiscreteKey> keys;
+  for (const DiscreteKey& key : table.keys()) {
+    if (!held.contains(key.key)) keys.push_back(key);
+  }
+  if (keys.size() == table.keys().size()) return table;
+  Assignment assignment;
+  for (const DiscreteKey& key : table.keys()) {
+    assignment.set(key.key, held.contains(key.key) ? held.at(key.key) : 0);
+  }
+  std::vector<double> costs;
+  const std::size_t size = joint_size(keys);
+  costs.reserve(size);
+  for (std::size_t n = 0; n < size; ++n) {
+    std::size_t rest = n;
+    for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
+      assignment.set(key->key, static_cast<int>(rest % key->cardinality));
+      rest /= key->cardinality;
+    }
+    costs.push_back(table.cost(assignment));
+  }
+  return {std::move(keys), std::move(costs)};
+}
+
 Table prior_table(DiscreteKey key, const std::vector<double>& probabilities) {
   double sum = 0.0;
   for (double p : probabilities) {

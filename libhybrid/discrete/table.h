@@ -39,6 +39,10 @@ std::size_t joint_size(const std::vector<DiscreteKey>& keys);
 /// The row-major index of the values that an assignment gives to `keys`.
 std::size_t joint_index(const std::vector<DiscreteKey>& keys, const Assignment& assignment);
 
+/// What remains of a table when the variables that an assignment names are held at their values.
+/// Throws Error for a value that is out of range.
+Table condition(const Table& table, const Assignment& held);
+
 /// -log p for each value; probabilities must be non-negative and finite with a positive sum, and
 /// are normalised.
 Table prior_table(DiscreteKey key, const std::vector<double>& probabilities);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "libhybrid/discrete/inference.h"
+#include "libhybrid/discrete/junction_forest.h"
 #include "tests/libhybrid/discrete/random_tables.h"
 
 namespace hybrid {
@@ -80,6 +81,66 @@ TEST(TableLimit, ConcernsOnlyTheComponentBeyondIt) {
   EXPECT_EQ(solution.assignment.at(binary(21).key), 0);
   EXPECT_EQ(solution.assignment.at(binary(30).key), 1);
   EXPECT_NEAR(solution.cost, total_cost(tables, solution.assignment), 1e-9);
+}
+
+/// A clique of four variables of 100 values each, too large for any limit here, behind a chain of
+/// nine more, whose tables are charged before the clique is met.
+std::vector<Table> intractable_component(int first) {
+  const auto key = [&](int i) { return DiscreteKey{Key('d', first + i), 100}; };
+  std::vector<Table> tables;
+  for (int i = 0; i < 13; ++i) {
+    for (int j = i < 4 ? 0 : i - 1; j < i; ++j) {
+      tables.push_back(Table({key(i), key(j)}, std::vector<double>(10000, 1.0)));
+    }
+  }
+  return tables;
+}
+
+TEST(TableLimit, AComponentBeyondItTakesNothingFromTheOthers) {
+  DiscreteOptions options;
+  options.max_table = 30000;
+  options.max_total = 100000;
+  const DiscreteKey a{Key('e', 0), 30}, b{Key('e', 1), 30}, c{Key('e', 2), 30};
+  for (const bool first : {true, false}) {
+    std::vector<Table> tables;
+    if (first) tables = intractable_component(0);
+    for (const auto& pair : {std::vector{a, b}, std::vector{b, c}, std::vector{a, c}}) {
+      tables.push_back(Table(pair, std::vector<double>(900, 1.0)));
+    }
+    if (!first) {
+      for (const Table& table : intractable_component(0)) tables.push_back(table);
+    }
+    const DiscreteGraph graph(pointers(tables));
+    const JunctionForest forest = make_junction_forest(graph, options, true);
+    ASSERT_EQ(forest.too_large.size(), 1u);
+    EXPECT_EQ(graph.component_variables(forest.too_large[0].component).size(), 13);
+    EXPECT_EQ(forest.size(), 3);
+  }
+}
+
+TEST(TableLimit, OfAllTablesLeavesAsManyComponentsExactAsFit) {
+  // Chains of 2 to 6 variables, the largest first: 4 (n - 1) + 2 entries each.
+  std::vector<Table> tables;
+  for (int n = 6; n >= 2; --n) {
+    for (int i = 1; i < n; ++i) {
+      tables.push_back(Table({binary(10 * n + i - 1), binary(10 * n + i)}, {0.0, 1.0, 1.0, 0.5}));
+    }
+  }
+  const DiscreteGraph graph(pointers(tables));
+  for (const auto& [total, refused] :
+       std::vector<std::pair<int, std::size_t>>{{6 + 10 + 14 + 18 + 22, 0},
+                                                {6 + 10 + 14 + 18 + 21, 1},
+                                                {6 + 10 + 14, 2},
+                                                {6, 4},
+                                                {5, 5}}) {
+    TableLimits limits;
+    limits.max_total = total;
+    const JunctionForest forest = make_junction_forest(graph, limits, true);
+    EXPECT_EQ(forest.too_large.size(), refused) << total;
+    std::size_t entries = 0;
+    for (std::size_t size : forest.entries) entries += size;
+    EXPECT_LE(entries, limits.max_total);
+  }
 }
 
 TEST(LocalSearch, IsNeverWorseThanTheIncumbent) {

@@ -16,9 +16,9 @@ struct Strides {
 };
 
 /// Exact inference on the cliques of a junction forest, in the domain of costs -log f.
-class Elimination {
+class VariableElimination {
  public:
-  Elimination(const DiscreteGraph& graph, const JunctionForest& forest);
+  VariableElimination(const DiscreteGraph& graph, const JunctionForest& forest);
 
   /// Max-product: replaces `values` (by variable id; -1 where unknown) of all variables in the
   /// forest by the joint values of least cost. Ties go to the value given, then to the smallest.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/discrete/elimination.h"
+#include "libhybrid/discrete/variable_elimination.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,7 @@ class RowWalk {
 
 }  // namespace
 
-Elimination::Elimination(const DiscreteGraph& graph, const JunctionForest& forest)
+VariableElimination::VariableElimination(const DiscreteGraph& graph, const JunctionForest& forest)
     : graph_(graph), forest_(forest) {
   message_begin_.reserve(forest_.size() + 1);
   message_begin_.push_back(0);
@@ -50,7 +50,7 @@ Elimination::Elimination(const DiscreteGraph& graph, const JunctionForest& fores
 }
 
 // A table belongs to the clique of its first variable to be eliminated.
-void Elimination::list_tables() {
+void VariableElimination::list_tables() {
   const int tables = static_cast<int>(graph_.tables().size());
   first_table_.assign(forest_.size(), -1);
   next_table_.assign(tables, -1);
@@ -66,14 +66,14 @@ void Elimination::list_tables() {
   }
 }
 
-void Elimination::adopt(int p) {
+void VariableElimination::adopt(int p) {
   const int parent = forest_.parent(p);
   if (parent < 0) return;
   next_child_[p] = first_child_[parent];
   first_child_[parent] = p;
 }
 
-void Elimination::load_scope(int p) {
+void VariableElimination::load_scope(int p) {
   const IntSpan separator = forest_.separator(p);
   scope_.assign(separator.begin(), separator.end());
   scope_.push_back(p);
@@ -81,7 +81,7 @@ void Elimination::load_scope(int p) {
   for (int q : scope_) strides_.dims.push_back(dim(q));
 }
 
-void Elimination::strides_of_table(int t) {
+void VariableElimination::strides_of_table(int t) {
   strides_.steps.assign(scope_.size(), 0);
   const IntSpan variables = graph_.scope(t);
   std::size_t step = 1;
@@ -93,7 +93,7 @@ void Elimination::strides_of_table(int t) {
 }
 
 // The separator of a child lies within the scope at hand, in the same order.
-void Elimination::strides_of_separator(int p) {
+void VariableElimination::strides_of_separator(int p) {
   strides_.steps.assign(scope_.size(), 0);
   const IntSpan separator = forest_.separator(p);
   std::size_t step = 1;
@@ -106,7 +106,7 @@ void Elimination::strides_of_separator(int p) {
   }
 }
 
-void Elimination::add(const double* source, double* table, std::size_t size) {
+void VariableElimination::add(const double* source, double* table, std::size_t size) {
   const std::size_t row = strides_.dims.back();
   const std::size_t step = strides_.steps.back();
   RowWalk walk(strides_, counter_);
@@ -116,7 +116,7 @@ void Elimination::add(const double* source, double* table, std::size_t size) {
   }
 }
 
-void Elimination::fill_clique(int p, double* table) {
+void VariableElimination::fill_clique(int p, double* table) {
   load_scope(p);
   std::fill(table, table + forest_.entries[p], 0.0);
   for (int t = first_table_[p]; t >= 0; t = next_table_[t]) {
@@ -130,7 +130,7 @@ void Elimination::fill_clique(int p, double* table) {
 }
 
 // False, and the clique on the list of the impossible, where all entries are infinite.
-bool Elimination::normalize_message(int p) {
+bool VariableElimination::normalize_message(int p) {
   double* first = messages_.data() + message_begin_[p];
   double* last = messages_.data() + message_begin_[p + 1];
   const double least = *std::min_element(first, last);
@@ -146,7 +146,7 @@ bool Elimination::normalize_message(int p) {
   return true;
 }
 
-void Elimination::minimize_clique(int p, const double* table, int incumbent) {
+void VariableElimination::minimize_clique(int p, const double* table, int incumbent) {
   const int row = dim(p);
   const int start = incumbent >= 0 ? incumbent : 0;
   for (std::size_t i = message_begin_[p]; i < message_begin_[p + 1]; ++i, table += row) {
@@ -159,7 +159,7 @@ void Elimination::minimize_clique(int p, const double* table, int incumbent) {
   }
 }
 
-void Elimination::minimize(std::vector<int>& values) {
+void VariableElimination::minimize(std::vector<int>& values) {
   impossible_.clear();
   first_child_.assign(forest_.size(), -1);
   choices_.resize(messages_.size());
@@ -177,7 +177,7 @@ void Elimination::minimize(std::vector<int>& values) {
   }
 }
 
-void Elimination::sum_clique(int p, const double* table) {
+void VariableElimination::sum_clique(int p, const double* table) {
   const int row = dim(p);
   for (std::size_t i = message_begin_[p]; i < message_begin_[p + 1]; ++i, table += row) {
     const double least = *std::min_element(table, table + row);
@@ -187,7 +187,7 @@ void Elimination::sum_clique(int p, const double* table) {
   }
 }
 
-double Elimination::calibrate() {
+double VariableElimination::calibrate() {
   impossible_.clear();
   first_child_.assign(forest_.size(), -1);
   clique_begin_.assign(1, 0);
@@ -210,7 +210,7 @@ double Elimination::calibrate() {
 
 // Turns what a clique collected into its belief: the message it sent is replaced by the belief of
 // its parent over the separator. The two are infinite together, and so is the clique then.
-void Elimination::distribute(int p) {
+void VariableElimination::distribute(int p) {
   scratch_.assign(message_begin_[p + 1] - message_begin_[p], 0.0);
   const int parent = forest_.parent(p);
   if (parent >= 0) {
@@ -227,7 +227,8 @@ void Elimination::distribute(int p) {
 }
 
 // -log sum exp of a clique table over all variables along which the strides are zero.
-void Elimination::sum_onto(const double* table, std::size_t size, std::vector<double>& out) {
+void VariableElimination::sum_onto(const double* table, std::size_t size,
+                                   std::vector<double>& out) {
   const std::size_t row = strides_.dims.back();
   const std::size_t step = strides_.steps.back();
   std::vector<double> least(out.size(), kInfinity);
@@ -251,7 +252,7 @@ void Elimination::sum_onto(const double* table, std::size_t size, std::vector<do
   }
 }
 
-std::vector<double> Elimination::marginal(const std::vector<int>& variables) {
+std::vector<double> VariableElimination::marginal(const std::vector<int>& variables) {
   int p = forest_.size();
   for (int v : variables) p = std::min(p, forest_.position[v]);
   load_scope(p);
