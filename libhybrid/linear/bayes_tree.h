@@ -2,12 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <functional>
 #include <utility>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/block_pool.h"
 #include "libhybrid/linear/elimination.h"
 #include "libhybrid/linear/free_list.h"
@@ -55,6 +55,8 @@ class BayesTree {
   /// hessian_order(f). Marks the factor as changed.
   double* hessian(int f);
   int hessian_order(int f) const { return factors_[f].order; }
+  /// The same for reading.
+  const double* hessian_of(int f) const { return hessians_.at(factors_[f].hessian); }
 
   /// Starts the step of a variable at zero again, after its linearisation point has moved there.
   void reset_delta(int v);

@@ -32,8 +32,8 @@ void BayesTree::gather_problem(const std::vector<int>& last) {
   for (int v : removed_variables_) local_[v] = -2;
   const auto take = [&](int v) {
     if (local_[v] != -1) return;
-    local_[v] = static_cast<int>(affected_.size());
     affected_.push_back(v);
+    local_[v] = static_cast<int>(affected_.size()) - 1;
   };
   for (int c : detached_) {
     for (int k = 0; k < cliques_[c].frontals; ++k) take(cliques_[c].variables[k]);

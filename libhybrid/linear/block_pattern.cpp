@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "libhybrid/core/error.h"
 
@@ -17,8 +18,9 @@ constexpr double kDissectionFlopsPerBlock = 2e4;
 /// A taller elimination tree, as minimum degree makes of a chain, costs covariances dearly.
 constexpr int kTallTree = 200;
 
-/// Orders the block graph with one of CHOLMOD's methods.
-BlockOrdering order_with(const BlockPattern& pattern, int method) {
+/// Orders the block graph with one of CHOLMOD's methods; nothing where it fails, as nested
+/// dissection does in a CHOLMOD that was built without METIS.
+std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method) {
   const int n = pattern.size();
   std::vector<int> start(n + 1, 0);
   std::vector<int> rows(pattern.edges.size() + n);
@@ -48,7 +50,7 @@ BlockOrdering order_with(const BlockPattern& pattern, int method) {
   cholmod_factor* factor = cholmod_analyze(&graph, &common);
   if (factor == nullptr) {
     cholmod_finish(&common);
-    throw Error("ordering of a system of " + std::to_string(n) + " variables failed");
+    return std::nullopt;
   }
   BlockOrdering result;
   const int* perm = static_cast<const int*>(factor->Perm);
@@ -108,13 +110,17 @@ void normalize(std::vector<std::pair<int, int>>& edges) {
 
 BlockOrdering order_blocks(const BlockPattern& pattern) {
   if (pattern.size() == 0) return {};
-  BlockOrdering best = order_with(pattern, CHOLMOD_AMD);
+  std::optional<BlockOrdering> first = order_with(pattern, CHOLMOD_AMD);
+  if (!first) {
+    throw Error("ordering of a system of " + std::to_string(pattern.size()) + " variables failed");
+  }
+  BlockOrdering& best = *first;
   const bool tall = height(best) > std::max(kTallTree, pattern.size() / 4);
   if (tall || best.flops > kDissectionFlopsPerBlock * pattern.size()) {
-    BlockOrdering other = order_with(pattern, CHOLMOD_METIS);
-    if (tall || other.flops < best.flops) best = std::move(other);
+    std::optional<BlockOrdering> other = order_with(pattern, CHOLMOD_METIS);
+    if (other && (tall || other->flops < best.flops)) best = std::move(*other);
   }
-  return best;
+  return std::move(best);
 }
 
 }  // namespace hybrid

@@ -15,11 +15,11 @@ class FreeList {
   int take() {
     if (free_.empty()) return count_++;
     const int number = free_.back();
-    free_.pop_back();
-    if (free_.size() < kept_) {
+    if (free_.size() == kept_) {
       taken_.push_back(number);
-      kept_ = free_.size();
+      --kept_;
     }
+    free_.pop_back();
     return number;
   }
   /// Where memory is short the number is lost, and nothing else.

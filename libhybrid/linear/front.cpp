@@ -10,11 +10,12 @@
 namespace hybrid {
 namespace {
 
-// One register of doubles; the second type reads them from any address.
+// One register of doubles, as wide as the processor has them; the second type reads them from any
+// address. Every sum is made in the same order whatever the width.
 #ifdef HYBRID_FRONT_LANES
 constexpr int kLanes = HYBRID_FRONT_LANES;
 #else
-constexpr int kLanes = 4;
+constexpr int kLanes = 2;
 #endif
 typedef double Pack __attribute__((vector_size(8 * kLanes)));
 typedef double LoosePack __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
@@ -48,17 +49,17 @@ inline void update_tile(double* c, const double* a, const double* b, int depth, 
 }  // namespace
 
 double dot(const double* a, const double* b, int n) {
-  Pack sum[2] = {};
+  constexpr int kSums = 8;
+  Pack sum[kSums / kLanes] = {};
   int i = 0;
-  for (; i + 2 * kLanes <= n; i += 2 * kLanes) {
-    sum[0] +=
-        *reinterpret_cast<const LoosePack*>(a + i) * *reinterpret_cast<const LoosePack*>(b + i);
-    sum[1] += *reinterpret_cast<const LoosePack*>(a + i + kLanes) *
-              *reinterpret_cast<const LoosePack*>(b + i + kLanes);
+  for (; i + kSums <= n; i += kSums) {
+    for (int p = 0; p < kSums / kLanes; ++p) {
+      sum[p] += *reinterpret_cast<const LoosePack*>(a + i + p * kLanes) *
+                *reinterpret_cast<const LoosePack*>(b + i + p * kLanes);
+    }
   }
-  sum[0] += sum[1];
   double total = 0.0;
-  for (int k = 0; k < kLanes; ++k) total += sum[0][k];
+  for (int k = 0; k < kSums; ++k) total += sum[k / kLanes][k % kLanes];
   for (; i < n; ++i) total += a[i] * b[i];
   return total;
 }

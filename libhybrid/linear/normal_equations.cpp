@@ -3,6 +3,7 @@
 #include "libhybrid/linear/normal_equations.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "libhybrid/core/error.h"
@@ -76,6 +77,7 @@ NormalEquations::NormalEquations(const ResidualLayout& layout, Elimination elimi
   for (int p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
   gradient_.resize(matrix_.scalars());
   diagonal_.resize(matrix_.scalars());
+  scale_.resize(matrix_.size());
   bind(layout);
 }
 
@@ -164,10 +166,10 @@ void NormalEquations::assemble_column(int col, const double* r, const double* J)
       gradient_[start + c] += sum;
     }
   }
+  scale_[col] = 0.0;
   for (int c = 0; c < dim; ++c) {
-    double& entry = values[matrix_.diagonal_offset(start + c)];
-    if (entry == 0.0) entry = 1.0;  // a direction that no residual moves stays where it is
-    diagonal_[start + c] = entry;
+    diagonal_[start + c] = values[matrix_.diagonal_offset(start + c)];
+    scale_[col] += diagonal_[start + c];
   }
   for (int b = matrix_.block_begin(col); b < matrix_.block_begin(col + 1); ++b) {
     const BlockMatrix::Block& target = matrix_.block(b);
@@ -180,12 +182,10 @@ void NormalEquations::assemble_column(int col, const double* r, const double* J)
 }
 
 int NormalEquations::factorize(double damping, WorkerPool& pool) {
-  const double mean =
-      std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0) / std::max(scalars(), 1);
+  const double sum = std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0);
+  const double floor = sum > 0.0 ? kDiagonalFloor * sum / scalars() : 1.0;
   damping_.resize(scalars());
-  for (int i = 0; i < scalars(); ++i) {
-    damping_[i] = damping * std::max(diagonal_[i], kDiagonalFloor * mean);
-  }
+  for (int i = 0; i < scalars(); ++i) damping_[i] = damping * std::max(diagonal_[i], floor);
   const int scalar = by_schur() ? schur_.factorize(matrix_, damping_.data(), pool)
                                 : cholesky_.factorize(matrix_, damping_.data(), pool);
   return scalar < 0 ? -1 : block_of(scalar);
@@ -198,11 +198,19 @@ const BlockCholesky& NormalEquations::cholesky() const {
 
 double NormalEquations::smallest_pivot_ratio() const {
   double smallest = 1.0;
-  for (int i = 0; i < scalars(); ++i) {
-    const double l = by_schur() ? schur_.diagonal(i) : cholesky_.diagonal(i);
-    smallest = std::min(smallest, l * l / diagonal_[i]);
+  for (int p = 0; p < matrix_.size(); ++p) {
+    for (int i = matrix_.start(p); i < matrix_.start(p) + matrix_.dim(p); ++i) {
+      const double l = pivot_root(i);
+      smallest = std::min(smallest, l * l / scale_[p]);
+    }
   }
   return smallest;
+}
+
+double NormalEquations::log_determinant() const {
+  double sum = 0.0;
+  for (int i = 0; i < scalars(); ++i) sum += std::log(pivot_root(i));
+  return 2.0 * sum;
 }
 
 int NormalEquations::block_of(int scalar) const {
@@ -213,15 +221,6 @@ int NormalEquations::block_of(int scalar) const {
     (matrix_.start(middle) <= scalar ? low : high) = middle;
   }
   return order_[low];
-}
-
-std::vector<int> NormalEquations::untouched() const {
-  std::vector<int> result;
-  for (int block = 0; block < static_cast<int>(position_.size()); ++block) {
-    const int p = position_[block];
-    if (diagonal_begin_[p] == diagonal_begin_[p + 1]) result.push_back(block);
-  }
-  return result;
 }
 
 }  // namespace hybrid

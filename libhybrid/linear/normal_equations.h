@@ -59,19 +59,26 @@ class NormalEquations {
   int factorize(double damping, WorkerPool& pool);
   /// x = (H + damping * diag(H))^-1 x for the last factorisation.
   void solve(double* x) const { by_schur() ? schur_.solve(x) : cholesky_.solve(x); }
-  /// The smallest ratio of a pivot to its diagonal entry, over the scalars of the last
-  /// factorisation: near the rounding error where the system is singular.
+  /// The smallest ratio of a pivot to the scale of its block, over the last factorisation: near the
+  /// rounding error where the system is singular.
   double smallest_pivot_ratio() const;
+  /// log of the determinant of what was factorised last, from the diagonal of its factor.
+  double log_determinant() const;
+  /// Root of the pivot of a scalar: its information given the scalars eliminated after it.
+  double pivot_root(int scalar) const {
+    return by_schur() ? schur_.diagonal(scalar) : cholesky_.diagonal(scalar);
+  }
 
   int scalars() const { return matrix_.scalars(); }
   int start(int block) const { return matrix_.start(position_[block]); }
   int dim(int block) const { return matrix_.dim(position_[block]); }
   int position(int block) const { return position_[block]; }
   const std::vector<double>& gradient() const { return gradient_; }
-  /// Diagonal of H, damping excluded; a variable that no residual moves has ones.
+  /// Diagonal of H, damping excluded; zero where no residual moves a scalar.
   const std::vector<double>& diagonal() const { return diagonal_; }
-  /// Blocks that no residual moves at the point of the last assembly.
-  std::vector<int> untouched() const;
+  /// Trace of the diagonal block of H at a position: the squared Frobenius norm of the Jacobian of
+  /// the block, which a rotation of the frame of its tangent leaves as it is.
+  double scale(int position) const { return scale_[position]; }
   /// H, its lower triangle in elimination order.
   const BlockMatrix& matrix() const { return matrix_; }
   /// Position -> block.
@@ -106,6 +113,7 @@ class NormalEquations {
   std::vector<Diagonal> diagonals_;
   std::vector<Coupling> couplings_;
   std::vector<double> gradient_, diagonal_, damping_;
+  std::vector<double> scale_;  // by position
 };
 
 }  // namespace hybrid

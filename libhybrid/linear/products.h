@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

@@ -210,7 +210,7 @@ int SchurCholesky::eliminate(const Leaf& leaf, const BlockMatrix& matrix, const 
     for (int r = c; r < dim; ++r) {
       double sum = columns[std::size_t(c) * distance + r] + (r == c ? extra[leaf.start + c] : 0.0);
       for (int k = 0; k < c; ++k) sum -= L[k * dim + r] * L[k * dim + c];
-      if (r == c && !(sum > 0.0) && failed < 0) failed = leaf.start + c;
+      if (r == c && failed < 0 && (!(sum > 0.0) || !std::isfinite(sum))) failed = leaf.start + c;
       L[c * dim + r] = r == c ? std::sqrt(sum) : sum / L[c * dim + c];
     }
     for (int k = 0; k < c; ++k) {

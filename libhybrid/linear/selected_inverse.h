@@ -2,9 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/block_cholesky.h"
 
 namespace hybrid {

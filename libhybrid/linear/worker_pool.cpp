@@ -2,59 +2,47 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/worker_pool.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
+#include <exception>
+#include <mutex>
+#include <thread>
 
 namespace hybrid {
 
-WorkerPool::WorkerPool(int threads) {
-  if (threads < 1) threads = std::clamp<int>(std::thread::hardware_concurrency(), 1, 4);
-  for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+struct WorkerPool::Arena {
+  tbb::task_arena arena;
+};
+
+WorkerPool::WorkerPool(int threads)
+    : threads_(threads < 1 ? std::clamp<int>(std::thread::hardware_concurrency(), 1, 4) : threads) {
+  if (threads_ > 1) arena_ = std::make_unique<Arena>(Arena{tbb::task_arena(threads_)});
 }
 
-WorkerPool::~WorkerPool() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stop_ = true;
-  }
-  wake_.notify_all();
-  for (std::thread& worker : workers_) worker.join();
-}
+WorkerPool::~WorkerPool() = default;
 
 void WorkerPool::run(int count, const std::function<void(int)>& body, bool worthwhile) {
-  if (workers_.empty() || count < 2 || !worthwhile) {
+  if (arena_ == nullptr || count < 2 || !worthwhile) {
     for (int i = 0; i < count; ++i) body(i);
     return;
   }
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    body_ = &body;
-    count_ = count;
-    next_ = 0;
-    busy_ = static_cast<int>(workers_.size());
-    ++round_;
-  }
-  wake_.notify_all();
-  drain();
-  std::unique_lock<std::mutex> lock(mutex_);
-  done_.wait(lock, [this] { return busy_ == 0; });
-}
-
-void WorkerPool::drain() {
-  for (int i = next_++; i < count_; i = next_++) (*body_)(i);
-}
-
-void WorkerPool::work() {
-  unsigned seen = 0;
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (true) {
-    wake_.wait(lock, [&] { return stop_ || round_ != seen; });
-    if (stop_) return;
-    seen = round_;
-    lock.unlock();
-    drain();
-    lock.lock();
-    if (--busy_ == 0) done_.notify_one();
-  }
+  std::mutex mutex;
+  std::exception_ptr first;
+  int thrower = count;
+  const auto call = [&](int i) {
+    try {
+      body(i);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (i > thrower) return;
+      thrower = i;
+      first = std::current_exception();
+    }
+  };
+  arena_->arena.execute([&] { tbb::parallel_for(0, count, call, tbb::simple_partitioner()); });
+  if (first != nullptr) std::rethrow_exception(first);
 }
 
 }  // namespace hybrid

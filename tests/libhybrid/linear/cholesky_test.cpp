@@ -159,14 +159,5 @@ TEST(BlockMatrix, MultipliesAsTheDenseMatrix) {
   }
 }
 
-TEST(WorkerPool, RunsEveryIndexOnceRoundAfterRound) {
-  WorkerPool pool(3);
-  for (int round = 0; round < 200; ++round) {
-    std::vector<int> hits(round, 0);
-    pool.run(round, [&](int i) { ++hits[i]; });
-    EXPECT_EQ(hits, std::vector<int>(round, 1));
-  }
-}
-
 }  // namespace
 }  // namespace hybrid

@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <cstdint>
+#include <cstring>
+#include <vector>
 
 #include "libhybrid/linear/dot.h"
 #include "tests/support/random.h"
@@ -53,6 +56,39 @@ TEST(Front, EqualsTheFactorOfEigenForAllSizes) {
       EXPECT_LT(error, 1e-11 * a.cwiseAbs().maxCoeff());
     }
   }
+}
+
+/// The same bits on every processor, whatever registers and instructions it has.
+TEST(Front, RoundsTheSameEverywhere) {
+  std::uint64_t state = 1;
+  const auto next = [&state] {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 11) / 9007199254740992.0;  // in [0, 1), exactly
+  };
+  constexpr int kOrder = 61;
+  Front front;
+  front.reset(kOrder);
+  for (int j = 0; j < kOrder; ++j) {
+    for (int i = j; i < kOrder; ++i) front(i, j) = next();
+    front(j, j) += kOrder;
+  }
+  ASSERT_EQ(front.factorize(40, 1e-13), -1);
+  std::vector<double> a, b;
+  for (int i = 0; i < 101; ++i) {
+    a.push_back(next());
+    b.push_back(next());
+  }
+  std::uint64_t hash = 0xcbf29ce484222325ULL;  // FNV-1a of all bits
+  const auto add = [&hash](double x) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &x, sizeof bits);
+    hash = (hash ^ bits) * 0x100000001b3ULL;
+  };
+  for (int j = 0; j < kOrder; ++j) {
+    for (int i = j; i < kOrder; ++i) add(front(i, j));
+  }
+  add(dot(a.data(), b.data(), 101));
+  EXPECT_EQ(hash, 0xca134d1d1afd3089ULL);
 }
 
 TEST(Front, ReportsTheFirstColumnWithoutAPivot) {

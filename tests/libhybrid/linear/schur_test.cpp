@@ -129,6 +129,23 @@ TEST(Schur, NamesTheBlockThatIsSingular) {
   EXPECT_EQ(system.factorize(1e-3, pool), -1);
 }
 
+TEST(Schur, RefusesAnInfinitePivotAsThePlainFactorDoes) {
+  ResidualLayout layout;
+  layout.dims = {3, 2};
+  const int both[] = {0, 1}, own[] = {0};
+  layout.add(3, own, 1, true);
+  layout.add(2, both, 2, true);
+  std::vector<double> r(layout.residual_size, 1.0), J(layout.jacobian_size, 0.5);
+  J[0] = 1e200;  // its square is not finite
+  J[4] = J[8] = J[18] = 1.0;
+  WorkerPool pool(1);
+  for (const Elimination elimination : {Elimination::kPlain, Elimination::kSchur}) {
+    NormalEquations system(layout, elimination);
+    system.assemble(r.data(), J.data(), pool);
+    EXPECT_EQ(system.factorize(0.0, pool), 0) << system.by_schur();
+  }
+}
+
 TEST(Schur, LeavesAloneAreSolvedToo) {
   WorkerPool pool(1);
   ResidualLayout layout;
