@@ -35,18 +35,22 @@ class Alternation {
     while (report_.iterations < options_.max_iterations) {
       const double before = objective_;
       const int flips = discrete_half_step();
-      if (report_.iterations > 0 && flips == 0) return finish(AlternatingStatus::kConverged);
+      if (report_.iterations > 0 && flips == 0 && settled())
+        return finish(report_.last_solve.status);
       ++report_.iterations;
       continuous_half_step();
       const double scale = std::max(problem_.cost(state_), 1e-12);
-      if (flips == 0 && before - objective_ <= options_.relative_decrease * scale) {
-        return finish(AlternatingStatus::kConverged);
+      if (flips == 0 && settled() && before - objective_ <= options_.relative_decrease * scale) {
+        return finish(report_.last_solve.status);
       }
     }
     return finish(AlternatingStatus::kIterationLimit);
   }
 
  private:
+  /// Whether the last continuous half-step went as far as it can.
+  bool settled() const { return report_.last_solve.status != SolverStatus::kIterationLimit; }
+
   /// Eq. 8a and 9a; returns the number of variables that changed.
   int discrete_half_step() {
     const std::vector<Table> hybrid_tables = problem_.tables(state_);
@@ -76,7 +80,9 @@ class Alternation {
   /// Eq. 8b and 9b.
   void continuous_half_step() {
     Problem::State moved = state_;
-    report_.last_solve = levenberg_marquardt(problem_, moved, options_.continuous);
+    SolverOptions options = options_.continuous;
+    if (report_.iterations > 1 && !settled()) options.initial_damping = report_.last_solve.damping;
+    report_.last_solve = levenberg_marquardt(problem_, moved, options);
     const double objective = problem_.cost(moved) + problem_.constant();
     if (objective <= objective_) {
       state_ = std::move(moved);
@@ -90,12 +96,12 @@ class Alternation {
     report_.objective = objective_;
     report_.cost = problem_.cost(state_);
     report_.analyses = problem_.analyses();
-    if (status == AlternatingStatus::kConverged) {
-      report_.message = "converged after " + std::to_string(report_.iterations) +
-                        " pairs of half-steps; the last solve: " + report_.last_solve.message;
-    } else if (status == AlternatingStatus::kIterationLimit) {
+    if (status == AlternatingStatus::kIterationLimit) {
       report_.message = "the assignment still changed, or the objective fell, after " +
                         std::to_string(report_.iterations) + " pairs of half-steps, the limit";
+    } else if (report_.iterations > 0) {
+      report_.message = to_string(status) + " after " + std::to_string(report_.iterations) +
+                        " pairs of half-steps; the last solve: " + report_.last_solve.message;
     }
     return std::move(report_);
   }

@@ -12,9 +12,10 @@ namespace hybrid {
 struct AlternatingOptions {
   int max_iterations = 100;  ///< pairs of half-steps
   /// Converged once a pair of half-steps lowers the joint objective by less than this share of the
-  /// cost and no discrete variable changed.
+  /// cost, no discrete variable changed and the continuous half-step converged.
   double relative_decrease = 1e-6;
-  /// Iterations of each continuous half-step; it need not reach the minimum for eq. 10 to hold.
+  /// Iterations of each continuous half-step, instead of continuous.max_iterations; it need not
+  /// reach the minimum for eq. 10 to hold, and the next one goes on where it stopped.
   int continuous_iterations = 100;
   SolverOptions continuous;  ///< of the continuous half-steps
   DiscreteOptions discrete;
@@ -26,8 +27,9 @@ struct AlternatingResult {
 };
 
 /// Alternating minimisation of the joint objective (eq. 8-10): the exact discrete half-step given
-/// the continuous values, then Levenberg-Marquardt given the assignment, until neither changes. The
-/// objective falls or stays at every half-step; ties keep the incumbent assignment.
+/// the continuous values, then Levenberg-Marquardt given the assignment, until neither changes and
+/// the latter converged (or cannot: see AlternatingStatus). The objective falls or stays at every
+/// half-step; ties keep the incumbent assignment.
 AlternatingResult alternate(const HybridGraph& graph, const Estimate& initial,
                             const AlternatingOptions& options = {});
 

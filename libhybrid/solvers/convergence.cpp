@@ -2,9 +2,48 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/solvers/convergence.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {
+
+double gradient_norm(const NormalEquations& system) {
+  const BlockMatrix& H = system.matrix();
+  double largest = 0.0;
+  for (int p = 0; p < H.size(); ++p) {
+    double square = 0.0;
+    for (int i = H.start(p); i < H.start(p) + H.dim(p); ++i) {
+      square += system.gradient()[i] * system.gradient()[i];
+    }
+    if (!std::isfinite(square)) return std::numeric_limits<double>::quiet_NaN();
+    // A variable that no residual moves has neither gradient nor scale.
+    if (square > 0.0) largest = std::max(largest, square / system.scale(p));
+  }
+  return std::sqrt(largest);
+}
+
+double step_norm(const NormalEquations& system, const std::vector<double>& step) {
+  const BlockMatrix& H = system.matrix();
+  double largest = 0.0;
+  for (int p = 0; p < H.size(); ++p) {
+    double square = 0.0;
+    for (int i = H.start(p); i < H.start(p) + H.dim(p); ++i) square += step[i] * step[i];
+    largest = std::max(largest, square * system.scale(p));
+  }
+  return std::sqrt(largest);
+}
+
+bool is_settled(Problem& problem, const Problem::State& state, SolverReport& report) {
+  const bool at_start = report.iterations == 0;
+  if (report.under_constrained.empty() && !at_start) return true;
+  problem.linearize(state);
+  problem.assemble();
+  report.under_constrained = factorize_undamped(problem).free;
+  return at_start || !report.under_constrained.empty();
+}
 
 void finish_report(SolverStatus status, SolverReport& report) {
   report.status = status;
@@ -24,8 +63,8 @@ std::string describe(const SolverReport& report) {
     case SolverStatus::kUnderConstrained:
       return under_constrained_message(report.under_constrained);
     case SolverStatus::kNotFinite:
-      return "the cost of the initial estimate is not finite: a value or a measurement is NaN or "
-             "infinite";
+      return "cost or derivatives are not finite" + after +
+             ": a value or a measurement is NaN or infinite, or a factor is not defined there";
     case SolverStatus::kStalled:
       break;
   }

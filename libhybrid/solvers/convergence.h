@@ -2,9 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -14,27 +12,18 @@
 
 namespace hybrid {
 
-/// Largest entry of the gradient in standard deviations, see SolverOptions::gradient.
-inline double gradient_norm(const NormalEquations& system) {
-  double square = 0.0;
-  for (int i = 0; i < system.scalars(); ++i) {
-    const double g = system.gradient()[i];
-    square = std::max(square, g * g / system.diagonal()[i]);
-  }
-  return std::sqrt(square);
-}
+/// Largest gradient of a variable in standard deviations, see SolverOptions::gradient; not a number
+/// where a residual or a Jacobian is none.
+double gradient_norm(const NormalEquations& system);
 
-/// Largest entry of a step in standard deviations, see SolverOptions::step.
-inline double step_norm(const NormalEquations& system, const std::vector<double>& step) {
-  double square = 0.0;
-  for (int i = 0; i < system.scalars(); ++i) {
-    square = std::max(square, step[i] * step[i] * system.diagonal()[i]);
-  }
-  return std::sqrt(square);
-}
+/// Largest step of a variable in standard deviations, see SolverOptions::step.
+double step_norm(const NormalEquations& system, const std::vector<double>& step);
 
-/// Predicted decreases below this share of the cost are lost in rounding.
-inline constexpr double kNegligibleDecrease = 1e-14;
+/// For a solve about to end at `state`: whether what it found undetermined on the way, if anything,
+/// is so there too. If not, the report forgets it, and the solve must go on without what damped
+/// the singular system; the problem is linearised and assembled at the state. A solve that ends
+/// where it began has found nothing on the way, and asks here.
+bool is_settled(Problem& problem, const Problem::State& state, SolverReport& report);
 
 /// Sets status and message; a solve that met a singular system is under-constrained, however it
 /// ended.

@@ -13,7 +13,7 @@ namespace hybrid {
 namespace {
 
 constexpr double kSmallestRadius = 1e-12;  ///< relative to one standard deviation per unknown
-/// Damping that stands in for the undamped system once that was found singular.
+/// Damping that stands in for the undamped system where that is singular.
 constexpr double kSingularDamping = 1e-6;
 
 class Dogleg {
@@ -35,31 +35,33 @@ class Dogleg {
     report_.costs.push_back(cost);
     if (!std::isfinite(cost)) return finish(SolverStatus::kNotFinite);
     problem_.assemble();
-    bool fresh = true;
-    while (report_.iterations < options_.max_iterations) {
-      if (gradient_norm(system_) <= options_.gradient) return finish(SolverStatus::kConverged);
+    while (true) {
+      const double gradient = gradient_norm(system_);
+      if (std::isnan(gradient)) return finish(SolverStatus::kNotFinite);
+      if (gradient <= options_.gradient && settled()) return finish(SolverStatus::kConverged);
+      if (report_.iterations >= options_.max_iterations) break;
       ++report_.iterations;
-      if (fresh) compute_directions();
-      choose_step();
+      if (fresh_) compute_directions();
+      const bool whole = choose_step();
       const double predicted = predicted_decrease();
-      const bool tiny =
-          step_norm(system_, step_) <= options_.step || predicted <= kNegligibleDecrease * cost;
+      const double little = options_.relative_decrease * cost;
+      const bool tiny = step_norm(system_, step_) <= options_.step;
+      const bool last = whole && (tiny || (predicted >= 0.0 && predicted <= little));
       problem_.retract(state_, step_.data(), trial_);
       const double trial_cost = problem_.linearize(trial_);
-      fresh = trial_cost < cost;
-      if (fresh) {
-        const double decrease = cost - trial_cost;
+      const double decrease = cost - trial_cost;
+      fresh_ = decrease > 0.0;
+      if (fresh_) {
         state_.swap(trial_);
         cost = trial_cost;
         report_.costs.push_back(cost);
-        const bool whole = length(step_) < 0.9 * radius_;
-        if (tiny || (whole && decrease <= options_.relative_decrease * cost)) {
-          return finish(SolverStatus::kConverged);
-        }
+      }
+      if (last && !(decrease > little)) {
+        if (settled()) return finish(SolverStatus::kConverged);
+      } else if (fresh_) {
         adapt_radius(decrease / predicted);
         problem_.assemble();
       } else {
-        if (tiny || trial_cost == cost) return finish(SolverStatus::kConverged);
         radius_ = 0.25 * std::min(radius_, length(step_));
         if (radius_ < kSmallestRadius * scale_) return finish(SolverStatus::kStalled);
       }
@@ -80,36 +82,42 @@ class Dogleg {
     const std::vector<double>& g = system_.gradient();
     double slope = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-      descent_[i] = -g[i] / system_.diagonal()[i];
+      descent_[i] = g[i] == 0.0 ? 0.0 : -g[i] / system_.diagonal()[i];
       slope -= descent_[i] * g[i];
       newton_[i] = -g[i];
     }
     system_.matrix().multiply(descent_.data(), product_.data());
     double curvature = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i) curvature += descent_[i] * product_[i];
-    for (double& x : descent_) x *= slope / curvature;
-
-    if (report_.under_constrained.empty()) {
-      report_.under_constrained = factorize_undamped(problem_);
+    if (curvature > 0.0) {
+      for (double& x : descent_) x *= slope / curvature;
     }
-    if (!report_.under_constrained.empty() && problem_.factorize(kSingularDamping) >= 0) {
+
+    if (damping_ == 0.0) {
+      Undamped undamped = factorize_undamped(problem_);
+      report_.under_constrained = std::move(undamped.free);
+      if (!undamped.usable) damping_ = kSingularDamping;
+    }
+    has_newton_ = damping_ == 0.0 || problem_.factorize(damping_) < 0;
+    if (!has_newton_) {
       newton_ = descent_;
       return;
     }
     system_.solve(newton_.data());
   }
 
-  void choose_step() {
+  /// Returns whether the step is the whole Gauss-Newton step.
+  bool choose_step() {
     if (length(newton_) <= radius_) {
       step_ = newton_;
-      return;
+      return has_newton_;
     }
     const double descent_length = length(descent_);
     if (descent_length >= radius_) {
       for (std::size_t i = 0; i < step_.size(); ++i) {
         step_[i] = descent_[i] * radius_ / descent_length;
       }
-      return;
+      return false;
     }
     // Where |descent + t (newton - descent)| meets the radius.
     double a = 0.0;
@@ -124,6 +132,7 @@ class Dogleg {
     for (std::size_t i = 0; i < step_.size(); ++i) {
       step_[i] = descent_[i] + t * (newton_[i] - descent_[i]);
     }
+    return false;
   }
 
   double predicted_decrease() {
@@ -140,6 +149,13 @@ class Dogleg {
     if (gain < 0.25) radius_ = 0.5 * std::min(radius_, length(step_));
   }
 
+  bool settled() {
+    if (is_settled(problem_, state_, report_)) return true;
+    damping_ = 0.0;
+    fresh_ = true;
+    return false;
+  }
+
   SolverReport finish(SolverStatus status) {
     finish_report(status, report_);
     return std::move(report_);
@@ -151,6 +167,9 @@ class Dogleg {
   const SolverOptions& options_;
   double scale_;
   double radius_;
+  double damping_ = 0.0;
+  bool has_newton_ = false;
+  bool fresh_ = true;  // the directions are to be computed
   std::vector<double> descent_, newton_, step_, product_;
   Problem::State trial_;
   SolverReport report_;

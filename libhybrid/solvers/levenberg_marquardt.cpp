@@ -20,15 +20,17 @@ constexpr double kLargestDamping = 1e14;
 /// Gauss-Newton mode below kSmallestDamping).
 class Damping {
  public:
-  explicit Damping(double initial, double least)
-      : value_(std::max(initial, least)), least_(least) {}
+  explicit Damping(double initial) : value_(initial) {}
   double value() const { return value_; }
+  /// Whether a step with it is the Gauss-Newton step, or as near to it as a singular system allows.
+  bool is_least() const { return value_ == least_; }
   bool exhausted() const { return value_ > kLargestDamping; }
-  /// Keeps a singular system solvable from now on.
+  /// Keeps a system solvable from now on.
   void hold_above(double least) {
     least_ = least;
     value_ = std::max(value_, least);
   }
+  void release() { least_ = value_ = 0.0; }
   void accept(double gain) {
     const double t = 2.0 * gain - 1.0;
     value_ *= std::max(0.1, 1.0 - t * t * t);
@@ -37,13 +39,22 @@ class Damping {
     value_ = std::max(value_, least_);
   }
   void reject() {
-    value_ = std::max(value_ * growth_, kFirstDamping);
+    value_ = std::max({value_ * growth_, kFirstDamping, suspended_});
     growth_ *= 2.0;
+  }
+  /// Tries the Gauss-Newton step next, to go on with the present damping if that is rejected. Only
+  /// once: false if it was done before.
+  bool suspend() {
+    if (suspended_ > 0.0) return false;
+    suspended_ = value_;
+    value_ = least_;
+    return true;
   }
 
  private:
   double value_;
-  double least_;
+  double least_ = 0.0;
+  double suspended_ = 0.0;
   double growth_ = 2.0;
 };
 
@@ -53,7 +64,7 @@ class LevenbergMarquardt {
       : problem_(problem),
         state_(state),
         options_(options),
-        damping_(options.initial_damping, 0.0),
+        damping_(options.initial_damping),
         step_(problem.system().scalars()) {}
 
   SolverReport run() {
@@ -61,40 +72,41 @@ class LevenbergMarquardt {
     report_.costs.push_back(cost);
     if (!std::isfinite(cost)) return finish(SolverStatus::kNotFinite);
     problem_.assemble();
-    while (report_.iterations < options_.max_iterations) {
-      if (gradient_norm(problem_.system()) <= options_.gradient) {
-        return finish(SolverStatus::kConverged);
-      }
+    while (true) {
+      const double gradient = gradient_norm(problem_.system());
+      if (std::isnan(gradient)) return finish(SolverStatus::kNotFinite);
+      if (gradient <= options_.gradient && settled()) return finish(SolverStatus::kConverged);
+      if (report_.iterations >= options_.max_iterations) break;
       if (!compute_step()) {
         if (damping_.exhausted()) return finish(SolverStatus::kStalled);
         continue;
       }
       const double predicted = predicted_decrease();
-      const bool tiny = step_norm(problem_.system(), step_) <= options_.step ||
-                        predicted <= kNegligibleDecrease * cost;
+      const double little = options_.relative_decrease * cost;
+      const bool tiny = step_norm(problem_.system(), step_) <= options_.step;
+      const bool last = damping_.is_least() && (tiny || (predicted >= 0.0 && predicted <= little));
       problem_.retract(state_, step_.data(), trial_);
       const double trial_cost = problem_.linearize(trial_);
-      if (trial_cost < cost) {
-        const double decrease = cost - trial_cost;
+      const double decrease = cost - trial_cost;
+      const bool accepted = decrease > 0.0;
+      if (accepted) {
         state_.swap(trial_);
         cost = trial_cost;
         report_.costs.push_back(cost);
-        if (tiny || decrease <= options_.relative_decrease * cost) {
-          return finish(SolverStatus::kConverged);
-        }
-        problem_.assemble();
-        damping_.accept(decrease / predicted);
-      } else {
-        if (tiny || trial_cost == cost) return finish(SolverStatus::kConverged);
-        damping_.reject();
-        if (damping_.exhausted()) return finish(SolverStatus::kStalled);
       }
+      if (last && !(decrease > little)) {
+        if (settled()) return finish(SolverStatus::kConverged);
+      } else {
+        if (accepted) problem_.assemble();
+        adapt(decrease, predicted, little);
+      }
+      if (damping_.exhausted()) return finish(SolverStatus::kStalled);
     }
     return finish(SolverStatus::kIterationLimit);
   }
 
  private:
-  /// Damping that stays once the system was found singular.
+  /// Damping that stays while the system is singular.
   static constexpr double kSingularDamping = 1e-6;
 
   /// Solves (H + damping D) step = -g; false where the matrix is not positive definite.
@@ -102,9 +114,10 @@ class LevenbergMarquardt {
     NormalEquations& system = problem_.system();
     ++report_.iterations;
     if (damping_.value() == 0.0) {
-      report_.under_constrained = factorize_undamped(problem_);
-      if (!report_.under_constrained.empty()) {
-        damping_.hold_above(kSingularDamping);
+      Undamped undamped = factorize_undamped(problem_);
+      if (!undamped.usable) {
+        damping_.hold_above(undamped.free.empty() ? kSmallestDamping : kSingularDamping);
+        report_.under_constrained = std::move(undamped.free);
         return false;
       }
     } else if (problem_.factorize(damping_.value()) >= 0) {
@@ -117,6 +130,23 @@ class LevenbergMarquardt {
     return true;
   }
 
+  bool settled() {
+    if (is_settled(problem_, state_, report_)) return true;
+    damping_.release();
+    return false;
+  }
+
+  void adapt(double decrease, double predicted, double little) {
+    if (!(decrease > 0.0)) return damping_.reject();
+    if (decrease > little) return damping_.accept(decrease / predicted);
+    // It does not fall any more, but by how much it could only a step without damping tells.
+    if (damping_.is_least()) {
+      damping_.reject();
+    } else if (!damping_.suspend()) {
+      damping_.accept(decrease / predicted);
+    }
+  }
+
   double predicted_decrease() const {
     const NormalEquations& system = problem_.system();
     double sum = 0.0;
@@ -127,6 +157,7 @@ class LevenbergMarquardt {
   }
 
   SolverReport finish(SolverStatus status) {
+    report_.damping = damping_.value();
     finish_report(status, report_);
     return std::move(report_);
   }

@@ -3,66 +3,46 @@
 #include "libhybrid/solvers/null_space.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hybrid {
 namespace {
 
-constexpr double kRegularization = 1e-9;
-constexpr int kInverseIterations = 4;
-/// A variable is named when it moves by this share of the one that moves most.
-constexpr double kNamedShare = 0.05;
 constexpr std::size_t kNamedInMessage = 5;
-
-/// Scales v to unit length in the metric of the diagonal of H.
-void scale_to_unit(const std::vector<double>& diagonal, std::vector<double>& v) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) sum += diagonal[i] * v[i] * v[i];
-  const double scale = 1.0 / std::sqrt(sum);
-  for (double& x : v) x *= scale;
-}
 
 }  // namespace
 
-std::vector<Key> under_constrained_variables(Problem& problem) {
-  std::vector<Key> keys;
-  NormalEquations& system = problem.system();
-  for (int block : system.untouched()) keys.push_back(problem.key(block));
-  if (!keys.empty() || problem.factorize(kRegularization) >= 0) return keys;
-
-  const std::vector<double>& diagonal = system.diagonal();
-  std::vector<double> v(system.scalars());
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    v[i] = (1.0 + std::fmod(0.6180339887498949 * i, 1.0)) / std::sqrt(diagonal[i]);
-  }
-  for (int k = 0; k < kInverseIterations; ++k) {
-    scale_to_unit(diagonal, v);
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] *= diagonal[i];
-    system.solve(v.data());
-  }
-  scale_to_unit(diagonal, v);
-
-  std::vector<std::pair<double, int>> moves;
-  for (int block = 0; block < problem.block_count(); ++block) {
-    double sum = 0.0;
-    for (int i = system.start(block); i < system.start(block) + system.dim(block); ++i) {
-      sum += diagonal[i] * v[i] * v[i];
-    }
-    moves.emplace_back(-std::sqrt(sum), block);
-  }
-  std::sort(moves.begin(), moves.end());
-  for (const auto& [move, block] : moves) {
-    if (move <= kNamedShare * moves.front().first) keys.push_back(problem.key(block));
-  }
-  return keys;
+std::vector<FreeVariable> free_variables(const HybridGraph& graph, const Estimate& estimate,
+                                         WeakComponents weak) {
+  Problem problem(graph, estimate.values, estimate.assignment, 1, weak);
+  problem.linearize(problem.load(estimate.values));
+  return free_variables(problem, problem.extended_factor());
 }
 
-std::vector<Key> factorize_undamped(Problem& problem) {
-  const int failed = problem.factorize(0.0);
-  if (failed < 0 && problem.system().smallest_pivot_ratio() >= kSingularPivotRatio) return {};
-  std::vector<Key> keys = under_constrained_variables(problem);
-  if (keys.empty() && failed >= 0) keys.push_back(problem.key(failed));
-  return keys;
+std::vector<FreeVariable> free_variables(const Problem& problem, const ExtendedCholesky& factor) {
+  std::vector<int> blocks;
+  for (int b = 0; b < problem.block_count(); ++b) {
+    if (factor.free_directions(b).cols() > 0) blocks.push_back(b);
+  }
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [&](int a, int b) { return factor.motion(a) > factor.motion(b); });
+  std::vector<FreeVariable> result;
+  for (int b : blocks) result.push_back({problem.key(b), factor.free_directions(b)});
+  return result;
+}
+
+bool is_clearly_regular(Problem& problem) {
+  return problem.factorize(0.0) < 0 && problem.system().smallest_pivot_ratio() >= kSuspiciousPivot;
+}
+
+Undamped factorize_undamped(Problem& problem) {
+  Undamped result;
+  result.usable = problem.factorize(0.0) < 0;
+  if (result.usable && problem.system().smallest_pivot_ratio() >= kSuspiciousPivot) return result;
+  for (const FreeVariable& variable : free_variables(problem, problem.extended_factor())) {
+    result.free.push_back(variable.key);
+  }
+  result.usable = result.usable && result.free.empty();
+  return result;
 }
 
 std::string under_constrained_message(const std::vector<Key>& keys) {

@@ -11,16 +11,18 @@ namespace hybrid {
 /// When the continuous solvers stop, and how they start.
 struct SolverOptions {
   int max_iterations = 100;
-  /// Converged once an accepted step lowers the cost by less than this share of it.
+  /// Converged once the whole Gauss-Newton step, neither damped nor shortened, promises to lower
+  /// the cost by less than this share of it (half the squared Newton decrement), and lowers it by
+  /// less. That depends on no frame and no unit.
   double relative_decrease = 1e-6;
-  /// Converged once no entry of the gradient, divided by the root of the diagonal of the Hessian
+  /// Converged once the gradient |g| of no variable, divided by the Frobenius norm of its Jacobian
   /// (so that it counts in standard deviations), exceeds this.
   double gradient = 1e-9;
-  /// Converged once no entry of the step, times the root of the diagonal of the Hessian, exceeds
-  /// this.
+  /// Converged once the whole Gauss-Newton step of no variable, times that norm, exceeds this.
   double step = 1e-9;
   /// Levenberg-Marquardt: damping of the first step, relative to the diagonal of the Hessian. Zero
-  /// is a Gauss-Newton step, which poses chained from odometry want.
+  /// is a Gauss-Newton step, which poses chained from odometry want. SolverReport::damping of a
+  /// solve that met its limit goes on where that stopped.
   double initial_damping = 0.0;
   /// Dogleg: radius of the first step, in standard deviations per unknown (root mean square).
   double initial_radius = 1e4;

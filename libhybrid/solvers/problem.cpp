@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace hybrid {
 namespace {
@@ -212,6 +213,20 @@ double Problem::curvature(const double* v) const {
     }
     return product.squaredNorm();
   });
+}
+
+ExtendedCholesky Problem::extended_factor() const {
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const auto& place = layout_.residuals[t];
+    const double* J = jacobians_.data() + place.jacobian;
+    const int size = place.rows * terms_[t].factor->cols();
+    if (!std::all_of(J, J + size, [](double entry) { return std::isfinite(entry); })) {
+      const ContinuousFactor& factor = *terms_[t].factor;
+      throw Error("the derivatives of a " + factor.name() + " factor on " +
+                  to_string(factor.keys().at(0)) + " are not finite");
+    }
+  }
+  return {layout_, jacobians_.data()};
 }
 
 std::vector<Table> Problem::tables(const State& state) const {

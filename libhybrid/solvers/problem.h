@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/linear/extended_cholesky.h"
 #include "libhybrid/linear/normal_equations.h"
 #include "libhybrid/linear/worker_pool.h"
 
@@ -63,6 +64,9 @@ class Problem {
   void assemble() { system_->assemble(residuals_.data(), jacobians_.data(), *pool_); }
   /// Factorises H + damping * diag(H), see NormalEquations.
   int factorize(double damping) { return system_->factorize(damping, *pool_); }
+  /// J'J of the last linearisation in extended precision, with its null space. Throws Error where a
+  /// Jacobian is not finite.
+  ExtendedCholesky extended_factor() const;
   /// Sum of |J v|^2 over the factors, v in elimination order.
   double curvature(const double* v) const;
   NormalEquations& system() { return *system_; }

@@ -20,16 +20,4 @@ std::string to_string(SolverStatus status) {
   return "stalled";
 }
 
-std::string to_string(AlternatingStatus status) {
-  switch (status) {
-    case AlternatingStatus::kConverged:
-      return "converged";
-    case AlternatingStatus::kIterationLimit:
-      return "iteration limit";
-    case AlternatingStatus::kNotFinite:
-      break;
-  }
-  return "not finite";
-}
-
 }  // namespace hybrid

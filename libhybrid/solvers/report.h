@@ -9,12 +9,12 @@
 
 namespace hybrid {
 
-/// How a continuous solve ended. The estimate is never worse than the start.
+/// How a solve ended. The estimate is never worse than the start.
 enum class SolverStatus {
-  kConverged,
+  kConverged,  ///< at a stationary point, by the criteria of SolverOptions
   kIterationLimit,
   kUnderConstrained,  ///< the factors leave some variables undetermined; the report names them
-  kNotFinite,         ///< the objective at the start is not a finite number
+  kNotFinite,         ///< the objective or a derivative is not a finite number
   kStalled            ///< no step lowers the objective, however short: a Jacobian may be wrong
 };
 
@@ -28,6 +28,7 @@ struct SolverReport {
   double final_cost() const { return costs.empty() ? 0.0 : costs.back(); }
   double seconds = 0.0;
   double analysis_seconds = 0.0;  ///< part of `seconds` spent on compiling the sparsity
+  double damping = 0.0;           ///< Levenberg-Marquardt: that of the next step
   std::string message;
   /// Variables that move in the null space of a singular system, most first.
   std::vector<Key> under_constrained;
@@ -40,9 +41,9 @@ struct HalfStep {
   int changes = 0;  ///< discrete variables that changed value, or iterations of the solver
 };
 
-enum class AlternatingStatus { kConverged, kIterationLimit, kNotFinite };
-
-std::string to_string(AlternatingStatus status);
+/// The alternation ends as its last continuous half-step did, once no discrete variable changes any
+/// more; at the limit of pairs it ends with kIterationLimit.
+using AlternatingStatus = SolverStatus;
 
 /// What the alternation did; `half_steps` starts with the initial estimate and never rises (eq.
 /// 10).
