@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/marginals/continuous.h"
 
+#include "libhybrid/linear/path_inverse.h"
 #include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/solvers/null_space.h"
 
@@ -20,43 +21,65 @@ void Covariances::insert(Key key, const Eigen::MatrixXd& covariance) {
 
 ContinuousMarginals::ContinuousMarginals(const HybridGraph& graph, const Estimate& estimate,
                                          const MarginalOptions& options)
-    : problem_(graph, estimate.values, estimate.assignment, options.threads, options.weak,
+    : problem_(graph, estimate.values, estimate.assignment, options.threads,
+               WeakComponents::kCoupled,
                Elimination::kPlain),  // covariances come from the factor of the whole system
       pool_(options.threads) {
   problem_.linearize(problem_.load(estimate.values));
   problem_.assemble();
-  under_constrained_ = factorize_undamped(problem_);
+  if (is_clearly_regular(problem_)) return;
+  extended_.emplace(problem_.extended_factor());
+  for (const FreeVariable& variable : free_variables(problem_, *extended_)) {
+    under_constrained_.push_back(variable.key);
+  }
 }
 
-void ContinuousMarginals::check_valid() const {
-  if (!valid()) throw Error("no covariances: " + under_constrained_message(under_constrained_));
+std::vector<int> ContinuousMarginals::determined_blocks(const std::vector<Key>& keys) const {
+  std::vector<int> blocks;
+  for (Key key : keys) {
+    blocks.push_back(problem_.block(key));
+    if (extended_ && extended_->free_directions(blocks.back()).cols() > 0) {
+      throw Error("no covariance of " + to_string(key) + ": " +
+                  under_constrained_message(under_constrained_));
+    }
+  }
+  return blocks;
 }
 
 Eigen::MatrixXd ContinuousMarginals::joint_covariance(const std::vector<Key>& keys) const {
-  check_valid();
+  const std::vector<int> blocks = determined_blocks(keys);
+  if (extended_) return extended_->covariance(blocks);
   const NormalEquations& system = problem_.system();
-  const BlockCholesky& factor = system.cholesky();
-  int columns = 0;
-  for (Key key : keys) columns += system.dim(problem_.block(key));
-  // Sigma = E' (L L')^-1 E = Y'Y with Y = L^-1 E.
-  Eigen::MatrixXd y = Eigen::MatrixXd::Zero(system.scalars(), columns);
-  int column = 0;
-  for (Key key : keys) {
-    const int block = problem_.block(key);
-    const int start = system.start(block);
-    for (int k = 0; k < system.dim(block); ++k, ++column) {
-      y(start + k, column) = 1.0;
-      factor.solve_lower_along(factor.supernode_of(start), y.col(column).data());
+  PathInverse inverse(system.cholesky());
+  std::vector<int> at;
+  int size = 0;
+  for (int block : blocks) {
+    at.push_back(size);
+    size += system.dim(block);
+  }
+  Eigen::MatrixXd joint(size, size);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const int rows = system.dim(blocks[i]), columns = system.dim(blocks[j]);
+      auto block = joint.block(at[i], at[j], rows, columns);
+      block = inverse.block(system.start(blocks[i]), rows, system.start(blocks[j]), columns);
+      joint.block(at[j], at[i], columns, rows) = block.transpose();
     }
   }
-  return y.transpose() * y;
+  return joint;
 }
 
 Covariances ContinuousMarginals::all() const {
-  check_valid();
+  Covariances result;
+  if (extended_) {
+    for (int block = 0; block < problem_.block_count(); ++block) {
+      if (extended_->free_directions(block).cols() > 0) continue;
+      result.insert(problem_.key(block), extended_->covariance({block}));
+    }
+    return result;
+  }
   const NormalEquations& system = problem_.system();
   const SelectedInverse inverse(system.cholesky(), pool_);
-  Covariances result;
   for (int block = 0; block < problem_.block_count(); ++block) {
     result.insert(problem_.key(block),
                   inverse.diagonal_block(system.start(block), system.dim(block)));

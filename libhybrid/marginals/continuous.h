@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -30,22 +32,22 @@ class Covariances {
 };
 
 struct MarginalOptions {
-  int threads = 0;
-  /// Weak components belong to the Hessian of eq. 13; left uncoupled they cost no fill-in, and
-  /// count as if they measured each of their variables alone.
-  WeakComponents weak = WeakComponents::kCoupled;
+  int threads = 0;  ///< 0: one per core, at most 4; the result is the same for any number
 };
 
 /// Laplace approximation of the continuous marginals given the assignment (eq. 11b to 14), over the
-/// tangent spaces at the estimate, from the Cholesky factor of J'J. Factorised once.
+/// tangent spaces at the estimate: the inverse of J'J of all chosen components (eq. 13), weak ones
+/// included, from its Cholesky factor. Factorised once; in extended precision where that is
+/// singular, or so nearly that rounding would show.
 class ContinuousMarginals {
  public:
   /// Throws Error for missing values. The graph may go afterwards.
   ContinuousMarginals(const HybridGraph& graph, const Estimate& estimate,
                       const MarginalOptions& options = {});
 
-  /// False where the information matrix is singular: then `under_constrained` names variables, and
-  /// asking for a covariance throws Error.
+  /// Whether the factors determine all variables; else `under_constrained` names those that they do
+  /// not, and asking for a covariance of one of these throws Error. The covariances of the others
+  /// do not depend on where these are.
   bool valid() const { return under_constrained_.empty(); }
   const std::vector<Key>& under_constrained() const { return under_constrained_; }
 
@@ -54,14 +56,15 @@ class ContinuousMarginals {
   /// Joint covariance of some variables, in the order given; costs their paths to the root of the
   /// elimination tree.
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
-  /// Covariances of all variables, by selected inversion.
+  /// Covariances of all variables that the factors determine, by selected inversion.
   Covariances all() const;
 
  private:
-  void check_valid() const;
+  std::vector<int> determined_blocks(const std::vector<Key>& keys) const;
 
   Problem problem_;
   mutable WorkerPool pool_;
+  std::optional<ExtendedCholesky> extended_;  // where the factor of the problem is of no use
   std::vector<Key> under_constrained_;
 };
 

@@ -7,29 +7,14 @@
 #include <cstdio>
 #include <limits>
 
+#include "libhybrid/solvers/null_space.h"
 #include "libhybrid/solvers/problem.h"
 
 namespace hybrid {
 namespace {
 
-/// Information added to every entry, relative to its own: little, and much less. A variance that
-/// the second leaves larger has no bound but what was added.
-constexpr double kLittle = 1e-8, kLess = 1e-10;
-constexpr double kGrowth = 1.05;
-
-/// Variances of the scalars of a block with some information added; empty where that fails.
-std::vector<double> variances(Problem& problem, int block, double added) {
-  std::vector<double> result;
-  if (problem.factorize(added) >= 0) return result;
-  const NormalEquations& system = problem.system();
-  for (int i = 0; i < system.dim(block); ++i) {
-    std::vector<double> column(system.scalars(), 0.0);
-    column[system.start(block) + i] = 1.0;
-    system.solve(column.data());
-    result.push_back(column[system.start(block) + i]);
-  }
-  return result;
-}
+/// Half of the digits: a free direction that leaves an entry by less leaves it by rounding.
+constexpr double kAlong = 1e-8;
 
 }  // namespace
 
@@ -60,23 +45,20 @@ ObservedVector observe_vector(const HybridGraph& graph, const Estimate& estimate
                 ", not a vector");
   }
   problem.linearize(problem.load(estimate.values));
-  problem.assemble();
+  const ExtendedCholesky factor = problem.extended_factor();
+  const Eigen::MatrixXd& free = factor.free_directions(block);
+  const Eigen::VectorXd variances = factor.covariance({block}).diagonal();
   const int dim = problem.type(block).dim;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   ObservedVector result;
   result.values = Eigen::VectorXd::Constant(dim, nan);
   result.sigmas = result.values;
   result.observable.assign(dim, false);
-  const std::vector<int> untouched = problem.system().untouched();
-  if (std::find(untouched.begin(), untouched.end(), block) != untouched.end()) return result;
-  const std::vector<double> upper = variances(problem, block, kLittle);
-  const std::vector<double> variance = variances(problem, block, kLess);
-  if (upper.empty() || variance.empty()) return result;
   for (int i = 0; i < dim; ++i) {
-    result.observable[i] = variance[i] > 0.0 && variance[i] < kGrowth * upper[i];
+    result.observable[i] = free.row(i).norm() < kAlong;
     if (!result.observable[i]) continue;
     result.values[i] = estimate.values.data(key)[i];
-    result.sigmas[i] = std::sqrt(variance[i]);
+    result.sigmas[i] = std::sqrt(variances[i]);
   }
   return result;
 }

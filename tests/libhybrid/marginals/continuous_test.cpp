@@ -7,42 +7,15 @@
 #include <Eigen/LU>
 
 #include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/range.h"
+#include "tests/support/dense_graph.h"
 #include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
 namespace {
 
+using testing::dense_information;
 using testing::pose;
-
-/// J'J assembled densely, variables in order of their slots.
-Eigen::MatrixXd dense_information(const HybridGraph& graph, const Estimate& estimate) {
-  std::unordered_map<Key, int> start;
-  int n = 0;
-  for (Key key : estimate.values.keys()) {
-    start[key] = n;
-    n += estimate.values.type(key).dim;
-  }
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  const auto add = [&](const ContinuousFactor& factor) {
-    Eigen::VectorXd r(factor.rows());
-    Eigen::MatrixXd J(factor.rows(), factor.cols());
-    factor.linearize(gather(factor.keys(), factor.types(), estimate.values).data(), r.data(),
-                     J.data());
-    Eigen::MatrixXd wide = Eigen::MatrixXd::Zero(factor.rows(), n);
-    int col = 0;
-    for (std::size_t i = 0; i < factor.keys().size(); ++i) {
-      const int dim = factor.types()[i].dim;
-      wide.middleCols(start[factor.keys()[i]], dim) = J.middleCols(col, dim);
-      col += dim;
-    }
-    information += wide.transpose() * wide;
-  };
-  graph.continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) { add(*factor); });
-  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
-    add(*factor->given(estimate.assignment).factor);
-  });
-  return information;
-}
 
 void expect_covariances_of_dense_inverse(const HybridGraph& graph, const Estimate& estimate,
                                          double tolerance) {
@@ -79,15 +52,9 @@ TEST(ContinuousMarginals, EqualTheDenseInverseInSpaceWithLandmarks) {
   expect_covariances_of_dense_inverse(s.graph, s.initial, 1e-9);
 }
 
-TEST(ContinuousMarginals, CountWeakComponentsUnlessToldOtherwise) {
+TEST(ContinuousMarginals, CountWeakComponents) {
   const auto s = testing::simulate_outliers(20, 10, 0.3, false, 3);
   expect_covariances_of_dense_inverse(s.graph, s.initial, 1e-9);
-  MarginalOptions uncoupled;
-  uncoupled.weak = WeakComponents::kUncoupled;
-  const Eigen::MatrixXd close =
-      ContinuousMarginals(s.graph, s.initial, uncoupled).covariance(pose(19));
-  const Eigen::MatrixXd exact = ContinuousMarginals(s.graph, s.initial).covariance(pose(19));
-  EXPECT_LT((close - exact).norm(), 0.2 * exact.norm());
 }
 
 TEST(ContinuousMarginals, AreTheSameForAnyNumberOfThreadsOnALargeGraph) {
@@ -126,6 +93,62 @@ TEST(ContinuousMarginals, NameWhatIsUnderConstrained) {
   EXPECT_FALSE(marginals.valid());
   EXPECT_EQ(marginals.under_constrained().size(), 8u);
   EXPECT_THROW(marginals.covariance(pose(1)), Error);
+}
+
+TEST(ContinuousMarginals, OfWhatIsDeterminedDoNotMindWhatIsNot) {
+  for (double angle : {0.0, 0.5, M_PI / 2, 2.5}) {  // a point in any direction of its one range
+    auto s = testing::simulate_loops<SE2, BetweenSE2>(30, 20, 0.05, 8);
+    const Covariances before = ContinuousMarginals(s.graph, s.initial).all();
+    const SE2 at = s.initial.values.at<SE2>(pose(9));
+    s.initial.values.insert(
+        Key('l', 0), Eigen::Vector2d(at * Eigen::Vector2d(std::cos(angle), std::sin(angle))));
+    s.graph.emplace<Range<SE2, Eigen::Vector2d>>(pose(9), Key('l', 0), 1.0,
+                                                 Noise::isotropic(1, 0.1));
+    const ContinuousMarginals marginals(s.graph, s.initial);
+    EXPECT_FALSE(marginals.valid());
+    EXPECT_EQ(marginals.under_constrained(), std::vector<Key>{Key('l', 0)});
+    EXPECT_THROW(marginals.covariance(Key('l', 0)), Error);
+    EXPECT_THROW(marginals.joint_covariance({pose(1), Key('l', 0)}), Error);
+    const Covariances all = marginals.all();
+    EXPECT_FALSE(all.contains(Key('l', 0)));
+    EXPECT_EQ(all.size(), 30u);
+    for (int i = 0; i < 30; ++i) {
+      EXPECT_LT((all.at(pose(i)) - before.at(pose(i))).norm(), 1e-9 * before.at(pose(i)).norm());
+    }
+    const Eigen::MatrixXd joint = marginals.joint_covariance({pose(3), pose(20)});
+    EXPECT_LT((joint.topLeftCorner<3, 3>() - before.at(pose(3))).norm(), 1e-9 * joint.norm());
+  }
+}
+
+TEST(ContinuousMarginals, HaveNoVarianceForWhatIsNotMeasured) {
+  using Point = Eigen::Vector2d;
+  HybridGraph graph;
+  Estimate at;
+  at.values.insert(Key('l', 0), Point(10, 0));
+  graph.emplace<Prior<Point>>(Key('l', 0), Point(0, 0), Noise::isotropic(2, 0.1), Loss::tukey());
+  EXPECT_FALSE(ContinuousMarginals(graph, at).valid());
+}
+
+// Straight ahead, so that the variance of the lateral position is that of a sum of turns.
+TEST(ContinuousMarginals, OfALongChainAreThoseOfASum) {
+  const int n = 60000;
+  HybridGraph graph;
+  Estimate at;
+  const Noise noise = Noise::diagonal(Eigen::Vector3d(0.02, 0.02, 0.01));
+  at.values.insert(pose(0), SE2());
+  graph.emplace<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 1e-3));
+  for (int i = 1; i < n; ++i) {
+    at.values.insert(pose(i), SE2(i, 0, 0));
+    graph.emplace<BetweenSE2>(pose(i - 1), pose(i), SE2(1, 0, 0), noise);
+  }
+  const ContinuousMarginals marginals(graph, at);
+  ASSERT_TRUE(marginals.valid());
+  const Eigen::MatrixXd sigma = marginals.covariance(pose(n - 1));
+  const double m = n - 1;
+  const double turns = 1e-6 * m * m + 1e-4 * (m - 1) * m * (2 * m - 1) / 6;
+  EXPECT_NEAR(sigma(1, 1), turns, 1e-3 * turns);
+  EXPECT_NEAR(sigma(2, 2), 1e-6 + 1e-4 * m, 1e-3);
+  EXPECT_NEAR(sigma(0, 0), 1e-6 + 4e-4 * m, 1e-2);
 }
 
 TEST(ContinuousMarginals, RefuseUnknownKeys) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/factors/range.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/simulated_bundle.h"
@@ -50,6 +51,23 @@ TEST(Observability, BundleAdjustmentRecoversIntrinsics) {
   EXPECT_GT(squares / (5 * kTrials), 0.3);
 }
 
+/// Holds the directions of a camera, and not where it is.
+class KnownRotation : public FactorOf<3, SE3> {
+ public:
+  KnownRotation(Key key, const SO3& rotation, double sigma)
+      : FactorOf({key}, Noise::isotropic(3, sigma)), rotation_(rotation) {}
+  std::string name() const override { return "known rotation"; }
+  Residual evaluate(const SE3& T, Jacobian<SE3>* J) const override {
+    SO3::Jacobian by_rotation;
+    const Residual e = rotation_.between(T.rotation()).log(&by_rotation);
+    if (J != nullptr) *J << Eigen::Matrix3d::Zero(), by_rotation;
+    return e;
+  }
+
+ private:
+  SO3 rotation_;
+};
+
 TEST(Observability, AWallSeenSquarelyDoesNotGiveTheFocalLength) {
   BundleOptions options;
   options.around = false;
@@ -61,19 +79,31 @@ TEST(Observability, AWallSeenSquarelyDoesNotGiveTheFocalLength) {
   bundle.graph.continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) {
     if (factor->name() == "projection") free.add(factor);
   });
+  HybridGraph placed = free, vague = free;
   for (int i = 0; i < options.cameras; ++i) {
-    // The directions of the cameras are known, their positions to a scale only.
-    Eigen::VectorXd sigmas(6);
-    sigmas << 1e3, 1e3, 1e3, 1e-4, 1e-4, 1e-4;
-    free.emplace<Prior<SE3>>(Key('c', i), bundle.truth.at<SE3>(Key('c', i)),
-                             Noise::diagonal(sigmas));
+    // The directions of the cameras are known, their positions to a scale only; or to a centimetre.
+    const SE3 T = bundle.truth.at<SE3>(Key('c', i));
+    free.emplace<KnownRotation>(Key('c', i), T.rotation(), 1e-4);
+    placed.emplace<Prior<SE3>>(Key('c', i), T, Noise::isotropic(6, 0.01));
+    vague.emplace<Prior<SE3>>(Key('c', i), T, Noise::isotropic(6, 0.01));
   }
-  const ObservedVector camera = observe_vector(free, truth, kCalibration);
-  // Distances and f grow together by any factor, k1 by its square and k2 by its fourth power.
-  EXPECT_EQ(camera.observable, (std::vector<bool>{false, true, true, false, false}))
-      << camera.text({"f", "cx", "cy", "k1", "k2"});
-  EXPECT_TRUE(std::isnan(camera.values[0]) && std::isnan(camera.sigmas[0]));
-  EXPECT_NE(camera.text({"f"}).find("f: unobservable"), std::string::npos);
+  // The distance of the wall and f grow together by any factor, k1 by its square and k2 by its
+  // fourth power, wherever the cameras are.
+  for (const HybridGraph* graph : {&free, &placed}) {
+    const ObservedVector camera = observe_vector(*graph, truth, kCalibration);
+    EXPECT_EQ(camera.observable, (std::vector<bool>{false, true, true, false, false}))
+        << camera.text({"f", "cx", "cy", "k1", "k2"});
+    EXPECT_TRUE(std::isnan(camera.values[0]) && std::isnan(camera.sigmas[0]));
+    EXPECT_NE(camera.text({"f"}).find("f: unobservable"), std::string::npos);
+    const ContinuousMarginals marginals(*graph, truth);
+    EXPECT_THROW(marginals.covariance(kCalibration), Error);
+  }
+  // A prior determines it, to many times its value: that is no secret either.
+  const Intrinsics sigmas = (Intrinsics() << 1e4, 1e4, 1e4, 1e4, 1e4).finished();
+  vague.emplace<Prior<Intrinsics>>(kCalibration, options.intrinsics, Noise::diagonal(sigmas));
+  const ObservedVector told = observe_vector(vague, truth, kCalibration);
+  EXPECT_TRUE(told.all());
+  EXPECT_NEAR(told.sigmas[0], 1e4, 100.0);
 }
 
 TEST(Observability, CamerasAroundNeedNoFrame) {
@@ -87,6 +117,27 @@ TEST(Observability, CamerasAroundNeedNoFrame) {
   const ObservedVector camera = observe_vector(free, estimate, kCalibration);
   ASSERT_TRUE(camera.all());
   EXPECT_NEAR(camera.sigmas[0], fixed.sigmas[0], 0.05 * fixed.sigmas[0]);
+}
+
+TEST(Observability, OneRangeGivesThePointAlongItsLineOnly) {
+  HybridGraph graph;
+  using Point = Eigen::Vector2d;
+  graph.emplace<Prior<Point>>(Key('x', 0), Point(0, 0), Noise::isotropic(2, 0.1));
+  graph.emplace<Range<Point, Point>>(Key('x', 0), Key('l', 0), 1.0, Noise::isotropic(1, 0.1));
+  Estimate estimate;
+  estimate.values.insert(Key('x', 0), Point(0, 0));
+  estimate.values.insert(Key('l', 0), Point(1, 0));
+  const ObservedVector ahead = observe_vector(graph, estimate, Key('l', 0));
+  EXPECT_EQ(ahead.observable, (std::vector<bool>{true, false})) << ahead.text({"x", "y"});
+  EXPECT_NEAR(ahead.sigmas[0], std::sqrt(0.02), 1e-9);
+  EXPECT_TRUE(std::isnan(ahead.sigmas[1]));
+  estimate.values.update(Key('l', 0), Point(0, 1));
+  EXPECT_EQ(observe_vector(graph, estimate, Key('l', 0)).observable,
+            (std::vector<bool>{false, true}));
+  estimate.values.update(Key('l', 0), Point(std::sqrt(0.5), std::sqrt(0.5)));
+  EXPECT_EQ(observe_vector(graph, estimate, Key('l', 0)).observable,
+            (std::vector<bool>{false, false}));
+  EXPECT_TRUE(observe_vector(graph, estimate, Key('x', 0)).all());
 }
 
 TEST(Observability, RefusesWhatIsNoVector) {

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/marginals/posterior.h"
+
+#include <algorithm>
+#include <memory>
+#include <unordered_set>
+#include <utility>
+
+#include "libhybrid/marginals/continuous.h"
+#include "libhybrid/marginals/posterior_model.h"
+#include "libhybrid/marginals/posterior_sum.h"
+
+namespace hybrid {
+namespace {
+
+/// Joint values of some variables, or one more than `limit` where there are more.
+std::size_t bounded_size(const DiscreteIndex& index, const std::vector<Key>& keys,
+                         std::size_t limit) {
+  std::size_t size = 1;
+  for (Key key : keys) {
+    size *= static_cast<std::size_t>(index.at(key).key.cardinality);
+    if (size > limit) return limit + 1;
+  }
+  return size;
+}
+
+/// All that one call needs.
+struct Context {
+  const HybridGraph& graph;
+  const Estimate& estimate;
+  const JointCovariance& covariance;
+  const PosteriorOptions& options;
+  DiscreteIndex index;
+
+  bool selects(Key key) const { return index.at(key).selects; }
+};
+
+bool few(const Context& context, const std::vector<Key>& selectors) {
+  const std::size_t limit = context.options.max_assignments;
+  return bounded_size(context.index, selectors, limit) <= limit;
+}
+
+/// The posterior of some selectors, and of the variables that choose nothing and share tables with
+/// them or with `others` of their kind.
+AssignmentPosterior solve(const Context& context, const std::vector<Key>& selectors,
+                          const std::vector<Key>& others) {
+  std::vector<Key> start = selectors;
+  start.insert(start.end(), others.begin(), others.end());
+  std::vector<Key> rest =
+      context.index.connected(start, [&](Key key) { return !context.selects(key); });
+  rest.erase(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(selectors.size()));
+  const bool enumerated = few(context, selectors);
+  using Laplace = PosteriorModel::Laplace;
+  PosteriorModel model(context.graph, context.index, context.estimate, selectors, rest,
+                       enumerated ? Laplace::kReoptimized : Laplace::kLinearized,
+                       context.covariance, context.options.limits);
+  AssignmentPosterior out =
+      enumerated ? enumerate_posterior(model) : sample_posterior(model, context.options);
+  out.under_constrained = model.under_constrained();
+  if (out.under_constrained.empty()) return out;
+  out.undetermined = selectors;
+  out.undetermined.insert(out.undetermined.end(), rest.begin(), rest.end());
+  return out;
+}
+
+/// Adds what is said of the variables wanted; the first to speak of one is believed.
+template <class Wanted>
+void merge(AssignmentPosterior&& from, const Wanted& wanted, AssignmentPosterior& into) {
+  for (auto& [key, variable] : from.variables) {
+    if (wanted(key)) into.variables.emplace(key, std::move(variable));
+  }
+  for (Key key : from.undetermined) {
+    if (wanted(key)) into.undetermined.push_back(key);
+  }
+  into.exact = into.exact && from.exact;
+  into.under_constrained.insert(into.under_constrained.end(), from.under_constrained.begin(),
+                                from.under_constrained.end());
+}
+
+/// Windows along the selectors of a component, of which the middle halves are taken.
+template <class Wanted>
+void solve_in_windows(const Context& context, const std::vector<Key>& selectors,
+                      const Wanted& wanted, AssignmentPosterior& out) {
+  const int n = static_cast<int>(selectors.size());
+  const int window = std::max(context.options.window, 1);
+  const int margin = window / 4;
+  const int core = window - 2 * margin;
+  for (int begin = 0; begin < n; begin += core) {
+    const int end = std::min(n, begin + core);
+    const auto first = selectors.begin() + std::max(0, begin - margin);
+    const auto last = selectors.begin() + std::min(n, end + margin);
+    const std::unordered_set<Key> core_keys(selectors.begin() + begin, selectors.begin() + end);
+    merge(
+        solve(context, {first, last}, {}),
+        [&](Key key) {
+          return wanted(key) && (core_keys.count(key) != 0 || !context.selects(key));
+        },
+        out);
+  }
+}
+
+/// From a factorisation made when it is first asked for.
+JointCovariance batch_covariance(const HybridGraph& graph, const Estimate& estimate) {
+  return [&graph, &estimate, marginals = std::shared_ptr<const ContinuousMarginals>()](
+             const std::vector<Key>& keys) mutable {
+    if (marginals == nullptr) marginals = std::make_shared<ContinuousMarginals>(graph, estimate);
+    return marginals->valid() ? marginals->joint_covariance(keys) : Eigen::MatrixXd();
+  };
+}
+
+}  // namespace
+
+const DiscreteProbabilities& AssignmentPosterior::at(Key key) const {
+  const auto it = variables.find(key);
+  if (it == variables.end()) {
+    throw Error("discrete variable " + to_string(key) + " has no posterior");
+  }
+  return it->second;
+}
+
+AssignmentPosterior posterior(const HybridGraph& graph, const Estimate& estimate,
+                              const std::vector<Key>& keys, const JointCovariance& covariance,
+                              const PosteriorOptions& options) {
+  const Context context{graph, estimate, covariance, options, DiscreteIndex(graph)};
+  std::vector<Key> selectors, others;
+  for (Key key : keys) (context.selects(key) ? selectors : others).push_back(key);
+  AssignmentPosterior all = solve(context, selectors, others);
+  AssignmentPosterior out;
+  if (others.empty()) out.joint = std::move(all.joint);
+  const std::unordered_set<Key> asked(keys.begin(), keys.end());
+  merge(
+      std::move(all), [&](Key key) { return asked.count(key) != 0; }, out);
+  return out;
+}
+
+AssignmentPosterior posterior(const HybridGraph& graph, const Estimate& estimate,
+                              const std::vector<Key>& keys, const PosteriorOptions& options) {
+  return posterior(graph, estimate, keys, batch_covariance(graph, estimate), options);
+}
+
+AssignmentPosterior posterior_marginals(const HybridGraph& graph, const Estimate& estimate,
+                                        const std::vector<Key>& keys,
+                                        const JointCovariance& covariance,
+                                        const PosteriorOptions& options) {
+  const Context context{graph, estimate, covariance, options, DiscreteIndex(graph)};
+  std::unordered_map<Key, std::size_t> place;
+  for (std::size_t i = 0; i < keys.size(); ++i) place.emplace(keys[i], i);
+  const auto asked = [&](Key key) { return place.count(key) != 0; };
+  AssignmentPosterior out;
+  std::unordered_set<Key> done;
+  for (Key key : keys) {
+    if (done.count(key) != 0) continue;
+    const std::vector<Key> component = context.index.connected({key}, [](Key) { return true; });
+    done.insert(component.begin(), component.end());
+    std::vector<Key> selectors, others;
+    for (Key own : component) (context.selects(own) ? selectors : others).push_back(own);
+    std::stable_sort(selectors.begin(), selectors.end(), [&](Key a, Key b) {
+      const auto of_a = place.find(a), of_b = place.find(b);
+      if (of_a == place.end() || of_b == place.end())
+        return of_a != place.end() && of_b == place.end();
+      return of_a->second < of_b->second;
+    });
+    if (few(context, selectors)) {
+      merge(solve(context, selectors, others), asked, out);
+    } else {
+      solve_in_windows(context, selectors, asked, out);
+    }
+  }
+  return out;
+}
+
+AssignmentPosterior posterior_marginals(const HybridGraph& graph, const Estimate& estimate,
+                                        const std::vector<Key>& keys,
+                                        const PosteriorOptions& options) {
+  return posterior_marginals(graph, estimate, keys, batch_covariance(graph, estimate), options);
+}
+
+}  // namespace hybrid
