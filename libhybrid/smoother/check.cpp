@@ -13,12 +13,6 @@
 namespace hybrid {
 namespace {
 
-std::string describe(const std::string& name, const std::vector<Key>& keys) {
-  std::string text = name + " factor on";
-  for (Key key : keys) text += " " + to_string(key);
-  return text;
-}
-
 /// Looks variables up in a graph with a change on top.
 class Lookup {
  public:

@@ -8,6 +8,12 @@
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
+namespace {
+
+/// Gauss-Newton steps that a half-step may take beyond the first.
+constexpr int kMoreSteps = 3;
+
+}  // namespace
 
 /// Moves the linearisation points of some variables to the estimate and linearises their factors
 /// there.
@@ -29,22 +35,24 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
 }
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
-/// where the true objective rises with it, some more of them with all that moved linearised again;
-/// and where that does not help, a part of the way. Returns false where it stays put.
-bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, int more_steps) {
+/// where it does not lower the objective as its linear model promised, some more of them with all
+/// that moved linearised again; and where that does not help, damped steps.
+void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
   ++report.rounds;
   const double before = term_cost_.value();
   old_slots_.clear();
   old_.clear();
   ++old_stamp_;
-  bool moved_on = true;
+  double promised = 0.0;
   for (int tries = 0;; ++tries) {
     changed_ = tree_.solve(wildfire);
     remember(changed_);
     move_estimate();
-    if (term_cost_.value() <= before) break;
-    if (tries == more_steps) {
-      moved_on = back_off(before);
+    const double gained = before - term_cost_.value();
+    if (tries == 0) promised = gained + model_error_;
+    if (gained >= 0.0 && !falls_short(gained, promised)) break;
+    if (tries == kMoreSteps) {
+      fall_back(before, promised, report);
       break;
     }
     // All that moved, not just the ends of the worst factors: a variable that is linearised again
@@ -52,10 +60,13 @@ bool IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire,
     const std::vector<int> moved = changed_;
     moved_.clear();
     move_linearization(moved, report);
-    if (!eliminate(report)) return false;
+    if (!eliminate(report)) {
+      report.status = UpdateReport::Status::kOk;
+      fall_back(before, promised, report);
+      break;
+    }
   }
   record(report);
-  return moved_on;
 }
 
 /// Keeps the estimates of some variables as they were before this half-step.
@@ -83,6 +94,7 @@ void IncrementalSmoother::move_estimate() {
 /// variables of those whose linear model is off.
 void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
   errors_.clear();
+  model_error_ = 0.0;
   double change = 0.0;
   ++stamp_;
   for (int slot : slots) {
@@ -103,6 +115,7 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
       if (term.tree_factor < 0) continue;
       const double fixed = term.component.constant + term.component.factor->log_normalizer();
       const double error = cost - fixed - tree_.linear_cost(term.tree_factor);
+      model_error_ += error;
       errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
     }
   }

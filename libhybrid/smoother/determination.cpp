@@ -3,6 +3,7 @@
 // Whether variables whose pivots are lost in rounding are determined all the same.
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <vector>
 
@@ -38,6 +39,7 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
   terms.erase(std::unique(terms.begin(), terms.end()), terms.end());
   int rows = 0;
   for (int t : terms) rows += terms_[t].tree_factor < 0 ? 0 : terms_[t].component.factor->rows();
+  if (columns == 0) return true;
   if (rows < columns) return false;
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows, columns);
   int row = 0;
@@ -64,7 +66,7 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
   for (const auto& [slot, first] : column) {
     auto block = all.middleCols(first, theta_->type(slot).dim);
     const double norm = block.norm();
-    if (!(norm > 0.0)) return false;
+    if (!(norm > 0.0) || !std::isfinite(norm)) return false;
     block /= norm;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all);
@@ -83,10 +85,9 @@ bool IncrementalSmoother::is_determined(const std::vector<int>& slots) const {
   int dims = 0;
   for (Key key : theta_.inserted()) dims += theta_->type(key).dim;
   if (!lost_factors_ && dims <= kSmall) return new_variables_are_determined(theta_.inserted());
-  Problem problem(graph_, theta_.get(), assignment());
-  problem.linearize(problem.load(theta_.get()));
-  problem.assemble();
-  return factorize_undamped(problem).empty();
+  return free_variables(graph_, {theta_.get(), assignment()},
+                        couple_weak_ ? WeakComponents::kCoupled : WeakComponents::kUncoupled)
+      .empty();
 }
 
 }  // namespace hybrid

@@ -11,12 +11,6 @@
 #include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
-namespace {
-
-/// Gauss-Newton steps that a half-step may take beyond the first.
-constexpr int kMoreSteps = 3;
-
-}  // namespace
 
 /// Runs change(report), which makes the smoother what it will be. Where it throws, or leaves a
 /// status other than kOk, all is taken back.
@@ -56,37 +50,35 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
     std::vector<int> moved;
     moved.swap(moved_);
     move_linearization(moved, report);
-    if (eliminate(report)) settle(report);
+    if (eliminate_new(report)) settle(report);
   });
 }
 
 /// Alternates until nothing flips, or for the rounds that an update may take.
 void IncrementalSmoother::settle(UpdateReport& report) {
-  continuous_step(report, options_.wildfire, kMoreSteps);
-  while (discrete_step(report) && take_flips(report) && report.rounds < options_.rounds) {
-    continuous_step(report, options_.wildfire, kMoreSteps);
+  continuous_step(report, options_.wildfire);
+  while (report.status == UpdateReport::Status::kOk && discrete_step(report) &&
+         take_flips(report) && report.rounds < options_.rounds) {
+    continuous_step(report, options_.wildfire);
   }
 }
 
 UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
   return all_or_nothing([&](UpdateReport& report) {
-    int more_steps = kMoreSteps;
+    std::vector<int> all;
+    for (int slot = 0; slot < theta_->slot_count(); ++slot) {
+      if (theta_->occupied(slot)) all.push_back(slot);
+    }
     while (report.rounds < max_rounds) {
       const double before = objective();
-      std::vector<int> all;
-      for (int slot = 0; slot < theta_->slot_count(); ++slot) {
-        if (theta_->occupied(slot)) all.push_back(slot);
-      }
       enter_pulls();
       move_linearization(all, report);
       if (!eliminate(report)) return;
-      const bool stuck = !continuous_step(report, 0.0, more_steps);
+      continuous_step(report, 0.0);
+      if (report.status != UpdateReport::Status::kOk) return;
       const bool flipped = discrete_step(report) && take_flips(report);
-      // Several steps on end need not lead downhill; one Gauss-Newton step does, if short enough.
-      const bool again = stuck && more_steps > 0;
-      more_steps = again ? 0 : kMoreSteps;
       const double decrease = before - objective();
-      if (!flipped && !again && decrease <= tolerance * std::max(1.0, std::abs(before))) return;
+      if (!flipped && decrease <= tolerance * std::max(1.0, std::abs(before))) return;
     }
   });
 }
@@ -97,7 +89,10 @@ double IncrementalSmoother::cost() const {
 
 void IncrementalSmoother::enter_tree(int t) {
   Term& term = terms_.edit(t);
-  if (!belongs_in_tree(term.component)) return;
+  if (!belongs_in_tree(term.component)) {
+    weak_left_out_ = weak_left_out_ || term.component.factor != nullptr;
+    return;
+  }
   term.tree_factor = tree_.add_factor(active_slots(term));
   linearize(term, theta_.get(), tree_);
 }
@@ -117,7 +112,7 @@ void IncrementalSmoother::leave_tree(int t) {
 /// optimum.
 void IncrementalSmoother::enter_pulls() {
   for (int t = 0; t < terms_.count(); ++t) {
-    if (!terms_[t].alive || terms_[t].component.factor == nullptr || !terms_[t].component.weak ||
+    if (!terms_[t].alive || terms_[t].component.factor == nullptr || terms_[t].tree_factor >= 0 ||
         !terms_[t].pulls.empty())
       continue;
     Term& term = terms_.edit(t);
@@ -217,37 +212,32 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
   return false;
 }
 
-Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys) const {
-  std::vector<int> slots;
-  for (Key key : keys) slots.push_back(theta_->slot(key));
-  return tree_.joint_covariance(slots);
-}
-
-void IncrementalSmoother::visit_covariances(
-    const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
-  tree_.visit_covariances(
-      [&](int slot, const Eigen::MatrixXd& covariance) { visit(theta_->key(slot), covariance); });
-}
-
-std::vector<double> IncrementalSmoother::snapshot() const {
-  std::vector<double> numbers;
+IncrementalSmoother::Snapshot IncrementalSmoother::snapshot() const {
+  Snapshot all;
   for (int slot = 0; slot < values().slot_count(); ++slot) {
     if (!values().occupied(slot)) continue;
     const double* x = values().data(slot);
-    numbers.insert(numbers.end(), x, x + values().type(slot).size);
+    all.keys.push_back(values().key(slot));
+    all.numbers.insert(all.numbers.end(), x, x + values().type(slot).size);
   }
-  return numbers;
+  return all;
 }
 
-UpdateReport IncrementalSmoother::restore(const std::vector<double>& snapshot) {
-  std::size_t size = 0;
+UpdateReport IncrementalSmoother::restore(const Snapshot& snapshot) {
+  std::size_t size = 0, count = 0;
+  bool same = true;
   for (int slot = 0; slot < values().slot_count(); ++slot) {
-    if (values().occupied(slot)) size += values().type(slot).size;
+    if (!values().occupied(slot)) continue;
+    same = same && count < snapshot.keys.size() && snapshot.keys[count] == values().key(slot);
+    size += values().type(slot).size;
+    ++count;
   }
-  if (size != snapshot.size()) throw Error("a snapshot of other variables cannot be restored");
+  if (!same || count != snapshot.keys.size() || size != snapshot.numbers.size()) {
+    throw Error("a snapshot of other variables cannot be restored");
+  }
   return all_or_nothing([&](UpdateReport& report) {
     std::vector<int> slots;
-    const double* x = snapshot.data();
+    const double* x = snapshot.numbers.data();
     for (int slot = 0; slot < values().slot_count(); ++slot) {
       if (!values().occupied(slot)) continue;
       const int n = values().type(slot).size;

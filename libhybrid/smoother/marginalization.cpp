@@ -2,33 +2,62 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/smoother/marginalization.h"
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "libhybrid/factors/linear_prior.h"
-#include "libhybrid/linear/front.h"
+#include "libhybrid/smoother/located.h"
 
 namespace hybrid {
 namespace {
 
+/// A pivot below this share of its diagonal entry is rounding error: nothing is known of a
+/// direction.
 constexpr double kPivotTolerance = 1e-13;
 
-/// Rows of the variables in the dense system: those to go first, then the separator.
-struct Layout {
+/// The dense system of the factors that go: the variables to go first, then the separator, then the
+/// right-hand side.
+struct System {
   std::vector<Key> keys;
   std::unordered_map<Key, int> row;
-  int gone = 0;  // rows of the variables to go
+  std::unordered_set<Key> located;  // variables with a place in the map
+  int gone = 0;                     // rows of the variables to go
   int size = 0;
+  Eigen::MatrixXd H;  // [J r]'[J r], lower triangle
 
   void append(Key key, int dim) {
     if (!row.emplace(key, size).second) return;
     keys.push_back(key);
     size += dim;
   }
+  void add(const ContinuousFactor& factor, const Values& values);
 };
+
+void System::add(const ContinuousFactor& factor, const Values& values) {
+  const auto x = gather(factor.keys(), factor.types(), values);
+  Eigen::MatrixXd A(factor.rows(), factor.cols() + 1);
+  factor.linearize(x.data(), A.rightCols(1).data(), A.data());
+  const auto* prior = dynamic_cast<const LinearPrior*>(&factor);
+  const std::vector<bool> has_place =
+      prior != nullptr ? prior->located() : located_variables(factor, x.data(), A);
+  std::vector<int> place;
+  for (std::size_t i = 0; i < factor.keys().size(); ++i) {
+    if (has_place[i]) located.insert(factor.keys()[i]);
+    const int first = row.at(factor.keys()[i]);
+    for (int k = 0; k < factor.types()[i].dim; ++k) place.push_back(first + k);
+  }
+  place.push_back(size);
+  const Eigen::MatrixXd S = A.transpose() * A;
+  for (std::size_t j = 0; j < place.size(); ++j) {
+    for (std::size_t i = j; i < place.size(); ++i)
+      H(std::max(place[i], place[j]), std::min(place[i], place[j])) += S(i, j);
+  }
+}
 
 std::vector<const ContinuousFactor*> active_factors(const HybridGraph& graph,
                                                     const Assignment& assignment,
@@ -45,24 +74,53 @@ std::vector<const ContinuousFactor*> active_factors(const HybridGraph& graph,
   return factors;
 }
 
-void add_to(Front& front, const Layout& layout, const ContinuousFactor& factor,
-            const Values& values) {
-  const auto x = gather(factor.keys(), factor.types(), values);
-  Eigen::MatrixXd A(factor.rows(), factor.cols() + 1);
-  factor.linearize(x.data(), A.rightCols(1).data(), A.data());
-  const Eigen::MatrixXd H = A.transpose() * A;
-  std::vector<int> place;
-  for (std::size_t i = 0; i < factor.keys().size(); ++i) {
-    for (int k = 0; k < factor.types()[i].dim; ++k) {
-      place.push_back(layout.row.at(factor.keys()[i]) + k);
+/// -log of some factors, normalisers included.
+double objective_of(const HybridGraph& graph, const Values& values, const Assignment& assignment,
+                    const std::vector<Handle>& handles) {
+  double sum = 0.0;
+  for (Handle handle : handles) {
+    if (handle.kind == FactorKind::kContinuous) {
+      const ContinuousFactor& factor = *graph.continuous().at(handle);
+      sum += factor.cost(values) + factor.log_normalizer();
+    } else if (handle.kind == FactorKind::kHybrid) {
+      sum += graph.hybrid().at(handle)->cost(values, assignment);
     }
   }
-  place.push_back(layout.size);
-  for (std::size_t j = 0; j < place.size(); ++j) {
-    for (std::size_t i = j; i < place.size(); ++i) {
-      front(std::max(place[i], place[j]), std::min(place[i], place[j])) += H(i, j);
-    }
+  return sum;
+}
+
+/// What elimination leaves of a system.
+struct Eliminated {
+  Eigen::MatrixXd rest;   // H of the separator and the right-hand side
+  double log_det = 0.0;   // of the block of the variables that are gone
+  int rank = 0;           // rows of that block in the determinant
+  std::vector<int> open;  // rows of which nothing is known
+};
+
+/// Cholesky elimination with pivoting, so that directions of which nothing is known drop out: they
+/// say nothing about the separator either.
+Eliminated eliminate(const System& system) {
+  const int g = system.gone, n = system.size + 1 - g;
+  Eigen::VectorXd scale = system.H.diagonal().head(g);  // of the units of the variables
+  for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * system.H.topLeftCorner(g, g) *
+                                          scale.asDiagonal());
+  Eigen::VectorXi order = Eigen::VectorXi::LinSpaced(g, 0, g - 1);
+  order = ldlt.transpositionsP() * order;
+  Eliminated out;
+  out.rest = system.H.bottomRightCorner(n, n);
+  Eigen::MatrixXd Y = scale.asDiagonal() * system.H.bottomLeftCorner(n, g).transpose();
+  Y = ldlt.transpositionsP() * Y;
+  ldlt.matrixL().solveInPlace(Y);
+  for (; out.rank < g; ++out.rank) {
+    const double pivot = ldlt.vectorD()[out.rank];
+    if (!(pivot > kPivotTolerance)) break;
+    Y.row(out.rank) /= std::sqrt(pivot);
+    out.log_det += std::log(pivot) - 2.0 * std::log(scale[order[out.rank]]);
   }
+  out.rest.selfadjointView<Eigen::Lower>().rankUpdate(Y.topRows(out.rank).transpose(), -1.0);
+  out.open.assign(order.data() + out.rank, order.data() + g);
+  return out;
 }
 
 /// Whether the continuous part of a factor is the same for all its discrete values.
@@ -146,45 +204,45 @@ Marginalization marginalize(const HybridGraph& graph, const Values& values,
   result.delta.remove = factors;
   result.delta.remove_values = keys;
   const auto active = active_factors(graph, assignment, factors);
-  Layout layout;
-  for (Key key : keys) layout.append(key, values.type(key).dim);
-  layout.gone = layout.size;
+  System system;
+  for (Key key : keys) system.append(key, values.type(key).dim);
+  system.gone = system.size;
   for (const ContinuousFactor* factor : active) {
-    for (std::size_t i = 0; i < factor->keys().size(); ++i) {
-      layout.append(factor->keys()[i], factor->types()[i].dim);
-    }
+    for (std::size_t i = 0; i < factor->keys().size(); ++i)
+      system.append(factor->keys()[i], factor->types()[i].dim);
   }
-  result.separator.assign(layout.keys.begin() + static_cast<std::ptrdiff_t>(keys.size()),
-                          layout.keys.end());
+  result.separator.assign(system.keys.begin() + static_cast<std::ptrdiff_t>(keys.size()),
+                          system.keys.end());
   result.fill = count_fill(result.separator, active);
+  system.H.setZero(system.size + 1, system.size + 1);
+  for (const ContinuousFactor* factor : active) system.add(*factor, values);
+  result.finite = system.H.allFinite();
+  if (!result.finite) return result;
 
-  Front front;
-  front.reset(layout.size + 1);
-  for (const ContinuousFactor* factor : active) add_to(front, layout, *factor, values);
-  const int failed = front.factorize(layout.gone, kPivotTolerance);
-  if (failed >= 0) {
-    result.determined = false;
-    for (Key key : keys) {
-      if (layout.row.at(key) <= failed) result.under_constrained = key;
-    }
-    return result;
+  const Eliminated left = eliminate(system);
+  for (Key key : keys) {
+    const int first = system.row.at(key), end = first + values.type(key).dim;
+    if (std::any_of(left.open.begin(), left.open.end(),
+                    [&](int row) { return first <= row && row < end; }))
+      result.undetermined.push_back(key);
   }
-  const int s = layout.size - layout.gone;
-  if (s > 0) {
-    Eigen::MatrixXd information(s, s);
-    Eigen::VectorXd gradient(s);
-    for (int j = 0; j < s; ++j) {
-      for (int i = j; i < s; ++i) {
-        information(i, j) = information(j, i) = front(layout.gone + i, layout.gone + j);
-      }
-      gradient[j] = front(layout.size, layout.gone + j);
-    }
-    if (information.diagonal().maxCoeff() > 0.0) {
-      result.delta.continuous.push_back(
-          LinearPrior::from_information(result.separator, values, information, gradient));
-    }
+  const int s = system.size - system.gone;
+  // Laplace: -log of the integral over the variables that go, less what the prior says of it.
+  double constant = objective_of(graph, values, assignment, factors) +
+                    0.5 * (left.log_det - left.rank * std::log(2.0 * M_PI)) +
+                    0.5 * (left.rest(s, s) - system.H(system.size, system.size));
+  if (left.rest.diagonal().head(s).any()) {
+    std::vector<bool> located;
+    for (Key key : result.separator) located.push_back(system.located.count(key) != 0);
+    const Eigen::MatrixXd information =
+        left.rest.topLeftCorner(s, s).selfadjointView<Eigen::Lower>();
+    const auto prior = LinearPrior::from_information(result.separator, values, information,
+                                                     left.rest.row(s).head(s), std::move(located));
+    constant -= prior->cost(values);
+    result.delta.continuous.push_back(prior);
   }
   result.delta.discrete = remaining_tables(graph, values, assignment, factors, stays);
+  result.delta.discrete.emplace_back(std::vector<DiscreteKey>{}, std::vector<double>{constant});
   return result;
 }
 

@@ -12,10 +12,10 @@ namespace hybrid {
 /// How some variables are taken out of a graph without loss of (linearised) information.
 struct Marginalization {
   Delta delta;  ///< removes the variables and their factors, adds a prior on the separator
-  std::vector<Key> separator;  ///< variables that shared a factor with them, now tied together
-  int fill = 0;                ///< pairs of separator variables that shared no factor before
-  bool determined = true;      ///< false where the factors did not determine the variables
-  Key under_constrained;       ///< one that they did not determine
+  std::vector<Key> separator;     ///< variables that shared a factor with them, now tied together
+  int fill = 0;                   ///< pairs of separator variables that shared no factor before
+  std::vector<Key> undetermined;  ///< variables of which the factors leave a direction open
+  bool finite = true;  ///< false where a derivative is not: the delta is then not to be used
 };
 
 /// Marginalises continuous variables by the Schur complement of their factors, linearised at the

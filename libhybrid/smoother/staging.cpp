@@ -31,7 +31,7 @@ void IncrementalSmoother::begin() {
 /// Notes what small things are before the first change since the last commit.
 void IncrementalSmoother::start_change() {
   if (changing_) return;
-  committed_ = {term_cost_, term_constant_, moved_, stale_, recent_};
+  committed_ = {term_cost_, term_constant_, moved_, stale_, recent_, weak_left_out_, couple_weak_};
   changing_ = true;
 }
 
@@ -179,6 +179,8 @@ void IncrementalSmoother::take_back() noexcept {
     }
   }
   graph_changes_.clear();
+  for (int slot : damped_) damping_factor_[slot] = -1;
+  damped_.clear();
   tree_.roll_back();
   terms_.roll_back();
   discrete_.roll_back();
@@ -189,6 +191,8 @@ void IncrementalSmoother::take_back() noexcept {
   moved_ = std::move(committed_.moved);
   stale_ = std::move(committed_.stale);
   recent_ = std::move(committed_.recent);
+  weak_left_out_ = committed_.weak_left_out;
+  couple_weak_ = committed_.couple_weak;
   end_change();
 }
 

@@ -19,7 +19,7 @@ struct Term {
   Handle handle;
   std::vector<int> slots;  ///< of keys(), in the values
   Component component;     ///< of a continuous factor: itself
-  int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it
+  int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it, as weak ones are
   /// Of a weak component: for each of its variables a factor with its gradient, so that it pulls
   /// without tying variables together. Entered only when the smoother converges.
   std::vector<int> pulls;
@@ -44,11 +44,6 @@ void linearize(const Term& term, const Values& values, BayesTree& tree);
 
 /// Slots of the variables of the active component, in its own order.
 std::vector<int> active_slots(const Term& term);
-
-/// A component belongs into the tree unless it has no factor or is weak.
-inline bool belongs_in_tree(const Component& component) {
-  return component.factor != nullptr && !component.weak;
-}
 
 /// The terms of a graph and, for every variable, those that hold it. What happened since the last
 /// `commit` can be rolled back; terms that are removed are no longer alive, and go with the commit.

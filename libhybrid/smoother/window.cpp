@@ -8,8 +8,8 @@
 namespace hybrid {
 namespace {
 
-bool is_pose(VariableType type) {
-  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+bool names(const std::string& letters, Key key) {
+  return letters.find(key.letter()) != std::string::npos;
 }
 
 void sort_unique(std::vector<Key>& keys) {
@@ -122,17 +122,25 @@ void WindowSmoother::touch(const Delta& delta, const std::vector<Handle>& handle
   }
 }
 
+bool WindowSmoother::is_state(Key key, VariableType type) const {
+  if (!window_.states.empty()) return names(window_.states, key);
+  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+}
+
 /// The variables that leave the window now, in a fixed order.
 std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
   std::vector<Key> keys;
   const bool filter = window_.mode == WindowOptions::Mode::kFilter;
   if (!filter && window_.lag <= 0) return keys;
-  bool new_pose = false;
-  for (Key key : delta.values.keys()) new_pose = new_pose || is_pose(delta.values.type(key));
+  bool new_state = false;
+  for (Key key : delta.values.keys()) {
+    new_state =
+        new_state || (is_state(key, delta.values.type(key)) && !names(window_.lasting, key));
+  }
   for (const auto& [key, update] : last_touch_) {
-    if (window_.lasting.find(key.letter()) != std::string::npos) continue;
+    if (names(window_.lasting, key)) continue;
     if (!filter && update <= updates_ - window_.lag) keys.push_back(key);
-    if (filter && new_pose && is_pose(smoother_.values().type(key)) &&
+    if (filter && new_state && is_state(key, smoother_.values().type(key)) &&
         !delta.values.contains(key)) {
       keys.push_back(key);
     }
@@ -201,34 +209,79 @@ bool WindowSmoother::is_tied(Key key, const std::vector<Handle>& going) const {
   });
 }
 
+/// Lets variables leave together, or else those of them that can, one by one: what holds one back
+/// must not hold back the others, or the window would grow without bound.
 void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
+  if (try_to_leave(keys, report)) return;
+  for (Key key : keys) {
+    if (keys.size() == 1 || !try_to_leave({key}, report)) report.kept.push_back(key);
+  }
+  if (report.kept.empty()) report.kept_because.clear();
+}
+
+std::vector<Handle> WindowSmoother::factors_of(const std::vector<Key>& keys) const {
   std::vector<Handle> factors;
-  std::vector<Key> discrete;
   for (Key key : keys) {
     for (Handle handle : smoother_.factors_of(key)) {
-      if (std::find(factors.begin(), factors.end(), handle) != factors.end()) continue;
-      factors.push_back(handle);
-      if (handle.kind != FactorKind::kHybrid) continue;
-      for (const DiscreteKey& d : smoother_.graph().hybrid().at(handle)->discrete_keys())
-        discrete.push_back(d.key);
+      if (std::find(factors.begin(), factors.end(), handle) == factors.end())
+        factors.push_back(handle);
     }
   }
+  return factors;
+}
+
+/// Gathers what the objective keeps of all that has left in one table over no variable: that of the
+/// change, that of earlier changes, and the last costs of discrete variables that leave.
+void WindowSmoother::settle_constant(std::vector<std::pair<Key, Table>>& settled, Delta& delta) {
+  double constant = 0.0;
+  for (auto& [key, table] : settled) {
+    if (table.keys().empty()) continue;
+    const double last = table.cost(smoother_.assignment());
+    std::vector<double> costs = table.costs();
+    for (double& cost : costs) cost -= last;
+    table = Table(table.keys(), std::move(costs));
+    constant += last;
+  }
+  if (constant_) {
+    constant += smoother_.graph().discrete().at(*constant_).costs()[0];
+    delta.remove.push_back(*constant_);
+  }
+  for (Table& table : delta.discrete) {
+    if (table.keys().empty()) table = Table({}, {table.costs()[0] + constant});
+  }
+}
+
+bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& report) {
+  const std::vector<Handle> factors = factors_of(keys);
+  std::vector<Key> discrete;
+  for (Handle handle : factors) {
+    if (handle.kind != FactorKind::kHybrid) continue;
+    for (const DiscreteKey& d : smoother_.graph().hybrid().at(handle)->discrete_keys())
+      discrete.push_back(d.key);
+  }
+  sort_unique(discrete);
   Marginalization change =
       marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors,
                   [&](Key key) { return is_tied(key, factors); });
-  if (!change.determined) return;  // it stays until its factors determine it
-  sort_unique(discrete);
+  if (!change.finite) {
+    report.kept_because = "a factor has no finite derivative at the estimate";
+    return false;
+  }
   std::vector<std::pair<Key, Table>> settled;
   for (Key key : discrete) {
     if (auto table = settle(key, change.delta)) settled.emplace_back(key, std::move(*table));
   }
+  settle_constant(settled, change.delta);
   Estimate before;
   for (Key key : keys)
     before.values.insert(key, smoother_.values().type(key), smoother_.values().data(key));
   for (const auto& [key, table] : settled)
     before.assignment.set(key, smoother_.assignment().at(key));
   const UpdateReport done = smoother_.update(change.delta);
-  if (done.status != UpdateReport::Status::kOk) return;
+  if (done.status != UpdateReport::Status::kOk) {
+    report.kept_because = done.message;
+    return false;
+  }
   for (Key key : keys) {
     past_.values.insert(key, before.values.type(key), before.values.data(key));
     last_touch_.erase(key);
@@ -241,16 +294,25 @@ void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
     table_.erase(key);
     report.left_discrete.push_back(key);
   }
-  for (Handle handle : done.handles) {
-    if (handle.kind != FactorKind::kDiscrete) continue;
-    const Table& table = smoother_.graph().discrete().at(handle);
-    for (const DiscreteKey& key : table.keys()) holders_[key.key].push_back(handle);
-    if (table.keys().size() == 1) table_[table.keys()[0].key] = handle;
-  }
+  take_tables(done.handles);
+  const auto& open = change.undetermined;
+  report.undetermined.insert(report.undetermined.end(), open.begin(), open.end());
   report.marginalized += static_cast<int>(keys.size());
   report.fill += change.fill;
   report.seconds += done.seconds;
   report.objective_after = done.objective_after;
+  return true;
+}
+
+/// Remembers the tables that marginalisation has left.
+void WindowSmoother::take_tables(const std::vector<Handle>& handles) {
+  for (Handle handle : handles) {
+    if (handle.kind != FactorKind::kDiscrete) continue;
+    const Table& table = smoother_.graph().discrete().at(handle);
+    if (table.keys().empty()) constant_ = handle;
+    for (const DiscreteKey& key : table.keys()) holders_[key.key].push_back(handle);
+    if (table.keys().size() == 1) table_[table.keys()[0].key] = handle;
+  }
 }
 
 }  // namespace hybrid

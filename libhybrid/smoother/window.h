@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/smoother/incremental.h"
@@ -17,25 +18,43 @@ struct WindowOptions {
   enum class Mode {
     kFull,      ///< everything: full smoothing
     kFixedLag,  ///< variables that a factor touched within the last `lag` updates
-    kFilter     ///< the newest pose and all landmarks
+    kFilter     ///< the newest states and all else, i.e. landmarks
   };
   Mode mode = Mode::kFull;
   int lag = 50;  ///< in updates; 0 or less is no limit
-  /// Letters of variables that never leave: calibrations, which all measurements share.
-  std::string lasting = "co";
+  /// Letters of variables that never leave, e.g. of calibrations, which all measurements share.
+  std::string lasting = {};
+  /// Letters of the states, of which a filter keeps those of the newest update that brings some,
+  /// e.g. "x" for vectors in a Kalman filter; empty: all poses (SE2, SE3).
+  std::string states = {};
 };
 
-/// What an update of a window did besides the update proper.
+/// What an update of a window did besides the update proper. `objectives` are those of the update
+/// proper, `objective_after` is that of the window after what was to leave has left.
 struct WindowReport : UpdateReport {
   int marginalized = 0;            ///< continuous variables that left the graph
   int fill = 0;                    ///< pairs of variables newly tied together by that
   std::vector<Key> left;           ///< the continuous variables that left
   std::vector<Key> left_discrete;  ///< and the discrete ones
+  /// Of those that left, the ones of which their factors left a direction open at the estimate (a
+  /// robust loss that rejects all of them, a range of zero): nothing was known of it.
+  std::vector<Key> undetermined;
+  /// Those that were to leave and have not, as the rest would not be determined without them, and
+  /// why. They are to leave at every later update, with what depends on them in the end.
+  std::vector<Key> kept;
+  std::string kept_because;
 };
 
 /// The incremental smoother over a window: old states are marginalised by the Schur complement into
 /// priors on what remains, and discrete variables leave with the last continuous variable they say
 /// something about. Variables that have left keep their last estimate, for trajectories and maps.
+///
+/// The objective of the smoother is -log of the joint density of eq. 6 with the continuous
+/// variables that have left integrated out (by Laplace, exactly where the problem is linear) and
+/// the discrete ones at their last values. So it is comparable across departures: a departure adds
+/// log det(Lambda / 2 pi) / 2, with Lambda the information about what leaves given the rest. What
+/// the priors do not say of it stands in a table over no variable. The cost is that of the factors
+/// and priors in the window alone.
 ///
 /// A variable that has left and that a new factor holds enters again: a continuous one as a new
 /// variable, initialised at its last estimate, with nothing known of it but what the new factors
@@ -47,12 +66,15 @@ class WindowSmoother {
       : window_(window), smoother_(options) {}
 
   WindowReport update(const Delta& delta);
-  UpdateReport converge(int max_rounds = 50) { return smoother_.converge(max_rounds); }
+  UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10) {
+    return smoother_.converge(max_rounds, tolerance);
+  }
 
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
   const Estimate& past() const { return past_; }
-  /// All that was known of a discrete variable when it left; null where nothing is kept.
+  /// All that was known of a discrete variable when it left, zero at its last value; null where
+  /// nothing is kept.
   const Table* past_table(Key key) const;
 
  private:
@@ -60,7 +82,12 @@ class WindowSmoother {
   UpdateReport take_in(const Delta& delta);
   void touch(const Delta& delta, const std::vector<Handle>& handles);
   std::vector<Key> outdated(const Delta& delta) const;
+  bool is_state(Key key, VariableType type) const;
   void leave(const std::vector<Key>& keys, WindowReport& report);
+  bool try_to_leave(const std::vector<Key>& keys, WindowReport& report);
+  std::vector<Handle> factors_of(const std::vector<Key>& keys) const;
+  void settle_constant(std::vector<std::pair<Key, Table>>& settled, Delta& delta);
+  void take_tables(const std::vector<Handle>& handles);
   bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);
 
@@ -71,6 +98,7 @@ class WindowSmoother {
   std::unordered_map<Key, int> last_touch_;               // by variable in the graph: the update
   std::unordered_map<Key, std::vector<Handle>> holders_;  // factors by discrete variable
   std::unordered_map<Key, Handle> table_;  // single-variable tables that marginalisation left
+  std::optional<Handle> constant_;         // and the table over no variable
   int updates_ = 0;
 };
 

@@ -11,6 +11,7 @@
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/alternating.h"
+#include "tests/support/hard_factors.h"
 #include "tests/support/simulated_graphs.h"
 
 namespace hybrid {
@@ -188,15 +189,17 @@ TEST_F(BadInput, FactorThatIsGone) {
   expect_error(remove, "no longer");
 }
 
-TEST_F(BadInput, MeasurementNotANumber) {
+TEST_F(BadInput, ResidualNotANumber) {
   Delta delta;
-  delta.continuous.push_back(between(3, 8, SE2(std::nan(""), 0.0, 0.0)));
-  expect_error(delta, "x8");
+  delta.continuous.push_back(std::make_shared<testing::UndefinedMotion>(pose(3), pose(8)));
+  expect_error(delta, "undefined factor on x3 x8");
 }
 
-TEST_F(BadInput, HybridMeasurementNotANumber) {
+TEST_F(BadInput, HybridResidualNotANumber) {
   Delta delta;
-  delta.hybrid.push_back(closure(4, 3, 8, SE2(std::nan(""), 0.0, 0.0)));
+  delta.hybrid.push_back(
+      make_outlier_mixture(discrete(4), between(3, 8, SE2(5.0, 0.0, 0.0)),
+                           std::make_shared<testing::UndefinedMotion>(pose(3), pose(8)), 0.5, 0.5));
   expect_error(delta, "d4");
 }
 
@@ -211,6 +214,28 @@ TEST_F(BadInput, InitialValueOutOfRange) {
   delta.discrete.push_back(Table({discrete(9)}, {0.0, 1.0}));
   delta.assignment.set(discrete(9).key, 2);
   expect_error(delta, "d9");
+}
+
+TEST_F(BadInput, ASnapshotOfOtherVariables) {
+  const IncrementalSmoother::Snapshot old = smoother_.snapshot();
+  smoother_.restore(old);
+  Delta more;
+  more.values.insert(pose(12), SE2(12, 0, 0));
+  more.continuous.push_back(between(11, 12, SE2(1.0, 0.0, 0.0)));
+  smoother_.update(more);
+  EXPECT_THROW(smoother_.restore(old), Error);
+  IncrementalSmoother a, b;  // as many numbers, of another variable
+  Delta first, second;
+  first.values.insert(pose(1), SE2(100, 0, 0));
+  first.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose(1), SE2(100, 0, 0), Noise::isotropic(3, 0.1)));
+  second.values.insert(pose(7), SE2());
+  second.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose(7), SE2(), Noise::isotropic(3, 0.1)));
+  a.update(first);
+  b.update(second);
+  EXPECT_THROW(b.restore(a.snapshot()), Error);
+  EXPECT_EQ(b.values().at<SE2>(pose(7)).translation()[0], 0.0);
 }
 
 TEST(BadInputLimits, ATableOverTheLimit) {
