@@ -3,10 +3,12 @@
 #include "libhybrid/robust/consistency.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
@@ -42,16 +44,29 @@ std::optional<RelativePose<Group>> relative_pose(const ContinuousFactor& factor)
   return std::nullopt;
 }
 
-/// Odometry of one or several chains of poses, each seen from its own first pose.
+/// A relative pose followed by another, with the sum of their uncertainties.
 template <class Group>
-class Odometry {
- public:
-  using Matrix = typename Group::Jacobian;
-  struct Stop {
+RelativePose<Group> followed_by(const RelativePose<Group>& a, const RelativePose<Group>& b) {
+  const typename Group::Jacobian back = b.measured.inverse().adjoint();
+  RelativePose<Group> both{a.measured * b.measured,
+                           back * a.covariance * back.transpose() + b.covariance};
+  both.measured.normalize();
+  return both;
+}
+
+/// The same relative pose driven backwards.
+template <class Group>
+RelativePose<Group> reversed(const RelativePose<Group>& a) {
+  const typename Group::Jacobian adjoint = a.measured.adjoint();
+  return {a.measured.inverse(), adjoint * a.covariance * adjoint.transpose()};
+}
+
+/// Odometry of one or several chains of poses.
+template <class Group>
+struct Odometry {
+  struct Place {
     int chain = 0;
-    Group pose;           // T_first_stop
-    Matrix adjoint_back;  // of its inverse
-    Matrix uncertainty;   // of the way so far, in the frame of the first pose
+    int index = 0;
   };
 
   explicit Odometry(const std::vector<ContinuousFactorPtr>& trusted) {
@@ -65,95 +80,142 @@ class Odometry {
         if (next.emplace(from, *step).second) starts.push_back(from);
       }
     }
-    int chains = 0;
     for (Key start : starts) {
       const Key before(start.letter(), start.index() - 1);
       if (start.index() > 0 && next.count(before) != 0) continue;
-      follow(start, next, chains++);
+      follow(start, next);
     }
   }
 
-  const Stop* find(Key key) const {
-    const auto it = stops_.find(key);
-    return it == stops_.end() ? nullptr : &it->second;
-  }
+  std::unordered_map<Key, Place> places;
+  std::vector<std::vector<RelativePose<Group>>> steps;  // by chain
 
  private:
-  void follow(Key key, const std::unordered_map<Key, RelativePose<Group>>& next, int chain) {
-    Stop stop{chain, Group(), Matrix::Identity(), Matrix::Zero()};
+  void follow(Key key, const std::unordered_map<Key, RelativePose<Group>>& next) {
+    const int chain = static_cast<int>(steps.size());
+    auto& own = steps.emplace_back();
     while (true) {
-      stops_.emplace(key, stop);
+      places.emplace(key, Place{chain, static_cast<int>(own.size())});
       const auto step = next.find(key);
       if (step == next.end()) return;
-      stop.pose = stop.pose * step->second.measured;
-      stop.pose.normalize();
-      const Matrix adjoint = stop.pose.adjoint();
-      stop.adjoint_back = stop.pose.inverse().adjoint();
-      stop.uncertainty += adjoint * step->second.covariance * adjoint.transpose();
+      own.push_back(step->second);
       key = Key(key.letter(), key.index() + 1);
     }
   }
+};
 
-  std::unordered_map<Key, Stop> stops_;
+/// The ways between some stops on a chain. Uncertainties are sums over the steps driven, each in
+/// the frame of the end of the way: no difference of large sums, however long the chain.
+template <class Group>
+class Track {
+ public:
+  using Way = RelativePose<Group>;
+
+  Track(const std::vector<Way>& steps, std::vector<int> indices) : stops_(std::move(indices)) {
+    std::sort(stops_.begin(), stops_.end());
+    stops_.erase(std::unique(stops_.begin(), stops_.end()), stops_.end());
+    for (std::size_t s = 1; s < stops_.size(); ++s) {
+      Way gap = steps[stops_[s - 1]];
+      for (int i = stops_[s - 1] + 1; i < stops_[s]; ++i) gap = followed_by(gap, steps[i]);
+      gaps_.push_back(gap);
+    }
+  }
+
+  int stop(int index) const {
+    return static_cast<int>(std::lower_bound(stops_.begin(), stops_.end(), index) - stops_.begin());
+  }
+  /// From one stop to every other.
+  std::vector<Way> from(int stop) const {
+    std::vector<Way> ways(stops_.size(), none());
+    for (std::size_t s = stop + 1; s < ways.size(); ++s) {
+      ways[s] = followed_by(ways[s - 1], gaps_[s - 1]);
+    }
+    for (int s = stop; s-- > 0;) ways[s] = followed_by(ways[s + 1], reversed(gaps_[s]));
+    return ways;
+  }
+  /// From every stop to one.
+  std::vector<Way> to(int stop) const {
+    std::vector<Way> ways(stops_.size(), none());
+    for (std::size_t s = stop + 1; s < ways.size(); ++s) {
+      ways[s] = followed_by(reversed(gaps_[s - 1]), ways[s - 1]);
+    }
+    for (int s = stop; s-- > 0;) ways[s] = followed_by(gaps_[s], ways[s + 1]);
+    return ways;
+  }
+
+ private:
+  static Way none() { return {Group(), Group::Jacobian::Zero()}; }
+
+  std::vector<int> stops_;  // indices on the chain, ascending
+  std::vector<Way> gaps_;   // from each stop to the next
 };
 
 template <class Group>
 struct Closure {
-  using Stop = typename Odometry<Group>::Stop;
-  const Stop* from;
-  const Stop* to;
+  int chain;
+  int from, to;  // indices on the chain
   RelativePose<Group> relative;
   std::size_t index;  // among the closures of the problem
 };
 
 /// Squared whitened error of the loop a -> c -> d -> b -> a of closures x = (a, b), y = (c, d).
 template <class Group>
-double loop_error(const Closure<Group>& x, const Closure<Group>& y) {
+double loop_error(const RelativePose<Group>& x, const RelativePose<Group>& y,
+                  const RelativePose<Group>& a_to_c, const RelativePose<Group>& d_to_b) {
   using Matrix = typename Group::Jacobian;
-  const auto way = [](const auto& from, const auto& to) {
-    return Matrix(to.uncertainty - from.uncertainty);
-  };
-  const Group T_ac = x.from->pose.between(y.from->pose);
-  const Group T_db = y.to->pose.between(x.to->pose);
-  const Matrix back_db = T_db.inverse().adjoint();
-  const Matrix back_cb = back_db * y.relative.measured.inverse().adjoint() * y.from->adjoint_back;
-  // Ways are driven forwards or backwards: one of the differences of sums is the negative of it.
-  const double sign_ac = way(*x.from, *y.from).trace() < 0.0 ? -1.0 : 1.0;
-  const double sign_db = way(*y.to, *x.to).trace() < 0.0 ? -1.0 : 1.0;
-  const Matrix covariance =
-      x.relative.covariance + back_db * y.relative.covariance * back_db.transpose() +
-      sign_ac * (back_cb * way(*x.from, *y.from) * back_cb.transpose()) +
-      sign_db * (x.to->adjoint_back * way(*y.to, *x.to) * x.to->adjoint_back.transpose());
-  const auto error = x.relative.measured.between(T_ac * y.relative.measured * T_db).log();
-  const Eigen::LLT<Matrix> factor(covariance);
-  if (factor.info() != Eigen::Success) return 0.0;  // so uncertain that nothing can be said
+  const RelativePose<Group> around = followed_by(followed_by(a_to_c, y), d_to_b);
+  const auto error = x.measured.between(around.measured).log();
+  const Eigen::LLT<Matrix> factor(Matrix(x.covariance + around.covariance));
   return factor.matrixL().solve(error).squaredNorm();
+}
+
+/// The closures whose ends one chain of odometry joins.
+template <class Group>
+std::vector<Closure<Group>> closures_on(const Odometry<Group>& odometry,
+                                        const RobustProblem& problem) {
+  std::vector<Closure<Group>> closures;
+  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
+    const ContinuousFactor& factor = *problem.closures[k];
+    const auto relative = relative_pose<Group>(factor);
+    if (!relative) continue;
+    const auto from = odometry.places.find(factor.keys()[0]);
+    const auto to = odometry.places.find(factor.keys()[1]);
+    if (from == odometry.places.end() || to == odometry.places.end()) continue;
+    if (from->second.chain != to->second.chain) continue;
+    closures.push_back({from->second.chain, from->second.index, to->second.index, *relative, k});
+  }
+  return closures;
 }
 
 template <class Group>
 void judge_pairs(const RobustProblem& problem, const ConsistencyOptions& options,
                  Consistency& result) {
   const Odometry<Group> odometry(problem.trusted);
-  std::vector<Closure<Group>> closures;
-  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
-    const ContinuousFactor& factor = *problem.closures[k];
-    const auto relative = relative_pose<Group>(factor);
-    if (!relative) continue;
-    const auto* from = odometry.find(factor.keys()[0]);
-    const auto* to = odometry.find(factor.keys()[1]);
-    if (from == nullptr || to == nullptr || from->chain != to->chain) continue;
-    closures.push_back({from, to, *relative, k});
-  }
+  const std::vector<Closure<Group>> closures = closures_on(odometry, problem);
   if (closures.size() > static_cast<std::size_t>(options.max_closures)) {
     throw Error("pairwise consistency of " + std::to_string(closures.size()) +
                 " closures: the limit is " + std::to_string(options.max_closures));
   }
+  std::vector<std::vector<int>> stops(odometry.steps.size());
+  for (const Closure<Group>& c : closures) {
+    stops[c.chain].insert(stops[c.chain].end(), {c.from, c.to});
+  }
+  std::vector<Track<Group>> tracks;
+  for (std::size_t c = 0; c < stops.size(); ++c) tracks.emplace_back(odometry.steps[c], stops[c]);
+
   const double limit = chi_square_quantile(options.probability, Group::kDim);
   Adjacency agree(static_cast<int>(closures.size()));
   for (std::size_t i = 0; i < closures.size(); ++i) {
+    const Closure<Group>& x = closures[i];
+    const Track<Group>& track = tracks[x.chain];
+    const auto from = track.from(track.stop(x.from));
+    const auto to = track.to(track.stop(x.to));
     for (std::size_t j = 0; j < i; ++j) {
-      const bool other_chain = closures[i].from->chain != closures[j].from->chain;
-      if (!other_chain && !(loop_error(closures[i], closures[j]) <= limit)) continue;
+      const Closure<Group>& y = closures[j];
+      if (y.chain == x.chain && !(loop_error(x.relative, y.relative, from[track.stop(y.from)],
+                                             to[track.stop(y.to)]) <= limit)) {
+        continue;
+      }
       agree.join(static_cast<int>(i), static_cast<int>(j));
       ++result.pairs;
     }

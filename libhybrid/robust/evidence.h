@@ -46,9 +46,9 @@ double gate_quantile(int degrees);
 /// Twice the root mean square distance of the variables from their centre (m).
 double map_radius(const Values& values);
 
-/// Robust estimate of the variance factor from chi-squares and degrees of freedom: the median of
-/// their ratios to the median of a chi-square, drawn towards one as if so many more had shown no
-/// deviation at all.
+/// Robust estimate of the variance factor from chi-squares and degrees of freedom: the quantile of
+/// that probability of their ratios to the same quantile of a chi-square (0.5: the medians), drawn
+/// towards one as if so many more had shown no deviation at all.
 double variance_factor(const std::vector<double>& chi_squares, const std::vector<int>& degrees,
                        double probability = 0.5);
 

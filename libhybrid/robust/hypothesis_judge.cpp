@@ -258,15 +258,17 @@ void HypothesisJudge::take(const Group& group) {
     swings.add(*choices_[choice].factor, value, smoother_.values());
     holds.discrete.push_back(only(choices_[choice].key, value));
   }
-  std::vector<double> estimate = smoother_.snapshot();
-  double* x = estimate.data();
-  for (Key key : smoother_.values().keys()) {
+  IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
+  double* x = estimate.numbers.data();
+  for (Key key : estimate.keys) {
     const VariableType type = smoother_.values().type(key);
     if (type == Variable<SE2>::type()) swings(key, SE2::load(x)).store(x);
     x += type.size;
   }
+  const UpdateReport held = smoother_.update(holds);
+  if (held.status != UpdateReport::Status::kOk) return;
   Delta lifts;
-  lifts.remove = smoother_.update(holds).handles;
+  lifts.remove = held.handles;
   smoother_.restore(estimate);
   smoother_.update(lifts);
 }
@@ -313,11 +315,15 @@ bool HypothesisJudge::resolve() {
   return false;
 }
 
-void HypothesisJudge::hold(DiscreteKey key, int value) {
+/// Holds a choice at a value; false where that leaves variables undetermined, and nothing changed.
+bool HypothesisJudge::hold(DiscreteKey key, int value) {
   Delta delta;
   if (held_.valid()) delta.remove.push_back(held_);
   delta.discrete.push_back(only(key, value));
-  held_ = smoother_.update(delta).handles[0];
+  const UpdateReport report = smoother_.update(delta);
+  if (report.status != UpdateReport::Status::kOk) return false;
+  held_ = report.handles[0];
+  return true;
 }
 
 void HypothesisJudge::lift() {
@@ -330,9 +336,9 @@ void HypothesisJudge::lift() {
 bool HypothesisJudge::try_value(const Choice& choice, int value) {
   ++trials_;
   const double before = smoother_.objective();
-  const std::vector<double> estimate = smoother_.snapshot();
+  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
   const Assignment assignment = smoother_.assignment();
-  hold(choice.key, value);
+  if (!hold(choice.key, value)) return false;
   for (int i = 1; i < kSettle && !(smoother_.objective() < before); ++i) smoother_.update({});
   const bool better = smoother_.objective() < before;
   if (!better) {

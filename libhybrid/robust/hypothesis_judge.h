@@ -79,7 +79,7 @@ class HypothesisJudge {
   std::vector<std::size_t> strained() const;
   bool resolve();
   bool try_value(const Choice& choice, int value);
-  void hold(DiscreteKey key, int value);
+  bool hold(DiscreteKey key, int value);
   void lift();
 
   HypothesisJudgeOptions options_;

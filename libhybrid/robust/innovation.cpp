@@ -2,48 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/robust/innovation.h"
 
-#include <algorithm>
-
-#include "libhybrid/linear/substitute.h"
-
 namespace hybrid {
-const InnovationPredictor::Path& InnovationPredictor::path(int block) {
-  if (paths_.empty()) paths_.resize(problem_.block_count());
-  Path& path = paths_[block];
-  if (path.y.size() > 0) return path;
-  const NormalEquations& system = problem_.system();
-  const BlockCholesky& factor = system.cholesky();
-  const int start = system.start(block);
-  const int dim = system.dim(block);
-  int rows = 0;
-  for (int s = factor.supernode_of(start); s >= 0; s = factor.supernode(s).parent) {
-    path.supernodes.push_back(s);
-    rows += factor.supernode(s).columns;
-  }
-  // L x = E for all columns at once; x is zero but on the path.
-  path.y.resize(rows, dim);
-  scratch_.resize(system.scalars(), dim);
-  for (int s : path.supernodes) {
-    const auto& node = factor.supernode(s);
-    scratch_.middleRows(node.first, node.columns).setZero();
-  }
-  scratch_.middleRows(start, dim).setIdentity();
-  int row = 0;
-  Eigen::MatrixXd front;
-  for (int s : path.supernodes) {
-    const auto& node = factor.supernode(s);
-    front.setZero(node.height, dim);
-    front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
-    for (int d = 0; d < dim; ++d) {
-      substitute(factor.panel(node), node.stride, node.height, node.columns, front.col(d).data());
-    }
-    path.y.middleRows(row, node.columns) = front.topRows(node.columns);
-    const int* below = factor.rows(node) + node.columns;
-    for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);
-    row += node.columns;
-  }
-  return path;
-}
 
 InnovationPredictor::Linearized InnovationPredictor::linearize(
     const ContinuousFactor& factor) const {
@@ -64,24 +23,9 @@ Eigen::VectorXd InnovationPredictor::residual(const ContinuousFactor& factor) co
   return linearize(factor).b;
 }
 
-int InnovationPredictor::shared_rows(int a, int b) const {
-  const std::vector<int>& of_a = paths_[a].supernodes;
-  const std::vector<int>& of_b = paths_[b].supernodes;
-  const BlockCholesky& cholesky = problem_.system().cholesky();
-  int shared = 0;
-  for (auto p = of_a.rbegin(), q = of_b.rbegin(); p != of_a.rend() && q != of_b.rend() && *p == *q;
-       ++p, ++q) {
-    shared += cholesky.supernode(*p).columns;
-  }
-  return shared;
-}
-
-/// The covariance of two variables, from the rows that their paths share.
 Eigen::MatrixXd InnovationPredictor::covariance(int a, int b) {
-  path(a);
-  path(b);
-  const int shared = shared_rows(a, b);
-  return paths_[a].y.bottomRows(shared).transpose() * paths_[b].y.bottomRows(shared);
+  const NormalEquations& system = problem_.system();
+  return inverse_.block(system.start(a), system.dim(a), system.start(b), system.dim(b));
 }
 
 namespace {
@@ -111,21 +55,23 @@ Innovation InnovationPredictor::predict(const ContinuousFactor& factor) {
   const Linearized at = linearize(factor);
   // A P A' = W'W with W = L^-1 A', the sum over the variables; the ends of their paths coincide.
   std::vector<Eigen::MatrixXd> parts;
+  const NormalEquations& system = problem_.system();
   int column = 0;
   for (int block : at.blocks) {
-    const Path& own = path(block);
-    parts.emplace_back(own.y * at.J.middleCols(column, own.y.cols()).transpose());
-    column += static_cast<int>(own.y.cols());
+    const int dim = system.dim(block);
+    parts.emplace_back(inverse_.columns(system.start(block), dim) *
+                       at.J.middleCols(column, dim).transpose());
+    column += dim;
   }
   Innovation result{at.b, Eigen::MatrixXd::Zero(factor.rows(), factor.rows())};
   if (parts.size() == 2) {
-    const int shared = shared_rows(at.blocks[0], at.blocks[1]);
+    const int shared = inverse_.shared_rows(system.start(at.blocks[0]), system.start(at.blocks[1]));
     parts[0].bottomRows(shared) += parts[1].bottomRows(shared);
     const auto alone = parts[1].topRows(parts[1].rows() - shared);
     result.APAt.noalias() += parts[0].transpose() * parts[0];
     result.APAt.noalias() += alone.transpose() * alone;
   } else {
-    result.APAt = propagate(at.J, at.blocks, at.J, at.blocks, problem_.system(),
+    result.APAt = propagate(at.J, at.blocks, at.J, at.blocks, system,
                             [&](int i, int j) { return covariance(i, j); });
   }
   return result;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "libhybrid/linear/path_inverse.h"
 #include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/solvers/problem.h"
 
@@ -23,7 +24,7 @@ class InnovationPredictor {
   /// The problem must be linearised at `state`, assembled and factorised without damping, and
   /// outlive the predictor unchanged.
   InnovationPredictor(const Problem& problem, const Problem::State& state)
-      : problem_(problem), state_(state) {}
+      : problem_(problem), state_(state), inverse_(problem.system().cholesky()) {}
 
   /// The whitened residual alone.
   Eigen::VectorXd residual(const ContinuousFactor& factor) const;
@@ -34,29 +35,18 @@ class InnovationPredictor {
   Eigen::MatrixXd cross(const ContinuousFactor& a, const ContinuousFactor& b);
 
  private:
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Linearized {
     Eigen::VectorXd b;
     Eigen::MatrixXd J;
     std::vector<int> blocks;
   };
-  /// L^-1 E for the columns E of a variable, its rows those of the path from its supernode to the
-  /// root; the last rows of two paths are the same.
-  struct Path {
-    Eigen::MatrixXd y;
-    std::vector<int> supernodes;
-  };
 
   Linearized linearize(const ContinuousFactor& factor) const;
-  const Path& path(int block);
-  /// Rows that the paths of two variables, both known, have in common: the last ones.
-  int shared_rows(int a, int b) const;
   Eigen::MatrixXd covariance(int a, int b);
 
   const Problem& problem_;
   const Problem::State& state_;
-  std::vector<Path> paths_;
-  RowMatrix scratch_;
+  PathInverse inverse_;
 };
 
 }  // namespace hybrid

@@ -29,6 +29,24 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Clock = std::chrono::steady_clock;
 
+/// Switches of closures are this library's own.
+void check_names(const Delta& trusted) {
+  const auto check = [](Key key) {
+    if (key.letter() != closure_switch(0).key.letter()) return;
+    throw Error("discrete variable " + to_string(key) + ": the letter " +
+                std::string(1, key.letter()) +
+                " is that of the switches of closures; take another letter for it");
+  };
+  for (const HybridFactorPtr& factor : trusted.hybrid) {
+    if (factor == nullptr) continue;
+    for (const DiscreteKey& key : factor->discrete_keys()) check(key.key);
+  }
+  for (const Table& table : trusted.discrete) {
+    for (const DiscreteKey& key : table.keys()) check(key.key);
+  }
+  for (const auto& [key, value] : trusted.assignment) check(key);
+}
+
 bool is_pose(VariableType type) {
   return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
 }
@@ -108,6 +126,7 @@ Prediction OnlineJudge::predict(const ContinuousFactor& closure) const {
 JudgeReport OnlineJudge::update(const Delta& trusted,
                                 const std::vector<ContinuousFactorPtr>& closures) {
   const auto start = Clock::now();
+  check_names(trusted);
   JudgeReport report;
   Delta delta = trusted;
   const std::size_t first = closures_.size();
@@ -229,7 +248,7 @@ void OnlineJudge::free(std::size_t k) {
 bool OnlineJudge::admit(std::size_t k, JudgeReport& report) {
   ++report.tried;
   const double before = smoother_.objective();
-  const std::vector<double> estimate = smoother_.snapshot();
+  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
   std::vector<bool> standing(closures_.size());
   for (std::size_t i = 0; i < closures_.size(); ++i) standing[i] = accepted(i);
   Delta delta;
@@ -258,7 +277,7 @@ bool OnlineJudge::admit(std::size_t k, JudgeReport& report) {
 
 /// Takes an attempt back: all goes where it stood.
 void OnlineJudge::withdraw(std::size_t k, const std::vector<bool>& before,
-                           const std::vector<double>& estimate) {
+                           const IncrementalSmoother::Snapshot& estimate) {
   std::vector<std::size_t> moved;
   Delta delta;
   set_hold(k, Hold::kOut, delta);

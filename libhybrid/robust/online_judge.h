@@ -55,16 +55,16 @@ struct JudgeReport : UpdateReport {
 /// with each other but not with the odometry stay out, and with the map, by the predicted
 /// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
 /// variable is free: the discrete half-step throws it out when the later graph contradicts it.
-/// Newest closures that are out are judged again when the map has changed. Where more closures are
-/// left out by the map than get in, and in the end, all are judged again from nothing by
-/// solve_escape, which can turn any decision; the number of closures doubles between, so that this
-/// costs about as much as judging once.
+/// Newest closures that are out are judged again when the map has changed. Whenever their number
+/// has grown fourfold, and in the end, all are judged again from nothing by solve_escape, which can
+/// turn any decision; all these judgements together cost about a third of the last one.
 class OnlineJudge {
  public:
   explicit OnlineJudge(const OnlineJudgeOptions& options = {});
 
   /// Applies a change of trusted factors, and judges the closures that come with it. They are
-  /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update.
+  /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update,
+  /// and for discrete variables with the letter of the switches of closures (see closure_switch).
   JudgeReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
 
   /// Judges all closures again, from nothing and from the present map, and converges.
@@ -92,7 +92,6 @@ class OnlineJudge {
   void set_hold(std::size_t k, Hold hold, Delta& delta);
   UpdateReport apply(Delta delta);
   bool accepted(std::size_t k) const;
-  bool open(std::size_t k) const;
   Prediction predict(const ContinuousFactor& closure) const;
   bool refuted(const Closure& closure) const;
   double switch_at(std::size_t k) const;
@@ -101,7 +100,7 @@ class OnlineJudge {
   void expel(JudgeReport& report);
   bool admit(std::size_t k, JudgeReport& report);
   void withdraw(std::size_t k, const std::vector<bool>& before,
-                const std::vector<double>& estimate);
+                const IncrementalSmoother::Snapshot& estimate);
   RobustProblem problem() const;
   double noise(const Values& values, const std::vector<bool>& in) const;
   void judge_again(JudgeReport& report);
@@ -118,8 +117,7 @@ class OnlineJudge {
   std::vector<std::size_t> changed_holds_;  // with tables in the delta under way
   std::vector<Handle> lifted_;              // tables to remove with the next update
   std::size_t judged_ = 0;                  // closures when all were judged last
-  int admitted_ = 0, left_out_ = 0;         // by the map, since then
-  std::vector<Verdict> verdicts_;           // of that, as long as they hold
+  std::vector<Verdict> verdicts_;           // of then, as long as they hold
 };
 
 }  // namespace hybrid

@@ -90,10 +90,10 @@ void OnlineJudge::adopt(const RobustResult& result, JudgeReport& report) {
   }
   std::sort(open_.begin(), open_.end());
   report.add(apply(std::move(delta)));
-  std::vector<double> estimate;
-  for (Key key : smoother_.values().keys()) {
+  IncrementalSmoother::Snapshot estimate{smoother_.values().keys(), {}};
+  for (Key key : estimate.keys) {
     const double* x = result.values.data(key);
-    estimate.insert(estimate.end(), x, x + result.values.type(key).size);
+    estimate.numbers.insert(estimate.numbers.end(), x, x + result.values.type(key).size);
   }
   smoother_.restore(estimate);
   for (std::size_t k : in) {

@@ -45,6 +45,7 @@ PortfolioResult solve_portfolio(const RobustProblem& problem, const PortfolioOpt
   AlternationOptions alternation;
   alternation.mixture = options.escape.mixture;
   alternation.alternating.continuous = options.escape.solver;
+  alternation.alternating.continuous_iterations = options.escape.solver.max_iterations;
   RobustResult paper = solve_alternating(problem, alternation);
   add(paper, verified(problem, paper.values, options.escape), "alternating");
   if (options.gnc) {

@@ -22,7 +22,7 @@ struct RobustProblem {
 /// What a robust solver says of one candidate.
 struct Verdict {
   bool accepted = false;
-  double inlier_probability = 0.0;  ///< given the continuous estimate (eq. 14)
+  double inlier_probability = 0.0;  ///< see RobustResult::poses_integrated
   double chi_square = 0.0;          ///< squared whitened residual at the estimate
   /// tr(I - A P A') / d in [0, 1], with A the whitened Jacobian and P the covariance: how far the
   /// other factors can check this one. Near 0 nothing but the closure itself speaks for it.
@@ -46,6 +46,9 @@ struct RobustResult {
   std::string message;
   /// The objective that the method lowers, at the start and after each macro-step.
   std::vector<double> objectives;
+  /// Whether inlier probabilities have the poses integrated out; else they are given the continuous
+  /// estimate (eq. 14), see integrate_poses.
+  bool poses_integrated = false;
   /// Estimate of the factor by which the variances of the noise are understated.
   double variance_factor = 1.0;
 };

@@ -20,7 +20,6 @@ constexpr double kSurelyBelow = 3.0;     // short of the threshold, by a bound: 
 constexpr double kRedundant = 0.3;       // closures that tell the variance factor
 constexpr double kFarBelow = 8.0;        // short of the threshold: looked at when none is left
 constexpr double kHopeless = -5.0;       // evidence below which no partner helps
-constexpr std::size_t kPairs = 1;        // admitted at a time
 constexpr std::size_t kPartners = 120;   // closures among which pairs are sought
 constexpr std::size_t kLeastSample = 20;
 constexpr double kSampleShare = 0.05;
@@ -101,10 +100,13 @@ void Readmission::settle(const SolverOptions& solver) {
   message_ = report.message;
   problem_->linearize(state_);
   problem_->assemble();
-  const std::vector<Key> free = factorize_undamped(*problem_);
-  if (!free.empty()) {
-    throw Error("without the closures, " + under_constrained_message(free) +
+  const Undamped undamped = factorize_undamped(*problem_);
+  if (!undamped.free.empty()) {
+    throw Error("without the closures, " + under_constrained_message(undamped.free) +
                 ": closures can only be judged against a connected trajectory");
+  }
+  if (!undamped.usable) {
+    throw Error("without the closures, the trajectory is conditioned too badly to be factorised");
   }
   predictor_ = std::make_unique<InnovationPredictor>(*problem_, state_);
   problem_->store(state_, values_);
@@ -170,7 +172,6 @@ void Readmission::restore(const Snapshot& snapshot) {
   SolverOptions rough = options_.solver;
   rough.relative_decrease = kRoughDecrease;
   settle(rough);
-  objective_ = std::min(objective_, snapshot.objective);
 }
 
 void Readmission::admit(const std::vector<Candidate>& batch) {
@@ -321,7 +322,7 @@ std::vector<Candidate> Readmission::best_pair() {
   std::vector<Candidate> best;
   std::vector<bool> taken(accepted_.size(), false);
   for (const Candidate& pair : passing) {
-    if (best.size() >= 2 * kPairs) break;
+    if (best.size() >= 2) break;
     if (taken[pair.closure] || taken[pair.partner]) continue;
     taken[pair.closure] = taken[pair.partner] = true;
     best.push_back(pair);
@@ -339,6 +340,7 @@ void Readmission::finish(RobustResult& result) {
   result.variance_factor = model_.variance_factor;
   result.converged = result.converged && converged_;
   result.message = message_;
+  result.poses_integrated = true;
   const double share = (1.0 + accepted_count_) / (2.0 + double(accepted_.size()));
   const double log_odds = std::log(share / (1.0 - share));
   for (std::size_t k = 0; k < accepted_.size(); ++k) {

@@ -87,8 +87,9 @@ class Readmission {
   std::vector<double> evidence_;    // of each closure given all others
   std::vector<double> redundancy_;  // the same
   std::vector<Eigen::VectorXd> innovation_;
-  /// Predicted covariance of the innovation when last computed: it only shrinks as closures are
-  /// admitted, so what is far outside now need not be computed again. Empty: not known.
+  /// Predicted covariance of the innovation when last computed. It shrinks as closures are
+  /// admitted, but for what a new linearisation changes, so what is far outside need not be
+  /// computed again. Empty: not known.
   std::vector<Eigen::MatrixXd> predicted_;
 };
 

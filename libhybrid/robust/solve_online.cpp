@@ -47,6 +47,7 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
   const std::vector<Verdict> verdicts = judge.verdicts();
   result.verdicts.resize(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) result.verdicts[order[k]] = verdicts[k];
+  result.poses_integrated = true;  // by the last judgement of all
   result.seconds = seconds_since(start);
   return result;
 }

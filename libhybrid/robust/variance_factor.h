@@ -33,7 +33,7 @@ class VarianceFactor {
  private:
   struct Sample {
     double size;   // log |S| per row
-    double ratio;  // of the squared innovation to the median of its distribution
+    double ratio;  // of the squared innovation to the lower quartile of its distribution
   };
   std::deque<Sample> samples_;
   double limit_ = 1.0;

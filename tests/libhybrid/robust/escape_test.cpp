@@ -117,7 +117,13 @@ TEST(Escape, EveryMacroStepLowersTheObjective) {
     const JointObjective joint = joint_objective(problem, robust.values, in);
     EXPECT_NEAR(joint.objective, robust.objective, 1e-6);
     EXPECT_EQ(accepted(robust, 0, 80), 80);
-    EXPECT_LE(accepted(robust, 80, in.size()), 1);
+    // A random lie may happen to be true: only such a one may be in.
+    Values truth;
+    for (int k = 0; k < 200; ++k) truth.insert(Key('x', k), place(k));
+    for (std::size_t k = 80; k < in.size(); ++k) {
+      const ContinuousFactor& lie = *problem.closures[k];
+      EXPECT_TRUE(!in[k] || 2.0 * lie.cost(truth) < gate_quantile(lie.rows())) << "seed " << seed;
+    }
   }
 }
 

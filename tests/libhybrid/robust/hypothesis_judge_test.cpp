@@ -8,6 +8,10 @@
 #include <cmath>
 #include <random>
 
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/position.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/io/pose_feed.h"
 #include "tests/support/simulated_graphs.h"
 
@@ -132,6 +136,28 @@ TEST(HypothesisJudge, APoseThatOnlyAClosureHoldsLetsAllIn) {
   HypothesisJudge judge(patient);
   EXPECT_GT(feed_all(graph, judge), 10u);
   EXPECT_EQ(judge.waiting(), 0u);
+}
+
+// The other value of the choice would leave the heading of the second pose undetermined.
+TEST(HypothesisJudge, AChoiceThatHoldsAPoseIsNotTakenAway) {
+  HypothesisJudge judge;
+  Delta delta;
+  for (int i = 0; i < 2; ++i) delta.values.insert(pose(i), SE2(i, 0, 0));
+  delta.continuous = {
+      std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01)),
+      std::make_shared<Position2>(pose(1), Eigen::Vector2d(9, 0), Noise::isotropic(2, 0.5))};
+  const auto motion =
+      std::make_shared<BetweenSE2>(pose(0), pose(1), SE2(1, 0, 0), Noise::isotropic(3, 0.5));
+  delta.hybrid = {
+      std::make_shared<Mixture>(std::vector<DiscreteKey>{{Key('h', 0), 2}},
+                                std::vector<MixtureComponent>{{motion, 0.0}, {nullptr, 500.0}})};
+  ASSERT_EQ(judge.update(delta).status, UpdateReport::Status::kOk);
+  const UpdateReport report = judge.finish();
+  EXPECT_EQ(report.status, UpdateReport::Status::kOk);
+  EXPECT_GT(judge.trials(), 0);
+  EXPECT_EQ(judge.smoother().assignment().at(Key('h', 0)), 0);
+  EXPECT_EQ(judge.smoother().graph().size(), 3u);
+  EXPECT_NEAR(judge.smoother().values().at<SE2>(pose(1)).translation()[0], 5.0, 1e-3);
 }
 
 TEST(HypothesisJudge, BadInputLeavesItAsItWas) {
