@@ -3,13 +3,11 @@
 #include "libhybrid/io/object_sightings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 namespace {
@@ -21,40 +19,21 @@ struct PoseRows {
   std::vector<std::optional<SE3>> poses;
 };
 
-/// A row t x y z qx qy qz qw.
-using Row = std::array<double, 8>;
-
-Row parse_row(const std::string& line, const std::string& where) {
-  std::istringstream text(line);
-  Row row{};
-  for (double& x : row) {
-    if (!(text >> x) || !std::isfinite(x)) {
-      throw Error(where + ": expected 8 finite numbers `t x y z qx qy qz qw`");
-    }
-  }
-  std::string more;
-  if (text >> more) throw Error(where + ": expected 8 numbers, found more: " + more);
-  return row;
-}
-
 PoseRows read_rows(const fs::path& path) {
-  std::ifstream file(path);
-  if (!file) throw Error(path.string() + ": cannot be opened");
+  TextReader text(path.string());
   PoseRows rows;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#') continue;
-    const std::string where = path.string() + ":" + std::to_string(number);
-    const Row row = parse_row(line, where);
-    const Eigen::Quaterniond q(row[7], row[4], row[5], row[6]);
-    rows.times.push_back(row[0]);
-    if (q.norm() == 0.0) {
+  while (const auto row = text.next()) {
+    row->expect(8, "t x y z qx qy qz qw");
+    rows.times.push_back(row->time(0));
+    const Eigen::Vector3d position(row->coordinate(1), row->coordinate(2), row->coordinate(3));
+    const Eigen::Quaterniond q(row->number(7), row->number(4), row->number(5), row->number(6));
+    const double norm = q.norm();
+    if (norm == 0.0) {
       rows.poses.emplace_back();
-    } else if (std::abs(q.norm() - 1.0) > 1e-2) {
-      throw Error(where + ": the quaternion has length " + std::to_string(q.norm()) + ", not 1");
+    } else if (std::abs(norm - 1.0) > 1e-2) {
+      row->fail(4, "the quaternion has length " + std::to_string(norm) + ", not 1");
     } else {
-      rows.poses.emplace_back(SE3({row[1], row[2], row[3]}, q.normalized()));
+      rows.poses.emplace_back(SE3(position, q.normalized()));
     }
   }
   return rows;

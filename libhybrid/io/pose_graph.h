@@ -29,6 +29,9 @@ struct EdgeAlternatives {
   std::vector<SE2> measured;
 };
 
+/// Largest id of a vertex: a key has 56 bits for it.
+inline constexpr std::int64_t kLargestVertexId = (std::int64_t{1} << 56) - 1;
+
 /// What a g2o or TORO file holds: all in the plane, or all in space. Poses are Key{'x', id},
 /// landmarks Key{'l', id}.
 struct PoseGraph {
@@ -39,6 +42,7 @@ struct PoseGraph {
   std::vector<GraphEdge<Eigen::Vector3d>> points3;
   std::vector<EdgeAlternatives> alternatives;  ///< in order of their edges
   std::vector<Key> fixed;
+  std::size_t equivalences = 0;  ///< EQUIV lines, which are not applied
 
   std::size_t edge_count() const {
     return poses2.size() + poses3.size() + points2.size() + points3.size();

@@ -2,354 +2,293 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/io/read_graph.h"
 
-#include <charconv>
 #include <cmath>
-#include <fstream>
+#include <functional>
+#include <optional>
 #include <unordered_map>
 #include <utility>
+
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 namespace {
 
-bool is_space(char c) {
-  return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+constexpr TextFormat kFormat{TextFormat::Cut::kWords, "#"};
+constexpr std::size_t kMostHypotheses = 1000;
+
+using Visit = std::function<void(const TextRow&)>;
+/// Reads all rows of the graph from its start.
+using ReadRows = std::function<void(const Visit&)>;
+
+std::uint64_t id(const TextRow& row, std::size_t i) {
+  return static_cast<std::uint64_t>(row.id(i, kLargestVertexId));
 }
 
-/// The words of one line, and errors that say where it is.
-class Line {
- public:
-  Line(std::string_view text, const std::string& file, int number)
-      : rest_(text), file_(file), number_(number) {}
+SE2 planar_pose(const TextRow& row, std::size_t i) {
+  return {row.coordinate(i), row.coordinate(i + 1), row.coordinate(i + 2)};
+}
 
-  /// Empty at the end of the line, or at a comment.
-  std::string_view word() {
-    while (!rest_.empty() && is_space(rest_.front())) rest_.remove_prefix(1);
-    if (rest_.empty() || rest_.front() == '#') return {};
-    std::size_t n = 0;
-    while (n < rest_.size() && !is_space(rest_[n])) ++n;
-    const std::string_view found = rest_.substr(0, n);
-    rest_.remove_prefix(n);
-    return found;
-  }
+template <int n>
+Eigen::Matrix<double, n, 1> point(const TextRow& row, std::size_t i) {
+  Eigen::Matrix<double, n, 1> p;
+  for (int axis = 0; axis < n; ++axis) p[axis] = row.coordinate(i + std::size_t(axis));
+  return p;
+}
 
-  void set_tag(std::string_view tag) { tag_ = tag; }
+SE3 pose_from_quaternion(const TextRow& row, std::size_t i) {
+  Eigen::Quaterniond q(row.coordinate(i + 6), row.coordinate(i + 3), row.coordinate(i + 4),
+                       row.coordinate(i + 5));
+  const double norm = q.coeffs().norm();
+  if (!(norm > 1e-6)) row.fail(i + 3, "a quaternion that has no direction");
+  q.coeffs() /= norm;
+  return {point<3>(row, i), q};
+}
 
-  std::uint64_t id() {
-    const std::string_view text = word();
-    if (text.empty()) fail(std::string(tag_) + " ends where the id of a vertex should be");
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || (value >> 56) != 0) {
-      fail("'" + std::string(text) + "' is not the id of a vertex");
-    }
-    return value;
-  }
-
-  /// n finite numbers, if they are the last ones exactly up to the end of the line.
-  template <std::size_t n>
-  void numbers(double (&out)[n], bool last = true) {
-    for (std::size_t i = 0; i < n; ++i) out[i] = number(i, n);
-    if (last && !word().empty()) {
-      fail(std::string(tag_) + " has more than the " + std::to_string(n) + " numbers it needs");
-    }
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(file_ + ":" + std::to_string(number_) + ": " + what);
-  }
-
- private:
-  double number(std::size_t i, std::size_t n) {
-    const std::string_view text = word();
-    if (text.empty()) {
-      fail(std::string(tag_) + " needs " + std::to_string(n) + " numbers after the ids, got " +
-           std::to_string(i));
-    }
-    const char* first = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-');
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(first, text.data() + text.size(), value);
-    if (error == std::errc::invalid_argument || end != text.data() + text.size()) {
-      fail("'" + std::string(text) + "' is not a number");
-    }
-    // Out of range both ways: what underflows is malformed data too.
-    if (error != std::errc() || !std::isfinite(value)) {
-      fail("'" + std::string(text) + "' is not a finite number");
-    }
-    return value;
-  }
-
-  std::string_view rest_;
-  std::string_view tag_;
-  const std::string& file_;
-  int number_;
-};
+SE3 pose_from_angles(const TextRow& row, std::size_t i) {
+  const Eigen::Quaterniond q = Eigen::AngleAxisd(row.coordinate(i + 5), Eigen::Vector3d::UnitZ()) *
+                               Eigen::AngleAxisd(row.coordinate(i + 4), Eigen::Vector3d::UnitY()) *
+                               Eigen::AngleAxisd(row.coordinate(i + 3), Eigen::Vector3d::UnitX());
+  return {point<3>(row, i), q};
+}
 
 /// Symmetric matrix from its upper triangle, row by row.
 template <int n>
-Eigen::MatrixXd symmetric(const double* upper) {
-  Eigen::MatrixXd m(n, n);
+Eigen::Matrix<double, n, n> symmetric(const TextRow& row, std::size_t at) {
+  Eigen::Matrix<double, n, n> m;
   for (int i = 0; i < n; ++i) {
-    for (int j = i; j < n; ++j) m(i, j) = m(j, i) = *upper++;
+    for (int j = i; j < n; ++j) m(i, j) = m(j, i) = row.number(at++);
   }
   return m;
 }
 
-/// Whether any EDGE2 line holds a single hypothesis, which no line of TORO looks like.
-bool has_hypotheses(std::string_view text) {
-  constexpr int kWords = 8;
-  const std::string name;
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    Line line(text.substr(0, end), name, 0);
-    if (line.word() == "EDGE2") {
-      int words = 0;
-      while (!line.word().empty()) ++words;
-      if (words == kWords) return true;
-    }
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+/// That of TORO's EDGE2: I11 I12 I22 I33 I13 I23.
+Eigen::Matrix3d symmetric_toro(const TextRow& row, std::size_t at) {
+  constexpr std::size_t kPlace[3][3] = {{0, 1, 4}, {1, 2, 5}, {4, 5, 3}};
+  Eigen::Matrix3d m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m(i, j) = row.number(at + kPlace[i][j]);
   }
-  return false;
+  return m;
 }
 
 class Parser {
  public:
-  explicit Parser(const std::string& name) : name_(name) {}
+  Parser(const std::string& name, ReadRows read) : name_(name), read_(std::move(read)) {}
 
-  PoseGraph run(std::string_view text) {
-    hypotheses_ = has_hypotheses(text);
-    for (int number = 1; !text.empty(); ++number) {
-      const std::size_t end = text.find('\n');
-      Line line(text.substr(0, end), name_, number);
-      parse(line);
-      text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-    }
+  PoseGraph run() {
+    read_([this](const TextRow& row) { parse(row); });
     if (graph_.values.empty() && graph_.edge_count() == 0) {
       throw Error(name_ + ": holds no vertex and no edge");
     }
-    for (const auto& [id, line] : fixed_) {
-      const auto it = letters_.find(id);
-      if (it == letters_.end()) line.fail("FIX names unknown vertex " + std::to_string(id));
-      graph_.fixed.push_back(Key(it->second, id));
-    }
+    for (const TextRow& row : fixed_) fix(row);
     return std::move(graph_);
   }
 
  private:
-  using Handler = void (Parser::*)(Line&);
+  /// What a line with a tag looks like, and what reads it.
+  struct Tag {
+    std::size_t words;  // 0: any number of them
+    const char* form;
+    void (Parser::*read)(const TextRow&);
+  };
 
-  void parse(Line& line) {
-    static const std::unordered_map<std::string_view, Handler> handlers{
-        {"VERTEX_SE2", &Parser::vertex_se2},      {"VERTEX2", &Parser::vertex_se2},
-        {"VERTEX_SE3:QUAT", &Parser::vertex_se3}, {"VERTEX3", &Parser::vertex3},
-        {"VERTEX_XY", &Parser::vertex_xy},        {"VERTEX_TRACKXYZ", &Parser::vertex_xyz},
-        {"EDGE_SE2", &Parser::edge_se2},          {"EDGE2", &Parser::edge2},
-        {"EDGE_SE3:QUAT", &Parser::edge_se3},     {"EDGE3", &Parser::edge3},
-        {"EDGE_SE2_XY", &Parser::edge_xy},        {"EDGE_SE3_TRACKXYZ", &Parser::edge_xyz},
-        {"PARAMS_SE3OFFSET", &Parser::offset},    {"FIX", &Parser::fix},
+  static const Tag* find(std::string_view name) {
+    static const std::unordered_map<std::string_view, Tag> tags{
+        {"VERTEX_SE2", {5, "VERTEX_SE2 id x y angle", &Parser::vertex_se2}},
+        {"VERTEX2", {5, "VERTEX2 id x y angle", &Parser::vertex_se2}},
+        {"VERTEX_SE3:QUAT", {9, "VERTEX_SE3:QUAT id x y z qx qy qz qw", &Parser::vertex_se3}},
+        {"VERTEX3", {8, "VERTEX3 id x y z roll pitch yaw", &Parser::vertex3}},
+        {"VERTEX_XY", {4, "VERTEX_XY id x y", &Parser::vertex_xy}},
+        {"VERTEX_TRACKXYZ", {5, "VERTEX_TRACKXYZ id x y z", &Parser::vertex_xyz}},
+        {"EDGE_SE2", {12, "EDGE_SE2 i j x y angle information(6)", &Parser::edge_se2}},
+        {"EDGE2", {0, "EDGE2 i j x y angle information(6)", &Parser::edge2}},
+        {"EDGE_SE3:QUAT",
+         {31, "EDGE_SE3:QUAT i j x y z qx qy qz qw information(21)", &Parser::edge_se3}},
+        {"EDGE3", {30, "EDGE3 i j x y z roll pitch yaw information(21)", &Parser::edge3}},
+        {"EDGE_SE2_XY", {8, "EDGE_SE2_XY i j x y information(3)", &Parser::edge_xy}},
+        {"EDGE_SE3_TRACKXYZ",
+         {13, "EDGE_SE3_TRACKXYZ i j parameter x y z information(6)", &Parser::edge_xyz}},
+        {"PARAMS_SE3OFFSET", {9, "PARAMS_SE3OFFSET id x y z qx qy qz qw", &Parser::offset}},
+        {"FIX", {0, "FIX id ...", &Parser::note_fixed}},
+        {"EQUIV", {3, "EQUIV i j", &Parser::equivalence}},
     };
-    const std::string_view tag = line.word();
-    if (tag.empty()) return;
-    const auto it = handlers.find(tag);
-    if (it == handlers.end()) line.fail("unknown tag '" + std::string(tag) + "'");
-    line.set_tag(tag);
-    (this->*it->second)(line);
+    const auto it = tags.find(name);
+    return it == tags.end() ? nullptr : &it->second;
   }
 
-  /// The key of a vertex, which must be a pose ('x') or a landmark ('l') throughout the file.
-  Key key(char letter, std::uint64_t id, const Line& line) {
-    const auto [it, is_new] = letters_.emplace(id, letter);
+  void parse(const TextRow& row) {
+    const Tag* tag = find(row[0]);
+    if (tag == nullptr) row.fail("unknown tag " + in_quotes(row[0]));
+    if (tag->words > 0) row.expect(tag->words, tag->form);
+    (this->*tag->read)(row);
+  }
+
+  /// The key of vertex `number`, word `at` of the row, which must be a pose ('x') or a landmark
+  /// ('l') throughout the file.
+  Key key(char letter, std::uint64_t number, const TextRow& row, std::size_t at) {
+    const auto [it, is_new] = letters_.emplace(number, letter);
     if (it->second != letter) {
-      line.fail("vertex " + std::to_string(id) + " is both a pose and a landmark");
+      row.fail(at, "vertex " + std::to_string(number) + " is both a pose and a landmark");
     }
-    return Key(letter, id);
+    return Key(letter, number);
   }
 
-  void check_space(int dimension, const Line& line) {
+  void check_space(int dimension, const TextRow& row) {
     if (dimension_ == 0) dimension_ = dimension;
     if (dimension_ != dimension) {
-      line.fail("a " + std::to_string(dimension) + "-D line in a " + std::to_string(dimension_) +
-                "-D graph");
+      row.fail("a " + std::to_string(dimension) + "-D line in a " + std::to_string(dimension_) +
+               "-D graph");
     }
   }
 
   template <class T>
-  void add_vertex(int dimension, char letter, std::uint64_t id, const T& value, Line& line) {
-    check_space(dimension, line);
-    const Key name = key(letter, id, line);
+  void add_vertex(int dimension, char letter, const T& value, const TextRow& row) {
+    check_space(dimension, row);
+    const Key name = key(letter, id(row, 1), row, 1);
     if (graph_.values.contains(name)) {
-      line.fail("vertex " + std::to_string(id) + " is there already");
+      row.fail(1, "vertex " + std::to_string(name.index()) + " is there already");
     }
     graph_.values.insert(name, value);
   }
 
+  /// An edge between the vertices in words 1 and `to`.
   template <class T>
-  void add_edge(int dimension, std::vector<GraphEdge<T>>& edges, std::uint64_t i, std::uint64_t j,
-                const T& measured, const Eigen::MatrixXd& information, Line& line) {
-    check_space(dimension, line);
-    if (i == j) line.fail("an edge from vertex " + std::to_string(i) + " to itself");
-    const char letter = Variable<T>::type().kind == VariableKind::kVector ? 'l' : 'x';
-    const Key from = key('x', i, line);
-    const Key to = key(letter, j, line);
-    edges.push_back({from, to, measured, noise(information, line)});
+  void add_edge(int dimension, std::vector<GraphEdge<T>>& edges, const T& measured,
+                const Eigen::MatrixXd& information, const TextRow& row, std::size_t to = 2) {
+    check_space(dimension, row);
+    const bool to_point = Variable<T>::type().kind == VariableKind::kVector;
+    const std::uint64_t i = id(row, 1), j = id(row, to);
+    if (i == j) row.fail(to, "an edge from vertex " + std::to_string(i) + " to itself");
+    const Key from = key('x', i, row, 1);
+    edges.push_back(
+        {from, key(to_point ? 'l' : 'x', j, row, to), measured, noise(information, row)});
   }
 
-  static Noise noise(const Eigen::MatrixXd& information, const Line& line) {
+  static Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
     try {
       return Noise::information(information);
     } catch (const Error& error) {
-      line.fail(error.what());
+      row.fail(error.what());
     }
   }
 
-  static SE3 pose_from_quaternion(const double* v, const Line& line) {
-    Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    const double norm = q.coeffs().norm();
-    if (!(norm > 1e-6) || !std::isfinite(norm)) line.fail("a quaternion that has no direction");
-    q.coeffs() /= norm;
-    return {{v[0], v[1], v[2]}, q};
+  void vertex_se2(const TextRow& row) { add_vertex(2, 'x', planar_pose(row, 2), row); }
+  void vertex_se3(const TextRow& row) { add_vertex(3, 'x', pose_from_quaternion(row, 2), row); }
+  void vertex3(const TextRow& row) { add_vertex(3, 'x', pose_from_angles(row, 2), row); }
+  void vertex_xy(const TextRow& row) { add_vertex(2, 'l', point<2>(row, 2), row); }
+  void vertex_xyz(const TextRow& row) { add_vertex(3, 'l', point<3>(row, 2), row); }
+
+  void edge_se2(const TextRow& row) {
+    add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric<3>(row, 6), row);
+  }
+  void edge_se3(const TextRow& row) {
+    add_edge(3, graph_.poses3, pose_from_quaternion(row, 3), symmetric<6>(row, 10), row);
+  }
+  void edge3(const TextRow& row) {
+    add_edge(3, graph_.poses3, pose_from_angles(row, 3), symmetric<6>(row, 9), row);
+  }
+  void edge_xy(const TextRow& row) {
+    add_edge(2, graph_.points2, point<2>(row, 3), symmetric<2>(row, 5), row);
+  }
+  void edge_xyz(const TextRow& row) {
+    id(row, 3);  // of the sensor offset, which is the identity
+    add_edge(3, graph_.points3, point<3>(row, 4), symmetric<3>(row, 7), row);
+  }
+  void edge2(const TextRow& row) {
+    if (has_hypotheses()) return edge_with_hypotheses(row);
+    row.expect(12, find("EDGE2")->form);
+    add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric_toro(row, 6), row);
   }
 
-  static SE3 pose_from_angles(const double* v) {
-    const Eigen::Quaterniond q = Eigen::AngleAxisd(v[5], Eigen::Vector3d::UnitZ()) *
-                                 Eigen::AngleAxisd(v[4], Eigen::Vector3d::UnitY()) *
-                                 Eigen::AngleAxisd(v[3], Eigen::Vector3d::UnitX());
-    return {{v[0], v[1], v[2]}, q};
-  }
-
-  void vertex_se2(Line& line) {
-    const std::uint64_t id = line.id();
-    double v[3];
-    line.numbers(v);
-    add_vertex(2, 'x', id, SE2(v[0], v[1], v[2]), line);
-  }
-  void vertex_se3(Line& line) {
-    const std::uint64_t id = line.id();
-    double v[7];
-    line.numbers(v);
-    add_vertex(3, 'x', id, pose_from_quaternion(v, line), line);
-  }
-  void vertex3(Line& line) {
-    const std::uint64_t id = line.id();
-    double v[6];
-    line.numbers(v);
-    add_vertex(3, 'x', id, pose_from_angles(v), line);
-  }
-  void vertex_xy(Line& line) {
-    const std::uint64_t id = line.id();
-    double v[2];
-    line.numbers(v);
-    add_vertex(2, 'l', id, Eigen::Vector2d(v[0], v[1]), line);
-  }
-  void vertex_xyz(Line& line) {
-    const std::uint64_t id = line.id();
-    double v[3];
-    line.numbers(v);
-    add_vertex(3, 'l', id, Eigen::Vector3d(v[0], v[1], v[2]), line);
-  }
-
-  void edge_se2(Line& line) {
-    const std::uint64_t i = line.id(), j = line.id();
-    double v[9];
-    line.numbers(v);
-    add_edge(2, graph_.poses2, i, j, SE2(v[0], v[1], v[2]), symmetric<3>(v + 3), line);
-  }
-  /// i 1 j 0 n, then n motions.
-  void edge_with_hypotheses(Line& line) {
-    constexpr std::uint64_t kMost = 1000;
-    const std::uint64_t i = line.id(), one = line.id(), j = line.id(), zero = line.id();
-    const std::uint64_t n = line.id();
-    if (one != 1 || zero != 0 || n < 1 || n > kMost) {
-      line.fail("EDGE2 with hypotheses should read 'i 1 j 0 n', n from 1 to 1000");
+  /// Whether any EDGE2 line holds a single hypothesis, which no line of TORO looks like.
+  bool has_hypotheses() {
+    if (!hypotheses_) {
+      bool found = false;
+      read_([&](const TextRow& row) { found = found || (row[0] == "EDGE2" && row.size() == 9); });
+      hypotheses_ = found;
     }
+    return *hypotheses_;
+  }
+
+  void edge_with_hypotheses(const TextRow& row) {
+    const char* const form = "EDGE2 i 1 j 0 n, then x y angle n times, n from 1 to 1000";
+    row.expect(9, 6 + 3 * kMostHypotheses, form);
+    const std::uint64_t n = id(row, 5);
+    if (id(row, 2) != 1 || id(row, 4) != 0 || n < 1 || n > kMostHypotheses) {
+      row.fail("expected: " + std::string(form));
+    }
+    row.expect(6 + 3 * n, form);
     std::vector<SE2> measured;
-    for (std::uint64_t k = 0; k < n; ++k) {
-      double v[3];
-      line.numbers(v, k + 1 == n);
-      measured.emplace_back(v[0], v[1], v[2]);
-    }
-    Eigen::Vector3d sigmas(1.0 / 30, 1.0 / 30, 1.0 / 100);
+    for (std::uint64_t k = 0; k < n; ++k) measured.push_back(planar_pose(row, 6 + 3 * k));
+    const Eigen::Vector3d sigmas(1.0 / 30, 1.0 / 30, 1.0 / 100);
     const Eigen::MatrixXd information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
-    add_edge(2, graph_.poses2, i, j, measured[0], information, line);
+    add_edge(2, graph_.poses2, measured[0], information, row, 3);
     if (n == 1) return;
     measured.erase(measured.begin());
     graph_.alternatives.push_back({graph_.poses2.size() - 1, std::move(measured)});
   }
-  void edge2(Line& line) {
-    if (hypotheses_) return edge_with_hypotheses(line);
-    const std::uint64_t i = line.id(), j = line.id();
-    double v[9];
-    line.numbers(v);
-    const double upper[] = {v[3], v[4], v[7], v[5], v[8], v[6]};
-    add_edge(2, graph_.poses2, i, j, SE2(v[0], v[1], v[2]), symmetric<3>(upper), line);
-  }
-  void edge_se3(Line& line) {
-    const std::uint64_t i = line.id(), j = line.id();
-    double v[28];
-    line.numbers(v);
-    add_edge(3, graph_.poses3, i, j, pose_from_quaternion(v, line), symmetric<6>(v + 7), line);
-  }
-  void edge3(Line& line) {
-    const std::uint64_t i = line.id(), j = line.id();
-    double v[27];
-    line.numbers(v);
-    add_edge(3, graph_.poses3, i, j, pose_from_angles(v), symmetric<6>(v + 6), line);
-  }
-  void edge_xy(Line& line) {
-    const std::uint64_t i = line.id(), j = line.id();
-    double v[5];
-    line.numbers(v);
-    add_edge(2, graph_.points2, i, j, Eigen::Vector2d(v[0], v[1]), symmetric<2>(v + 2), line);
-  }
-  void edge_xyz(Line& line) {
-    const std::uint64_t i = line.id(), j = line.id();
-    line.id();  // of the sensor offset, which is the identity
-    double v[9];
-    line.numbers(v);
-    add_edge(3, graph_.points3, i, j, Eigen::Vector3d(v[0], v[1], v[2]), symmetric<3>(v + 3), line);
-  }
 
-  void offset(Line& line) {
-    line.id();
-    double v[7];
-    line.numbers(v);
-    if (pose_from_quaternion(v, line).log().norm() > 1e-9) {
-      line.fail("a sensor offset other than the identity is not supported");
+  void offset(const TextRow& row) {
+    id(row, 1);
+    if (pose_from_quaternion(row, 2).log().norm() > 1e-9) {
+      row.fail("a sensor offset other than the identity is not supported");
     }
   }
-  void fix(Line& line) {
-    do {
-      const std::uint64_t id = line.id();
-      fixed_.emplace_back(id, line);
-    } while (!Line(line).word().empty());
+
+  void equivalence(const TextRow& row) {
+    id(row, 1);
+    id(row, 2);
+    ++graph_.equivalences;
+  }
+
+  void note_fixed(const TextRow& row) {
+    row.expect(2, row.size(), find("FIX")->form);
+    for (std::size_t i = 1; i < row.size(); ++i) id(row, i);
+    fixed_.push_back(row);
+  }
+  void fix(const TextRow& row) {
+    for (std::size_t i = 1; i < row.size(); ++i) {
+      const auto it = letters_.find(id(row, i));
+      if (it == letters_.end()) {
+        row.fail(i, "FIX names unknown vertex " + std::to_string(id(row, i)));
+      }
+      graph_.fixed.push_back(Key(it->second, it->first));
+    }
   }
 
   const std::string& name_;
+  ReadRows read_;
   PoseGraph graph_;
   int dimension_ = 0;
-  bool hypotheses_ = false;
+  std::optional<bool> hypotheses_;
   std::unordered_map<std::uint64_t, char> letters_;
-  std::vector<std::pair<std::uint64_t, Line>> fixed_;
+  std::vector<TextRow> fixed_;
 };
+
+void read_rows(TextReader& text, const Visit& visit) {
+  TextRow row;
+  while (text.next(row)) visit(row);
+}
 
 }  // namespace
 
 PoseGraph parse_graph(std::string_view text, const std::string& name) {
-  return Parser(name).run(text);
+  return Parser(name,
+                [&](const Visit& visit) {
+                  TextReader reader(text, name, kFormat);
+                  read_rows(reader, visit);
+                })
+      .run();
 }
 
 PoseGraph read_graph(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(path + ": cannot be opened");
-  std::string text;
-  constexpr std::size_t kChunk = std::size_t{1} << 20;
-  while (in) {
-    const std::size_t size = text.size();
-    text.resize(size + kChunk);
-    in.read(text.data() + size, kChunk);
-    text.resize(size + static_cast<std::size_t>(in.gcount()));
-  }
-  if (in.bad()) throw Error(path + ": cannot be read");
-  return parse_graph(text, path);
+  return Parser(path,
+                [&](const Visit& visit) {
+                  TextReader reader(path, kFormat);
+                  read_rows(reader, visit);
+                })
+      .run();
 }
 
 }  // namespace hybrid

@@ -23,6 +23,9 @@ namespace hybrid {
 ///   EDGE_SE3_TRACKXYZ               i j parameter x y z, information row by row
 ///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: must be the identity
 ///   FIX                             id ...
+///   EQUIV                           i j: counted, and not applied
+/// EQUIV marks an edge whose ends TORO makes one vertex where it is asked to (loadEquivalences); to
+/// it and to others the file is a plain graph without.
 /// Information is taken as that of the tangent (translation, rotation vector); for EDGE3, whose
 /// angles are roll, pitch, yaw, this holds to first order about small rotations.
 /// Where an EDGE2 line holds 8 numbers, all of the file are of the form with hypotheses; they have

@@ -1,48 +1,54 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 #include <array>
+#include <cstdint>
+#include <vector>
 
-#include "libhybrid/io/point_text.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/point_formats.h"
 
 namespace hybrid {
 namespace {
 
+constexpr std::int64_t kMostPoints = std::int64_t{1} << 31;
+constexpr std::int64_t kMostValues = 1000;  // of a field
+
 struct Header {
   std::vector<std::string> fields;
   std::vector<std::size_t> counts;  // values of each field; empty: one of each
-  std::size_t points = 0;
+  std::int64_t points = 0;
   bool has_points = false;
 };
 
 /// The header up to its DATA line.
-Header read_header(PointText& text) {
+Header read_header(TextReader& text) {
   Header header;
-  std::size_t width = 0, height = 1;
-  std::vector<std::string_view> words;
-  while (text.next(words)) {
-    if (words.empty()) continue;
-    const std::string_view what = words[0];
-    if (what != "DATA" && words.size() < 2)
-      text.fail("'" + std::string(what.substr(0, 40)) + "' has no value");
+  std::int64_t width = 0, height = 1;
+  TextRow row;
+  while (text.next(row)) {
+    const std::string_view what = row[0];
+    if (what != "DATA") row.expect(2, row.size(), std::string(what.substr(0, 40)) + " and a value");
     if (what == "FIELDS") {
-      header.fields.assign(words.begin() + 1, words.end());
+      for (std::size_t i = 1; i < row.size(); ++i) header.fields.emplace_back(row[i]);
     } else if (what == "COUNT") {
-      for (std::size_t i = 1; i < words.size(); ++i) header.counts.push_back(text.count(words[i]));
+      for (std::size_t i = 1; i < row.size(); ++i) {
+        header.counts.push_back(static_cast<std::size_t>(row.id(i, kMostValues)));
+      }
     } else if (what == "WIDTH") {
-      width = text.count(words[1]);
+      width = row.id(1, kMostPoints);
     } else if (what == "HEIGHT") {
-      height = text.count(words[1]);
+      height = row.id(1, kMostPoints);
     } else if (what == "POINTS") {
-      header.points = text.count(words[1]);
+      header.points = row.id(1, kMostPoints);
       header.has_points = true;
     } else if (what == "DATA") {
-      if (words.size() != 2 || words[1] != "ascii") {
-        text.fail("only 'DATA ascii' is read; convert the file to text first");
+      if (row.size() != 2 || row[1] != "ascii") {
+        row.fail("only 'DATA ascii' is read; convert the file to text first");
       }
       if (!header.has_points) header.points = width * height;
       return header;
     } else if (what != "VERSION" && what != "SIZE" && what != "TYPE" && what != "VIEWPOINT") {
-      text.fail("'" + std::string(what.substr(0, 40)) + "' is not part of a PCD header");
+      row.fail(in_quotes(what) + " is not part of a PCD header");
     }
   }
   text.fail("not a PCD file: it has no DATA line");
@@ -50,7 +56,8 @@ Header read_header(PointText& text) {
 
 }  // namespace
 
-PointFile read_pcd(PointText& text) {
+PointFile read_pcd(const std::string& path) {
+  TextReader text(path, {TextFormat::Cut::kWords, "#"});
   const Header header = read_header(text);
   if (!header.counts.empty() && header.counts.size() != header.fields.size()) {
     text.fail("COUNT and FIELDS differ in length");
@@ -59,29 +66,27 @@ PointFile read_pcd(PointText& text) {
   std::array<bool, 3> found{};
   std::size_t columns = 0;
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
+    const std::size_t count = header.counts.empty() ? 1 : header.counts[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (header.fields[i] != std::string(1, "xyz"[axis])) continue;
+      if (count != 1 || header.fields[i] != std::string(1, "xyz"[axis])) continue;
       xyz[axis] = columns;
       found[axis] = true;
     }
-    columns += header.counts.empty() ? 1 : header.counts[i];
+    columns += count;
   }
   if (!found[0] || !found[1] || !found[2]) text.fail("FIELDS has no x, y and z");
   PointFile file;
-  std::vector<std::string_view> words;
-  for (std::size_t row = 0; row < header.points;) {
-    if (!text.next(words)) {
+  TextRow row;
+  for (std::int64_t read = 0; read < header.points; ++read) {
+    if (!text.next(row)) {
       text.fail("the header says " + std::to_string(header.points) +
-                " points, the file ends after " + std::to_string(row));
+                " points, the file ends after " + std::to_string(read));
     }
-    if (words.empty()) continue;
-    ++row;
-    if (words.size() != columns) {
-      text.fail("a point has " + std::to_string(columns) + " values, got " +
-                std::to_string(words.size()));
-    }
-    add_point(file,
-              {text.number(words[xyz[0]]), text.number(words[xyz[1]]), text.number(words[xyz[2]])});
+    row.expect(columns, std::to_string(columns) + " values of a point");
+    add_point(file, row, xyz);
+  }
+  if (text.next(row)) {
+    row.fail("the header says " + std::to_string(header.points) + " points, but more follow");
   }
   return file;
 }

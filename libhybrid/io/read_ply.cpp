@@ -4,11 +4,15 @@
 #include <cstdint>
 #include <cstring>
 #include <utility>
+#include <vector>
 
-#include "libhybrid/io/point_text.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/point_formats.h"
 
 namespace hybrid {
 namespace {
+
+constexpr std::int64_t kMostRows = std::int64_t{1} << 31;  // of an element
 
 enum class Encoding { kText, kLittleEndian, kBigEndian };
 
@@ -26,7 +30,7 @@ struct Property {
 
 struct Element {
   std::string name;
-  std::size_t count = 0;
+  std::int64_t count = 0;
   std::vector<Property> properties;
 };
 
@@ -35,67 +39,66 @@ struct Header {
   std::vector<Element> elements;
 };
 
-Scalar scalar(const PointText& text, std::string_view name) {
+Scalar scalar(const TextRow& row, std::size_t i) {
   static constexpr std::pair<std::string_view, Scalar> kTypes[] = {
       {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
       {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
       {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
       {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
   for (const auto& [known, type] : kTypes) {
-    if (name == known) return type;
+    if (row[i] == known) return type;
   }
-  text.fail("'" + std::string(name) + "' is not a type of PLY");
+  row.fail(i, in_quotes(row[i]) + " is not a type of PLY");
 }
 
-void read_property(const PointText& text, const std::vector<std::string_view>& words,
-                   Header& header) {
-  if (header.elements.empty()) text.fail("a property before the first element");
-  const bool list = words.size() == 5 && words[1] == "list";
-  if (!list && words.size() != 3) text.fail("expected 'property TYPE NAME'");
+void read_property(const TextRow& row, Header& header) {
+  if (header.elements.empty()) row.fail("a property before the first element");
+  const bool list = row.size() == 5 && row[1] == "list";
+  if (!list) row.expect(3, "property TYPE NAME");
   Property property;
-  property.name = std::string(words.back());
-  property.type = scalar(text, words[words.size() - 2]);
-  if (list) property.length = scalar(text, words[2]);
+  property.name = std::string(row[row.size() - 1]);
+  property.type = scalar(row, row.size() - 2);
+  if (list) property.length = scalar(row, 2);
+  if (list && property.length.kind == 'f') row.fail(2, "the length of a list is no whole number");
   header.elements.back().properties.push_back(property);
 }
 
-Header read_header(PointText& text) {
-  std::vector<std::string_view> words;
-  if (!text.next(words) || words.size() != 1 || words[0] != "ply") {
+Encoding encoding(const TextRow& row) {
+  if (row[1] == "ascii") return Encoding::kText;
+  if (row[1] == "binary_little_endian") return Encoding::kLittleEndian;
+  if (row[1] == "binary_big_endian") return Encoding::kBigEndian;
+  row.fail(1, "unknown format " + in_quotes(row[1]));
+}
+
+Header read_header(TextReader& text) {
+  TextRow row;
+  if (!text.next(row) || row.size() != 1 || row[0] != "ply") {
     text.fail("not a PLY file: it does not begin with 'ply'");
   }
   Header header;
   bool format = false;
-  while (text.next(words)) {
-    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
-    if (words[0] == "end_header") {
-      if (!format) text.fail("the header has no 'format' line");
+  while (text.next(row)) {
+    if (row[0] == "comment" || row[0] == "obj_info") continue;
+    if (row[0] == "end_header") {
+      if (!format) row.fail("the header has no 'format' line");
       return header;
     }
-    if (words[0] == "format" && words.size() == 3) {
+    if (row[0] == "format" && row.size() == 3) {
       format = true;
-      if (words[1] == "ascii") {
-        header.encoding = Encoding::kText;
-      } else if (words[1] == "binary_little_endian") {
-        header.encoding = Encoding::kLittleEndian;
-      } else if (words[1] == "binary_big_endian") {
-        header.encoding = Encoding::kBigEndian;
-      } else {
-        text.fail("unknown format '" + std::string(words[1]) + "'");
-      }
-    } else if (words[0] == "element" && words.size() == 3) {
-      header.elements.push_back({std::string(words[1]), text.count(words[2]), {}});
-    } else if (words[0] == "property") {
-      read_property(text, words, header);
+      header.encoding = encoding(row);
+    } else if (row[0] == "element" && row.size() == 3) {
+      header.elements.push_back({std::string(row[1]), row.id(2, kMostRows), {}});
+    } else if (row[0] == "property") {
+      read_property(row, header);
     } else {
-      text.fail("'" + std::string(words[0].substr(0, 40)) + "' is not part of a PLY header");
+      row.fail(in_quotes(row[0]) + " is not part of a PLY header");
     }
   }
   text.fail("the file ends inside the header");
 }
 
 /// Which property of an element is x, y and z.
-std::array<std::size_t, 3> coordinates(const PointText& text, const Element& element) {
+std::array<std::size_t, 3> coordinates(const TextReader& text, const Element& element) {
   std::array<std::size_t, 3> places{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
@@ -109,109 +112,111 @@ std::array<std::size_t, 3> coordinates(const PointText& text, const Element& ele
   return places;
 }
 
-[[noreturn]] void fail_short(const PointText& text, const Element& element, std::size_t read) {
-  text.fail("the header says " + std::to_string(element.count) + " of element '" + element.name +
-            "', the file ends after " + std::to_string(read));
+[[noreturn]] void fail_short(const TextReader& text, const Element& element, std::int64_t read) {
+  text.fail("the header says " + std::to_string(element.count) + " of element " +
+            in_quotes(element.name) + ", the file ends after " + std::to_string(read));
 }
 
-void read_text(PointText& text, const Element& element, PointFile* file) {
+/// The word each property of a row begins with, after which comes their number; lists say their
+/// length themselves.
+std::vector<std::size_t> first_words(const TextRow& row, const Element& element) {
+  std::vector<std::size_t> first = {0};
+  for (const Property& property : element.properties) {
+    std::size_t words = 1;
+    if (property.length.bytes > 0 && first.back() < row.size()) {
+      words += static_cast<std::size_t>(row.id(first.back()));
+    }
+    first.push_back(first.back() + words);
+  }
+  return first;
+}
+
+void read_text(TextReader& text, const Element& element, PointFile* file) {
   const std::array<std::size_t, 3> xyz =
       file != nullptr ? coordinates(text, element) : std::array<std::size_t, 3>{};
-  std::vector<std::string_view> words;
-  for (std::size_t row = 0; row < element.count;) {
-    if (!text.next(words)) fail_short(text, element, row);
-    if (words.empty()) continue;
-    ++row;
-    if (file == nullptr) continue;
-    if (words.size() < element.properties.size()) {
-      text.fail("a vertex has " + std::to_string(element.properties.size()) + " properties, got " +
-                std::to_string(words.size()));
-    }
-    add_point(*file,
-              {text.number(words[xyz[0]]), text.number(words[xyz[1]]), text.number(words[xyz[2]])});
+  if (element.properties.empty()) return;
+  TextRow row;
+  for (std::int64_t read = 0; read < element.count; ++read) {
+    if (!text.next(row)) fail_short(text, element, read);
+    const std::vector<std::size_t> first = first_words(row, element);
+    row.expect(first.back(),
+               std::to_string(first.back()) + " values of element " + in_quotes(element.name));
+    if (file != nullptr) add_point(*file, row, {first[xyz[0]], first[xyz[1]], first[xyz[2]]});
   }
 }
 
-/// Reads values out of binary data.
-class Bytes {
- public:
-  Bytes(std::string_view data, bool big_endian) : data_(data), swap_(big_endian) {}
-
-  bool has(std::size_t count) const { return data_.size() >= count; }
-  void skip(std::size_t count) { data_.remove_prefix(count); }
-
-  double take(Scalar type) {
-    std::array<unsigned char, 8> raw{};
-    for (int i = 0; i < type.bytes; ++i) {
-      raw[swap_ ? type.bytes - 1 - i : i] = static_cast<unsigned char>(data_[i]);
-    }
-    data_.remove_prefix(type.bytes);
-    if (type.kind == 'f') {
-      if (type.bytes == 8) return as<double>(raw);
-      return static_cast<double>(as<float>(raw));
-    }
-    std::uint64_t bits = 0;
-    for (int i = type.bytes - 1; i >= 0; --i) bits = (bits << 8) | raw[i];
-    const std::uint64_t sign = std::uint64_t(1) << (8 * type.bytes - 1);
-    if (type.kind == 'u' || (bits & sign) == 0) return static_cast<double>(bits);
-    return static_cast<double>(bits) - 2.0 * static_cast<double>(sign);
+/// A value of binary data; false at the end of the file.
+bool take(TextReader& data, Scalar type, bool big_endian, double& value) {
+  std::array<char, 8> raw{};
+  const auto bytes = static_cast<std::size_t>(type.bytes);
+  if (!data.read_bytes(raw.data(), bytes)) return false;
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < bytes; ++i) {
+    bits = (bits << 8) | static_cast<unsigned char>(raw[big_endian ? i : bytes - 1 - i]);
   }
-
- private:
-  template <class T>
-  static T as(const std::array<unsigned char, 8>& raw) {
-    T value;
-    std::memcpy(&value, raw.data(), sizeof(value));
-    return value;
+  if (type.kind == 'f' && type.bytes == 8) {
+    std::memcpy(&value, &bits, sizeof(value));
+  } else if (type.kind == 'f') {
+    const auto half = static_cast<std::uint32_t>(bits);
+    float single = 0;
+    std::memcpy(&single, &half, sizeof(single));
+    value = static_cast<double>(single);
+  } else {
+    const std::uint64_t sign = std::uint64_t{1} << (8 * type.bytes - 1);
+    value = static_cast<double>(bits);
+    if (type.kind == 'i' && (bits & sign) != 0) value -= 2.0 * static_cast<double>(sign);
   }
+  return true;
+}
 
-  std::string_view data_;
-  bool swap_;
-};
+/// A property of binary data; false where the file ends in it, or a list has a negative length.
+bool take(TextReader& data, const Property& property, bool big_endian, double& value) {
+  if (property.length.bytes == 0) return take(data, property.type, big_endian, value);
+  double length = 0;
+  if (!take(data, property.length, big_endian, length) || length < 0) return false;
+  return data.skip_bytes(static_cast<std::uint64_t>(length) *
+                         static_cast<std::uint64_t>(property.type.bytes));
+}
 
-void read_binary(const PointText& text, Bytes& bytes, const Element& element, PointFile* file) {
+void read_binary(TextReader& data, bool big_endian, const Element& element, PointFile* file) {
   const std::array<std::size_t, 3> xyz =
-      file != nullptr ? coordinates(text, element) : std::array<std::size_t, 3>{};
-  for (std::size_t row = 0; row < element.count; ++row) {
+      file != nullptr ? coordinates(data, element) : std::array<std::size_t, 3>{};
+  if (element.properties.empty()) return;
+  for (std::int64_t row = 0; row < element.count; ++row) {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
-      const Property& property = element.properties[i];
-      if (!bytes.has(property.length.bytes)) fail_short(text, element, row);
-      if (property.length.bytes > 0) {
-        const double length = bytes.take(property.length);
-        if (!(length >= 0.0) ||
-            !bytes.has(static_cast<std::size_t>(length) * property.type.bytes)) {
-          fail_short(text, element, row);
-        }
-        bytes.skip(static_cast<std::size_t>(length) * property.type.bytes);
-        continue;
-      }
-      if (!bytes.has(property.type.bytes)) fail_short(text, element, row);
-      const double value = bytes.take(property.type);
-      for (int axis = 0; file != nullptr && axis < 3; ++axis) {
-        if (xyz[axis] == i) point[axis] = value;
+      double value = 0;
+      if (!take(data, element.properties[i], big_endian, value)) fail_short(data, element, row);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (xyz[axis] == i) point[static_cast<Eigen::Index>(axis)] = value;
       }
     }
-    if (file != nullptr) add_point(*file, point);
+    if (file != nullptr) add_point(*file, point, data.name());
   }
 }
 
 }  // namespace
 
-PointFile read_ply(PointText& text) {
+PointFile read_ply(const std::string& path) {
+  TextReader text(path, {TextFormat::Cut::kWords, ""});
   const Header header = read_header(text);
   PointFile file;
-  Bytes bytes(text.rest(), header.encoding == Encoding::kBigEndian);
+  bool has_points = false;
   for (const Element& element : header.elements) {
-    PointFile* out = element.name == "vertex" ? &file : nullptr;
+    const bool points = !has_points && element.name == "vertex";
+    has_points = has_points || points;
+    PointFile* out = points ? &file : nullptr;
     if (header.encoding == Encoding::kText) {
       read_text(text, element, out);
     } else {
-      read_binary(text, bytes, element, out);
+      read_binary(text, header.encoding == Encoding::kBigEndian, element, out);
     }
-    if (out != nullptr) return file;
   }
-  text.fail("the header has no element 'vertex'");
+  if (!has_points) text.fail("the header has no element 'vertex'");
+  if (header.encoding != Encoding::kText) return file;
+  TextRow row;
+  if (text.next(row)) row.fail("the elements of the header have ended, but more follows");
+  return file;
 }
 
 }  // namespace hybrid

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <cmath>
+#include <string_view>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/point_text.h"
+#include "libhybrid/io/parse_number.h"
+#include "libhybrid/io/point_formats.h"
 
 namespace hybrid {
 namespace {
@@ -30,69 +29,41 @@ bool is_plain(const std::string& extension) {
   return std::find(kPlain.begin(), kPlain.end(), extension) != kPlain.end();
 }
 
-PointFile read_rows(PointText& text) {
+PointFile read_rows(const std::string& path) {
+  TextReader text(path, {TextFormat::Cut::kCells, "#"});
   PointFile file;
-  std::vector<std::string_view> words;
-  while (text.next(words)) {
-    if (words.empty()) continue;
-    if (words.size() < 3) {
-      text.fail("a point needs 3 numbers, got " + std::to_string(words.size()));
-    }
-    add_point(file, {text.number(words[0]), text.number(words[1]), text.number(words[2])});
+  TextRow row;
+  std::size_t columns = 0;
+  while (text.next(row)) {
+    row.expect_same(columns, 3, "x y z, and what else a point has");
+    add_point(file, row, {0, 1, 2});
   }
   return file;
 }
 
 }  // namespace
 
-bool PointText::next(std::vector<std::string_view>& words) {
-  words.clear();
-  if (rest_.empty()) return false;
-  ++line_;
-  const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-  std::string_view line = rest_.substr(0, end);
-  rest_.remove_prefix(std::min(end + 1, rest_.size()));
-  line = line.substr(0, line.find('#'));
-  constexpr std::string_view kBetween = " \t\r,;";
-  while (true) {
-    const std::size_t first = line.find_first_not_of(kBetween);
-    if (first == std::string_view::npos) return true;
-    line.remove_prefix(first);
-    const std::size_t length = std::min(line.find_first_of(kBetween), line.size());
-    words.push_back(line.substr(0, length));
-    line.remove_prefix(length);
+void add_point(PointFile& file, const TextRow& row, const std::array<std::size_t, 3>& xyz) {
+  Eigen::Vector3d point;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t i = xyz[static_cast<std::size_t>(axis)];
+    if (!parse_number(row[i], point[axis]) || std::isfinite(point[axis])) {
+      point[axis] = row.coordinate(i);
+    }
   }
+  add_point(file, point, "");
 }
 
-double PointText::number(std::string_view word) const {
-  const char* first = word.data() + (word.size() > 1 && word[0] == '+' && word[1] != '-');
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(first, word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    fail("'" + std::string(word.substr(0, 40)) + "' is not a number");
-  }
-  return value;
-}
-
-std::size_t PointText::count(std::string_view word) const {
-  std::size_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    fail("'" + std::string(word.substr(0, 40)) + "' is not a count");
-  }
-  return value;
-}
-
-void PointText::fail(const std::string& what) const {
-  throw Error(file_ + ":" + std::to_string(line_) + ": " + what);
-}
-
-void add_point(PointFile& file, const Eigen::Vector3d& point) {
-  if (point.allFinite()) {
-    file.points.push_back(point);
-  } else {
+void add_point(PointFile& file, const Eigen::Vector3d& point, const std::string& where) {
+  if (!point.allFinite()) {
     ++file.left_out;
+    return;
   }
+  if (point.cwiseAbs().maxCoeff() > kLargestCoordinate) {
+    throw Error(where + ": point " + std::to_string(file.points.size() + file.left_out + 1) +
+                " has a coordinate beyond 1e15, the largest that is read");
+  }
+  file.points.push_back(point);
 }
 
 bool is_point_file(const std::string& path) {
@@ -105,14 +76,10 @@ PointFile read_points(const std::string& path) {
     throw Error(path +
                 ": unknown kind of point cloud; .xyz, .txt, .asc, .csv, .ply and .pcd are read");
   }
-  std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path)) throw Error(path + ": cannot be read");
-  const std::string content{std::istreambuf_iterator<char>(in), {}};
-  PointText text(content, path);
   const std::string kind = extension(path);
-  PointFile file = kind == "ply"   ? read_ply(text)
-                   : kind == "pcd" ? read_pcd(text)
-                                   : read_rows(text);
+  PointFile file = kind == "ply"   ? read_ply(path)
+                   : kind == "pcd" ? read_pcd(path)
+                                   : read_rows(path);
   if (file.points.empty()) {
     throw Error(path + (file.left_out > 0 ? ": none of its points is finite" : ": holds no point"));
   }

@@ -9,15 +9,16 @@
 
 namespace hybrid {
 
-/// The points of a file, and how many were left out because a coordinate is not finite.
+/// The points of a file.
 struct PointFile {
   Points points;
-  std::size_t left_out = 0;
+  std::size_t left_out = 0;  ///< points with a coordinate that is not finite
 };
 
 /// Reads x y z of a point cloud: .ply (text or binary), .pcd (text), .xyz, .txt, .asc or .csv (rows
-/// of at least three numbers; '#' begins a comment). Throws Error naming file and line where it is
-/// missing, of another format, malformed, or holds fewer points than its header says.
+/// of at least three columns, as many in each, cut as TextFormat::Cut::kCells; '#' begins a
+/// comment). Throws Error naming file and line where it is missing, of another format, malformed,
+/// holds fewer or more points than its header says, or a coordinate beyond kLargestCoordinate.
 PointFile read_points(const std::string& path);
 
 /// Whether `path` has one of these extensions.

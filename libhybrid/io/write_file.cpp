@@ -3,25 +3,25 @@
 #include "libhybrid/io/write_file.h"
 
 #include <filesystem>
-#include <fstream>
-#include <system_error>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/file_group.h"
+#include "libhybrid/io/file_writer.h"
+#include "libhybrid/io/folders.h"
 
 namespace hybrid {
 
 void write_file(const std::string& path, std::string_view content) {
-  const std::string temporary = path + ".partial";
-  std::ofstream out(temporary, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(temporary, path, error);
-  if (!out || error) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw Error(path + ": cannot be written");
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (!folder.empty() && !name_exists(folder)) {
+    throw Error("cannot write '" + path + "': there is no folder '" + folder.string() + "'");
   }
+  FileGroup group(path);
+  const std::string name = std::filesystem::path(path).filename().string();
+  FileWriter file(group.stage(name), path);
+  file.write(content);
+  file.close();
+  group.commit();
 }
 
 }  // namespace hybrid

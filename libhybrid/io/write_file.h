@@ -7,7 +7,7 @@
 
 namespace hybrid {
 
-/// Writes a file under a temporary name that is renamed when complete. Throws Error that names the
+/// Writes a file, which appears when it is complete and on the disk. Throws Error that names the
 /// path if that fails; an older file of that name then stays as it was.
 void write_file(const std::string& path, std::string_view content);
 

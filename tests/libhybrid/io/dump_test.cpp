@@ -30,7 +30,7 @@ TEST(Dump, HasOneLinePerFactorAndVariable) {
   EXPECT_EQ(dump(graph, &estimate),
             "c#0.1 prior x0 cost 2\n"
             "d#0.1 table d0:2 cost 1.5\n"
-            "h#0.1 mixture x0 x1 | d0:2 component 1 (weak) cost 0.693147\n");
+            "h#0.1 mixture x0 x1 | d0:2 component 1 cost 0.693147\n");
   EXPECT_EQ(dump(estimate),
             "x0 SE2: 2 0 0\n"
             "x1 SE2: 1 2 0.5\n"

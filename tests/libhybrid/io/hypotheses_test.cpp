@@ -46,11 +46,11 @@ TEST(Hypotheses, PlainTorosLinesStayWhatTheyWere) {
 
 TEST(Hypotheses, ErrorsNameTheLine) {
   const std::string good = "EDGE2 0 1 1 0 1 1 0 0\n";
-  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 2 1 0 0\n").find("f.graph:2: "), std::string::npos);
-  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 1 1 0 0 4\n").find("f.graph:2: "), std::string::npos);
-  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 0\n").find("f.graph:2: "), std::string::npos);
-  EXPECT_NE(error_of(good + "EDGE2 1 2 2 0 1 1 0 0\n").find("f.graph:2: "), std::string::npos);
-  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 1 1 nan 0\n").find("f.graph:2: "), std::string::npos);
+  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 2 1 0 0\n").find("f.graph:2:"), std::string::npos);
+  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 1 1 0 0 4\n").find("f.graph:2:"), std::string::npos);
+  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 0\n").find("f.graph:2:"), std::string::npos);
+  EXPECT_NE(error_of(good + "EDGE2 1 2 2 0 1 1 0 0\n").find("f.graph:2:"), std::string::npos);
+  EXPECT_NE(error_of(good + "EDGE2 1 1 2 0 1 1 nan 0\n").find("f.graph:2:"), std::string::npos);
   EXPECT_EQ(error_of(good), "");
 }
 

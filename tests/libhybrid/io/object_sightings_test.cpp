@@ -48,9 +48,10 @@ TEST_F(ObjectSightings, AreReadFrameByFrame) {
 
 TEST_F(ObjectSightings, BadRowsAreNamed) {
   write("det_cup.txt", "0 0 0 2 0 0 0 1\n0.1 0 0 oops 0 0 0 1\n");
-  EXPECT_NE(message().find("det_cup.txt:2: expected 8"), std::string::npos) << message();
+  EXPECT_NE(message().find("det_cup.txt:2:9: 'oops' is not a number"), std::string::npos)
+      << message();
   write("det_cup.txt", "0 0 0 2 0 0 0 3\n0.1 0 0 0 0 0 0 1\n");
-  EXPECT_NE(message().find("det_cup.txt:1: the quaternion"), std::string::npos) << message();
+  EXPECT_NE(message().find("det_cup.txt:1:9: the quaternion"), std::string::npos) << message();
 }
 
 TEST_F(ObjectSightings, RowsMustFitTheOdometry) {
@@ -62,7 +63,7 @@ TEST_F(ObjectSightings, RowsMustFitTheOdometry) {
 
 TEST_F(ObjectSightings, MissingFilesAreNamed) {
   fs::remove(folder / "odom.txt");
-  EXPECT_NE(message().find("odom.txt: cannot be opened"), std::string::npos) << message();
+  EXPECT_NE(message().find("odom.txt: no such file"), std::string::npos) << message();
   fs::remove(folder / "det_cup.txt");
   EXPECT_NE(message().find("holds no sightings"), std::string::npos) << message();
   EXPECT_THROW(read_object_sequence((folder / "absent").string()), Error);

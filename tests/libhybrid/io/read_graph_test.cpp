@@ -90,39 +90,55 @@ class MalformedLine : public ::testing::TestWithParam<std::pair<std::string, std
 TEST_P(MalformedLine, IsNamedByFileLineAndReason) {
   const auto& [line, reason] = GetParam();
   const std::string message = error_of("VERTEX_SE2 0 0 0 0\n" + line + "\nVERTEX_SE2 8 0 0 0\n");
-  EXPECT_EQ(message.rfind("file:2: ", 0), 0u) << message;
+  EXPECT_EQ(message.rfind("file:2:", 0), 0u) << message;
   EXPECT_NE(message.find(reason), std::string::npos) << message;
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, MalformedLine,
-    ::testing::Values(std::pair("EDGE_SE2_SWITCHABLE 0 1 2", "EDGE_SE2_SWITCHABLE"),
-                      std::pair("\x7f\x01garbage", "unknown tag"), std::pair("VERTEX_SE2", "id"),
-                      std::pair("VERTEX_SE2 -1 0 0 0", "'-1'"),
-                      std::pair("VERTEX_SE2 1.5 0 0 0", "'1.5'"),
-                      std::pair("VERTEX_SE2 99999999999999999999 0 0 0", "99999999999999999999"),
-                      std::pair("VERTEX_SE2 1 0 0", "needs 3 numbers after the ids, got 2"),
-                      std::pair("VERTEX_SE2 1 0 0 0 0", "more than the 3 numbers"),
-                      std::pair("VERTEX_SE2 1 0 abc 0", "'abc' is not a number"),
-                      std::pair("VERTEX_SE2 1 0 1.5x 0", "'1.5x' is not a number"),
-                      std::pair("VERTEX_SE2 1 0 nan 0", "'nan' is not a finite number"),
-                      std::pair("VERTEX_SE2 1 0 -inf 0", "'-inf' is not a finite number"),
-                      std::pair("VERTEX_SE2 1 0 1e999 0", "'1e999' is not a finite number"),
-                      std::pair("VERTEX_SE2 0 1 1 1", "vertex 0 is there already"),
-                      std::pair("VERTEX_XY 0 1 1", "vertex 0 is both a pose and a landmark"),
-                      std::pair("EDGE_SE2_XY 1 0 1 1 1 0 1", "vertex 0 is both"),
-                      std::pair("EDGE_SE2 3 3 0 0 0 1 0 0 1 0 1", "vertex 3 to itself"),
-                      std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 -1", "positive definite"),
-                      std::pair("EDGE_SE2 0 1 0 0 0 0 0 0 0 0 0", "positive definite"),
-                      std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0",
-                                "needs 9 numbers after the ids, got 8"),
-                      std::pair("EDGE2 0 1 0 0 0 1 5 1 1 0 0", "positive definite"),
-                      std::pair("EDGE_SE2 0", "id"), std::pair("FIX 77", "unknown vertex 77"),
-                      std::pair("FIX", "id"), std::pair("FIX 0 q", "'q'"),
-                      std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 1", "3-D line in a 2-D graph"),
-                      std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 0", "quaternion"),
-                      std::pair("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1e-9 " + kEye6, "quaternion"),
-                      std::pair("PARAMS_SE3OFFSET 0 1 0 0 0 0 0 1", "offset")));
+    ::testing::Values(
+        std::pair("EDGE_SE2_SWITCHABLE 0 1 2", "EDGE_SE2_SWITCHABLE"),
+        std::pair("\x7f\x01garbage", "unknown tag"),
+        std::pair("VERTEX_SE2", "1 column; expected: VERTEX_SE2 id x y angle"),
+        std::pair("VERTEX_SE2 -1 0 0 0", "'-1'"), std::pair("VERTEX_SE2 1.5 0 0 0", "'1.5'"),
+        std::pair("VERTEX_SE2 99999999999999999999 0 0 0", "99999999999999999999"),
+        std::pair("VERTEX_SE2 1 0 0", "2:17: 4 columns; expected: VERTEX_SE2 id x y angle"),
+        std::pair("VERTEX_SE2 1 0 0 0 0", "2:20: 6 columns"),
+        std::pair("VERTEX_SE2 1 0 abc 0", "'abc' is not a number"),
+        std::pair("VERTEX_SE2 1 0 1.5x 0", "'1.5x' is not a number"),
+        std::pair("VERTEX_SE2 1 0 nan 0", "'nan' is not a finite number"),
+        std::pair("VERTEX_SE2 1 0 -inf 0", "'-inf' is not a finite number"),
+        std::pair("VERTEX_SE2 1 0 1e999 0", "'1e999' is not a finite number"),
+        std::pair("VERTEX_SE2 1 0 1,5 0", "'1,5' is not a number; decimals are"),
+        std::pair("VERTEX_SE2;1;0;0;0", "unknown tag"),
+        std::pair("VERTEX_SE2 1 0 1e300 0", "2:16: '1e300' is beyond 1e15"),
+        std::pair("EDGE_SE2 0 1 0 0 -1e16 1 0 0 1 0 1", "'-1e16' is beyond 1e15"),
+        std::pair("VERTEX_SE2 0 1 1 1", "2:12: vertex 0 is there already"),
+        std::pair("VERTEX_XY 0 1 1", "vertex 0 is both a pose and a landmark"),
+        std::pair("EDGE_SE2_XY 1 0 1 1 1 0 1", "vertex 0 is both"),
+        std::pair("EDGE_SE2 3 3 0 0 0 1 0 0 1 0 1", "vertex 3 to itself"),
+        std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 -1", "positive definite"),
+        std::pair("EDGE_SE2 0 1 0 0 0 0 0 0 0 0 0", "positive definite"),
+        std::pair("EDGE_SE2 0 1 0 0 0 1 0 0 1 0",
+                  "11 columns; expected: EDGE_SE2 i j x y angle information(6)"),
+        std::pair("EDGE2 0 1 0 0 0 1 5 1 1 0 0", "positive definite"),
+        std::pair("EDGE_SE2 0", "2 columns"),
+        std::pair("FIX 77", "2:5: FIX names unknown vertex 77"),
+        std::pair("FIX", "expected: FIX id"), std::pair("FIX 0 q", "'q'"),
+        std::pair("EQUIV 0", "2 columns"), std::pair("EQUIV 0 1 2", "expected: EQUIV i j"),
+        std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 1", "3-D line in a 2-D graph"),
+        std::pair("VERTEX_SE3:QUAT 1 0 0 0 0 0 0 0", "quaternion"),
+        std::pair("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1e-9 " + kEye6, "quaternion"),
+        std::pair("PARAMS_SE3OFFSET 0 1 0 0 0 0 0 1", "offset")));
+
+// As at the end of GTSAM's w100.graph.
+TEST(ReadGraph, CountsEquivalencesAndDoesNotApplyThem) {
+  const std::string edge = "EDGE2 1 0 1 0 0 1 0 1 1 0 0\n";
+  const PoseGraph graph = parse_graph(edge + "EQUIV 0 1\nEQUIV 5 6\n", "file");
+  EXPECT_EQ(graph.equivalences, 2u);
+  EXPECT_EQ(graph.poses2.size(), 1u);
+  EXPECT_EQ(parse_graph(edge, "file").equivalences, 0u);
+}
 
 TEST(ReadGraph, RefusesWhatHoldsNoGraph) {
   EXPECT_EQ(error_of(""), "file: holds no vertex and no edge");

@@ -32,7 +32,7 @@ class ReadPoints : public ScratchFolder {
 const Points kExpected = {{1, 2, 3}, {-4.5, 5e-1, 6}};
 
 TEST_F(ReadPoints, RowsWithCommentsColumnsAndSeparators) {
-  const std::string rows = "# x y z\n1 2 3\n\n-4.5,5e-1;+6 255 \r\n";
+  const std::string rows = "# x y z\n1 2 3\n\n-4.5, 5e-1,+6 \r\n";
   EXPECT_EQ(read_points(write("a.xyz", rows)).points, kExpected);
   EXPECT_EQ(read_points(write("a.CSV", rows)).points, kExpected);
 }
@@ -83,8 +83,8 @@ TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
   EXPECT_TRUE(has(error("a.obj", "1 2 3\n"), "unknown kind of point cloud"));
   EXPECT_TRUE(has(error("a.xyz", ""), "holds no point"));
   EXPECT_TRUE(has(error("a.xyz", "nan 1 2\n"), "none of its points is finite"));
-  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n1 2\n"), "a.xyz:2: a point needs 3 numbers, got 2"));
-  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n\n1 two 3\n"), "a.xyz:3: 'two' is not a number"));
+  EXPECT_TRUE(has(error("a.xyz", "1 2\n"), "a.xyz:1:4: 2 columns; expected: x y z"));
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n\n1 two 3\n"), "a.xyz:3:3: 'two' is not a number"));
   EXPECT_TRUE(has(error("a.ply", "solid\n"), "does not begin with 'ply'"));
   EXPECT_TRUE(has(error("a.ply",
                         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
@@ -101,9 +101,68 @@ TEST_F(ReadPoints, SaysWhatIsWrongAndWhere) {
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n"),
                   "says 2 points, the file ends after 1"));
   EXPECT_TRUE(has(error("a.pcd", "FIELDS x y\nPOINTS 1\nDATA ascii\n1 2\n"), "no x, y and z"));
-  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2\n"), "3 values, got 2"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2\n"),
+                  "2 columns; expected: 3 values of a point"));
+  EXPECT_TRUE(has(error("a.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                        "property float y\nproperty float z\nend_header\n1 2 3 4\n"),
+                  "a.ply:8:7: 4 columns; expected: 3 values of element 'vertex'"));
   EXPECT_THROW(read_points((folder / "absent.xyz").string()), Error);
   EXPECT_THROW(read_points(folder.string() + ".xyz"), Error);
+}
+
+// A column more, as where a decimal comma was taken for a separator, shifts the coordinates.
+TEST_F(ReadPoints, RowsAreAllOfOneLength) {
+  EXPECT_EQ(read_points(write("a.xyz", "1 2 3 255\n-4.5 0.5 6 0\n")).points, kExpected);
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n1,5 2 3\n"), "a.xyz:2:"));
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n1 2 3 4\n"),
+                  "a.xyz:2:7: 4 columns; expected: x y z, and what else a point has (3 as in"));
+  EXPECT_TRUE(has(error("a.csv", "1,2,3\n1,5,2,3\n"), "a.csv:2:7: 4 columns"));
+  const std::string comma = "decimals are written with a point";
+  EXPECT_TRUE(has(error("a.xyz", "1,5 2,5 3,5\n"), comma));
+  EXPECT_TRUE(has(error("a.csv", "1,5;2,5;3,5\n"), comma));
+}
+
+// The square of such a coordinate overflows, and a search tree would split its box for ever.
+TEST_F(ReadPoints, CoordinatesAreBounded) {
+  EXPECT_TRUE(has(error("a.xyz", "1 2 3\n1 -1e300 3\n"), "a.xyz:2:3: '-1e300' is beyond 1e15"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 9e18\n"),
+                  "a.pcd:4:5: '9e18' is beyond 1e15"));
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\n"
+      "property double y\nproperty double z\nend_header\n";
+  ply += bytes(1.0, false) + bytes(2.0, false) + bytes(1e300, false);
+  EXPECT_TRUE(has(error("a.ply", ply), "a.ply: point 1 has a coordinate beyond 1e15"));
+}
+
+// Counts in a header are no reason to read beyond a row, to loop for long or to believe them.
+TEST_F(ReadPoints, HeadersMayLie) {
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  EXPECT_TRUE(has(error("a.pcd",
+                        "FIELDS a x y z\nCOUNT 18446744073709551615 1 1 1\nPOINTS 1\n"
+                        "DATA ascii\n1 2\n"),
+                  "a.pcd:2:7: '18446744073709551615' is larger than 1000"));
+  EXPECT_TRUE(has(error("a.pcd",
+                        "FIELDS x y z\nWIDTH 4294967296\nHEIGHT 4294967296\n"
+                        "DATA ascii\n1 2 3\n"),
+                  "is larger than"));
+  EXPECT_TRUE(has(error("a.pcd", "FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 3\n4 5 6\n"),
+                  "a.pcd:5:1: the header says 1 points, but more follow"));
+  EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz +
+                                     "end_header\n1 2 3\n4 5 6\n"),
+                  "a.ply:9:1: the elements of the header have ended, but more follows"));
+  EXPECT_TRUE(has(error("a.ply",
+                        "ply\nformat binary_little_endian 1.0\n"
+                        "element nothing 2000000000\nelement vertex 1\n" +
+                            xyz + "end_header\n"),
+                  "the file ends after 0"));
+  EXPECT_TRUE(has(error("a.ply",
+                        "ply\nformat binary_little_endian 1.0\nelement face 1\n"
+                        "property list uint double i\nelement vertex 1\n" +
+                            xyz + "end_header\n\xff\xff\xff\xff"),
+                  "of element 'face', the file ends after 0"));
+  EXPECT_TRUE(has(error("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n"),
+                  "a.ply:3:16: '99999999999999999999' is larger than"));
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace hybrid {
+
+/// Text of a file as a message may show it: control characters and bytes that are not UTF-8 as
+/// \xNN, and no more than its first 200 characters.
+std::string escaped(std::string_view text);
+
+/// The same between single quotes, and no more than 40 characters.
+std::string in_quotes(std::string_view word);
+
+}  // namespace hybrid

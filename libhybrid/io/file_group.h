@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/io/write_lock.h"
+
+namespace hybrid {
+
+/// Files that appear in a folder together or not at all. Without the main one the others mean
+/// nothing.
+///
+/// While a process writes the group of F there is a hidden folder `.F.part` beside F. It holds the
+/// lock, the new files, and during the commit the old ones. What a process that died left there is
+/// cleared by the next one that writes the group or, where it had begun to commit, completed: one
+/// rename is atomic, several are not, so a journal says what remains to be done, and the main file
+/// is the first to go and the last to come.
+///
+/// All functions throw SystemError or Error that names the file.
+class FileGroup {
+ public:
+  /// Creates the folder of `main` where it is absent, and takes the lock; where another process has
+  /// it, the message names `shown`, or `main`.
+  explicit FileGroup(const std::filesystem::path& main, const std::filesystem::path& shown = {});
+  FileGroup(const FileGroup&) = delete;
+  FileGroup& operator=(const FileGroup&) = delete;
+  /// Without a commit nothing has changed.
+  ~FileGroup();
+
+  /// Whether a file of a group may have this name: relative, in the folder or one below it.
+  static bool is_name(const std::string& name);
+
+  /// Where to write the file `name` until the commit.
+  std::filesystem::path stage(const std::string& name) const;
+  /// Where it will be.
+  std::filesystem::path target(const std::string& name) const { return folder_ / name; }
+  /// Names of the files that are staged, sorted.
+  std::vector<std::string> staged() const;
+
+  /// Replaces the files of the group by those staged, and removes the `former` ones that are not
+  /// among these. On failure all is as before. Nothing can be staged afterwards.
+  void commit(const std::vector<std::string>& former = {});
+  /// Takes a commit back.
+  void undo();
+
+  /// The same in one atomic step, where the folder holds nothing but the `former` files: it changes
+  /// places with that of the staged ones. False where the file system cannot do that; nothing has
+  /// changed then. Cannot be taken back.
+  bool exchange(const std::vector<std::string>& former);
+
+ private:
+  /// Folders made for the group; those that stay empty are removed again.
+  struct CreatedFolders {
+    std::vector<std::filesystem::path> folders;  // outermost first
+    explicit CreatedFolders(const std::filesystem::path& folder);
+    ~CreatedFolders() { remove(); }
+    void remove() const;
+  };
+  /// What the commit does with one name.
+  struct Move {
+    std::string name;
+    bool comes = false;     // else it only goes
+    bool replaces = false;  // there is a file of that name before
+  };
+  enum class State {
+    kStaging,
+    kCommitted,
+    kElsewhere,  // the hidden folder has gone with the folder it was in
+    kStuck       // neither committed nor taken back; left to the next process
+  };
+
+  std::filesystem::path fresh() const { return hidden_ / "new"; }
+  std::filesystem::path old() const { return hidden_ / "old"; }
+  std::filesystem::path journal() const { return hidden_ / "journal"; }
+  std::filesystem::path undo_journal() const { return hidden_ / "undo"; }
+  std::filesystem::path shown_folder() const { return folder_.empty() ? "." : folder_; }
+  void recover();
+  void sync_staged() const;
+  std::vector<Move> plan(const std::vector<std::string>& former) const;
+  void write_journal(const std::vector<Move>& moves) const;
+  static std::vector<Move> read_journal(const std::filesystem::path& file);
+  void apply(const std::vector<Move>& moves) const;
+  void keep(const Move& move, bool away) const;
+  void bring(const Move& move) const;
+  void take_back();
+  void roll_back(const std::vector<Move>& moves) const;
+  void sync_targets(const std::vector<Move>& moves) const;
+  void clear_old_folder(const std::filesystem::path& place,
+                        const std::vector<std::string>& former) const noexcept;
+  void clear() noexcept;
+
+  std::filesystem::path folder_;  // empty: the current one
+  std::string main_;
+  std::filesystem::path hidden_;
+  CreatedFolders created_;
+  WriteLock lock_;
+  std::vector<Move> moves_;
+  State state_ = State::kStaging;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "libhybrid/io/read_points.h"
+#include "libhybrid/io/text_reader.h"
+
+namespace hybrid {
+
+/// Adds the point whose x, y and z stand in these words, or counts it where one is NaN or infinite,
+/// as for a ray without return. Throws Error for what is no number or beyond kLargestCoordinate.
+void add_point(PointFile& file, const TextRow& row, const std::array<std::size_t, 3>& xyz);
+
+/// The same for a point of binary data; throws Error beginning with `where`.
+void add_point(PointFile& file, const Eigen::Vector3d& point, const std::string& where);
+
+PointFile read_ply(const std::string& path);
+PointFile read_pcd(const std::string& path);
+
+}  // namespace hybrid

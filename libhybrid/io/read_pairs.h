@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hybrid {
+
+/// An edge of a graph as a file names it.
+struct VertexPair {
+  std::uint64_t i = 0, j = 0;
+  bool flag = true;
+  std::size_t line = 0;  ///< of the file
+};
+
+/// Reads rows `i j` or, where `flags`, also `i j 0|1`; a missing flag is 1. Throws Error
+/// "file:line:column: what" for anything else; the file may be without any row.
+std::vector<VertexPair> read_pairs(const std::string& path, bool flags);
+
+}  // namespace hybrid
