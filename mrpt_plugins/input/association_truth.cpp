@@ -3,17 +3,17 @@
 
 #include "mrpt_plugins/input/association_truth.h"
 
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 
 AssociationTruth read_true_associations(const std::string& path) {
   AssociationTruth truth;
-  TextTable table(path, TextTable::Columns::kCommas);
+  TextReader table(path);
   auto row = table.next();
-  if (!row || row->words.front() == "step") row = table.next();
+  if (row && (*row)[0] == "step") row = table.next();
   for (; row; row = table.next()) {
-    row->expect_columns(3, 3, "step,measurement,true_id");
+    row->expect(3, "step,measurement,true_id");
     const auto step = static_cast<std::size_t>(row->id(0));
     const auto measurement = static_cast<std::size_t>(row->id(1));
     if (!truth.emplace(std::pair(step, measurement), row->id(2)).second) {

@@ -14,6 +14,7 @@
 #include <numeric>
 #include <set>
 
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
 namespace hybrid {
@@ -22,33 +23,64 @@ namespace {
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::INVALID_LANDMARK_ID;
 
-bool is_finite(const mrpt::poses::CPose3D& pose) {
-  return std::isfinite(pose.x()) && std::isfinite(pose.y()) && std::isfinite(pose.z()) &&
-         pose.getRotationMatrix().asEigen().allFinite();
+/// Why a sensor cannot be there on a robot, or null: it is nearer than what it measures.
+const char* fault(const mrpt::poses::CPose3D& T_robot_sensor, const DetectionOptions& options) {
+  const bool is_finite = std::isfinite(T_robot_sensor.norm()) &&
+                         T_robot_sensor.getRotationMatrix().asEigen().allFinite();
+  if (!is_finite) return "observation dropped: sensor pose not finite";
+  const bool is_plausible =
+      T_robot_sensor.norm() <= options.max_range && is_rotation(T_robot_sensor);
+  return is_plausible ? nullptr : "observation dropped: sensor pose absurd";
+}
+
+/// A smaller sigma [m, rad] than any sensor has is damage: its inverse square would outweigh all
+/// other measurements together.
+constexpr double kLeastSigma = 1e-6;
+
+/// Sigmas that noise may carry a measurement beyond the limits of its sensor.
+constexpr double kLimitSigmas = 5;
+
+/// Why the range is not one of this sensor, or null.
+const char* range_fault(const Detection& d, const DetectionFrame& frame,
+                        const DetectionOptions& options) {
+  if (d.range > options.max_range) return "detection dropped: range above limit";
+  if (!frame.has_range) return nullptr;
+  if (d.range <= 0) return "detection dropped: range not positive";
+  const double noise = kLimitSigmas * std::sqrt(std::max(0.0, d.covariance(0, 0)));
+  const bool is_limited = std::isfinite(frame.max_range) && frame.max_range > 0;
+  if (is_limited && d.range > frame.max_range + noise) {
+    return "detection dropped: range above that of the sensor";
+  }
+  return nullptr;
+}
+
+/// Whether the sigmas are small enough to tell something of range and angles.
+bool tells_something(const Detection& d, const DetectionOptions& options) {
+  const Eigen::Vector3d variances = d.covariance.diagonal();
+  return variances[0] <= options.max_range * options.max_range &&
+         variances.tail<2>().maxCoeff() <= M_PI * M_PI;
 }
 
 /// Why a measurement is unusable, or null. Wraps the yaw.
 const char* fault(Detection& d, const DetectionFrame& frame, const DetectionOptions& options) {
   constexpr double kMaxPitch = M_PI_2 + 1e-6;
-  constexpr double kFovSigmas = 5;
   if (!std::isfinite(d.range)) return "detection dropped: range not finite";
   if (!std::isfinite(d.yaw)) return "detection dropped: yaw not finite";
   if (!std::isfinite(d.pitch)) return "detection dropped: pitch not finite";
-  if (frame.has_range && d.range <= 0) return "detection dropped: range not positive";
-  if (d.range > options.max_range) return "detection dropped: range above limit";
+  if (const char* reason = range_fault(d, frame, options)) return reason;
   if (std::abs(d.yaw) > 2 * M_PI) return "detection dropped: yaw absurd";
   if (std::abs(d.pitch) > kMaxPitch) return "detection dropped: pitch absurd";
   d.yaw = mrpt::math::wrapToPi(d.yaw);
-  const double noise = kFovSigmas * std::sqrt(std::max(0.0, d.covariance(1, 1)));
+  const double noise = kLimitSigmas * std::sqrt(std::max(0.0, d.covariance(1, 1)));
   if (frame.fov_yaw > 0 && std::abs(d.yaw) > 0.5 * frame.fov_yaw + noise) {
     return "detection dropped: outside the field of view";
   }
-  return nullptr;
+  return tells_something(d, options) ? nullptr : "detection dropped: sigma absurd";
 }
 
 double sigma_or_default(double chosen, double logged, double fallback, DropReport& report) {
   if (chosen > 0) return chosen;
-  if (std::isfinite(logged) && logged > 0) return logged;
+  if (std::isfinite(logged) && logged >= kLeastSigma) return logged;
   ++report["sigma repaired: not positive, default taken"];
   return fallback;
 }
@@ -70,6 +102,8 @@ Eigen::Matrix3d sensor_covariance(const Observation& from, float std_range, floa
 
 bool positive_definite(const Eigen::Matrix3d& covariance, bool is_3d) {
   if (!covariance.allFinite() || !covariance.isApprox(covariance.transpose(), 1e-6)) return false;
+  const Eigen::Index measured = is_3d ? 3 : 2;
+  if (covariance.diagonal().head(measured).minCoeff() < kLeastSigma * kLeastSigma) return false;
   if (!is_3d) return covariance.topLeftCorner<2, 2>().llt().info() == Eigen::Success;
   return covariance.llt().info() == Eigen::Success;
 }
@@ -80,7 +114,8 @@ Eigen::Matrix3d own_covariance(const CObservationClassedBearingRange::Detection&
                                Eigen::Matrix3d covariance, bool is_3d,
                                const DetectionOptions& options) {
   const auto take = [&](int i, double chosen, float own) {
-    if (chosen <= 0 && std::isfinite(own) && own > 0) covariance(i, i) = double{own} * own;
+    if (chosen <= 0 && std::isfinite(own) && own >= kLeastSigma)
+      covariance(i, i) = double{own} * own;
   };
   take(0, options.sigma_range, d.std_range);
   take(1, options.sigma_yaw, d.std_yaw);
@@ -214,8 +249,8 @@ std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& obser
   } else {
     return std::nullopt;
   }
-  if (!is_finite(frame->T_robot_sensor)) {
-    ++report["observation dropped: sensor pose not finite"];
+  if (const char* reason = fault(frame->T_robot_sensor, options)) {
+    ++report[reason];
     return std::nullopt;
   }
   if (observation.timestamp != INVALID_TIMESTAMP) {

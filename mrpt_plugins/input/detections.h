@@ -6,13 +6,13 @@
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libhybrid/core/key.h"
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 namespace hybrid {
@@ -69,12 +69,14 @@ struct DetectionOptions {
 /// all its pitches are zero.
 ///
 /// Dropped, each counted in `report` by reason: detections with range, yaw or pitch not finite;
-/// range not positive or above the limit; outside the field of view, such as behind the sensor;
-/// |yaw| above 2 pi or |pitch| above pi/2; an id seen before in the same observation; a covariance
-/// that is not positive definite; whole observations with a sensor pose that is not finite.
+/// range not positive, above the limit or above that of the sensor; outside the field of view, such
+/// as behind the sensor; |yaw| above 2 pi or |pitch| above pi/2; a sigma above the limit of range
+/// or half a turn; an id seen before in the same observation; a covariance that is not positive
+/// definite; whole observations whose sensor pose is not finite, no rigid motion, or farther from
+/// the robot than the limit of range.
 /// Repaired and counted: class scores of a wrong length, negative, not finite or all zero are
-/// removed (the detection counts as not classified); other sums are normalised; missing sigmas are
-/// replaced by the defaults; ids below -1 are taken as none.
+/// removed (the detection counts as not classified); other sums are normalised; sigmas that are
+/// missing or below 1e-6 are replaced by the defaults; ids below -1 are taken as none.
 std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& observation,
                                             const DetectionOptions& options, DropReport& report);
 

@@ -9,11 +9,10 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/input/ground_truth.h"
 
 namespace hybrid {
@@ -21,39 +20,12 @@ namespace {
 
 using mrpt::poses::CPose3D;
 
-/// The first line with something on it; throws Error for a file that has none.
-std::string first_line(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw Error(file + ": cannot be read");
-  std::string line;
-  while (std::getline(in, line)) {
-    const std::size_t at = line.find_first_not_of(" \t\r");
-    if (at != std::string::npos && line[at] != '#' && line[at] != '%') return line.substr(at);
-  }
-  throw Error(file + ": holds no pose");
-}
-
-std::size_t count_words(const std::string& line) {
-  std::istringstream in(line);
-  std::string word;
-  std::size_t count = 0;
-  while (in >> word) ++count;
-  return count;
-}
-
 std::vector<CPose3D> read_planar(const std::string& file) {
   std::vector<CPose3D> poses;
-  std::ifstream in(file);
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream row(line.substr(0, line.find_first_of("#%")));
-    row >> std::ws;
-    if (row.eof()) continue;
-    double x = 0, y = 0, angle = 0;
-    if (!(row >> x >> y >> angle) || !(row >> std::ws).eof()) {
-      throw Error(fmt::format("{}:{}: expected 'x y angle'", file, number));
-    }
-    poses.emplace_back(x, y, 0, angle, 0, 0);
+  TextReader text(file);
+  while (const auto row = text.next()) {
+    row->expect(3, "x y angle");
+    poses.emplace_back(row->coordinate(0), row->coordinate(1), 0, row->coordinate(2), 0, 0);
   }
   return poses;
 }
@@ -73,28 +45,18 @@ std::vector<CPose3D> read_by_id(const std::string& file, const std::vector<Key>&
 
 constexpr double kLongestGap = 2.0;  // seconds between true poses that are interpolated
 
-/// All numbers of a file, by row; commas count as blanks.
-std::vector<std::vector<double>> read_numbers(const std::string& file, std::size_t columns) {
-  std::ifstream in(file);
-  if (!in) throw Error(file + ": cannot be read");
+/// All rows `time ...` of a file, times rising.
+std::vector<std::vector<double>> read_times(const std::string& file, std::size_t columns,
+                                            const char* form) {
   std::vector<std::vector<double>> rows;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream text(line.substr(0, line.find_first_of("#%")));
-    text >> std::ws;
-    if (text.eof()) continue;
-    std::vector<double> row(columns);
-    for (double& value : row) text >> value;
-    if (!text || !(text >> std::ws).eof()) {
-      throw Error(fmt::format("{}:{}: expected {} numbers", file, number, columns));
-    }
-    if (!rows.empty() && !(row[0] >= rows.back()[0])) {
-      throw Error(fmt::format("{}:{}: times must rise", file, number));
-    }
-    rows.push_back(std::move(row));
+  TextReader text(file);
+  while (const auto row = text.next()) {
+    row->expect(columns, form);
+    std::vector<double> numbers = {row->time(0)};
+    for (std::size_t i = 1; i < columns; ++i) numbers.push_back(row->coordinate(i));
+    if (!rows.empty() && numbers[0] < rows.back()[0]) row->fail("times must rise");
+    rows.push_back(std::move(numbers));
   }
-  if (rows.empty()) throw Error(file + ": holds no row");
   return rows;
 }
 
@@ -106,14 +68,15 @@ CPose3D interpolate(const std::vector<double>& a, const std::vector<double>& b, 
 }
 
 std::vector<CPose3D> read_rows(const std::string& file, const std::vector<Key>& poses) {
-  const std::string line = first_line(file);
-  if (std::isalpha(static_cast<unsigned char>(line[0])) != 0) return read_by_id(file, poses);
+  TextReader text(file);
+  const auto first = text.next();
+  if (std::isalpha(static_cast<unsigned char>((*first)[0][0])) != 0) return read_by_id(file, poses);
   if (std::filesystem::path(file).extension() == ".tum") {
     std::vector<CPose3D> rows;
     for (const TimedPose& pose : read_tum(file)) rows.push_back(pose.pose);
     return rows;
   }
-  return count_words(line) == 3 ? read_planar(file) : read_true_path(file);
+  return first->size() == 3 ? read_planar(file) : read_true_path(file);
 }
 
 }  // namespace
@@ -139,8 +102,8 @@ std::map<Key, CPose3D> read_true_poses(const std::string& file, const std::strin
     for (std::size_t i = 0; i < poses.size(); ++i) result.emplace(poses[i], rows[i]);
     return result;
   }
-  const auto rows = read_numbers(file, 4);
-  const auto times = read_numbers(times_file, 1);
+  const auto rows = read_times(file, 4, "time x y angle");
+  const auto times = read_times(times_file, 1, "time");
   if (times.size() != poses.size()) {
     throw Error(fmt::format("{}: has {} times, the graph {} poses", times_file, times.size(),
                             poses.size()));

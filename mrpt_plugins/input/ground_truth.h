@@ -5,11 +5,11 @@
 
 #include <mrpt/poses/CPose3D.h>
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
 namespace hybrid {
@@ -22,7 +22,8 @@ struct LandmarkTruth {
 };
 
 // All readers skip empty lines and comments (`%` or `#` to the end of the line), and throw Error
-// with file:line on anything else that is not as described, and on a file without any row.
+// "file:line:column: what" on anything else that is not as described, and on a file without any
+// row.
 
 /// MRPT's `_ground_truth.txt`: rows `x y z 5 0 0 ID`, optionally followed by the class, a name or
 /// the index into the names of a comment line `% classes: name name ...`; or as MRPT's beacon maps,

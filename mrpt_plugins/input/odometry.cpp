@@ -3,7 +3,6 @@
 
 #include "mrpt_plugins/input/odometry.h"
 
-#include <mrpt/obs/CActionRobotMovement3D.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 
 namespace hybrid {
@@ -34,20 +33,12 @@ OdometryIncrement compose(const OdometryIncrement& first, const OdometryIncremen
           first.is_planar && second.is_planar};
 }
 
-std::optional<OdometryIncrement> odometry_of(const mrpt::obs::CActionCollection& actions) {
-  using mrpt::obs::CActionRobotMovement3D;
-  const auto& all = actions;
-  for (std::size_t i = 0; i < actions.size(); ++i) {
-    if (const auto* motion = dynamic_cast<const CActionRobotMovement3D*>(&all.get(i))) {
-      return OdometryIncrement{motion->poseChange.mean, tangent_covariance(motion->poseChange),
-                               false};
-    }
+std::optional<OdometryIncrement> odometry_of(const LoggedMotion& motion) {
+  if (const auto* plane = std::get_if<mrpt::poses::CPosePDFGaussian>(&motion)) {
+    return planar_increment(*plane);
   }
-  for (std::size_t i = 0; i < actions.size(); ++i) {
-    const auto* motion = dynamic_cast<const mrpt::obs::CActionRobotMovement2D*>(&all.get(i));
-    if (motion == nullptr || !motion->poseChange) continue;
-    const auto [covariance, mean] = motion->poseChange->getCovarianceAndMean();
-    return planar_increment({mean, covariance});
+  if (const auto* space = std::get_if<mrpt::poses::CPose3DPDFGaussian>(&motion)) {
+    return OdometryIncrement{space->mean, tangent_covariance(*space), false};
   }
   return std::nullopt;
 }
@@ -68,8 +59,14 @@ bool is_sane(const OdometryIncrement& odometry) {
   const Eigen::Matrix<double, 6, 1> values(
       (Eigen::Matrix<double, 6, 1>() << T.x(), T.y(), T.z(), T.yaw(), T.pitch(), T.roll())
           .finished());
-  if (!values.allFinite() || !odometry.covariance.allFinite()) return false;
+  if (!values.allFinite() || !odometry.covariance.allFinite() || !is_rotation(T)) return false;
   return smallest_eigenvalue(odometry) > -kVarianceFloor * (1 + odometry.covariance.trace());
+}
+
+bool is_plausible(const OdometryIncrement& odometry, double reach) {
+  const Eigen::Matrix<double, 6, 1> variances = odometry.covariance.diagonal();
+  return odometry.mean.norm() <= reach && variances.head<3>().maxCoeff() <= reach * reach &&
+         variances.tail<3>().maxCoeff() <= M_PI * M_PI;
 }
 
 bool add_noise_floor(OdometryIncrement& odometry) {

@@ -3,13 +3,13 @@
 
 #pragma once
 
-#include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/poses/CPose2D.h>
 
 #include <optional>
 
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/rawlog/log_object.h"
 
 namespace hybrid {
 
@@ -24,17 +24,21 @@ struct OdometryIncrement {
 /// `first` followed by `second`, covariances propagated to first order; planar if both are.
 OdometryIncrement compose(const OdometryIncrement& first, const OdometryIncrement& second);
 
-/// The motion in a collection of actions: CActionRobotMovement3D or else 2D, nothing if neither.
-/// MRPT's 2-D particle or grid forms are taken by mean and covariance.
-std::optional<OdometryIncrement> odometry_of(const mrpt::obs::CActionCollection& actions);
+/// The motion of a log, if it tells any.
+std::optional<OdometryIncrement> odometry_of(const LoggedMotion& motion);
 
 /// MRPT's Gaussian motion model, which gives covariances to odometry that carries none.
 using MotionModel = mrpt::obs::CActionRobotMovement2D::TMotionModelOptions::TOptions_GaussianModel;
 OdometryIncrement odometry_between(const mrpt::poses::CPose2D& before,
                                    const mrpt::poses::CPose2D& after, const MotionModel& model);
 
-/// Whether mean and covariance are finite and the covariance has no negative eigenvalue.
+/// Whether mean and covariance are finite, the rotation is one, and the covariance has no negative
+/// eigenvalue.
 bool is_sane(const OdometryIncrement& odometry);
+
+/// Whether a motion may be true of a robot that comes `reach` metres far at most: it does not lead
+/// farther, and its sigmas are below that and half a turn, so that it tells something.
+bool is_plausible(const OdometryIncrement& odometry, double reach);
 
 /// Adds 1e-10 (a sigma of 1e-5 m or rad) to the diagonal if a direction has no noise at all, since
 /// a certain motion has no finite information; returns whether it did.

@@ -4,63 +4,51 @@
 #include "mrpt_plugins/input/point_maps.h"
 
 #include <fmt/format.h>
-#include <mrpt/maps/CSimpleMap.h>
-#include <mrpt/maps/CSimplePointsMap.h>
 
 #include <charconv>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/point_text.h"
+#include "libhybrid/io/point_formats.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/rawlog/object_reader.h"
 
 namespace hybrid {
 namespace {
 
-using mrpt::maps::CPointsMap;
-using mrpt::maps::CSimpleMap;
-using mrpt::maps::CSimplePointsMap;
-
-PointFile points_of(const CPointsMap& map) {
+PointFile points_of(const std::vector<mrpt::math::TPoint3Df>& points, const std::string& path) {
   PointFile file;
-  std::vector<float> x, y, z;
-  map.getAllPoints(x, y, z);
-  for (std::size_t i = 0; i < x.size(); ++i) add_point(file, {x[i], y[i], z[i]});
+  for (const auto& p : points) add_point(file, {p.x, p.y, p.z}, path);
   return file;
 }
 
 /// Points of the scans of one step; all of them, without thinning.
 PointFile read_step(const std::string& path, std::size_t wanted) {
-  RawlogReader reader(path);
+  RawlogOptions options;
+  options.request.points = true;
+  RawlogReader reader(path, options);
   std::size_t steps = 0;
   while (const auto step = reader.next()) {
     ++steps;
     if (step->index != wanted) continue;
-    CSimplePointsMap map;
-    map.insertionOptions.minDistBetweenLaserPoints = 0;
-    map.insertionOptions.disableDeletion = true;
-    for (const auto& observation : step->observations) map.insertObservation(*observation);
-    if (map.empty()) {
+    if (step->points.empty()) {
       throw Error(fmt::format("{}: step {} has no observation with points", path, wanted));
     }
-    return points_of(map);
+    return points_of(step->points, path);
   }
-  if (!reader.message().empty()) throw Error(fmt::format("{}: {}", path, reader.message()));
+  if (!reader.message().empty()) throw Error(reader.message());
   throw Error(fmt::format("{}: has {} steps, step {} was asked for", path, steps, wanted));
 }
 
 PointFile read_map(const std::string& path) {
-  ObjectReader reader(path);
+  LogRequest request;
+  request.points = true;
+  ObjectReader reader(path, request);
   while (const auto object = reader.next()) {
-    if (const auto* map = dynamic_cast<const CPointsMap*>(object.get())) return points_of(*map);
-    if (const auto* map = dynamic_cast<const CSimpleMap*>(object.get())) {
-      CSimplePointsMap points;
-      points.loadFromSimpleMap(*map);
-      return points_of(points);
-    }
+    if (const auto* map = std::get_if<LoggedPoints>(&*object)) return points_of(map->points, path);
   }
   if (reader.status() != LogStatus::kComplete) {
     throw Error(fmt::format(
-        "{}: {}; read are .xyz, .txt, .asc, .csv, .ply, .pcd, MRPT's points maps and rawlogs", path,
+        "{}; read are .xyz, .txt, .asc, .csv, .ply, .pcd, MRPT's points maps and rawlogs",
         reader.message()));
   }
   throw Error(path + ": holds no points map");

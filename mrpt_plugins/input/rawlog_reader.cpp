@@ -13,15 +13,19 @@
 #include <limits>
 #include <utility>
 
+#include "libhybrid/io/quoted.h"
+
 namespace hybrid {
 namespace {
 
-using mrpt::obs::CObservation;
 using mrpt::obs::CObservationOdometry;
 using mrpt::poses::CPose2D;
 
 /// Observations that may wait for odometry after them, which a log without any never brings.
 constexpr std::size_t kMaxWaiting = 256;
+
+constexpr const char* kTooFar =
+    "odometry dropped: farther, or less certain, than [log] max_speed allows";
 
 /// Times the usual period, beyond which frames are taken to be missing.
 constexpr double kLongGap = 10;
@@ -31,6 +35,12 @@ CPose2D interpolate(const CPose2D& a, const CPose2D& b, double fraction) {
   return a + CPose2D(fraction * step.x(), fraction * step.y(), fraction * step.phi());
 }
 
+/// Adds to a step what is known of an observation.
+void add(const LoggedObservation& observation, LogStep& step) {
+  if (observation.content) step.observations.push_back(observation.content);
+  step.points.insert(step.points.end(), observation.points.begin(), observation.points.end());
+}
+
 bool is_finite(const CPose2D& pose) {
   return std::isfinite(pose.x()) && std::isfinite(pose.y()) && std::isfinite(pose.phi());
 }
@@ -38,7 +48,7 @@ bool is_finite(const CPose2D& pose) {
 }  // namespace
 
 RawlogReader::RawlogReader(const std::string& path, const RawlogOptions& options)
-    : objects_(path),
+    : objects_(path, options.request, options.libraries),
       options_(options),
       last_time_(-options.period),
       action_stamp_(INVALID_TIMESTAMP) {}
@@ -47,7 +57,7 @@ std::optional<LogStep> RawlogReader::next() {
   while (ready_.empty()) {
     const auto object = objects_.next();
     if (object) {
-      take(object);
+      std::visit([this](const auto& kind) { take(kind); }, *object);
     } else if (!waiting_.empty()) {
       release_until(std::numeric_limits<double>::infinity());
     } else {
@@ -59,28 +69,16 @@ std::optional<LogStep> RawlogReader::next() {
   return step;
 }
 
-void RawlogReader::take(const mrpt::serialization::CSerializable::Ptr& object) {
-  using mrpt::obs::CActionCollection;
-  using mrpt::obs::CSensoryFrame;
-  if (const auto actions = std::dynamic_pointer_cast<CActionCollection>(object)) {
-    take_actions(*actions);
-  } else if (const auto frame = std::dynamic_pointer_cast<CSensoryFrame>(object)) {
-    take_frame(*frame);
-  } else if (std::dynamic_pointer_cast<mrpt::obs::CObservationComment>(object)) {
-    return;
-  } else if (const auto odometry = std::dynamic_pointer_cast<CObservationOdometry>(object)) {
-    take_odometry(*odometry);
-  } else if (const auto observation = std::dynamic_pointer_cast<CObservation>(object)) {
-    take_observation(observation);
-  } else {
-    ++warnings_[fmt::format("object ignored: {}", object->GetRuntimeClass()->className)];
-  }
+void RawlogReader::take(const OtherObject& other) {
+  ++warnings_[fmt::format("object ignored: {}", escaped(other.class_name))];
 }
 
-void RawlogReader::take_actions(const mrpt::obs::CActionCollection& actions) {
-  if (actions.size() > 0) action_stamp_ = actions.get(0).timestamp;
-  const auto motion = checked(odometry_of(actions));
+void RawlogReader::take(const LoggedActions& actions) {
+  if (actions.time != INVALID_TIMESTAMP) action_stamp_ = actions.time;
+  const auto told = odometry_of(actions.motion);
+  const auto motion = checked(told);
   if (motion) motion_ = motion_ ? compose(*motion_, *motion) : *motion;
+  if (told && !motion) motion_is_known_ = false;
 }
 
 std::optional<OdometryIncrement> RawlogReader::checked(std::optional<OdometryIncrement> odometry) {
@@ -95,46 +93,50 @@ std::optional<OdometryIncrement> RawlogReader::checked(std::optional<OdometryInc
   return odometry;
 }
 
-void RawlogReader::take_frame(const mrpt::obs::CSensoryFrame& frame) {
+void RawlogReader::take(const LoggedFrame& frame) {
   LogStep step;
   auto stamp = INVALID_TIMESTAMP;
   std::optional<CPose2D> absolute;
-  for (const auto& entry : frame) {
-    const CObservation::Ptr& observation = entry;
-    if (stamp == INVALID_TIMESTAMP) stamp = observation->timestamp;
-    if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(observation.get())) {
+  for (const LoggedObservation& observation : frame.observations) {
+    if (stamp == INVALID_TIMESTAMP) stamp = observation.time;
+    if (const auto* odometry =
+            dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
       absolute = odometry->odometry;
     } else {
-      step.observations.push_back(observation);
+      add(observation, step);
     }
   }
   step.time = advance_to(time_of(stamp != INVALID_TIMESTAMP ? stamp : action_stamp_));
   action_stamp_ = INVALID_TIMESTAMP;
-  if (motion_) {
-    step.odometry = std::exchange(motion_, std::nullopt);
+  const bool is_known = std::exchange(motion_is_known_, true);
+  const std::optional<OdometryIncrement> motion = std::exchange(motion_, std::nullopt);
+  if (motion && is_known) {
+    step.odometry = motion;
   } else if (absolute) {
     move_to(step, *absolute);
   }
   emit(std::move(step));
 }
 
-void RawlogReader::take_observation(const CObservation::Ptr& observation) {
-  const double time = time_of(observation->timestamp);
+void RawlogReader::take(const LoggedObservation& observation) {
+  static const std::string kComment = CLASS_ID(mrpt::obs::CObservationComment)->className;
+  if (observation.class_name == kComment) return;
+  if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
+    take_odometry(*odometry);
+    return;
+  }
+  const double time = time_of(observation.time);
   if (time < last_time_) {
     ++warnings_["observation dropped: time goes backwards"];
     return;
   }
   advance_to(time);
-  if (!waiting_.empty() && waiting_.back().time == time) {
-    waiting_.back().observations.push_back(observation);
-    return;
+  if (waiting_.empty() || waiting_.back().time != time) {
+    if (after_) release_until(after_->time);
+    if (waiting_.size() >= kMaxWaiting) release_front();
+    waiting_.emplace_back().time = time;
   }
-  if (after_) release_until(after_->time);
-  if (waiting_.size() >= kMaxWaiting) release_front();
-  LogStep step;
-  step.time = time;
-  step.observations.push_back(observation);
-  waiting_.push_back(std::move(step));
+  add(observation, waiting_.back());
 }
 
 void RawlogReader::take_odometry(const CObservationOdometry& odometry) {
@@ -160,7 +162,10 @@ void RawlogReader::release_until(double time) {
 void RawlogReader::release_front() {
   LogStep step = std::move(waiting_.front());
   waiting_.pop_front();
-  if (after_ && before_ && after_->time > before_->time) {
+  if (after_ && before_ && !is_within_reach(*before_, *after_)) {
+    ++warnings_[kTooFar];  // one of them is wrong, and who knows which
+    last_pose_.reset();
+  } else if (after_ && before_ && after_->time > before_->time) {
     const double fraction = (step.time - before_->time) / (after_->time - before_->time);
     move_to(step, interpolate(before_->pose, after_->pose, std::clamp(fraction, 0.0, 1.0)));
   } else if (after_) {
@@ -176,8 +181,33 @@ void RawlogReader::move_to(LogStep& step, const CPose2D& pose) {
 }
 
 void RawlogReader::emit(LogStep step) {
+  drop_implausible(step);
+  emitted_time_ = step.time;
   step.index = emitted_++;
   ready_.push_back(std::move(step));
+}
+
+/// How far the robot comes in a time. Time stamps may stand still, or be those of a simulation: a
+/// period may always have passed.
+double RawlogReader::reach(double time) const {
+  return options_.max_speed * std::max(time, options_.period);
+}
+
+bool RawlogReader::is_within_reach(const TimedOdometry& before, const TimedOdometry& after) const {
+  return before.pose.distanceTo(after.pose) <= reach(after.time - before.time);
+}
+
+void RawlogReader::drop_implausible(LogStep& step) {
+  const double time = emitted_ > 0 ? step.time - emitted_time_ : 0.0;
+  if (!step.odometry || is_plausible(*step.odometry, reach(time))) return;
+  ++warnings_[kTooFar];
+  step.odometry.reset();
+}
+
+DropReport RawlogReader::warnings() const {
+  DropReport all = warnings_;
+  for (const std::string& note : objects_.notes()) ++all[note];
+  return all;
 }
 
 double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {

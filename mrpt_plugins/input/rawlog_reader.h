@@ -3,10 +3,9 @@
 
 #pragma once
 
-#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/math/TPoint3D.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/obs/CObservationOdometry.h>
-#include <mrpt/obs/CSensoryFrame.h>
 
 #include <cstddef>
 #include <deque>
@@ -15,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/input/object_reader.h"
 #include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/rawlog/object_reader.h"
 
 namespace hybrid {
 
@@ -31,7 +30,9 @@ struct LogStep {
   /// Motion since the previous step. On the first step: motion before it, if the log has any.
   /// Absent if the log has no odometry there or it was unusable.
   std::optional<OdometryIncrement> odometry;
+  /// Those of classes that this program knows or that were asked for; others only make a step.
   std::vector<mrpt::obs::CObservation::Ptr> observations;
+  std::vector<mrpt::math::TPoint3Df> points;  ///< of all observations [m], where asked for
 };
 
 struct RawlogOptions {
@@ -39,6 +40,12 @@ struct RawlogOptions {
   MotionModel motion_model;
   /// Time between frames without a valid timestamp [s].
   double period = 1.0;
+  /// Odometry that leads farther in the time of a step, or in a period if that is longer, is taken
+  /// for damage [m/s].
+  double max_speed = 100.0;
+  /// What is wanted beyond the usual, and libraries that define classes of it.
+  LogRequest request = {};
+  std::vector<std::string> libraries = {};
 };
 
 /// Streams a rawlog of either format as steps.
@@ -69,7 +76,7 @@ class RawlogReader {
   double progress() const { return objects_.progress(); }
   std::uint64_t objects() const { return objects_.objects(); }
   /// Odd things met and got over: bad odometry, missing timestamps, unused objects.
-  const DropReport& warnings() const { return warnings_; }
+  DropReport warnings() const;
 
  private:
   struct TimedOdometry {
@@ -77,15 +84,19 @@ class RawlogReader {
     mrpt::poses::CPose2D pose;
   };
 
-  void take(const mrpt::serialization::CSerializable::Ptr& object);
-  void take_actions(const mrpt::obs::CActionCollection& actions);
-  void take_frame(const mrpt::obs::CSensoryFrame& frame);
-  void take_observation(const mrpt::obs::CObservation::Ptr& observation);
+  void take(const LoggedActions& actions);
+  void take(const LoggedFrame& frame);
+  void take(const LoggedObservation& observation);
+  void take(const LoggedPoints&) {}
+  void take(const OtherObject& other);
   void take_odometry(const mrpt::obs::CObservationOdometry& odometry);
   void move_to(LogStep& step, const mrpt::poses::CPose2D& pose);
   void release_until(double time);
   void release_front();
   void emit(LogStep step);
+  double reach(double time) const;
+  bool is_within_reach(const TimedOdometry& before, const TimedOdometry& after) const;
+  void drop_implausible(LogStep& step);
   double time_of(mrpt::system::TTimeStamp stamp);
   double advance_to(double time);
   std::optional<OdometryIncrement> checked(std::optional<OdometryIncrement> odometry);
@@ -95,12 +106,14 @@ class RawlogReader {
   DropReport warnings_;
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
+  double emitted_time_ = 0;  // of the last one
   double last_time_;
   double usual_gap_ = 0;  // running mean of the time between frames
   bool started_ = false;
 
   // Pairs.
   std::optional<OdometryIncrement> motion_;  // since the last frame
+  bool motion_is_known_ = true;              // nothing of it was dropped
   mrpt::system::TTimeStamp action_stamp_;
 
   // Observations only.

@@ -164,6 +164,65 @@ TEST(Detections, OtherClassesAndBadSensorPoses) {
   EXPECT_EQ(report, (DropReport{{"observation dropped: sensor pose not finite", 1}}));
 }
 
+TEST(Detections, SensorPosesThatCannotBe) {
+  auto far = classed({{1, 0, 0, 7, 7, {}}}), sheared = far;
+  far.sensor_pose = {0, 2000, 0, 0, 0, 0};
+  mrpt::math::CMatrixDouble33 R;
+  R.setIdentity();
+  R(0, 1) = 0.01;
+  sheared.sensor_pose.setRotationMatrix(R);
+  for (const auto& o : {far, sheared}) {
+    DropReport report;
+    EXPECT_FALSE(detections_in(o, {}, report));
+    EXPECT_EQ(report, (DropReport{{"observation dropped: sensor pose absurd", 1}}));
+  }
+}
+
+TEST(Detections, BeyondTheLimitOfTheSensor) {
+  auto o = classed({{12, 0, 0, 1, 1, {}}, {13, 0, 0, 2, 2, {}}, {40, 0, 0, 3, 3, {}}});
+  o.max_range = 10;  // and a sigma of 0.5
+  DropReport report;
+  EXPECT_EQ(detections_in(o, {}, report)->detections.size(), 1U);
+  EXPECT_EQ(report, (DropReport{{"detection dropped: range above that of the sensor", 2}}));
+  for (const float no_limit : {0.0F, -1.0F, kNaN, kInf}) {
+    o.max_range = no_limit;
+    EXPECT_EQ(detections_in(o, {}, report)->detections.size(), 3U) << no_limit;
+  }
+  o.has_range = false;
+  o.max_range = 10;
+  EXPECT_EQ(detections_in(o, {}, report)->detections.size(), 3U);
+}
+
+TEST(Detections, SigmasThatCannotBe) {
+  // Nothing is told by a range that may be anything, or a direction that may be any.
+  for (const auto& [range, yaw, pitch] :
+       {std::tuple{1e7F, 0.1F, 0.1F}, {0.1F, 4.0F, 0.1F}, {0.1F, 0.1F, 1e20F}}) {
+    DropReport report;
+    const auto frame = detections_in(
+        classed({{1, 0, 0, 1, 1, {}, range, yaw, pitch}, {1, 1, 0, 2, 2, {}}}), {}, report);
+    EXPECT_EQ(frame->detections.size(), 1U);
+    EXPECT_EQ(report, (DropReport{{"detection dropped: sigma absurd", 1}}));
+  }
+  // Too small to be true: the noise of the sensor, or the default, counts.
+  auto o = classed({{1, 0, 0, 1, 1, {}, 1e-30F, 1e-7F, 0}});
+  o.std_pitch = 1e-20F;
+  DropReport report;
+  EXPECT_TRUE(detections_in(o, {}, report)
+                  ->detections.at(0)
+                  .covariance.isApprox(
+                      Eigen::Matrix3d(Eigen::Vector3d(0.25, 0.0625, 0.0004).asDiagonal())));
+  EXPECT_EQ(report, (DropReport{{"sigma repaired: not positive, default taken", 1}}));
+
+  mrpt::obs::CObservationBearingRange own;
+  own.validCovariances = true;
+  mrpt::math::CMatrixDouble33 tiny;
+  tiny.setDiagonal(3, 1e-40);
+  own.sensedData.push_back({2, 0.5F, 0.1F, 2, tiny});
+  report.clear();
+  EXPECT_TRUE(detections_in(own, {}, report)->detections.empty());
+  EXPECT_EQ(report, (DropReport{{"detection dropped: covariance not positive definite", 1}}));
+}
+
 TEST(Detections, IdsAsAskedFor) {
   auto o = classed({{3, 0, 0, 4, -1, {}}, {3, 0.1F, 0, -1, 6, {}}, {3, 0.2F, 0, 4, -1, {}}});
   DetectionOptions options;

@@ -51,7 +51,7 @@ TEST_F(GraphTruth, SaysWhatIsWrong) {
     }
   };
   expect_error(write("a.csv", "0 0 0 0\n1 0 0\n"), times, "a.csv:2");
-  expect_error(write("b.csv", "1 0 0 0\n0 0 0 0\n"), times, "rise");
+  expect_error(write("b.csv", "1 0 0 0\n0 0 0 0\n"), times, "b.csv:2:1: times must rise");
   expect_error(write("c.csv", ""), times, "no row");
   expect_error(write("d.csv", "100 0 0 0\n101 0 0 0\n"), times, "no true pose");
   expect_error(write("e.csv", "0 0 0 0\n1 0 0 0\n"), write("few.txt", "0\n1\n"), "2 times");

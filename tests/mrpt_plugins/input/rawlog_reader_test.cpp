@@ -4,6 +4,7 @@
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 #include <gtest/gtest.h>
+#include <mrpt/obs/CActionRobotMovement3D.h>
 
 #include <filesystem>
 #include <set>
@@ -166,6 +167,88 @@ TEST(RawlogReader, BadMotionIsDroppedAndCounted) {
   ASSERT_TRUE(c->odometry);
   EXPECT_DOUBLE_EQ(c->odometry->covariance(0, 0), 1e-10);
   EXPECT_EQ(reader.warnings().size(), 2U);
+}
+
+mrpt::serialization::CSerializable::Ptr motion_3d(const CPose3D& motion) {
+  mrpt::obs::CActionRobotMovement3D action;
+  action.poseChange.mean = motion;
+  action.poseChange.cov.setDiagonal(6, 0.01);
+  return std::make_shared<mrpt::obs::CActionCollection>(action);
+}
+
+TEST(RawlogReader, AMotionOfWhichPartIsUnusableIsUnknown) {
+  const TemporaryFile log("part_of_motion.rawlog");
+  write_log(log.path(),
+            {frame({observation(1)}), motion_2d({1, 0, 0}, 0.1), motion_2d({NAN, 0, 0}, 0.1),
+             motion_2d({1, 0, 0}, 0.1), frame({observation(2)}), motion_2d({2, 0, 0}, 0.1),
+             frame({observation(3)})});
+  RawlogReader reader(log.path());
+  const auto a = reader.next(), b = reader.next(), c = reader.next();
+  ASSERT_TRUE(a && b && c);
+  EXPECT_FALSE(b->odometry);
+  ASSERT_TRUE(c->odometry);
+  EXPECT_EQ(c->odometry->mean.x(), 2);
+}
+
+TEST(RawlogReader, MotionsThatCannotBeAreDroppedAndCounted) {
+  CPose3D sheared(1, 0, 0, 0, 0, 0);
+  mrpt::math::CMatrixDouble33 R;
+  R.setIdentity();
+  R(2, 0) = 0.1;
+  sheared.setRotationMatrix(R);
+  const char* invalid = "odometry dropped: not finite or covariance not valid";
+  const char* too_far = "odometry dropped: farther, or less certain, than [log] max_speed allows";
+  for (const auto& [motion, reason] : {std::pair{motion_2d({1e4, 0, 0}, 0.1), too_far},
+                                       {motion_2d({0, 1e300, 0}, 0.1), too_far},
+                                       {motion_2d({1, 0, 0}, 1e6), too_far},
+                                       {motion_2d({1, 0, 0}, 10), too_far},
+                                       {motion_3d({0, 0, 500, 0, 0, 0}), too_far},
+                                       {motion_3d(sheared), invalid}}) {
+    const TemporaryFile log("absurd_motion.rawlog");
+    write_log(log.path(), {frame({observation(1)}), motion_2d({1, 0, 0}, 0.1),
+                           frame({observation(2)}), motion, frame({observation(3)})});
+    RawlogReader reader(log.path());
+    const auto a = reader.next(), b = reader.next(), c = reader.next();
+    ASSERT_TRUE(a && b && c) << reader.message();
+    EXPECT_TRUE(b->odometry);
+    EXPECT_FALSE(c->odometry);
+    EXPECT_EQ(reader.warnings(), (DropReport{{reason, 1}}));
+  }
+}
+
+TEST(RawlogReader, FastIsWhatTheTimeBetweenFramesDoesNotAllow) {
+  const TemporaryFile log("speed.rawlog");
+  write_log(log.path(),
+            {frame({observation(0)}), motion_2d({9, 0, 0}, 0.1), frame({observation(0.001)}),
+             motion_2d({90, 0, 0}, 0.1), frame({observation(10)}), motion_2d({11, 0, 0}, 0.1),
+             frame({observation(11)})});
+  RawlogOptions options;
+  options.max_speed = 10;
+  RawlogReader reader(log.path(), options);
+  reader.next();
+  EXPECT_TRUE(reader.next()->odometry) << "time stamps that stand still: a period is allowed";
+  EXPECT_TRUE(reader.next()->odometry);
+  EXPECT_FALSE(reader.next()->odometry);
+}
+
+TEST(RawlogReader, AReadingOfOdometryThatJumpsAwayAndBack) {
+  const TemporaryFile log("jump.rawlog");
+  Objects objects;
+  for (int i = 0; i < 20; ++i) {
+    objects.push_back(absolute_odometry(i, {i == 10 ? 1e20 : 1.0 * i, 0, 0}));
+    objects.push_back(observation(i + 0.5));
+  }
+  write_log(log.path(), objects);
+  RawlogReader reader(log.path());
+  int steps = 0, moved = 0;
+  while (const auto step = reader.next()) {
+    ++steps;
+    if (!step->odometry) continue;
+    ++moved;
+    EXPECT_LT(step->odometry->mean.x(), 2);
+  }
+  EXPECT_EQ(steps, 20);
+  EXPECT_EQ(moved, 16);  // not the first one, nor those to, at and from the jump
 }
 
 TEST(RawlogReader, ObservationsOnlyInterpolateOdometry) {

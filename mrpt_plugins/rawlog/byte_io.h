@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "libhybrid/core/error.h"
+
+namespace hybrid {
+
+/// Numbers and texts one after the other, as the processor stores them: for another process of the
+/// same machine.
+class ByteWriter {
+ public:
+  template <class T>
+  void put(T value) {
+    static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(T));
+  }
+  void put_flag(bool value) { put<std::uint8_t>(value ? 1 : 0); }
+  void put_text(std::string_view text) {
+    put(static_cast<std::uint32_t>(text.size()));
+    bytes_.append(text);
+  }
+  const std::string& bytes() const { return bytes_; }
+  void clear() { bytes_.clear(); }
+
+ private:
+  std::string bytes_;
+};
+
+/// The reverse, from bytes that may be anything. Throws Error where there are too few of them or a
+/// value is none of its type.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+
+  template <class T>
+  T get() {
+    static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
+    T value;
+    std::memcpy(&value, take(sizeof(T)).data(), sizeof(T));
+    return value;
+  }
+  bool flag() {
+    const auto value = get<std::uint8_t>();
+    if (value > 1) throw Error("a flag is neither 0 nor 1");
+    return value == 1;
+  }
+  std::string_view text() { return take(get<std::uint32_t>()); }
+  /// A number of things that take at least `bytes_each`, which must still be there.
+  std::size_t count(std::size_t bytes_each) {
+    const auto count = get<std::uint32_t>();
+    if (count > bytes_.size() / bytes_each) throw Error("there are fewer bytes than it says");
+    return count;
+  }
+  /// Throws Error unless all was read.
+  void expect_end() const {
+    if (!bytes_.empty()) throw Error("there are more bytes than it says");
+  }
+
+ private:
+  std::string_view take(std::size_t count) {
+    if (count > bytes_.size()) throw Error("there are fewer bytes than it says");
+    const std::string_view taken = bytes_.substr(0, count);
+    bytes_.remove_prefix(count);
+    return taken;
+  }
+
+  std::string_view bytes_;
+};
+
+}  // namespace hybrid

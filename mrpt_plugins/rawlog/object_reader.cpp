@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/rawlog/object_reader.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/quoted.h"
+
+namespace hybrid {
+namespace {
+
+/// Longest wait for one object, and for the process to start on a busy machine [s].
+constexpr int kObjectSeconds = 15, kStartSeconds = 60;
+
+/// The classes of a request, once MRPT's own are registered.
+AskedClasses asked_classes(const LogRequest& request) {
+  register_mrpt_classes();
+  return AskedClasses(request.classes);
+}
+
+}  // namespace
+
+ObjectReader::ObjectReader(const std::string& path, const LogRequest& request,
+                           const std::vector<std::string>& libraries)
+    : file_(path),
+      asked_(asked_classes(request)),
+      limits_(parser_limits(file_.size())),
+      records_(asked_, limits_.memory),
+      process_(file_.descriptor(), limits_, request, libraries) {}
+
+std::optional<LogObject> ObjectReader::next() {
+  while (status_ == LogStatus::kReading) {
+    std::optional<LogRecord> record = next_record();
+    if (!record) break;
+    if (auto* object = std::get_if<LogObject>(&*record)) {
+      ++objects_;
+      return std::move(*object);
+    }
+    take(*record);
+  }
+  return std::nullopt;
+}
+
+/// The next record; nothing where the process has ended, was too slow or sends something else.
+std::optional<LogRecord> ObjectReader::next_record() {
+  std::string bytes;
+  while (true) {
+    try {
+      if (auto record = records_.next()) return record;
+    } catch (const std::exception& e) {
+      finish(LogStatus::kCorrupt, fmt::format("the parser sent what is no record: {}", e.what()));
+      return std::nullopt;
+    }
+    const auto got = process_.read(bytes, is_started_ ? kObjectSeconds : kStartSeconds);
+    if (got == ParserProcess::Got::kBytes) {
+      records_.add(bytes);
+    } else {
+      finish_early(got == ParserProcess::Got::kNothing);
+      return std::nullopt;
+    }
+  }
+}
+
+void ObjectReader::take(const LogRecord& record) {
+  if (const auto* started = std::get_if<ParserStarted>(&record)) {
+    is_started_ = true;
+    if (started->is_confined) return;
+    notes_.emplace_back(
+        "the kernel filters no system calls (seccomp): the log was parsed under limits on memory, "
+        "time and open files alone");
+  } else if (const auto* parsing = std::get_if<ParsingClass>(&record)) {
+    parsing_ = parsing->name;
+  } else if (const auto* end = std::get_if<LogEnd>(&record)) {
+    if (end->has_trailing_bytes) {
+      notes_.emplace_back("bytes behind the compressed log were left out");
+    }
+    finish(end->status, end->reason);
+  }
+}
+
+void ObjectReader::finish(LogStatus status, const std::string& why) {
+  status_ = status;
+  if (status == LogStatus::kComplete) return;
+  const bool is_inside = status != LogStatus::kEmpty && status != LogStatus::kNotARawlog;
+  message_ = fmt::format("{}: {}{}: {}", file_.path(), to_string(status),
+                         is_inside ? fmt::format(" at object {}", objects_) : "", escaped(why));
+  if ((status == LogStatus::kCorrupt || status == LogStatus::kTooLarge) && objects_ > 0) {
+    message_ += "; what came before it was used, but may be damaged too";
+  }
+}
+
+/// The process has ended, or is not answering, without telling how the log ends.
+void ObjectReader::finish_early(bool is_silent) {
+  const std::string object = parsing_.empty() ? "" : fmt::format(" ({})", escaped(parsing_));
+  if (is_silent) {
+    finish(LogStatus::kTooLarge,
+           fmt::format("parsing it takes more than {} s{}", kObjectSeconds, object));
+    return;
+  }
+  switch (process_.wait()) {
+    case ParserProcess::Exit::kOutOfMemory:
+      finish(LogStatus::kTooLarge,
+             fmt::format("parsing it takes more than {} MB, which points to damage{}",
+                         limits_.memory >> 20, object));
+      return;
+    case ParserProcess::Exit::kOutOfTime:
+      finish(LogStatus::kTooLarge,
+             fmt::format("parsing up to it takes more than {} s of processor time{}",
+                         limits_.seconds, object));
+      return;
+    default:
+      break;
+  }
+  if (!is_started_) throw Error(file_.path() + ": the process that parses it could not start");
+  finish(LogStatus::kCorrupt, fmt::format("MRPT's parser crashed{}", object));
+}
+
+double ObjectReader::progress() const {
+  if (status_ != LogStatus::kReading || file_.size() == 0) return 1.0;
+  const auto at = static_cast<double>(std::max<off_t>(0, ::lseek(file_.descriptor(), 0, SEEK_CUR)));
+  return std::min(1.0, at / static_cast<double>(file_.size()));
+}
+
+}  // namespace hybrid

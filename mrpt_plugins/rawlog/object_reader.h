@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/rawlog/log_object.h"
+#include "mrpt_plugins/rawlog/log_record.h"
+#include "mrpt_plugins/rawlog/log_status.h"
+#include "mrpt_plugins/rawlog/parser_process.h"
+
+namespace hybrid {
+
+/// The objects of a rawlog one after the other, each whole or not at all; plain, gzip or Zstandard.
+///
+/// MRPT's parsers believe what they read: a damaged log, let alone one made for it, can crash them,
+/// take all memory, name files to open, or run code. So they see a log only in a process of its own
+/// (parser_process.h, sandbox.h) that has the file, a pipe, limits on memory and time, and no other
+/// file, program or network. The file is read once, in bounded memory, and what is sound up to the
+/// first fault is given.
+///
+/// What comes back is trusted no more than the file. Odometry and the observations that this
+/// program knows are plain numbers, read by RecordReader; whoever takes over the other process can
+/// make up any log, an endless one too, but not reach MRPT's parsers here. That holds but for the
+/// classes that a request names, as plugins of users may: MRPT has serialised their objects anew
+/// after it parsed them, so what a file alone holds never arrives as it is, but a process that was
+/// taken over could send other bytes to the parser of exactly that class. The alternative, a form
+/// of our own for every class of MRPT, would be larger than this program.
+class ObjectReader {
+ public:
+  /// `libraries` define classes of objects in the log; they are loaded into this process already.
+  /// Throws Error if the file is missing or no regular file, or if a class of the request is not
+  /// registered.
+  explicit ObjectReader(const std::string& path, const LogRequest& request = {},
+                        const std::vector<std::string>& libraries = {});
+
+  /// The next object, or nothing at the end; status() then says why it is the end.
+  std::optional<LogObject> next();
+
+  LogStatus status() const { return status_; }
+  /// One line for the user: what happened, at which object, what to do. Empty while reading and
+  /// when complete.
+  const std::string& message() const { return message_; }
+  /// Objects read so far; a fault is "at object N" counted from 0.
+  std::uint64_t objects() const { return objects_; }
+  /// Fraction of the file read.
+  double progress() const;
+  /// What is odd about the file or the system and no fault of the log.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  std::optional<LogRecord> next_record();
+  void take(const LogRecord& record);
+  void finish(LogStatus status, const std::string& why);
+  void finish_early(bool is_silent);
+
+  RegularFile file_;
+  AskedClasses asked_;
+  ParserLimits limits_;
+  RecordReader records_;
+  ParserProcess process_;
+  LogStatus status_ = LogStatus::kReading;
+  std::string message_;
+  std::uint64_t objects_ = 0;
+  bool is_started_ = false;
+  std::string parsing_;  // class
+  std::vector<std::string> notes_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "mrpt_plugins/rawlog/asked_classes.h"
+#include "mrpt_plugins/rawlog/byte_io.h"
+#include "mrpt_plugins/rawlog/log_object.h"
+
+namespace hybrid {
+
+/// More detections than this in one observation, or classes of a detector, are taken for damage.
+inline constexpr std::size_t kMaxDetections = 100'000;
+
+/// Writes an observation: one of a class that is asked for as MRPT serialises it, of a class that
+/// this program knows number by number, of any other only its class and time. Throws Error for more
+/// than kMaxDetections, and what MRPT throws.
+void write_observation(ByteWriter& out, const LoggedObservation& observation,
+                       const AskedClasses& asked);
+
+/// Reads what write_observation() wrote; throws Error for anything else. MRPT's parsers see only
+/// objects of classes that are asked for.
+LoggedObservation read_observation(ByteReader& in, const AskedClasses& asked);
+
+void write_points(ByteWriter& out, const std::vector<mrpt::math::TPoint3Df>& points);
+std::vector<mrpt::math::TPoint3Df> read_points(ByteReader& in);
+
+void write_time(ByteWriter& out, mrpt::system::TTimeStamp time);
+mrpt::system::TTimeStamp read_time(ByteReader& in);
+
+/// A pose in space by its rotation matrix, as logs hold it: no bit of it changes.
+void write_pose(ByteWriter& out, const mrpt::poses::CPose3D& pose);
+mrpt::poses::CPose3D read_pose_3d(ByteReader& in);
+void write_pose(ByteWriter& out, const mrpt::poses::CPose2D& pose);
+mrpt::poses::CPose2D read_pose_2d(ByteReader& in);
+
+/// The entries of a matrix, row by row.
+template <class Matrix>
+void write_matrix(ByteWriter& out, const Matrix& matrix) {
+  for (int i = 0; i < matrix.rows(); ++i) {
+    for (int j = 0; j < matrix.cols(); ++j) out.put<double>(matrix(i, j));
+  }
+}
+template <class Matrix>
+void read_matrix(ByteReader& in, Matrix& matrix) {
+  for (int i = 0; i < matrix.rows(); ++i) {
+    for (int j = 0; j < matrix.cols(); ++j) matrix(i, j) = in.get<double>();
+  }
+}
+
+}  // namespace hybrid

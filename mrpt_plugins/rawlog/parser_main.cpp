@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/rawlog/parser_main.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstddef>
+#include <filesystem>
+#include <new>
+#include <string_view>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/rawlog/asked_classes.h"
+#include "mrpt_plugins/rawlog/parse_log.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kFailureCode = 1;
+
+std::size_t read_log(char* to, std::size_t count) {
+  while (true) {
+    const ssize_t got = ::read(kLogDescriptor, to, count);
+    if (got >= 0) return static_cast<std::size_t>(got);
+    if (errno != EINTR)
+      throw Error(std::string("the file cannot be read: ") + std::strerror(errno));
+  }
+}
+
+/// Ends the process where nobody reads any more.
+void write_pipe(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t put = ::write(kPipeDescriptor, bytes.data(), bytes.size());
+    if (put < 0 && errno != EINTR) ::_exit(kFailureCode);
+    if (put > 0) bytes.remove_prefix(static_cast<std::size_t>(put));
+  }
+}
+
+/// Leaves nothing open but what parsing needs, and all signals with their usual effect.
+void clean_process() {
+  ::close_range(kPipeDescriptor + 1, UINT_MAX, 0);
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int signal : {SIGPIPE, SIGXCPU, SIGINT, SIGTERM, SIGHUP}) ::signal(signal, SIG_DFL);
+}
+
+/// Folder of the library of this function.
+std::filesystem::path library_folder() {
+  Dl_info info{};
+  if (::dladdr(reinterpret_cast<const void*>(&reader_command), &info) == 0) return {};
+  return std::filesystem::path(info.dli_fname).parent_path();
+}
+
+}  // namespace
+
+int parse_into_pipe(const ParserLimits& limits, const LogRequest& request) try {
+  clean_process();
+  register_mrpt_classes();
+  const AskedClasses asked(request.classes);
+  const bool is_confined = confine_process(limits);
+  write_pipe(to_bytes(ParserStarted{is_confined}, asked));
+  parse_log(read_log, request,
+            [&](const LogRecord& record) { write_pipe(to_bytes(record, asked)); });
+  return 0;
+} catch (const std::bad_alloc&) {
+  return kOutOfMemoryCode;
+} catch (...) {
+  return kFailureCode;
+}
+
+std::vector<std::string> reader_command(const ParserLimits& limits, const LogRequest& request,
+                                        const std::vector<std::string>& libraries) {
+  std::vector<std::string> command;
+  for (const char* place : {HYBRID_READER_IN_BUILD, HYBRID_READER_INSTALLED}) {
+    const auto program = (library_folder() / place).lexically_normal();
+    if (command.empty() && std::filesystem::exists(program)) command.push_back(program.string());
+  }
+  if (command.empty()) {
+    throw Error(
+        fmt::format("{}: no such file; a process with several threads reads rawlogs by it",
+                    (library_folder() / HYBRID_READER_INSTALLED).lexically_normal().string()));
+  }
+  command.push_back(std::to_string(limits.memory));
+  command.push_back(std::to_string(limits.seconds));
+  command.emplace_back(request.points ? "points" : "no-points");
+  for (const std::string& name : request.classes) command.push_back("class=" + name);
+  for (const std::string& library : libraries) {
+    command.push_back("library=" + std::filesystem::absolute(library).string());
+  }
+  return command;
+}
+
+int run_rawlog_reader(const std::vector<std::string>& command) {
+  constexpr std::size_t kFixed = 4;
+  constexpr std::string_view kClass = "class=", kLibrary = "library=";
+  if (command.size() < kFixed) return kFailureCode;
+  const ParserLimits limits{std::stoull(command[1]), std::stoull(command[2])};
+  LogRequest request;
+  request.points = command[3] == "points";
+  for (std::size_t i = kFixed; i < command.size(); ++i) {
+    const std::string_view word = command[i];
+    if (word.substr(0, kClass.size()) == kClass) {
+      request.classes.emplace_back(word.substr(kClass.size()));
+    } else if (word.substr(0, kLibrary.size()) == kLibrary) {
+      ::dlopen(command[i].c_str() + kLibrary.size(), RTLD_NOW | RTLD_GLOBAL);
+    }
+  }
+  return parse_into_pipe(limits, request);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/rawlog/log_record.h"
+
+#include <gtest/gtest.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationGPS.h>
+
+#include <random>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/observations/classed_bearing_range.h"
+#include "mrpt_plugins/rawlog/observation_record.h"
+#include "tests/mrpt_plugins/input/log_files.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::obs::CObservation;
+using mrpt::obs::CObservation2DRangeScan;
+using mrpt::obs::CObservationBeaconRanges;
+using mrpt::obs::CObservationBearingRange;
+
+constexpr std::uint64_t kMost = 1U << 24;
+
+AskedClasses nothing() {
+  register_mrpt_classes();
+  return AskedClasses({});
+}
+
+LoggedObservation logged(const CObservation::Ptr& content) {
+  return {content->GetRuntimeClass()->className, content->timestamp, content, {}};
+}
+
+/// Written and read again.
+template <class T>
+T round_trip(const T& object, const AskedClasses& asked = nothing()) {
+  RecordReader reader(asked, kMost);
+  reader.add(to_bytes(LogObject(object), asked));
+  const auto record = reader.next();
+  EXPECT_FALSE(reader.next());
+  return std::get<T>(std::get<LogObject>(*record));
+}
+
+/// The bytes that MRPT makes of an observation: equal ones mean equal content.
+std::string serialised(const CObservation::Ptr& observation) {
+  const TemporaryFile file("serialised");
+  write_log(file.path(), {observation});
+  return read_bytes(file.path());
+}
+
+mrpt::poses::CPose3D odd_pose() {
+  return {0.1, -0.2, 0.3, 0.4, -0.5, 0.6};
+}
+
+CObservation::Ptr bearing_range(bool own_covariances) {
+  auto o = CObservationBearingRange::Create();
+  o->sensorLabel = "a sensor";
+  o->timestamp = mrpt::Clock::fromDouble(1.1e9);
+  o->minSensorDistance = 0.5F;
+  o->maxSensorDistance = 20;
+  o->fieldOfView_yaw = 3;
+  o->fieldOfView_pitch = 0.25F;
+  o->sensorLocationOnRobot = odd_pose();
+  o->validCovariances = own_covariances;
+  if (!own_covariances) o->sensor_std_range = 0.1F;
+  for (int i = 0; i < 5; ++i) {
+    o->sensedData.push_back({1.1F * i, 0.1F * i, -0.2F, i - 1, {}});
+    o->sensedData.back().covariance.setDiagonal(3, 0.1 * i);
+  }
+  return o;
+}
+
+CObservation::Ptr classed() {
+  auto o = std::make_shared<CObservationClassedBearingRange>();
+  o->sensorLabel = "detector";
+  o->timestamp = mrpt::Clock::fromDouble(7);
+  o->sensor_pose = odd_pose();
+  o->min_range = 1;
+  o->max_range = 30;
+  o->fov_yaw = 2;
+  o->fov_pitch = 1;
+  o->std_range = 0.1F;
+  o->std_yaw = 0.01F;
+  o->std_pitch = 0.02F;
+  o->has_range = false;
+  o->has_pitch = false;
+  o->class_names = {"tree", "", "car"};
+  o->detections = {{3, 0.5F, -0.25F, 4, 5, {0.25F, 0.75F, 0}, 0.1F, 0.2F, 0.3F}, {}};
+  return o;
+}
+
+CObservation::Ptr beacons() {
+  auto o = CObservationBeaconRanges::Create();
+  o->stdError = 0.2F;
+  o->maxSensorDistance = 7;
+  o->auxEstimatePose = {1, 2, 0.1};
+  for (int i = 0; i < 3; ++i) {
+    CObservationBeaconRanges::TMeasurement m;
+    m.sensorLocationOnRobot = {0.1 * i, 2, 3};
+    m.sensedDistance = 4.5F + static_cast<float>(i);
+    m.beaconID = i;
+    o->sensedData.push_back(m);
+  }
+  return o;
+}
+
+TEST(LogRecord, ObservationsThatWeKnowKeepEveryNumber) {
+  for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons(),
+                        absolute_odometry(3, {1, 2, 0.3})}) {
+    const LoggedObservation out = round_trip(logged(o));
+    ASSERT_TRUE(out.content) << o->GetRuntimeClass()->className;
+    EXPECT_EQ(out.time, o->timestamp);
+    EXPECT_EQ(out.class_name, o->GetRuntimeClass()->className);
+    EXPECT_TRUE(serialised(out.content) == serialised(o)) << out.class_name;
+  }
+}
+
+TEST(LogRecord, OtherObservationsComeOnlyWhereAskedFor) {
+  auto scan = CObservation2DRangeScan::Create();
+  scan->timestamp = mrpt::Clock::fromDouble(5);
+  scan->sensorLabel = "laser";
+  scan->resizeScanAndAssign(10, 3.0F, true);
+  LoggedObservation observation = logged(scan);
+  observation.points = {{1, 2, 3}, {4, 5, 6}};
+  const LoggedObservation absent = round_trip(observation);
+  EXPECT_FALSE(absent.content);
+  EXPECT_EQ(absent.time, scan->timestamp);
+  ASSERT_EQ(absent.points.size(), 2U);
+  EXPECT_EQ(absent.points[1].z, 6);
+  for (const std::string name : {"CObservation2DRangeScan", "mrpt::obs::CObservation2DRangeScan"}) {
+    const LoggedObservation present =
+        round_trip(observation, AskedClasses({"CObservationGPS", name}));
+    ASSERT_TRUE(present.content);
+    EXPECT_TRUE(serialised(present.content) == serialised(scan));
+  }
+  EXPECT_THROW(AskedClasses({"CObservationNobodyKnows"}), Error);
+  EXPECT_THROW(AskedClasses({"CSensoryFrame"}), Error);
+  EXPECT_THROW(AskedClasses({"mrpt::obs::CObservation"}), Error) << "abstract";
+}
+
+TEST(LogRecord, AnAskedClassIsNeverTakenForAnother) {
+  // A record that claims to be a scan and holds an object of another class.
+  auto gps = mrpt::obs::CObservationGPS::Create();
+  LoggedObservation lie = logged(gps);
+  const AskedClasses both({"CObservationGPS", "CObservation2DRangeScan"});
+  std::string bytes = to_bytes(LogObject(lie), both);
+  const std::string from = lie.class_name, to = "mrpt::obs::CObservation2DRangeScan";
+  ByteWriter sizes;
+  sizes.put(static_cast<std::uint64_t>(bytes.size() - 9 + to.size() - from.size()));
+  bytes.replace(bytes.find(from), from.size(), to);
+  bytes.replace(0, 8, sizes.bytes());
+  bytes[9] = static_cast<char>(to.size());
+  RecordReader reader(both, kMost);
+  reader.add(bytes);
+  EXPECT_THROW(reader.next(), std::exception);
+}
+
+TEST(LogRecord, MotionsKeepEveryBit) {
+  LoggedActions actions;
+  actions.time = mrpt::Clock::fromDouble(9);
+  EXPECT_EQ(round_trip(actions).motion.index(), 0U);
+  mrpt::poses::CPosePDFGaussian plane({1.1, -2.2, 0.1});
+  plane.cov(0, 1) = 0.3;
+  actions.motion = plane;
+  const auto flat = std::get<1>(round_trip(actions).motion);
+  EXPECT_EQ(flat.mean.phi(), plane.mean.phi());
+  EXPECT_EQ(flat.mean.x(), 1.1);
+  EXPECT_EQ(flat.cov(0, 1), 0.3);
+  mrpt::poses::CPose3DPDFGaussian space(odd_pose());
+  space.cov(5, 2) = -0.7;
+  actions.motion = space;
+  const LoggedActions out = round_trip(actions);
+  EXPECT_EQ(out.time, actions.time);
+  const auto& solid = std::get<2>(out.motion);
+  EXPECT_TRUE(solid.mean.getRotationMatrix() == space.mean.getRotationMatrix());
+  EXPECT_EQ(solid.mean.z(), space.mean.z());
+  EXPECT_EQ(solid.cov(5, 2), -0.7);
+}
+
+TEST(LogRecord, TheRestComesBackToo) {
+  const LoggedFrame frame{{logged(beacons()), logged(classed())}};
+  EXPECT_EQ(round_trip(frame).observations.size(), 2U);
+  EXPECT_EQ(round_trip(LoggedPoints{{{1, 2, 3}}}).points[0].y, 2);
+  EXPECT_EQ(round_trip(OtherObject{"CThing"}).class_name, "CThing");
+  RecordReader reader(nothing(), kMost);
+  const std::string bytes = to_bytes(ParserStarted{true}, nothing()) +
+                            to_bytes(ParsingClass{"CThing"}, nothing()) +
+                            to_bytes(LogEnd{LogStatus::kTruncated, "it ends", true}, nothing());
+  std::vector<LogRecord> records;
+  for (const char byte : bytes) {
+    reader.add({&byte, 1});
+    while (auto record = reader.next()) records.push_back(*record);
+  }
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_TRUE(std::get<ParserStarted>(records[0]).is_confined);
+  EXPECT_EQ(std::get<ParsingClass>(records[1]).name, "CThing");
+  const auto end = std::get<LogEnd>(records[2]);
+  EXPECT_EQ(end.status, LogStatus::kTruncated);
+  EXPECT_EQ(end.reason, "it ends");
+  EXPECT_TRUE(end.has_trailing_bytes);
+}
+
+TEST(LogRecord, TooManyDetectionsAreRefused) {
+  auto o = CObservationBearingRange::Create();
+  o->sensedData.resize(kMaxDetections + 1);
+  EXPECT_THROW(to_bytes(LogObject(logged(o)), nothing()), Error);
+  o->sensedData.resize(kMaxDetections);
+  EXPECT_EQ(round_trip(logged(o)).points.size(), 0U);
+}
+
+/// Whatever a process that was taken over may send: only Error comes of it.
+TEST(LogRecord, AnyBytesAreReadOrRefused) {
+  const AskedClasses asked = nothing();
+  std::string stream;
+  for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons()}) {
+    stream += to_bytes(LogObject(logged(o)), asked);
+    stream += to_bytes(LogObject(LoggedFrame{{logged(o), logged(o)}}), asked);
+  }
+  LoggedActions actions;
+  actions.motion = mrpt::poses::CPose3DPDFGaussian(odd_pose());
+  stream += to_bytes(LogObject(actions), asked);
+  stream += to_bytes(LogObject(LoggedPoints{{{1, 2, 3}}}), asked);
+  std::mt19937 random(11);
+  int refused = 0, read = 0;
+  for (int trial = 0; trial < 20'000; ++trial) {
+    std::string bytes = stream;
+    for (int i = 0; i < 1 + trial % 4; ++i) {
+      const std::size_t at = random() % bytes.size();
+      if (trial % 3 == 0) {
+        bytes.erase(at, random() % 8);
+      } else {
+        bytes[at] = static_cast<char>(trial % 3 == 1 ? random() : 0xff);
+      }
+    }
+    RecordReader reader(asked, kMost);
+    reader.add(bytes);
+    try {
+      while (reader.next()) ++read;
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 5000);
+  EXPECT_GT(read, 20'000);
+}
+
+TEST(LogRecord, AHugeRecordIsRefusedBeforeItComes) {
+  RecordReader reader(nothing(), 1000);
+  ByteWriter head;
+  head.put<std::uint64_t>(1001);
+  head.put<std::uint8_t>(0);
+  reader.add(head.bytes());
+  EXPECT_THROW(reader.next(), Error);
+}
+
+}  // namespace
+}  // namespace hybrid
