@@ -14,10 +14,8 @@ namespace hybrid {
 struct AssociationOptions {
   /// kHypotheses: k-best joint matchings, undecided ones stay open as a discrete variable.
   /// kNearest: the nearest landmark within the gate, detection by detection (maximum likelihood).
-  /// kJcbb: joint compatibility branch and bound, MRPT's.
-  /// kSoft: all landmarks within the gate, weighted by their probability
-  /// (expectation-maximisation).
-  enum class Method { kHypotheses, kNearest, kJcbb, kSoft };
+  /// kJcbb: joint compatibility branch and bound.
+  enum class Method { kHypotheses, kNearest, kJcbb };
   Method method = Method::kHypotheses;
   bool use_ids = true;                 ///< known-id override: ids of the log, where it has them
   double gate = 0.9999;                ///< chi-square probability of an innovation

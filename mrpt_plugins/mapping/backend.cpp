@@ -3,6 +3,9 @@
 
 #include "mrpt_plugins/mapping/backend.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "mrpt_plugins/mapping/batch_backend.h"
 #include "mrpt_plugins/mapping/window_backend.h"
 
@@ -19,9 +22,9 @@ AlternatingOptions read_batch_options(IniSection& solver) {
       solver.get("relative_decrease", options.relative_decrease,
                  "batch: converged once a pair of half-steps lowers the objective by less than "
                  "this share of the cost",
-                 kPositive);
-  options.continuous.max_iterations =
-      solver.get("linear_solves", options.continuous.max_iterations,
+                 IniRange{1e-15, 1});
+  options.continuous_iterations =
+      solver.get("linear_solves", options.continuous_iterations,
                  "batch: at most, in one continuous half-step", IniRange{1, 1e6});
   options.continuous.threads =
       solver.get("threads", options.continuous.threads,
@@ -35,18 +38,13 @@ SmootherOptions read_smoother_options(IniSection& solver) {
       solver.get("relinearize", options.relinearize,
                  "online: variables are linearised again once the linear model of a factor is "
                  "off by more than this, in units of the objective",
-                 kPositive);
-  options.wildfire = solver.get(
-      "wildfire", options.wildfire,
-      "online: a step is propagated while it lowers the objective by more than this", kPositive);
+                 IniRange{1e-12, 1e6});
+  options.wildfire =
+      solver.get("wildfire", options.wildfire,
+                 "online: a step is propagated while it lowers the objective by more than this",
+                 IniRange{1e-15, 1e6});
   options.rounds = solver.get("rounds", options.rounds,
                               "online: alternation rounds for each keyframe", IniRange{1, 1000});
-  const std::string step = solver.choice(
-      "step", "gauss_newton", {"gauss_newton", "dogleg"},
-      "online: how a step that would raise the objective is shortened, along itself or along "
-      "Powell's dogleg");
-  using Step = SmootherOptions::Step;
-  options.step = step == "dogleg" ? Step::kDogleg : Step::kGaussNewton;
   return options;
 }
 
@@ -58,11 +56,20 @@ WindowOptions read_window_options(IniSection& solver, const std::string& mode) {
   options.lag = solver.get("lag", options.lag,
                            "fixed_lag: keyframes that a variable stays after its last measurement; "
                            "0: for ever",
-                           kNonNegative);
+                           IniRange{0, 1e9});
   return options;
 }
 
 }  // namespace
+
+void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out) {
+  for (auto& [key, variable] : posterior.variables) {
+    for (double error : variable.standard_error) {
+      out.standard_error = std::max(out.standard_error, error);
+    }
+    out.probabilities[key] = std::move(variable.p);
+  }
+}
 
 std::unique_ptr<Backend> make_backend(IniSection solver) {
   const std::string mode = solver.choice(
@@ -72,11 +79,23 @@ std::unique_ptr<Backend> make_backend(IniSection solver) {
       "and all landmarks. All solve what they keep to convergence at the end");
   const AlternatingOptions batch = read_batch_options(solver);
   const int solve_every = solver.get(
-      "solve_every", 0, "batch: keyframes between solves on the way; 0: none", kNonNegative);
+      "solve_every", 0, "batch: keyframes between solves on the way; 0: none", IniRange{0, 1e9});
   const SmootherOptions smoother = read_smoother_options(solver);
   const WindowOptions window = read_window_options(solver, mode);
   if (mode == "batch") return std::make_unique<BatchBackend>(batch, solve_every);
   return std::make_unique<WindowBackend>(window, smoother);
+}
+
+void add_work(BackendReport& into, const BackendReport& from) {
+  into.seconds += from.seconds;
+  into.iterations += from.iterations;
+  into.flips += from.flips;
+  into.relinearized += from.relinearized;
+  into.exact = into.exact && from.exact;
+  into.objective = from.objective;
+  if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
+  into.half_steps.insert(into.half_steps.end(), from.half_steps.begin(), from.half_steps.end());
+  into.warnings.insert(into.warnings.end(), from.warnings.begin(), from.warnings.end());
 }
 
 }  // namespace hybrid

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/marginals/posterior.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace hybrid {
@@ -28,11 +29,19 @@ struct BackendReport {
   std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
 };
 
-/// Uncertainty of an estimate: Laplace covariances (eq. 12) and class probabilities (eq. 11).
+/// Counts the work of one more update; the estimate is that of the later one.
+void add_work(BackendReport& into, const BackendReport& from);
+
+/// Uncertainty of an estimate: Laplace covariances (eq. 12), and p(d | Z) of discrete variables
+/// with the continuous ones integrated out (see posterior_marginals).
 struct Uncertainty {
   std::unordered_map<Key, Eigen::MatrixXd> covariances;
   std::unordered_map<Key, std::vector<double>> probabilities;
+  double standard_error = 0;  ///< largest of the probabilities, where some were sampled
 };
+
+/// Takes over what is known of discrete variables.
+void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out);
 
 /// The seam between the mapper and inference: whoever can take in one Delta per keyframe.
 class Backend {
@@ -65,8 +74,8 @@ class Backend {
   /// Whether a variable is in the graph and not marginalised out.
   virtual bool holds(Key key) const = 0;
 
-  /// Joint covariance of some variables that the graph holds, in the order given. Throws Error in
-  /// a mode that keeps no estimate on the way.
+  /// Joint covariance of some variables that the graph holds, in the order given. Throws
+  /// SettingsError in a mode that keeps no estimate on the way.
   virtual Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const = 0;
 
   /// Uncertainty of some variables at the estimate; a variable without it is left out.

@@ -3,11 +3,14 @@
 
 #include "mrpt_plugins/mapping/batch_backend.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
+#include <cmath>
+#include <memory>
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/discrete/inference.h"
 #include "libhybrid/marginals/continuous.h"
 
 namespace hybrid {
@@ -30,28 +33,6 @@ void add_to(const Delta& delta, const Estimate& at, double& objective, double& c
   }
 }
 
-/// The discrete factors that remain at the estimate (eq. 8a).
-std::vector<Table> tables_at(const HybridGraph& graph, const Values& values) {
-  std::vector<Table> tables;
-  graph.discrete().for_each([&](Handle, const Table& table) { tables.push_back(table); });
-  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
-    for (Table& table : factor->given(values)) tables.push_back(std::move(table));
-  });
-  return tables;
-}
-
-/// Laplace covariances of some variables (eq. 12); none where the system is singular.
-void add_covariances(const HybridGraph& graph, const Estimate& at, const std::vector<Key>& keys,
-                     Uncertainty& out) {
-  if (keys.empty()) return;
-  MarginalOptions options;
-  options.weak = WeakComponents::kUncoupled;
-  const ContinuousMarginals marginals(graph, at, options);
-  if (!marginals.valid()) return;
-  const Covariances all = marginals.all();
-  for (const Key key : keys) out.covariances[key] = all.at(key);
-}
-
 }  // namespace
 
 BatchBackend::BatchBackend(const AlternatingOptions& options, int solve_every)
@@ -61,54 +42,104 @@ BackendReport BatchBackend::update(const Delta& delta) {
   const auto start = Clock::now();
   marginals_.reset();
   BackendReport report;
-  report.handles = insert(delta);
+  Undo undo;
+  try {
+    report.handles = insert(delta, undo);
+    if (solve_every_ > 0 && (updates_ + 1) % solve_every_ == 0) {
+      std::vector<Handle> handles = std::move(report.handles);
+      report = solve();
+      report.handles = std::move(handles);
+      ++updates_;
+      return report;
+    }
+    if (delta.remove.empty()) {
+      add_to(delta, estimate_, objective_, cost_);
+    } else {
+      objective_ = objective(graph_, estimate_.values, estimate_.assignment);
+      cost_ = cost(graph_, estimate_.values, estimate_.assignment);
+    }
+    if (!std::isfinite(cost_)) throw Error("a new factor has a cost that is not finite");
+  } catch (...) {
+    for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
+    throw;
+  }
   ++updates_;
-  if (solve_every_ > 0 && updates_ % solve_every_ == 0) {
-    BackendReport solved = solve();
-    solved.handles = std::move(report.handles);
-    return solved;
-  }
-  if (delta.remove.empty()) {
-    add_to(delta, estimate_, objective_, cost_);
-  } else {
-    objective_ = objective(graph_, estimate_.values, estimate_.assignment);
-    cost_ = cost(graph_, estimate_.values, estimate_.assignment);
-  }
   report.objective = objective_;
   report.cost = cost_;
   report.seconds = seconds_since(start);
   return report;
 }
 
-std::vector<Handle> BatchBackend::insert(const Delta& delta) {
-  std::vector<Handle> handles;
-  for (const Handle handle : delta.remove) graph_.remove(handle);
-  for (const Key key : delta.remove_values) estimate_.values.erase(key);
-  for (const Key key : delta.values.keys()) {
-    estimate_.values.insert(key, delta.values.type(key), delta.values.data(key));
+/// Applies a change; `undo` takes it back, step by step from the last one.
+std::vector<Handle> BatchBackend::insert(const Delta& delta, Undo& undo) {
+  undo.emplace_back([this, o = objective_, c = cost_] {
+    objective_ = o;
+    cost_ = c;
+  });
+  for (const Handle handle : delta.remove) {
+    auto removed = std::make_shared<HybridGraph::Removed>();
+    undo.emplace_back([this, removed] {
+      if (removed->handle.valid()) graph_.put_back(std::move(*removed));
+    });
+    *removed = graph_.remove(handle);
   }
-  const auto add_discrete = [&](const std::vector<DiscreteKey>& keys) {
-    for (const DiscreteKey& key : keys) {
-      if (estimate_.assignment.contains(key.key)) continue;
-      const bool given = delta.assignment.contains(key.key);
-      estimate_.assignment.set(key.key, given ? delta.assignment.at(key.key) : 0);
-    }
+  Values& values = estimate_.values;
+  for (const Key key : delta.remove_values) {
+    const double* x = values.data(key);
+    undo.emplace_back([this, key, type = values.type(key),
+                       old = std::vector<double>(x, x + values.type(key).size)] {
+      if (!estimate_.values.contains(key)) estimate_.values.insert(key, type, old.data());
+    });
+    values.erase(key);
+  }
+  for (const Key key : delta.values.keys()) {
+    values.insert(key, delta.values.type(key), delta.values.data(key));
+    undo.emplace_back([this, key] { estimate_.values.erase(key); });
+  }
+  std::vector<Handle> handles;
+  const auto added = [&](Handle handle) {
+    handles.push_back(handle);
+    undo.emplace_back([this, handle] { graph_.remove(handle); });
   };
-  for (const ContinuousFactorPtr& factor : delta.continuous) handles.push_back(graph_.add(factor));
+  for (const ContinuousFactorPtr& factor : delta.continuous) {
+    gather(factor->keys(), factor->types(), values);  // throws where one is missing
+    added(graph_.add(factor));
+  }
   for (const Table& table : delta.discrete) {
-    add_discrete(table.keys());
-    handles.push_back(graph_.add(table));
+    add_discrete(table.keys(), delta.assignment, undo);
+    added(graph_.add(table));
   }
   for (const HybridFactorPtr& factor : delta.hybrid) {
-    add_discrete(factor->discrete_keys());
-    handles.push_back(graph_.add(factor));
+    gather(factor->keys(), factor->types(), values);
+    add_discrete(factor->discrete_keys(), delta.assignment, undo);
+    added(graph_.add(factor));
   }
   return handles;
 }
 
+/// Gives new discrete variables their value. Throws Error where two factors disagree about one.
+void BatchBackend::add_discrete(const std::vector<DiscreteKey>& keys, const Assignment& initial,
+                                Undo& undo) {
+  for (const DiscreteKey& key : keys) {
+    const int known = cardinalities_.emplace(key.key, key.cardinality).first->second;
+    if (known != key.cardinality) {
+      throw Error(
+          fmt::format("discrete variable {} has {} values, but a new factor takes it to "
+                      "have {}",
+                      to_string(key.key), known, key.cardinality));
+    }
+    if (estimate_.assignment.contains(key.key)) continue;
+    estimate_.assignment.set(key.key, initial.contains(key.key) ? initial.at(key.key) : 0);
+    undo.emplace_back([this, key] {
+      estimate_.assignment.erase(key.key);
+      cardinalities_.erase(key.key);
+    });
+  }
+}
+
 Eigen::MatrixXd BatchBackend::joint_covariance(const std::vector<Key>& keys) const {
   if (solve_every_ != 1) {
-    throw Error(
+    throw SettingsError(
         "associating sightings with landmarks needs an estimate after each keyframe: set [solver] "
         "mode = incremental, or solve_every = 1 with mode = batch");
   }
@@ -125,7 +156,7 @@ BackendReport BatchBackend::solve() {
     report.half_steps.push_back(half.objective);
     (half.discrete ? report.flips : report.iterations) += half.changes;
   }
-  report.relinearized = static_cast<int>(estimate_.values.size());
+  report.relinearized = report.iterations > 0 ? static_cast<int>(estimate_.values.size()) : 0;
   estimate_ = std::move(result.estimate);
   objective_ = report.objective = result.report.objective;
   cost_ = report.cost = result.report.cost;
@@ -139,16 +170,27 @@ BackendReport BatchBackend::solve() {
 Uncertainty BatchBackend::uncertainty(const std::vector<Key>& continuous,
                                       const std::vector<DiscreteKey>& discrete) const {
   Uncertainty out;
-  add_covariances(graph_, estimate_, continuous, out);
-  if (discrete.empty()) return out;
-  const std::vector<Table> tables = tables_at(graph_, estimate_.values);
-  std::vector<const Table*> pointers;
-  for (const Table& table : tables) pointers.push_back(&table);
-  const DiscreteMarginals marginals = discrete_marginals(pointers);
-  for (const DiscreteKey& key : discrete) {
-    const auto p = marginals.at(key.key);
-    out.probabilities[key.key].assign(p.data(), p.data() + p.size());
+  const auto marginals = [this]() -> const ContinuousMarginals& {
+    if (!marginals_) marginals_.emplace(graph_, estimate_);
+    return *marginals_;
+  };
+  if (!continuous.empty()) {
+    const Covariances all = marginals().all();
+    for (const Key key : continuous) {
+      if (all.contains(key)) out.covariances[key] = all.at(key);
+    }
   }
+  if (discrete.empty()) return out;
+  std::vector<Key> keys;
+  for (const DiscreteKey& key : discrete) keys.push_back(key.key);
+  const JointCovariance covariance = [&](const std::vector<Key>& some) {
+    const std::vector<Key>& open = marginals().under_constrained();
+    const bool determined = std::none_of(some.begin(), some.end(), [&](Key key) {
+      return std::find(open.begin(), open.end(), key) != open.end();
+    });
+    return determined ? marginals().joint_covariance(some) : Eigen::MatrixXd();
+  };
+  add_probabilities(posterior_marginals(graph_, estimate_, keys, covariance), out);
   return out;
 }
 

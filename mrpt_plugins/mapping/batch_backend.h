@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <unordered_map>
+#include <vector>
 
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/solvers/alternating.h"
@@ -31,7 +34,10 @@ class BatchBackend : public Backend {
                           const std::vector<DiscreteKey>& discrete) const override;
 
  private:
-  std::vector<Handle> insert(const Delta& delta);
+  using Undo = std::vector<std::function<void()>>;
+
+  std::vector<Handle> insert(const Delta& delta, Undo& undo);
+  void add_discrete(const std::vector<DiscreteKey>& keys, const Assignment& initial, Undo& undo);
   BackendReport solve();
 
   AlternatingOptions options_;
@@ -39,6 +45,7 @@ class BatchBackend : public Backend {
   int updates_ = 0;
   HybridGraph graph_;
   Estimate estimate_;
+  std::unordered_map<Key, int> cardinalities_;  // of all discrete variables ever added
   double objective_ = 0;
   double cost_ = 0;
   mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; none until asked for

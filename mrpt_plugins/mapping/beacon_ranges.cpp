@@ -10,9 +10,10 @@
 
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/mapping/space.h"
 
-IMPLEMENTS_MRPT_OBJECT(BeaconRanges, MappingPlugin, hybrid)
+HYBRID_REGISTER_PLUGIN(BeaconRanges, hybrid)
 
 namespace hybrid {
 namespace {
@@ -34,9 +35,16 @@ ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigm
                                                                Eigen::Vector2d(antenna.head<2>()));
 }
 
-/// Why a range is unusable, or null.
-const char* fault(double range, double max_range) {
+/// Whether a sigma [m] can be that of ranges up to `max_range`.
+bool is_plausible(double sigma, double max_range) {
+  constexpr double kLeast = 1e-6;
+  return sigma >= kLeast && sigma <= max_range;
+}
+
+/// Why a range is unusable, or null. The antenna is on the robot, nearer than what it measures.
+const char* fault(double range, const Eigen::Vector3d& antenna, double max_range) {
   if (!std::isfinite(range)) return "range dropped: not finite";
+  if (!(antenna.norm() <= max_range)) return "range dropped: antenna not finite or too far";
   if (range <= 0) return "range dropped: not positive";
   return range > max_range ? "range dropped: above limit" : nullptr;
 }
@@ -46,10 +54,10 @@ const char* fault(double range, double max_range) {
 void BeaconRanges::configure(IniSection section) {
   sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
   sigma_ = section.get("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
-                       kNonNegative);
-  max_range_ =
-      section.get("max_range", max_range_,
-                  "longer ranges are dropped, false ones are anything up to it [m]", kPositive);
+                       or_zero(kSigmaMetres));
+  max_range_ = section.get("max_range", max_range_,
+                           "longer ranges are dropped, false ones are anything up to it [m]",
+                           kPositiveLength);
   circle_places_ = section.get("circle_places", circle_places_,
                                "places tried on the circle of a first range", IniRange{4, 10000});
   sphere_places_ = section.get("sphere_places", sphere_places_,
@@ -62,6 +70,8 @@ void BeaconRanges::configure(IniSection section) {
 
 Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   Contribution out;
+  known_before_ = known_.size();
+  identified_before_ = identified_.size();
   for (const auto& observation : frame.observations) {
     const auto* seen = dynamic_cast<const CObservationBeaconRanges*>(observation.get());
     if (seen == nullptr) continue;
@@ -73,7 +83,10 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   for (const PlacedLandmark& landmark : unplaced_.place(frame, map, bank_)) {
     place(landmark, values, map.is_3d, out);
   }
-  settle_ambiguous(values, map.is_3d, static_cast<std::size_t>(delay_), out);
+  // A range may be to a beacon that is just finding its place.
+  if (!unplaced_.measured_lately(static_cast<std::size_t>(delay_))) {
+    settle_ambiguous(values, map.is_3d, static_cast<std::size_t>(delay_), out);
+  }
   ++frames_;
   measurements_ = 0;
   return out;
@@ -81,8 +94,21 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
 
 Contribution BeaconRanges::conclude(const MapView& map) {
   Contribution out;
+  known_before_ = known_.size();
+  identified_before_ = identified_.size();
   settle_ambiguous(FrameValues(map), map.is_3d, 0, out);
+  if (!ambiguous_.empty()) {
+    out.dropped["range dropped: its beacon is not known, and none has a place"] +=
+        ambiguous_.size();
+    ambiguous_.clear();
+  }
   return out;
+}
+
+/// The beacons and choices of the last contribution are not in the map; its ranges are lost.
+void BeaconRanges::refused() {
+  known_.resize(known_before_);
+  identified_.resize(identified_before_);
 }
 
 std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) const {
@@ -106,8 +132,8 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
                         const MapView& map, Contribution& out) {
   const double logged = observation.stdError;
   const double sigma = sigma_ > 0 ? sigma_ : logged;
-  if (!(sigma > 0) || !std::isfinite(sigma)) {
-    out.dropped["range dropped: the log gives no sigma, and neither does [BeaconRanges] sigma"] +=
+  if (!is_plausible(sigma, max_range_)) {
+    out.dropped["range dropped: no sigma in the log that can be, nor in [BeaconRanges] sigma"] +=
         observation.sensedData.size();
     return;
   }
@@ -115,7 +141,7 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     const auto& p = m.sensorLocationOnRobot;
     const Range range{frame.pose, m.sensedDistance, sigma, {p.x(), p.y(), p.z()},
                       frames_,    measurements_++};
-    if (const char* reason = fault(range.range, max_range_)) {
+    if (const char* reason = fault(range.range, range.antenna, max_range_)) {
       ++out.dropped[reason];
     } else if (m.beaconID < 0) {
       ambiguous_.push_back(range);
@@ -144,7 +170,8 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
   unplaced_.add(
       id,
       {range_factor(range.pose, beacon, range.range, drifted, range.antenna, map.is_3d),
-       range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, map.is_3d)},
+       range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, map.is_3d),
+       1 / max_range_},
       bank_, candidates);
 }
 
@@ -192,7 +219,7 @@ void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& valu
 
 void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::size_t delay,
                                     Contribution& out) {
-  if (!unplaced_.empty() || known_.empty()) return;
+  if (known_.empty()) return;
   while (!ambiguous_.empty() && frames_ >= ambiguous_.front().frame + delay) {
     const Range range = ambiguous_.front();
     ambiguous_.pop_front();

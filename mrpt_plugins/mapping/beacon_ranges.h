@@ -27,6 +27,7 @@ class BeaconRanges : public MappingPlugin {
   Contribution observe(const Frame& frame, const MapView& map) override;
   /// Takes the ranges in that still wait.
   Contribution conclude(const MapView& map) override;
+  void refused() override;
   /// Of the ranges to an unknown beacon; true ids are not known here.
   std::vector<AssociationDecision> decisions(const MapView& map) const override;
 
@@ -65,7 +66,8 @@ class BeaconRanges : public MappingPlugin {
   std::size_t frames_ = 0;           // so far
   std::uint64_t choices_ = 0;        // discrete variables made so far
   std::vector<Choice> identified_;   // among beacons
-  std::size_t measurements_ = 0;     // of the present frame
+  std::size_t known_before_ = 0, identified_before_ = 0;  // the last contribution
+  std::size_t measurements_ = 0;                          // of the present frame
 };
 
 }  // namespace hybrid

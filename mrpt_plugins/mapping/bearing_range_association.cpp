@@ -9,15 +9,15 @@
 
 #include "libhybrid/association/association_factor.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/mapping/sighting.h"
 #include "mrpt_plugins/mapping/space.h"
 
-IMPLEMENTS_MRPT_OBJECT(BearingRangeAssociation, MappingPlugin, hybrid)
+HYBRID_REGISTER_PLUGIN(BearingRangeAssociation, hybrid)
 
 namespace hybrid {
 namespace {
 
-constexpr double kMinWeight = 0.01;    // of soft association
 constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
 constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
 constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
@@ -35,6 +35,7 @@ void BearingRangeAssociation::configure(IniSection section) {
 
 Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {
   Contribution out;
+  remember();
   ++keyframe_;
   decide_old(map, keyframe_ - options_.window, out);
   book_.place_some(map.values, kPlacedPerFrame);
@@ -85,15 +86,11 @@ void BearingRangeAssociation::take(const DetectionFrame& seen, const Frame& fram
   if (!sightings.empty()) {
     const FrameCandidates candidates = find_candidates(frame, unknown, phi, map, reach, classes_,
                                                        options_, loops_->local_since(), book_);
-    if (options_.method == AssociationOptions::Method::kSoft) {
-      take_weighted(candidates, sightings, frame, map, out);
+    const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
+    if (found.size() > 1 && map.keeps_all) {
+      doubt(found, sightings, frame, map, out);
     } else {
-      const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
-      if (found.size() > 1 && map.keeps_all) {
-        doubt(found, sightings, frame, map, out);
-      } else {
-        take_best(found.front(), sightings, frame, map, out);
-      }
+      take_best(found.front(), sightings, frame, map, out);
     }
   }
   judge_existence(seen, frame, map, noted, out);
@@ -139,24 +136,6 @@ void BearingRangeAssociation::take_best(const FrameHypothesis& best,
       attach(sightings[i], best.track[i], map, out);
     } else {
       create(sightings[i], frame.T_map_robot, map, out);
-    }
-  }
-}
-
-void BearingRangeAssociation::take_weighted(const FrameCandidates& candidates,
-                                            const std::vector<int>& sightings, const Frame& frame,
-                                            const MapView& map, Contribution& out) {
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const std::vector<double> p = responsibilities(candidates, static_cast<int>(i));
-    if (p.back() > 0.5) {
-      create(sightings[i], frame.T_map_robot, map, out);
-      continue;
-    }
-    const auto best = std::max_element(p.begin(), p.end() - 1) - p.begin();
-    book_.count(sightings[i], candidates.tracks[static_cast<std::size_t>(best)], out);
-    for (std::size_t j = 0; j + 1 < p.size(); ++j) {
-      if (p[j] < kMinWeight) continue;
-      book_.attach(sightings[i], candidates.tracks[j], map.is_3d, out, p[j]);
     }
   }
 }
@@ -279,13 +258,13 @@ void BearingRangeAssociation::judge_existence(const DetectionFrame& seen, const 
     Track& track = book_.track(t);
     track.existence += miss;
     const bool tentative = book_.seen(t) < options_.confirm;
-    if (tentative && track.existence < kDeadOdds && removable(map)) discard(t, map, out);
+    if (tentative && track.existence < kDeadOdds && map.keeps_all) discard(t, map, out);
   }
 }
 
 void BearingRangeAssociation::discard(int track, const MapView& map, Contribution& out) {
   const std::vector<int> sightings = book_.track(track).sightings;
-  if (!removable(map)) {
+  if (!map.keeps_all) {
     out.forgotten.push_back(track);
     book_.track(track).alive = false;
   } else {

@@ -28,6 +28,7 @@ class BearingRangeAssociation : public MappingPlugin {
   void configure(IniSection section) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override;
+  void refused() override;
   Contribution revise(const MapView& map) override;
   Contribution conclude(const MapView& map) override;
   std::vector<AssociationDecision> decisions(const MapView& map) const override;
@@ -57,8 +58,6 @@ class BearingRangeAssociation : public MappingPlugin {
   };
 
   void take(const DetectionFrame& seen, const Frame& frame, const MapView& map, Contribution& out);
-  void take_weighted(const FrameCandidates& candidates, const std::vector<int>& sightings,
-                     const Frame& frame, const MapView& map, Contribution& out);
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings, const Frame& frame,
                  const MapView& map, Contribution& out);
   void doubt(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
@@ -73,9 +72,8 @@ class BearingRangeAssociation : public MappingPlugin {
   void judge_existence(const DetectionFrame& seen, const Frame& frame, const MapView& map,
                        const std::vector<int>& sightings, Contribution& out);
   void discard(int track, const MapView& map, Contribution& out);
-  bool removable(const MapView& map) const {
-    return map.keeps_all && options_.method != AssociationOptions::Method::kSoft;
-  }
+  void remember();
+  void count_open();
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
   Contribution undo_merge(const MapView& map);
@@ -90,7 +88,7 @@ class BearingRangeAssociation : public MappingPlugin {
   std::optional<LoopClosing> loops_;
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
   std::vector<Doubt> doubts_;
-  std::vector<OpenFrame> open_;
+  std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
   int opened_ = 0;
   std::optional<Merge> merge_;  // under test
   std::vector<Undo> undo_;

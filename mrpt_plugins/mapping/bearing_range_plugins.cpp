@@ -8,11 +8,12 @@
 #include <utility>
 
 #include "libhybrid/hybrid/semantic.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/mapping/sighting.h"
 #include "mrpt_plugins/mapping/space.h"
 
-IMPLEMENTS_MRPT_OBJECT(BearingRangeKnownIds, MappingPlugin, hybrid)
-IMPLEMENTS_MRPT_OBJECT(ClassedBearingRangeKnownIds, MappingPlugin, hybrid)
+HYBRID_REGISTER_PLUGIN(BearingRangeKnownIds, hybrid)
+HYBRID_REGISTER_PLUGIN(ClassedBearingRangeKnownIds, hybrid)
 
 namespace hybrid {
 namespace {
@@ -79,7 +80,7 @@ void BearingRangeKnownIds::configure(IniSection section) {
       section.get("huber_width", huber_width_,
                   "for ids that are sometimes misread: beyond so many sigmas the cost of "
                   "a sighting grows only linearly; 0: none is wrong",
-                  kNonNegative);
+                  or_zero(IniRange{1e-3, 1e3}));
 }
 
 Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {

@@ -23,7 +23,41 @@ void BearingRangeAssociation::applied(const Outcome& outcome) {
   undo_.clear();
 }
 
+/// Before each contribution: what there is to go back to where it is refused.
+void BearingRangeAssociation::remember() {
+  open_before_ = open_;
+}
+
+/// Nothing of the last contribution is in the map: its detections belong to nothing, its frames are
+/// as open as they were, and the merge that it made is not proposed again.
+void BearingRangeAssociation::refused() {
+  book_.take_back();
+  doubts_.clear();
+  open_ = open_before_;
+  count_open();
+  for (auto it = track_of_id_.begin(); it != track_of_id_.end();) {
+    it = book_.track(it->second).alive ? std::next(it) : track_of_id_.erase(it);
+  }
+  if (merge_) merging_->refuse(*merge_, book_);
+  merge_.reset();
+  undo_.clear();
+  undo_wanted_ = false;
+}
+
+/// Counts the open frames of each track anew.
+void BearingRangeAssociation::count_open() {
+  for (int t = 0; t < static_cast<int>(book_.tracks().size()); ++t) book_.track(t).open = 0;
+  for (const OpenFrame& open : open_) {
+    for (const std::vector<int>& tracks : open.tracks) {
+      for (int t : tracks) {
+        if (t >= 0) ++book_.track(t).open;
+      }
+    }
+  }
+}
+
 Contribution BearingRangeAssociation::revise(const MapView& map) {
+  remember();
   if (undo_wanted_) return undo_merge(map);
   if (!doubts_.empty()) {
     Contribution out;
@@ -31,7 +65,7 @@ Contribution BearingRangeAssociation::revise(const MapView& map) {
     doubts_.clear();
     return out;
   }
-  if (!options_.merge || !removable(map)) return {};
+  if (!options_.merge || !map.keeps_all) return {};
   return next_merge(map, false);
 }
 
@@ -84,13 +118,14 @@ Contribution BearingRangeAssociation::undo_merge(const MapView& map) {
 }
 
 Contribution BearingRangeAssociation::conclude(const MapView& map) {
+  remember();
   if (undo_wanted_) return undo_merge(map);
   if (!open_.empty()) {
     Contribution out;
     decide_old(map, keyframe_, out);
     return out;
   }
-  if (options_.merge && removable(map)) {
+  if (options_.merge && map.keeps_all) {
     book_.place_all(map.values);
     Contribution out = next_merge(map, true);
     if (!out.empty()) return out;

@@ -107,7 +107,7 @@ CalibrationOptions read_calibration_options(IniFile& ini) {
   options.sensor_pose = s.get("sensor_pose", false, "estimate where every sensor sits");
   const auto start =
       s.get("sensor_start", std::vector<double>{},
-            "where to start, x y z [m] yaw pitch roll [deg]; empty: as the log says");
+            "where to start, x y z [m] yaw pitch roll [deg]; empty: as the log says", kCoordinate);
   if (start.size() == 6) {
     options.sensor_start.emplace(start[0], start[1], start[2], start[3] * kDegree,
                                  start[4] * kDegree, start[5] * kDegree);
@@ -115,21 +115,22 @@ CalibrationOptions read_calibration_options(IniFile& ini) {
     s.fail("sensor_start", "needs six numbers: x y z yaw pitch roll");
   }
   options.sensor_sigma_m =
-      s.get("sensor_sigma_m", options.sensor_sigma_m, "prior around the start [m]", kPositive);
+      s.get("sensor_sigma_m", options.sensor_sigma_m, "prior around the start [m]", kSigmaMetres);
   options.sensor_sigma_rad =
-      s.degrees("sensor_sigma_deg", 60.0, "the same for the rotation", kPositive);
+      s.degrees("sensor_sigma_deg", 60.0, "the same for the rotation", kSigmaDegrees);
   options.odometry = s.get("odometry", false, "estimate scale and drift of the odometry");
   options.odometry_start =
       s.get("odometry_start", std::vector<double>{},
             "where to start: scale of translation, scale of rotation, drift [deg/m], the drift in "
-            "space about x y z; empty: 1 1 and no drift");
+            "space about x y z; empty: 1 1 and no drift",
+            kTurn);
   for (std::size_t i = 2; i < options.odometry_start.size(); ++i) {
     options.odometry_start[i] *= kDegree;
   }
   options.scale_sigma =
-      s.get("scale_sigma", options.scale_sigma, "prior around the scales", kPositive);
+      s.get("scale_sigma", options.scale_sigma, "prior around the scales", IniRange{1e-6, 10});
   options.drift_sigma =
-      s.degrees("drift_sigma_deg", 30.0, "prior around the drift [deg/m]", kPositive);
+      s.degrees("drift_sigma_deg", 30.0, "prior around the drift [deg/m]", kSigmaDegrees);
   return options;
 }
 
@@ -163,26 +164,29 @@ void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values
                           options_.sensor_start.value_or(frame.T_robot_sensor),
                           frame.T_robot_sensor};
       it = sensors_.emplace(frame.sensor_label, sensor).first;
-      const Noise noise = Noise::diagonal(sensor_sigmas(options_, is_3d_));
-      insert_pose(delta.values, sensor.key, sensor.start, is_3d_);
-      if (is_3d_) {
-        delta.continuous.push_back(
-            std::make_shared<Prior<SE3>>(sensor.key, to_se3(sensor.start), noise));
-      } else {
-        delta.continuous.push_back(
-            std::make_shared<Prior<SE2>>(sensor.key, to_se2(sensor.start), noise));
-      }
     }
     const Key key = it->second.key;
+    if (!values.contains(key) && !delta.values.contains(key)) add_sensor(it->second, delta);
     frame.calibrated = key;
     frame.T_robot_sensor = pose_at(values.contains(key) ? values : delta.values, key);
   }
 }
 
-std::optional<Key> Calibrator::odometry(Delta& delta) {
+void Calibrator::add_sensor(const Sensor& sensor, Delta& delta) const {
+  const Noise noise = Noise::diagonal(sensor_sigmas(options_, is_3d_));
+  insert_pose(delta.values, sensor.key, sensor.start, is_3d_);
+  if (is_3d_) {
+    delta.continuous.push_back(
+        std::make_shared<Prior<SE3>>(sensor.key, to_se3(sensor.start), noise));
+  } else {
+    delta.continuous.push_back(
+        std::make_shared<Prior<SE2>>(sensor.key, to_se2(sensor.start), noise));
+  }
+}
+
+std::optional<Key> Calibrator::odometry(const Values& values, Delta& delta) const {
   if (!options_.odometry) return std::nullopt;
-  if (!odometry_added_) {
-    odometry_added_ = true;
+  if (!values.contains(kOdometryKey)) {
     const Noise noise = Noise::diagonal(odometry_sigmas(options_, is_3d_));
     const double* start = options_.odometry_start.data();
     if (is_3d_) {
@@ -265,9 +269,10 @@ CalibrationEstimate Calibrator::odometry_estimate(const Backend& backend) const 
 std::vector<CalibrationEstimate> Calibrator::estimates(const Backend& backend) const {
   std::vector<CalibrationEstimate> out;
   for (const auto& [label, sensor] : sensors_) {
+    if (!backend.values().contains(sensor.key)) continue;
     out.push_back(sensor_estimate(label, sensor, backend));
   }
-  if (odometry_added_) out.push_back(odometry_estimate(backend));
+  if (backend.values().contains(kOdometryKey)) out.push_back(odometry_estimate(backend));
   return out;
 }
 

@@ -50,8 +50,9 @@ class Calibrator {
   /// estimate. New variables and their priors go into `delta`.
   void place_sensors(std::vector<DetectionFrame>& frames, const Values& values, Delta& delta);
 
-  /// The variable of the odometry, or nothing if it is not calibrated.
-  std::optional<Key> odometry(Delta& delta);
+  /// The variable of the odometry, or nothing if it is not calibrated. Where `values` lacks it, it
+  /// goes into `delta` with its prior.
+  std::optional<Key> odometry(const Values& values, Delta& delta) const;
   /// Odometry as calibrated so far.
   mrpt::poses::CPose3D corrected(const mrpt::poses::CPose3D& motion, const Values& values) const;
 
@@ -65,14 +66,14 @@ class Calibrator {
     mrpt::poses::CPose3D start, logged;
   };
 
+  void add_sensor(const Sensor& sensor, Delta& delta) const;
   CalibrationEstimate sensor_estimate(const std::string& label, const Sensor& sensor,
                                       const Backend& backend) const;
   CalibrationEstimate odometry_estimate(const Backend& backend) const;
 
   CalibrationOptions options_;
   bool is_3d_;
-  std::map<std::string, Sensor> sensors_;
-  bool odometry_added_ = false;
+  std::map<std::string, Sensor> sensors_;  // that were seen; their variables may not be in the map
 };
 
 }  // namespace hybrid

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "libhybrid/association/consensus.h"
+#include "libhybrid/association/joint_compatibility.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "mrpt_plugins/mapping/jcbb.h"
 #include "mrpt_plugins/mapping/sighting.h"
 #include "mrpt_plugins/mapping/space.h"
 
@@ -277,7 +277,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   if (options.method == Method::kNearest) {
     matchings = nearest(candidates, options.caution);
   } else if (options.method == Method::kJcbb) {
-    matchings = {joint_compatibility(candidates, options.gate)};
+    matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
     matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
                                  std::max(margin, 10.0));
@@ -302,22 +302,6 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   out.erase(far, out.end());
   if (static_cast<int>(out.size()) > options.hypotheses) out.resize(options.hypotheses);
   return out;
-}
-
-std::vector<double> responsibilities(const FrameCandidates& candidates, int detection) {
-  const auto cols = candidates.problem.matched.cols();
-  std::vector<double> p(static_cast<std::size_t>(cols) + 1);
-  double least = candidates.problem.unmatched[detection];
-  if (cols > 0) least = std::min(least, candidates.problem.matched.row(detection).minCoeff());
-  double sum = 0;
-  for (Eigen::Index j = 0; j <= cols; ++j) {
-    const double cost = j < cols ? candidates.problem.matched(detection, j)
-                                 : candidates.problem.unmatched[detection];
-    p[static_cast<std::size_t>(j)] = std::exp(least - cost);
-    sum += p[static_cast<std::size_t>(j)];
-  }
-  for (double& v : p) v /= sum;
-  return p;
 }
 
 }  // namespace hybrid

@@ -44,7 +44,4 @@ FrameCandidates find_candidates(const Frame& frame, const DetectionFrame& seen,
 std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
                                              const AssociationOptions& options);
 
-/// Probability of each candidate, and last of none of them, for one detection.
-std::vector<double> responsibilities(const FrameCandidates& candidates, int detection);
-
 }  // namespace hybrid

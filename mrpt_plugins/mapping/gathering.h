@@ -3,12 +3,12 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/odometry.h"
 

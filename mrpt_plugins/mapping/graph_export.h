@@ -14,7 +14,8 @@ namespace hybrid {
 /// A graph in the terms of g2o.
 struct ExportedGraph {
   PoseGraph graph;
-  std::vector<std::string> left_out;  ///< names of factors that have no such form, each once
+  /// Names of factors of which some have no such form, each once.
+  std::vector<std::string> left_out;
 };
 
 /// Relative poses as they are; sightings as points in the frame of the robot, with their covariance

@@ -11,62 +11,90 @@
 namespace hybrid {
 namespace {
 
-constexpr int kMaxSteps = 10;
-constexpr double kSmallStep = 1e-4;  // m
+constexpr int kMaxSteps = 30;
+constexpr double kSmallStep = 1e-5;  // m
 constexpr double kSamePlace = 0.3;   // of max_sigma, distance below which places are one
 constexpr double kForgotten = 1e-8;  // probability below which a place is given up
+/// Before any measurement a landmark may be anywhere within some kilometres.
+constexpr double kPriorInformation = 1e-6;  // 1 / m^2
 
-/// Sum of the normal equations of the measurements at a point, and the robust cost.
+/// Sum of the normal equations of the measurements at a point, and the cost.
 struct Equations {
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   double cost = 0;
+  double explained = 0;
 };
 
-/// A measurement that misses costs no more than what it costs to call it an outlier: max-mixture of
-/// its Gaussian and of a constant.
+/// -log ((1 - share) N(z) + share u) of one measurement, and the probability that it is right.
+struct Likelihood {
+  double cost;
+  double right;
+};
+
+Likelihood likelihood(double gaussian_cost, const HypothesisBank::Measurement& m,
+                      double outlier_share) {
+  const double right = gaussian_cost + m.trial->log_normalizer() - std::log1p(-outlier_share);
+  const double wrong = -std::log(outlier_share * m.outlier_density);
+  const double difference = right - wrong;
+  if (!(difference < 700.0)) return {wrong, 0.0};
+  return {std::min(right, wrong) - std::log1p(std::exp(-std::abs(difference))),
+          1.0 / (1.0 + std::exp(difference))};
+}
+
 Equations equations_at(const Eigen::VectorXd& point,
                        const std::vector<HypothesisBank::Measurement>& measurements,
-                       const std::function<const double*(Key)>& pose, double outlier_cost) {
+                       const std::function<const double*(Key)>& pose, double outlier_share) {
   const Eigen::Index n = point.size();
-  Equations out{1e-6 * Eigen::MatrixXd::Identity(n, n), Eigen::VectorXd::Zero(n), 0};
+  Equations out{kPriorInformation * Eigen::MatrixXd::Identity(n, n), Eigen::VectorXd::Zero(n)};
   for (const HypothesisBank::Measurement& measurement : measurements) {
-    const ContinuousFactorPtr& factor = measurement.trial;
-    const double* const x[2] = {pose(factor->keys()[0]), point.data()};
-    Eigen::VectorXd r(factor->rows());
-    Eigen::MatrixXd J(factor->rows(), factor->cols());
-    const double cost = factor->linearize(x, r.data(), J.data());
-    out.cost += std::min(cost, outlier_cost);
-    const double weight = cost > outlier_cost ? outlier_cost / cost : 1.0;
+    const ContinuousFactor& factor = *measurement.trial;
+    const double* const x[2] = {pose(factor.keys()[0]), point.data()};
+    Eigen::VectorXd r(factor.rows());
+    Eigen::MatrixXd J(factor.rows(), factor.cols());
+    const double cost = factor.linearize(x, r.data(), J.data());
+    const Likelihood l = likelihood(cost, measurement, outlier_share);
+    out.cost += l.cost;
+    out.explained += l.right;
     const auto Jp = J.rightCols(n);
-    out.information += weight * Jp.transpose() * Jp;
-    out.gradient += weight * Jp.transpose() * r;
+    out.information += l.right * Jp.transpose() * Jp;
+    out.gradient += l.right * Jp.transpose() * r;
   }
   return out;
 }
 
+/// Levenberg-Marquardt on the likelihood of the measurements.
 void refine_place(HypothesisBank::Place& place,
                   const std::vector<HypothesisBank::Measurement>& measurements,
-                  const std::function<const double*(Key)>& pose, double outlier_cost) {
-  Equations at = equations_at(place.point, measurements, pose, outlier_cost);
-  for (int step = 0; step < kMaxSteps; ++step) {
-    Eigen::VectorXd move = -at.information.ldlt().solve(at.gradient);
-    bool better = false;
-    for (int halving = 0; halving < 6 && !better; ++halving, move *= 0.5) {
-      const Equations there = equations_at(place.point + move, measurements, pose, outlier_cost);
-      if (there.cost > at.cost) continue;
-      better = true;
-      place.point += move;
-      at = there;
-      break;
+                  const std::function<const double*(Key)>& pose, double outlier_share) {
+  Equations at = equations_at(place.point, measurements, pose, outlier_share);
+  double damping = 1e-3;
+  for (int step = 0; step < kMaxSteps && damping < 1e6; ++step) {
+    Eigen::MatrixXd damped = at.information;
+    damped.diagonal() *= 1.0 + damping;
+    const Eigen::VectorXd move = -damped.ldlt().solve(at.gradient);
+    const Equations there = equations_at(place.point + move, measurements, pose, outlier_share);
+    if (!(there.cost <= at.cost)) {
+      damping *= 8.0;
+      continue;
     }
-    if (!better || move.norm() < kSmallStep) break;
+    damping = std::max(0.2 * damping, 1e-9);
+    place.point += move;
+    at = there;
+    if (move.norm() < kSmallStep) break;
   }
   place.covariance = at.information.inverse();
   place.cost = at.cost + 0.5 * std::log(at.information.determinant());
+  place.explained = at.explained;
 }
 
 }  // namespace
+
+double measurement_cost(const std::vector<HypothesisBank::Measurement>& measurements,
+                        const Eigen::VectorXd& point, const std::function<const double*(Key)>& pose,
+                        double outlier_share) {
+  return equations_at(point, measurements, pose, outlier_share).cost;
+}
 
 BankOptions read_bank_options(IniSection& section) {
   BankOptions o;
@@ -74,7 +102,7 @@ BankOptions read_bank_options(IniSection& section) {
       section.get("dominance", o.dominance,
                   "a landmark is placed once its best place has this probability", {0.5, 1.0});
   o.max_sigma = section.get("max_sigma", o.max_sigma,
-                            "and is known to so many metres in every direction", kPositive);
+                            "and is known to so many metres in every direction", kSigmaMetres);
   o.min_measurements = section.get("min_measurements", o.min_measurements,
                                    "measurements before a decision", IniRange{1, 1e6});
   o.max_measurements = section.get("max_measurements", o.max_measurements,
@@ -83,12 +111,21 @@ BankOptions read_bank_options(IniSection& section) {
       section.get("outlier_share", o.outlier_share, "of measurements that are false", {1e-9, 0.5});
   o.drift = section.get("drift", o.drift,
                         "of the robot while a landmark has no place yet, added to the noise [m]",
-                        kNonNegative);
+                        kLength);
   return o;
 }
 
 HypothesisBank::HypothesisBank(std::vector<Eigen::VectorXd> candidates) {
-  for (Eigen::VectorXd& point : candidates) places_.push_back({std::move(point), {}, 0, 0});
+  add_candidates(std::move(candidates));
+}
+
+bool HypothesisBank::needs_candidates() const {
+  return measurements_.size() > 1 &&
+         places_.front().explained < 0.5 * static_cast<double>(measurements_.size());
+}
+
+void HypothesisBank::add_candidates(std::vector<Eigen::VectorXd> candidates) {
+  for (Eigen::VectorXd& point : candidates) places_.push_back({std::move(point), {}, 0, 0, 0});
 }
 
 void HypothesisBank::add(Measurement measurement, const BankOptions& options) {
@@ -100,8 +137,7 @@ void HypothesisBank::add(Measurement measurement, const BankOptions& options) {
 
 void HypothesisBank::refine(const std::function<const double*(Key)>& pose,
                             const BankOptions& options) {
-  const double outlier_cost = -std::log(options.outlier_share);
-  for (Place& place : places_) refine_place(place, measurements_, pose, 3 + outlier_cost);
+  for (Place& place : places_) refine_place(place, measurements_, pose, options.outlier_share);
   std::sort(places_.begin(), places_.end(),
             [](const Place& a, const Place& b) { return a.cost < b.cost; });
   const double same = kSamePlace * options.max_sigma;

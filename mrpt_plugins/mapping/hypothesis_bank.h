@@ -31,22 +31,27 @@ BankOptions read_bank_options(IniSection& section);
 /// The places where a landmark may be that is seen by range or by bearing only: a mixture of
 /// Gaussians whose components start on the ring, or along the ray, of the first measurement, are
 /// refined by every further one, fall together where they meet, and weigh as much as the
-/// measurements support them (their evidence by Laplace's method). Once one dominates, the landmark
-/// is placed.
+/// measurements support them (their evidence by Laplace's method). A measurement is right or false:
+/// its likelihood is the mixture of its Gaussian and of a constant. Once one place dominates, the
+/// landmark is placed.
 class HypothesisBank {
  public:
-  /// Starts where the first measurement, of a pose and the point, puts the landmark: candidates in
-  /// the map [m], 2 or 3 coordinates.
+  /// Starts at candidates for the landmark in the map [m], 2 or 3 coordinates.
   explicit HypothesisBank(std::vector<Eigen::VectorXd> candidates);
 
   /// One measurement in the two forms it is needed in.
   struct Measurement {
-    ContinuousFactorPtr trial;  ///< over (pose, point), its noise widened by the drift
-    ContinuousFactorPtr real;   ///< over (pose, point), for the graph
+    ContinuousFactorPtr trial;   ///< over (pose, point), its noise widened by the drift
+    ContinuousFactorPtr real;    ///< over (pose, point), for the graph
+    double outlier_density = 0;  ///< of a false measurement, in the unit of its residual
     std::vector<double> class_likelihood = {};  ///< empty if it says nothing of the class
   };
 
   void add(Measurement measurement, const BankOptions& options);
+  /// Whether the best place explains too little: the first measurement may have been false, and
+  /// `add_candidates` should give places where another one puts the landmark.
+  bool needs_candidates() const;
+  void add_candidates(std::vector<Eigen::VectorXd> candidates);
 
   /// Refines and weighs the places with poses from where `pose` finds them.
   void refine(const std::function<const double*(Key)>& pose, const BankOptions& options);
@@ -60,7 +65,8 @@ class HypothesisBank {
   struct Place {
     Eigen::VectorXd point;
     Eigen::MatrixXd covariance;
-    double cost = 0;  ///< -log evidence, up to a constant common to all places
+    double cost = 0;       ///< -log evidence, up to a constant common to all places
+    double explained = 0;  ///< expected number of right measurements
     double probability = 0;
   };
   /// Most probable first, after refine().
@@ -70,6 +76,11 @@ class HypothesisBank {
   std::vector<Measurement> measurements_;
   std::vector<Place> places_;
 };
+
+/// -log likelihood of some measurements with the landmark at `point`, each right or false.
+double measurement_cost(const std::vector<HypothesisBank::Measurement>& measurements,
+                        const Eigen::VectorXd& point, const std::function<const double*(Key)>& pose,
+                        double outlier_share);
 
 /// Points all around a center at a distance [m], on a circle or on a sphere.
 std::vector<Eigen::VectorXd> ring_places(const Eigen::VectorXd& center, double radius, int count);

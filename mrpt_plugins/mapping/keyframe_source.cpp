@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "mrpt_plugins/mapping/space.h"
@@ -16,19 +17,12 @@ namespace {
 
 constexpr std::size_t kLookAhead = 100;  // keyframes
 
-bool sees_space(const DetectionFrame& frame) {
-  return !frame.detections.empty() && (frame.is_3d || is_tilted(frame.T_robot_sensor));
-}
-
-bool needs_space(const Keyframe& keyframe) {
-  return (keyframe.odometry && !keyframe.odometry->is_planar) ||
-         std::any_of(keyframe.detections.begin(), keyframe.detections.end(), sees_space);
-}
-
-bool has_detections(const Keyframe& keyframe) {
-  return std::any_of(keyframe.detections.begin(), keyframe.detections.end(),
-                     [](const DetectionFrame& frame) { return !frame.detections.empty(); });
-}
+/// How often something was of the plane or of space.
+struct Votes {
+  std::size_t plane = 0, space = 0;
+  void add(bool is_space) { ++(is_space ? space : plane); }
+  bool is_space() const { return space > plane; }
+};
 
 Dimension parse_dimension(const std::string& text) {
   if (text == "2") return Dimension::kPlane;
@@ -55,9 +49,9 @@ SourceOptions read_source_options(IniFile& ini) {
                   "with all at 0 every frame does");
   KeyframeOptions& k = options.keyframes;
   k.min_distance =
-      keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kNonNegative);
-  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", kNonNegative);
-  k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kNonNegative);
+      keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
+  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", IniRange{0, 360});
+  k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kDuration);
   options.gather = keyframes.get(
       "gather", options.gather,
       "follow detections between keyframes by odometry and hand each thing on as one detection; "
@@ -71,12 +65,15 @@ SourceOptions read_source_options(IniFile& ini) {
   IniSection sensor =
       ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
   DetectionOptions& d = options.detections;
-  d.max_range = sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositive);
-  d.sigma_range = sensor.get("sigma_range", d.sigma_range,
-                             "standard deviation of ranges [m]; 0: as the log says", kNonNegative);
-  d.sigma_yaw = sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", kNonNegative);
-  d.sigma_pitch =
-      sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says", kNonNegative);
+  d.max_range =
+      sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositiveLength);
+  d.sigma_range =
+      sensor.get("sigma_range", d.sigma_range,
+                 "standard deviation of ranges [m]; 0: as the log says", or_zero(kSigmaMetres));
+  d.sigma_yaw =
+      sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", or_zero(kSigmaDegrees));
+  d.sigma_pitch = sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says",
+                                 or_zero(kSigmaDegrees));
 
   d.ids = parse_ids(sensor.choice(
       "ids", "log", {"log", "none", "truth"},
@@ -86,11 +83,16 @@ SourceOptions read_source_options(IniFile& ini) {
   IniSection log = ini.section("log", "What a log may not say by itself");
   MotionModel& m = options.reader.motion_model;
   m.minStdXY = log.get("odometry_sigma_m", m.minStdXY,
-                       "least sigma of CObservationOdometry, which carries none", kPositive);
+                       "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
   m.minStdPHI = log.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
-                            "the same for the angle", kPositive);
+                            "the same for the angle", kSigmaDegrees);
   options.reader.period = log.get("period", options.reader.period,
-                                  "between frames without a time stamp [s]", kPositive);
+                                  "between frames without a time stamp [s]", kPositiveDuration);
+  options.reader.max_speed =
+      log.get("max_speed", options.reader.max_speed,
+              "odometry that leads farther in the time between frames, or in a period where that "
+              "is longer, is dropped as damaged [m/s]",
+              IniRange{1e-3, 1e4});
   return options;
 }
 
@@ -101,23 +103,36 @@ KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& o
       gathering_(options.gathering) {}
 
 std::optional<Keyframe> KeyframeSource::next() {
-  if (ahead_.empty()) return read();
-  Keyframe keyframe = std::move(ahead_.front());
+  if (ahead_.empty()) {
+    std::optional<Keyframe> keyframe = read();
+    progress_ = reader_.progress();
+    return keyframe;
+  }
+  Ahead first = std::move(ahead_.front());
   ahead_.pop_front();
-  return keyframe;
+  progress_ = first.progress;
+  return std::move(first.keyframe);
 }
 
 bool KeyframeSource::is_3d() {
   if (options_.dimension != Dimension::kAuto) return options_.dimension == Dimension::kSpace;
-  bool moved = false, seen = false;
-  while (!(moved && seen) && ahead_.size() < kLookAhead) {
+  while (ahead_.size() < kLookAhead) {
     std::optional<Keyframe> keyframe = read();
     if (!keyframe) break;
-    moved = moved || keyframe->odometry.has_value();
-    seen = seen || has_detections(*keyframe);
-    ahead_.push_back(std::move(*keyframe));
+    ahead_.push_back({std::move(*keyframe), reader_.progress()});
   }
-  return std::any_of(ahead_.begin(), ahead_.end(), needs_space);
+  Votes odometry;
+  std::map<std::string, Votes> sensors;
+  for (const auto& [keyframe, progress] : ahead_) {
+    if (keyframe.odometry) odometry.add(!keyframe.odometry->is_planar);
+    for (const DetectionFrame& frame : keyframe.detections) {
+      if (frame.detections.empty()) continue;
+      sensors[frame.sensor_label].add(frame.is_3d || is_tilted(frame.T_robot_sensor));
+    }
+  }
+  return odometry.is_space() || std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) {
+           return sensor.second.is_space();
+         });
 }
 
 /// Adds the detections of a step; at a keyframe, gives back all since the one before.

@@ -23,7 +23,7 @@ struct Keyframe {
   double time = 0;      ///< s
   std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
   std::vector<DetectionFrame> detections;
-  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< everything sensed there
+  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
 };
 
 enum class Dimension { kAuto, kPlane, kSpace };
@@ -48,18 +48,20 @@ class KeyframeSource {
 
   std::optional<Keyframe> next();
 
-  /// Whether the map must be in space: some odometry leaves the plane, a sensor is tilted or
-  /// measures pitch. Found by looking ahead to the first odometry and detections, unless chosen.
+  /// Whether the map must be in space, unless chosen: odometry is of space, or a sensor is tilted
+  /// or measures pitch, each in more than half of the first 100 keyframes where it says something.
+  /// So no single damaged entry decides; plugins leave out, and count, what does not fit the map.
   bool is_3d();
 
   LogStatus status() const { return reader_.status(); }
   /// How the log ended; empty if complete.
   const std::string& message() const { return reader_.message(); }
-  double progress() const { return reader_.progress(); }
+  /// Share of the log up to the newest keyframe.
+  double progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
   /// Odd things in the log that were got over, by kind.
-  const DropReport& warnings() const { return reader_.warnings(); }
+  DropReport warnings() const { return reader_.warnings(); }
 
  private:
   std::optional<Keyframe> read();
@@ -70,7 +72,12 @@ class KeyframeSource {
   KeyframePolicy policy_;
   Gathering gathering_;
   DropReport dropped_;
-  std::deque<Keyframe> ahead_;
+  struct Ahead {
+    Keyframe keyframe;
+    double progress;  ///< of the reader behind it
+  };
+  std::deque<Ahead> ahead_;
+  double progress_ = 0;
 };
 
 }  // namespace hybrid

@@ -3,7 +3,9 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,7 +29,10 @@ class Mapper {
   Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
          std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration = {});
 
-  /// Takes one keyframe in. Throws Error where it cannot become part of the map.
+  /// Takes one keyframe in. What of it cannot become part of the map (a measurement of the motion
+  /// that makes no sense, observations that leave a variable undetermined, a plugin that throws) is
+  /// left out and counted in `dropped`; the pose is always kept. Throws SettingsError where the
+  /// options make no sense together, and where memory is short, which leaves the map as it was.
   const StepRecord& add(const Keyframe& raw);
 
   /// Solves to convergence.
@@ -51,16 +56,36 @@ class Mapper {
   std::map<std::string, double> statistics() const;
   /// Reason -> number of measurements that were not used.
   const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
+  /// What exactly was wrong with the first of them, by step of the log.
+  const std::vector<std::string>& warnings() const { return warnings_; }
   bool is_3d() const { return is_3d_; }
 
  private:
-  Delta move(const Keyframe& keyframe);
-  void add_motion(std::size_t i, const OdometryIncrement& motion, bool measured, Delta& delta);
+  /// A new pose on its way into the map.
+  struct Motion {
+    Delta delta;
+    mrpt::poses::CPose3D T_map_robot, T_odometry_robot;  ///< expected, and by odometry alone
+    ContinuousFactorPtr factor;                          ///< the motion to it, or its prior
+    std::optional<DiscreteKey> mode;
+  };
+
+  Motion predict(Keyframe& keyframe);
+  Motion predict_from(const OdometryIncrement* measured) const;
+  void add_motion(std::size_t i, const OdometryIncrement& motion, bool measured, Motion& out) const;
   void add_modes(MapResult& result) const;
-  Contribution observe(MappingPlugin& plugin, const Keyframe& keyframe, const Delta& motion);
+  std::vector<Contribution> observe(const Keyframe& keyframe, const Motion& motion);
+  std::vector<Contribution> ask(const std::function<Contribution(MappingPlugin&)>& question);
   MapView view() const;
   void enter(const Contribution& contribution);
-  BackendReport take_in(Delta&& delta, const std::vector<Contribution>& contributions);
+  void note(const std::string& reason, const std::string& what);
+  void refuse(std::size_t plugin, const std::string& reason);
+  BackendReport update(const Delta& delta, const std::vector<Contribution>& contributions);
+  BackendReport update_one_by_one(const Delta& delta,
+                                  const std::vector<Contribution>& contributions);
+  void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
+            std::array<std::size_t, 3>& first);
+  void count(const BackendReport& report);
+  BackendReport solve();
   BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key('x', i); }
@@ -74,13 +99,15 @@ class Mapper {
   std::optional<DiscreteKey> last_mode_;  // of the newest motion
   LandmarkBook landmarks_;
   std::map<std::string, std::size_t> dropped_;
+  std::vector<std::string> warnings_;
   std::vector<StepRecord> steps_;
   Trajectory dead_reckoning_;
   std::vector<std::size_t> log_rows_;
   mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
-  ContinuousFactorPtr predicted_by_;  // the motion to it, or its prior
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
-  double plugin_ms_ = 0;  // time the plugins took for the newest keyframe
+  std::size_t row_ = 0;       // of the log, of the newest keyframe
+  std::size_t refusals_ = 0;  // of contributions
+  double plugin_ms_ = 0;      // time the plugins took for the newest keyframe
   double objective_ = 0;
 };
 

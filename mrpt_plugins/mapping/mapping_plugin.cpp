@@ -5,29 +5,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <mrpt/core/initializer.h>
 
 #include <algorithm>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/mapping/beacon_ranges.h"
-#include "mrpt_plugins/mapping/bearing_only.h"
-#include "mrpt_plugins/mapping/bearing_range_association.h"
-#include "mrpt_plugins/mapping/bearing_range_plugins.h"
 
 IMPLEMENTS_VIRTUAL_MRPT_OBJECT(MappingPlugin, mrpt::rtti::CObject, hybrid)
 
 namespace hybrid {
 namespace {
-
-MRPT_INITIALIZER(register_mapping_plugins) {
-  mrpt::rtti::registerClass(CLASS_ID(MappingPlugin));
-  mrpt::rtti::registerClass(CLASS_ID(BeaconRanges));
-  mrpt::rtti::registerClass(CLASS_ID(BearingOnlyKnownIds));
-  mrpt::rtti::registerClass(CLASS_ID(BearingRangeKnownIds));
-  mrpt::rtti::registerClass(CLASS_ID(ClassedBearingRangeKnownIds));
-  mrpt::rtti::registerClass(CLASS_ID(BearingRangeAssociation));
-}
 
 std::string without_namespace(const std::string& name) {
   const std::size_t colon = name.rfind(':');

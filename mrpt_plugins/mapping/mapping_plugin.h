@@ -27,7 +27,10 @@ struct Frame {
   Key pose;                          ///< its variable: SE2, or SE3 where `MapView::is_3d`
   mrpt::poses::CPose3D T_map_robot;  ///< its estimate before the observations are used
   const std::vector<DetectionFrame>& detections;
-  const std::vector<mrpt::obs::CObservation::Ptr>& observations;  ///< everything sensed there
+  /// Everything sensed there, of the classes that this program reads (CObservationBearingRange,
+  /// CObservationClassedBearingRange, CObservationBeaconRanges) and of those that a plugin asks
+  /// for.
+  const std::vector<mrpt::obs::CObservation::Ptr>& observations;
 };
 
 /// What a plugin may read of the map.
@@ -69,8 +72,8 @@ struct Outcome {
 };
 
 /// Turns observations into hybrid factors. Derive, write the two virtual methods, register the
-/// class with MRPT's class factory, and name it in [plugins] classes of the INI; a library of your
-/// own is loaded with -p. A plugin sees neither files nor windows nor the solver.
+/// class with HYBRID_REGISTER_PLUGIN, and name it in [plugins] classes of the INI; a library of
+/// your own is loaded with -p. A plugin sees neither files nor windows nor the solver.
 class MappingPlugin : public mrpt::rtti::CObject {
   DEFINE_VIRTUAL_MRPT_OBJECT(MappingPlugin)
 
@@ -79,11 +82,21 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// default and meaning, whether or not the file has it.
   virtual void configure(IniSection section) = 0;
 
+  /// Classes of further observations that the plugin looks at, with or without namespace. A log is
+  /// parsed in a process of its own (rawlog/object_reader.h), from which objects of these classes
+  /// come whole; of any other class only their time does.
+  virtual std::vector<std::string> observation_classes() const { return {}; }
+
   /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;
 
   /// Takes note of what became of the last contribution.
   virtual void applied(const Outcome&) {}
+
+  /// Told instead of `applied` where the last contribution could not become part of the map, for
+  /// instance because it left a variable undetermined: nothing of it is in the map. A plugin that
+  /// keeps a state of its own goes back to what it was before.
+  virtual void refused() {}
 
   /// A change of what was contributed before, asked for after every keyframe until it is empty.
   virtual Contribution revise(const MapView&) { return {}; }

@@ -101,16 +101,16 @@ void read_modes(IniFile& ini, MotionOptions& options) {
   const auto shares = per_mode(
       s, "share", n, {1.0, 0.5}, 1.0,
       "per mode, which part of the measured motion is real; empty: 1, of a second mode 0.5",
-      kNonNegative);
+      IniRange{0, 10});
   const auto sigmas = per_mode(
       s, "share_sigma", n, {0.0, 0.3}, 0.0,
       "per mode, uncertainty of that part, beside the noise of odometry; empty: 0, of a second "
       "mode 0.3",
-      kNonNegative);
+      IniRange{0, 10});
   const auto angles = per_mode(s, "sigma_deg", n, {0.0, 3.0}, 0.0,
                                "per mode, noise added to the rotation [deg]; empty: 0, of a second "
                                "mode 3",
-                               kNonNegative);
+                               IniRange{0, 360});
   for (std::size_t i = 0; i < n; ++i) {
     options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * kDegree});
   }
@@ -142,28 +142,28 @@ MotionOptions read_motion_options(IniFile& ini) {
       "sigmas", options.odometry_sigmas,
       "standard deviations of x y angle, or in space of x y z and the rotation vector [m, rad], in "
       "the frame of the robot; empty: the covariance in the log",
-      kPositive);
+      IniRange{1e-7, 1e3});
   options.standstill_sigma_m = odometry.get(
       "standstill_sigma_m", options.standstill_sigma_m,
       "where odometry says exactly no motion, as wheels at rest do, its noise [m]; 0: as any",
-      kNonNegative);
+      or_zero(kSigmaMetres));
   options.standstill_sigma_rad =
-      odometry.degrees("standstill_sigma_deg", 0.001, "the same for the rotation", kPositive);
+      odometry.degrees("standstill_sigma_deg", 0.001, "the same for the rotation", kSigmaDegrees);
   options.steady_sigma_m = odometry.get("steady_sigma_m", options.steady_sigma_m,
                                         "for a robot at steady speed: by how much its step changes "
                                         "between keyframes [m]; 0: anything",
-                                        kNonNegative);
+                                        or_zero(kSigmaMetres));
   read_modes(ini, options);
   options.lost_sigma_m = odometry.get(
       "lost_sigma_m", options.lost_sigma_m,
-      "where odometry is missing, the robot is taken to stand still with this sigma", kPositive);
+      "where odometry is missing, the robot is taken to stand still with this sigma", kSigmaMetres);
   options.lost_sigma_rad =
-      odometry.degrees("lost_sigma_deg", 30.0, "the same for the rotation", kPositive);
+      odometry.degrees("lost_sigma_deg", 30.0, "the same for the rotation", kSigmaDegrees);
   IniSection prior = ini.section("prior", "The first pose, which is the origin of the map");
   options.prior_sigma_m =
-      prior.get("sigma_m", options.prior_sigma_m, "of its position [m]", kPositive);
+      prior.get("sigma_m", options.prior_sigma_m, "of its position [m]", kSigmaMetres);
   options.prior_sigma_rad =
-      prior.get("sigma_rad", options.prior_sigma_rad, "of its rotation [rad]", kPositive);
+      prior.get("sigma_rad", options.prior_sigma_rad, "of its rotation [rad]", kSigmaRadians);
   return options;
 }
 

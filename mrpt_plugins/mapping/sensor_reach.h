@@ -5,8 +5,7 @@
 
 #include <mrpt/poses/CPose3D.h>
 
-#include <Eigen/Core>
-
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/input/detections.h"
 
 namespace hybrid {

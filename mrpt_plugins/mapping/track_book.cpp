@@ -72,35 +72,49 @@ void TrackBook::revive(int t, const Values& position, const Assignment& assignme
   track.alive = true;
   ++alive_;
   grid_.put(t, p[0], p[1]);
+  undo_.emplace_back([this, t] {
+    tracks_[t].alive = false;
+    --alive_;
+    grid_.remove(t);
+  });
+}
+
+/// Notes that sighting `s` belongs to track `t`.
+void TrackBook::join(int s, int t) {
+  Track& track = tracks_[t];
+  sightings_[s].track = t;
+  track.sightings.insert(std::lower_bound(track.sightings.begin(), track.sightings.end(), s), s);
+  if (track.class_key) add_evidence(sightings_[s], 1.0, track);
+}
+
+/// The reverse.
+void TrackBook::part(int s, int t) {
+  Track& track = tracks_[t];
+  sightings_[s].track = -1;
+  track.sightings.erase(std::find(track.sightings.begin(), track.sightings.end(), s));
+  if (track.class_key) add_evidence(sightings_[s], -1.0, track);
 }
 
 void TrackBook::count(int s, int t, Contribution& out) {
-  Sighting& sighting = sightings_[s];
-  Track& track = tracks_[t];
-  sighting.track = t;
-  track.sightings.insert(std::lower_bound(track.sightings.begin(), track.sightings.end(), s), s);
-  if (track.class_key) add_evidence(sighting, 1.0, track);
+  join(s, t);
+  undo_.emplace_back([this, s, t] { part(s, t); });
   out.sighted.push_back(t);
 }
 
-void TrackBook::attach(int s, int t, bool is_3d, Contribution& out, double weight) {
+void TrackBook::attach(int s, int t, bool is_3d, Contribution& out) {
   Sighting& sighting = sightings_[s];
   const Track& track = tracks_[t];
-  Detection detection = sighting.detection;
-  detection.covariance /= weight;
   ContinuousFactorPtr psi =
-      sighting_factor(sighting.pose, track.position, *sighting.sensor, detection, is_3d);
+      sighting_factor(sighting.pose, track.position, *sighting.sensor, sighting.detection, is_3d);
   if (track.class_key && !sighting.phi.empty()) {
-    std::vector<double> phi = sighting.phi;
-    for (double& p : phi) p = std::pow(p, weight);
-    out.delta.hybrid.push_back(
-        std::make_shared<WeightedFactor>(std::move(psi), likelihood_table(*track.class_key, phi)));
+    out.delta.hybrid.push_back(std::make_shared<WeightedFactor>(
+        std::move(psi), likelihood_table(*track.class_key, sighting.phi)));
     slots_[kHybrid].push_back({s, -1});
   } else {
     out.delta.continuous.push_back(std::move(psi));
     slots_[kContinuous].push_back({s, -1});
   }
-  if (sighting.track < 0) count(s, t, out);
+  count(s, t, out);
 }
 
 void TrackBook::add_factor(int s, HybridFactorPtr factor, Contribution& out) {
@@ -111,18 +125,23 @@ void TrackBook::add_factor(int s, HybridFactorPtr factor, Contribution& out) {
 void TrackBook::detach(int s, Contribution& out) {
   Sighting& sighting = sightings_[s];
   out.delta.remove.insert(out.delta.remove.end(), sighting.factors.begin(), sighting.factors.end());
+  undo_.emplace_back([this, s, factors = sighting.factors] { sightings_[s].factors = factors; });
   sighting.factors.clear();
-  if (sighting.track < 0) return;
-  Track& track = tracks_[sighting.track];
-  out.unsighted.push_back(sighting.track);
-  track.sightings.erase(std::find(track.sightings.begin(), track.sightings.end(), s));
-  if (track.class_key) add_evidence(sighting, -1.0, track);
-  sighting.track = -1;
+  const int t = sighting.track;
+  if (t < 0) return;
+  out.unsighted.push_back(t);
+  part(s, t);
+  undo_.emplace_back([this, s, t] { join(s, t); });
 }
 
 void TrackBook::remove(int t, Contribution& out) {
   Track& track = tracks_[t];
   out.delta.remove.insert(out.delta.remove.end(), track.prior.begin(), track.prior.end());
+  undo_.emplace_back([this, t, prior = track.prior] {
+    tracks_[t].prior = prior;
+    tracks_[t].alive = true;
+    ++alive_;
+  });
   track.prior.clear();
   out.delta.remove_values.push_back(track.position);
   out.forgotten.push_back(t);
@@ -152,6 +171,13 @@ void TrackBook::take_handles(const std::vector<Handle>& handles) {
     }
     slots.clear();
   }
+  undo_.clear();
+}
+
+void TrackBook::take_back() {
+  for (auto step = undo_.rbegin(); step != undo_.rend(); ++step) (*step)();
+  undo_.clear();
+  for (std::vector<Slot>& slots : slots_) slots.clear();
 }
 
 std::vector<double> TrackBook::class_belief(const Track& track, const ClassModel& classes) const {

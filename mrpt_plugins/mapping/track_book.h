@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -60,8 +61,8 @@ class TrackBook {
   /// Makes a landmark where sighting `s` puts it, seen from `T_map_robot`.
   int create(int s, const mrpt::poses::CPose3D& T_map_robot, const ClassModel& classes, bool is_3d,
              Contribution& out);
-  /// Takes sighting `s` for track `t`; `weight` below one weakens its factor.
-  void attach(int s, int t, bool is_3d, Contribution& out, double weight = 1.0);
+  /// Takes sighting `s` for track `t`.
+  void attach(int s, int t, bool is_3d, Contribution& out);
   /// The same in the books only; its factor is made elsewhere.
   void count(int s, int t, Contribution& out);
   /// Removes the factors of a sighting and, if it had a track, takes it from there.
@@ -78,6 +79,9 @@ class TrackBook {
 
   /// Notes the handles of the last contribution.
   void take_handles(const std::vector<Handle>& handles);
+  /// Takes back what was done since the handles of a contribution were noted; sightings noted since
+  /// then belong to no track, and tracks made since then are not alive.
+  void take_back();
 
   /// Probability of each class given the sightings.
   std::vector<double> class_belief(const Track& track, const ClassModel& classes) const;
@@ -97,6 +101,9 @@ class TrackBook {
   void place_some(const Values& values, int count);
 
  private:
+  void join(int s, int t);
+  void part(int s, int t);
+
   struct Slot {  // where the handle of an added factor goes
     int sighting = -1, track = -1;
   };
@@ -106,7 +113,8 @@ class TrackBook {
   SpatialGrid grid_;
   std::size_t alive_ = 0;
   std::size_t next_to_place_ = 0;
-  std::array<std::vector<Slot>, 3> slots_;  // by kind of factor, in the order of the delta
+  std::array<std::vector<Slot>, 3> slots_;   // by kind of factor, in the order of the delta
+  std::vector<std::function<void()>> undo_;  // since handles were noted last
 };
 
 }  // namespace hybrid

@@ -3,6 +3,7 @@
 
 #include "mrpt_plugins/mapping/unplaced_landmarks.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "mrpt_plugins/mapping/space.h"
@@ -20,9 +21,12 @@ const double* FrameValues::operator()(Key key) const {
 void UnplacedLandmarks::add(std::int64_t id, HypothesisBank::Measurement measurement,
                             const BankOptions& options,
                             const std::function<std::vector<Eigen::VectorXd>()>& candidates) {
-  auto bank = banks_.find(id);
-  if (bank == banks_.end()) bank = banks_.emplace(id, HypothesisBank(candidates())).first;
-  bank->second.add(std::move(measurement), options);
+  auto it = unplaced_.find(id);
+  if (it == unplaced_.end())
+    it = unplaced_.emplace(id, Unplaced{HypothesisBank(candidates())}).first;
+  if (it->second.bank.needs_candidates()) it->second.bank.add_candidates(candidates());
+  it->second.bank.add(std::move(measurement), options);
+  it->second.last_measured = calls_;
   touched_.insert(id);
 }
 
@@ -31,15 +35,22 @@ std::vector<PlacedLandmark> UnplacedLandmarks::place(const Frame& frame, const M
   const FrameValues values(frame, map);
   std::vector<PlacedLandmark> placed;
   for (const std::int64_t id : touched_) {
-    HypothesisBank& bank = banks_.at(id);
+    HypothesisBank& bank = unplaced_.at(id).bank;
     bank.refine([&](Key key) { return values(key); }, options);
     const auto point = bank.decided(options);
     if (!point) continue;
     placed.push_back({id, *point, bank.measurements()});
-    banks_.erase(id);
+    unplaced_.erase(id);
   }
   touched_.clear();
+  ++calls_;
   return placed;
+}
+
+bool UnplacedLandmarks::measured_lately(std::size_t calls) const {
+  return std::any_of(unplaced_.begin(), unplaced_.end(), [&](const auto& entry) {
+    return entry.second.last_measured + calls >= calls_;
+  });
 }
 
 }  // namespace hybrid

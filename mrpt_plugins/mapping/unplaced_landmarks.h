@@ -24,7 +24,8 @@ struct PlacedLandmark {
 /// Landmarks with ids that were seen but have no place in the map yet.
 class UnplacedLandmarks {
  public:
-  /// Takes a measurement of one; `candidates` gives its possible places if it is the first.
+  /// Takes a measurement of one; `candidates` gives the places that it allows by itself, for the
+  /// first one and where the places so far explain too little.
   void add(std::int64_t id, HypothesisBank::Measurement measurement, const BankOptions& options,
            const std::function<std::vector<Eigen::VectorXd>()>& candidates);
 
@@ -32,11 +33,18 @@ class UnplacedLandmarks {
   std::vector<PlacedLandmark> place(const Frame& frame, const MapView& map,
                                     const BankOptions& options);
 
-  bool empty() const { return banks_.empty(); }
+  /// Whether one of them was measured within the last `calls` calls of `place`.
+  bool measured_lately(std::size_t calls) const;
 
  private:
-  std::map<std::int64_t, HypothesisBank> banks_;
+  struct Unplaced {
+    HypothesisBank bank;
+    std::size_t last_measured = 0;  // before which call of `place`
+  };
+
+  std::map<std::int64_t, Unplaced> unplaced_;
   std::set<std::int64_t> touched_;
+  std::size_t calls_ = 0;
 };
 
 /// The values of the variables at a keyframe: its pose where it is expected, all else by the map.

@@ -103,20 +103,22 @@ Uncertainty WindowBackend::uncertainty(const std::vector<Key>& continuous,
       if (wanted.count(key) != 0) out.covariances[key] = covariance;
     });
   }
-  DiscreteMarginals marginals;  // of the last component asked for, which a chain asks for again
+  std::vector<Key> inside;
   for (const DiscreteKey& key : discrete) {
-    if (!marginals.contains(key.key)) {
-      if (smoother.assignment().contains(key.key)) {
-        marginals = discrete_marginals(smoother.component(key.key));
-      } else if (const Table* table = smoother_.past_table(key.key)) {
-        marginals = discrete_marginals({table});
-      } else {
-        continue;
-      }
+    if (smoother.assignment().contains(key.key)) {
+      inside.push_back(key.key);
+    } else if (const Table* table = smoother_.past_table(key.key)) {
+      const DiscreteMarginals marginals = discrete_marginals({table});
+      const auto p = marginals.at(key.key);
+      out.probabilities[key.key].assign(p.data(), p.data() + p.size());
     }
-    const auto p = marginals.at(key.key);
-    out.probabilities[key.key].assign(p.data(), p.data() + p.size());
   }
+  if (inside.empty()) return out;
+  const JointCovariance covariance = [&](const std::vector<Key>& keys) {
+    return smoother.joint_covariance(keys);
+  };
+  add_probabilities(posterior_marginals(smoother.graph(), smoother.estimate(), inside, covariance),
+                    out);
   return out;
 }
 

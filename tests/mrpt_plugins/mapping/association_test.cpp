@@ -147,7 +147,7 @@ TEST(Association, FindsLandmarksClassesAndSightings) {
 
 // The cut at half a turn lies straight ahead: each landmark passes it.
 TEST(Association, AnglesNearHalfATurnAreNothingSpecial) {
-  for (const char* method : {"hypotheses", "nearest", "jcbb", "soft"}) {
+  for (const char* method : {"hypotheses", "nearest", "jcbb"}) {
     IniFile ini(std::string("[BearingRangeAssociation]\nmethod = ") + method, "test.ini");
     Rounds world;
     world.yaw_of_sensor = M_PI;
@@ -249,7 +249,7 @@ TEST(Association, BatchWithoutAnEstimateOnTheWayIsAnError) {
       {
         for (int i = 0; i < 3; ++i) mapper.add(world.keyframe(i));
       },
-      Error);
+      SettingsError);
 }
 
 TEST(Association, TheSameInputGivesTheSameMap) {

@@ -6,97 +6,20 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
+#include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/range.h"
 #include "mrpt_plugins/mapping/hypothesis_bank.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "tests/mrpt_plugins/mapping/beacon_world.h"
+#include "tests/support/random.h"
 
 namespace hybrid {
 namespace {
 
-using mrpt::poses::CPose3D;
-
-/// A robot that drives a curve among four beacons; what it measures has the noise it states.
-struct World {
-  bool is_3d;
-  std::mt19937 random{5};
-  std::vector<Eigen::Vector3d> beacons;
-
-  explicit World(bool in_space) : is_3d(in_space) {
-    const double h = is_3d ? 1.0 : 0.0;
-    beacons = {{6, 1, h}, {-3, 7, -2 * h}, {2, -6, 3 * h}, {9, 8, -h}};
-  }
-  double gauss(double sigma) { return sigma * std::normal_distribution<double>()(random); }
-
-  CPose3D true_pose(int i) const {
-    const double a = 0.15 * i;
-    return {4 * std::sin(a), 4 - 4 * std::cos(a), is_3d ? std::sin(2 * a) : 0.0, a, 0, 0};
-  }
-
-  Keyframe keyframe(int i) {
-    Keyframe out;
-    out.row = static_cast<std::size_t>(i);
-    out.time = i;
-    if (i == 0) return out;
-    OdometryIncrement odometry;
-    odometry.mean =
-        (true_pose(i) - true_pose(i - 1)) + CPose3D(gauss(0.02), gauss(0.02), 0, gauss(0.01), 0, 0);
-    odometry.is_planar = !is_3d;
-    odometry.covariance.diagonal() << 4e-4, 4e-4, 4e-4, 1e-4, 1e-4, 1e-4;
-    out.odometry = odometry;
-    return out;
-  }
-
-  Keyframe with_ranges(int i, double unknown_share) {
-    Keyframe out = keyframe(i);
-    auto seen = mrpt::obs::CObservationBeaconRanges::Create();
-    seen->stdError = 0.05F;
-    for (std::size_t id = 0; id < beacons.size(); ++id) {
-      mrpt::obs::CObservationBeaconRanges::TMeasurement m;
-      m.sensorLocationOnRobot = {0.1, 0, 0};
-      const auto antenna = true_pose(i).composePoint({0.1, 0, 0});
-      const double distance =
-          (beacons[id] - Eigen::Vector3d(antenna.x, antenna.y, antenna.z)).norm();
-      m.sensedDistance = static_cast<float>(distance + gauss(0.05));
-      const bool hidden = std::uniform_real_distribution<double>()(random) < unknown_share;
-      m.beaconID = hidden ? mrpt::obs::INVALID_BEACON_ID : static_cast<std::int32_t>(id);
-      seen->sensedData.push_back(m);
-    }
-    out.observations = {seen};
-    return out;
-  }
-
-  Keyframe with_bearings(int i) {
-    Keyframe out = keyframe(i);
-    DetectionFrame frame;
-    frame.is_3d = is_3d;
-    frame.has_range = false;
-    frame.class_names = {"lamp", "door"};
-    for (std::size_t id = 0; id < beacons.size(); ++id) {
-      Detection d;
-      true_pose(i).sphericalCoordinates({beacons[id].x(), beacons[id].y(), beacons[id].z()},
-                                        d.range, d.yaw, d.pitch);
-      d.range = 0;
-      d.yaw += gauss(0.01);
-      d.pitch = is_3d ? d.pitch + gauss(0.01) : 0.0;
-      d.id = static_cast<std::int64_t>(id);
-      d.class_probabilities =
-          id % 2 == 0 ? std::vector<double>{0.7, 0.3} : std::vector<double>{0.2, 0.8};
-      d.covariance.diagonal() << 1, 1e-4, is_3d ? 1e-4 : 0.0;
-      frame.detections.push_back(d);
-    }
-    out.detections = {frame};
-    return out;
-  }
-};
-
-Mapper make_mapper(const std::string& plugin, bool is_3d) {
-  IniFile ini;
-  return {read_motion_options(ini),
-          {make_plugin(plugin, ini)},
-          make_backend(ini.section("solver")),
-          is_3d};
-}
+using testing::make_mapper;
+using World = testing::BeaconWorld;
 
 void expect_beacons(const MapResult& result, const World& world, double tolerance) {
   ASSERT_EQ(result.landmarks.size(), world.beacons.size());
@@ -106,8 +29,8 @@ void expect_beacons(const MapResult& result, const World& world, double toleranc
   }
 }
 
-class RangeOrBearing : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(PlaneAndSpace, RangeOrBearing, testing::Bool());
+class RangeOrBearing : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(PlaneAndSpace, RangeOrBearing, ::testing::Bool());
 
 TEST_P(RangeOrBearing, BeaconsFindTheirPlacesFromRangesAlone) {
   World world(GetParam());
@@ -207,7 +130,7 @@ TEST(HypothesisBank, KeepsBothSidesOfAStraightWay) {
     const double range = (beacon - Eigen::Vector2d(0.5 * i, 0)).norm();
     const auto factor = std::make_shared<Range<SE2, Eigen::Vector2d>>(pose, Key('l', 0), range,
                                                                       Noise::isotropic(1, 0.05));
-    bank.add({factor, factor}, options);
+    bank.add({factor, factor, 0.01}, options);
     bank.refine([&](Key key) { return poses.data(key); }, options);
   }
   EXPECT_FALSE(bank.decided(options));
@@ -222,11 +145,124 @@ TEST(HypothesisBank, KeepsBothSidesOfAStraightWay) {
   const auto aside = std::make_shared<Range<SE2, Eigen::Vector2d>>(
       Key('x', 99), Key('l', 0), (beacon - Eigen::Vector2d(6, 2)).norm(),
       Noise::isotropic(1, 0.05));
-  bank.add({aside, aside}, options);
-  bank.add({aside, aside}, options);
+  bank.add({aside, aside, 0.01}, options);
+  bank.add({aside, aside, 0.01}, options);
   bank.refine([&](Key key) { return poses.data(key); }, options);
   ASSERT_TRUE(bank.decided(options));
   EXPECT_NEAR(bank.decided(options)->y(), 4, 0.1);
+}
+
+/// A robot on a curve measures one landmark, some measurements false: the initialiser of a landmark
+/// against trying all places.
+struct OneLandmark {
+  OneLandmark(bool by_range, double outliers, int seed)
+      : random(static_cast<std::uint64_t>(seed)), landmark(random.vector<2>(6.0)) {
+    std::vector<Eigen::VectorXd> first;
+    SE2 x(0, 0, random.uniform(-3.0, 3.0));
+    const double turn = random.uniform(0.05, 0.3);
+    for (int i = 0; i < 12; ++i, x = x * SE2(0.6, 0.0, turn)) {
+      const Key pose('x', static_cast<std::uint64_t>(i));
+      poses.insert(pose, x);
+      const Eigen::Vector2d seen = x.inverse() * landmark;
+      const bool wrong = random.uniform() < outliers;
+      double z = by_range ? seen.norm() : std::atan2(seen.y(), seen.x());
+      z += random.normal(by_range ? 0.05 : 0.01);
+      if (wrong) z = by_range ? random.uniform(0.1, kFarthest) : random.uniform(-M_PI, M_PI);
+      ContinuousFactorPtr factor;
+      if (by_range) {
+        factor = std::make_shared<Range<SE2, Eigen::Vector2d>>(pose, Key('l', 0), z,
+                                                               Noise::isotropic(1, 0.05));
+      } else {
+        factor = std::make_shared<Bearing2>(pose, Key('l', 0), Bearing2::Angles::Constant(z),
+                                            Noise::isotropic(1, 0.01));
+      }
+      measurements.push_back({factor, factor, by_range ? 1 / kFarthest : 1 / (2 * M_PI)});
+      const Eigen::Vector2d ray(std::cos(z + x.angle()), std::sin(z + x.angle()));
+      candidates.push_back(by_range ? ring_places(x.translation(), z, 24)
+                                    : ray_places(x.translation(), ray, 0.5, 100, 16));
+    }
+  }
+
+  const double* pose(Key key) const { return poses.data(key); }
+  double cost(const Eigen::Vector2d& point) const {
+    return measurement_cost(
+        measurements, point, [this](Key key) { return pose(key); }, kOutlierShare);
+  }
+
+  /// The least cost of all places within 25 m, by a grid and Newton-free descent from its best
+  /// cells.
+  double least_cost() const {
+    std::vector<std::pair<double, Eigen::Vector2d>> cells;
+    for (double px = -25; px <= 25; px += 0.25) {
+      for (double py = -25; py <= 25; py += 0.25) {
+        cells.emplace_back(cost({px, py}), Eigen::Vector2d(px, py));
+      }
+    }
+    std::sort(cells.begin(), cells.end(), [](auto& a, auto& b) { return a.first < b.first; });
+    double least = cells.front().first;
+    for (int k = 0; k < 40; ++k) {
+      auto [best, at] = cells[static_cast<std::size_t>(k)];
+      for (double step = 0.2; step > 1e-5;) {
+        bool moved = false;
+        for (int d = 0; d < 8 && !moved; ++d) {
+          const Eigen::Vector2d next =
+              at + step * Eigen::Vector2d(std::cos(M_PI / 4 * d), std::sin(M_PI / 4 * d));
+          const double c = cost(next);
+          moved = c < best;
+          if (moved) std::tie(best, at) = std::make_pair(c, next);
+        }
+        if (!moved) step *= 0.5;
+      }
+      least = std::min(least, best);
+    }
+    return least;
+  }
+
+  HypothesisBank bank() {
+    BankOptions options;
+    options.outlier_share = kOutlierShare;
+    HypothesisBank bank(candidates.front());
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+      if (bank.needs_candidates()) bank.add_candidates(candidates[i]);
+      bank.add(measurements[i], options);
+      bank.refine([this](Key key) { return pose(key); }, options);
+    }
+    return bank;
+  }
+
+  static constexpr double kOutlierShare = 0.1;
+  static constexpr double kFarthest = 30;
+  hybrid::testing::Random random;
+  Eigen::Vector2d landmark;
+  Values poses;
+  std::vector<HypothesisBank::Measurement> measurements;
+  std::vector<std::vector<Eigen::VectorXd>> candidates;
+};
+
+class Initialiser : public ::testing::TestWithParam<std::tuple<bool, double>> {};
+INSTANTIATE_TEST_SUITE_P(RangeAndBearing, Initialiser,
+                         ::testing::Combine(::testing::Bool(), ::testing::Values(0.0, 0.1, 0.3)));
+
+TEST_P(Initialiser, FindsTheBestOfAllPlaces) {
+  const auto [by_range, outliers] = GetParam();
+  BankOptions options;
+  int decided = 0, found = 0, right = 0;
+  constexpr int kWorlds = 24;
+  for (int seed = 1; seed <= kWorlds; ++seed) {
+    OneLandmark world(by_range, outliers, seed);
+    const HypothesisBank bank = world.bank();
+    const double cost = world.cost(bank.places().front().point);
+    found += cost < world.least_cost() + 0.01 ? 1 : 0;
+    const auto place = bank.decided(options);
+    if (!place) continue;
+    ++decided;
+    const Eigen::Vector2d error = *place - world.landmark;
+    const Eigen::MatrixXd& sigma = bank.places().front().covariance;
+    right += error.dot(sigma.llt().solve(error)) < 16 ? 1 : 0;
+  }
+  EXPECT_GE(found, kWorlds - (outliers > 0.2 ? 3 : 1));
+  EXPECT_GE(decided, kWorlds / 2);
+  EXPECT_GE(right, decided - (outliers > 0.2 ? 2 : 1));
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// What a mapper has found.
+
+#include <utility>
+
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/space.h"
+
+namespace hybrid {
+namespace {
+
+/// A covariance of a point of 2 or 3 as 3x3.
+Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
+  Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
+  out.topLeftCorner(covariance.rows(), covariance.cols()) = covariance;
+  return out;
+}
+
+}  // namespace
+
+std::vector<AssociationDecision> Mapper::decisions() const {
+  std::vector<AssociationDecision> all;
+  for (const auto& plugin : plugins_) {
+    for (const AssociationDecision& decision : plugin->decisions(view())) all.push_back(decision);
+  }
+  return all;
+}
+
+std::map<std::string, double> Mapper::statistics() const {
+  std::map<std::string, double> all = {
+      {"updates", static_cast<double>(updates_)},
+      {"updates_by_local_search", static_cast<double>(updates_by_local_search_)}};
+  for (const auto& plugin : plugins_) all.merge(plugin->statistics());
+  return all;
+}
+
+std::vector<std::string> Mapper::class_names() const {
+  for (const auto& plugin : plugins_) {
+    if (!plugin->class_names().empty()) return plugin->class_names();
+  }
+  return {};
+}
+
+MapResult Mapper::result() const {
+  MapResult result;
+  result.is_3d = is_3d_;
+  result.class_names = class_names();
+  result.dead_reckoning = dead_reckoning_;
+  result.steps = steps_;
+  add_modes(result);
+  result.calibration = calibrator_.estimates(*backend_);
+  const Values& values = backend_->values();
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});
+  }
+  std::vector<Key> points;
+  std::vector<DiscreteKey> classes;
+  for (const auto& [id, landmark] : landmarks_) {
+    points.push_back(landmark.position);
+    if (landmark.class_key) classes.push_back(*landmark.class_key);
+  }
+  const Uncertainty uncertainty = backend_->uncertainty(points, classes);
+  for (const auto& [id, landmark] : landmarks_) {
+    LandmarkEstimate out;
+    out.id = id;
+    out.position = point_at(values, landmark.position);
+    out.is_3d = is_3d_;
+    out.sightings = landmark.sightings;
+    const auto covariance = uncertainty.covariances.find(landmark.position);
+    if (covariance != uncertainty.covariances.end()) out.covariance = padded(covariance->second);
+    if (landmark.class_key) {
+      out.class_index = backend_->assignment().at(landmark.class_key->key);
+      const auto p = uncertainty.probabilities.find(landmark.class_key->key);
+      if (p != uncertainty.probabilities.end()) out.class_probabilities = p->second;
+    }
+    result.landmarks.push_back(std::move(out));
+  }
+  return result;
+}
+
+void Mapper::add_modes(MapResult& result) const {
+  if (options_.modes.empty()) return;
+  std::vector<DiscreteKey> keys;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const DiscreteKey key{Key('m', i), static_cast<int>(options_.modes.size())};
+    const int mode = backend_->assignment().find(key.key);
+    result.motion_modes.push_back(mode);
+    if (mode >= 0) keys.push_back(key);
+  }
+  for (const MotionMode& mode : options_.modes) result.mode_names.push_back(mode.name);
+  Uncertainty uncertainty = backend_->uncertainty({}, keys);
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    result.mode_probabilities.push_back(std::move(uncertainty.probabilities[Key('m', i)]));
+  }
+}
+
+std::vector<Eigen::MatrixXd> Mapper::pose_covariances() const {
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < steps_.size(); ++i) keys.push_back(pose_key(i));
+  Uncertainty uncertainty = backend_->uncertainty(keys, {});
+  std::vector<Eigen::MatrixXd> out(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto it = uncertainty.covariances.find(keys[i]);
+    if (it != uncertainty.covariances.end()) out[i] = std::move(it->second);
+  }
+  return out;
+}
+
+}  // namespace hybrid

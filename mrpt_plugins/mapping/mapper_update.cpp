@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// How what the plugins say becomes part of the map, as far as it can.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "mrpt_plugins/mapping/mapper.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMostWarnings = 20;
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+void merge(Delta& into, const Delta& from) {
+  append(into.continuous, from.continuous);
+  append(into.discrete, from.discrete);
+  append(into.hybrid, from.hybrid);
+  append(into.remove, from.remove);
+  append(into.remove_values, from.remove_values);
+  for (const Key key : from.values.keys()) {
+    into.values.insert(key, from.values.type(key), from.values.data(key));
+  }
+  for (const auto& [key, value] : from.assignment) into.assignment.set(key, value);
+}
+
+/// What a call returns; its wall time is added to `ms`.
+template <class Call>
+auto timed(double& ms, Call&& call) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = call();
+  ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace
+
+/// What each plugin says when it is asked; one that throws, or contradicts the landmarks of the
+/// map, says nothing.
+std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPlugin&)>& question) {
+  std::vector<Contribution> contributions(plugins_.size());
+  for (std::size_t p = 0; p < plugins_.size(); ++p) {
+    const std::size_t changes = landmarks_.changes();
+    try {
+      contributions[p] = timed(plugin_ms_, [&] { return question(*plugins_[p]); });
+      for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
+      enter(contributions[p]);
+    } catch (const std::bad_alloc&) {
+      for (const auto& plugin : plugins_) plugin->refused();
+      landmarks_.roll_back();
+      throw;
+    } catch (const SettingsError&) {
+      throw;
+    } catch (const std::exception& e) {
+      landmarks_.roll_back(changes);
+      contributions[p] = {};
+      refuse(p, e.what());
+    }
+  }
+  return contributions;
+}
+
+void Mapper::enter(const Contribution& contribution) {
+  for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
+  for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
+  for (const std::int64_t id : contribution.unsighted) landmarks_.unsighted(id);
+  for (const std::int64_t id : contribution.forgotten) landmarks_.remove(id);
+}
+
+/// Counts what cannot be used; the first few are told in full.
+void Mapper::note(const std::string& reason, const std::string& what) {
+  ++dropped_[reason];
+  if (warnings_.size() < kMostWarnings) {
+    warnings_.push_back(fmt::format("step {} of the log: {}: {}", row_, reason, what));
+  }
+}
+
+void Mapper::refuse(std::size_t plugin, const std::string& reason) {
+  ++refusals_;
+  plugins_[plugin]->refused();
+  note("observations dropped: not usable", reason);
+}
+
+/// One update with what the motion (in `delta`) and the plugins say. Where that is refused, the
+/// motion alone and then what each plugin says, as far as it is not refused again.
+BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>& contributions) {
+  Delta all = delta;
+  std::array<std::size_t, 3> first = {delta.continuous.size(), delta.discrete.size(),
+                                      delta.hybrid.size()};
+  BackendReport report;
+  try {
+    for (const Contribution& contribution : contributions) merge(all, contribution.delta);
+    report = backend_->update(all);
+  } catch (const std::bad_alloc&) {
+    for (const auto& plugin : plugins_) plugin->refused();
+    landmarks_.roll_back();
+    throw;
+  } catch (const std::exception&) {
+    landmarks_.roll_back();
+    return update_one_by_one(delta, contributions);
+  }
+  landmarks_.commit();
+  first[1] += all.continuous.size();
+  first[2] += all.continuous.size() + all.discrete.size();
+  if (std::any_of(contributions.begin(), contributions.end(),
+                  [](const Contribution& c) { return c.settle; })) {
+    add_work(report, solve());
+  }
+  for (std::size_t p = 0; p < contributions.size(); ++p) tell(p, contributions[p], report, first);
+  count(report);
+  return report;
+}
+
+BackendReport Mapper::update_one_by_one(const Delta& delta,
+                                        const std::vector<Contribution>& contributions) {
+  BackendReport report = backend_->update(delta);
+  count(report);
+  for (std::size_t p = 0; p < contributions.size(); ++p) {
+    const Contribution& own = contributions[p];
+    if (own.empty()) {
+      std::array<std::size_t, 3> none{};
+      tell(p, own, report, none);
+      continue;
+    }
+    try {
+      enter(own);
+      BackendReport one = backend_->update(own.delta);
+      landmarks_.commit();
+      std::array<std::size_t, 3> first = {0, own.delta.continuous.size(),
+                                          own.delta.continuous.size() + own.delta.discrete.size()};
+      tell(p, own, one, first);
+      count(one);
+      add_work(report, one);
+    } catch (const std::bad_alloc&) {
+      landmarks_.roll_back();
+      throw;
+    } catch (const std::exception& e) {
+      landmarks_.roll_back();
+      refuse(p, e.what());
+    }
+  }
+  return report;
+}
+
+/// Tells a plugin what became of its contribution; `first` are the places of its handles among
+/// those of the report by kind of factor, and move on behind them.
+void Mapper::tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
+                  std::array<std::size_t, 3>& first) {
+  Outcome outcome{{}, objective_, report.objective, report.exact};
+  const Delta& own = contribution.delta;
+  const std::array<std::size_t, 3> sizes = {own.continuous.size(), own.discrete.size(),
+                                            own.hybrid.size()};
+  for (std::size_t kind = 0; kind < 3; ++kind) {
+    for (std::size_t i = 0; i < sizes[kind]; ++i) {
+      outcome.handles.push_back(report.handles.at(first[kind]++));
+    }
+  }
+  plugins_[plugin]->applied(outcome);
+}
+
+void Mapper::count(const BackendReport& report) {
+  ++updates_;
+  if (!report.exact) ++updates_by_local_search_;
+  objective_ = report.objective;
+}
+
+/// Solves to convergence, as far as that is possible.
+BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Error& e) {
+  note("solution to convergence dropped: not possible", e.what());
+  BackendReport report;
+  report.objective = objective_;
+  return report;
+}
+
+/// Asks all plugins for changes of what they said, until none has any. A plugin whose change is
+/// refused is not asked again.
+BackendReport Mapper::revise(bool concluding) {
+  BackendReport work;
+  work.objective = objective_;
+  const std::size_t refusals = refusals_;
+  for (bool again = true; again && refusals_ == refusals;) {
+    const MapView map = view();
+    const std::vector<Contribution> contributions = ask([&](MappingPlugin& plugin) {
+      return concluding ? plugin.conclude(map) : plugin.revise(map);
+    });
+    again = std::any_of(contributions.begin(), contributions.end(),
+                        [](const Contribution& c) { return !c.empty(); });
+    if (again) add_work(work, update({}, contributions));
+  }
+  landmarks_.commit();
+  return work;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// A back-end that refuses what plugins say in some keyframes: the map goes on without it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "tests/mrpt_plugins/mapping/beacon_world.h"
+
+namespace hybrid {
+namespace {
+
+using testing::BeaconWorld;
+
+bool is_of_landmark(Key key) {
+  return key.letter() == 'l';
+}
+
+/// Refuses every change with a landmark in it while it is told to.
+class Refusing : public Backend {
+ public:
+  Refusing(std::unique_ptr<Backend> inner, const bool& refuses)
+      : inner_(std::move(inner)), refuses_(refuses) {}
+
+  std::string mode() const override { return inner_->mode(); }
+  BackendReport update(const Delta& delta) override {
+    const auto has_landmark = [](const auto& factor) {
+      return std::any_of(factor->keys().begin(), factor->keys().end(), is_of_landmark);
+    };
+    if (refuses_ && (std::any_of(delta.continuous.begin(), delta.continuous.end(), has_landmark) ||
+                     std::any_of(delta.hybrid.begin(), delta.hybrid.end(), has_landmark))) {
+      throw Error("refused");
+    }
+    return inner_->update(delta);
+  }
+  BackendReport finish() override { return inner_->finish(); }
+  const Values& values() const override { return inner_->values(); }
+  const Assignment& assignment() const override { return inner_->assignment(); }
+  const HybridGraph& graph() const override { return inner_->graph(); }
+  bool keeps_all() const override { return inner_->keeps_all(); }
+  bool holds(Key key) const override { return inner_->holds(key); }
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override {
+    return inner_->joint_covariance(keys);
+  }
+  Uncertainty uncertainty(const std::vector<Key>& continuous,
+                          const std::vector<DiscreteKey>& discrete) const override {
+    return inner_->uncertainty(continuous, discrete);
+  }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+  const bool& refuses_;
+};
+
+struct Case {
+  const char* plugin;
+  Keyframe (*keyframe)(BeaconWorld&, int);
+};
+
+class Refusal : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(
+    Plugins, Refusal,
+    ::testing::Values(
+        Case{"BearingRangeKnownIds",
+             [](BeaconWorld& w, int i) { return w.with_detections(i, true); }},
+        Case{"ClassedBearingRangeKnownIds",
+             [](BeaconWorld& w, int i) { return w.with_detections(i, true); }},
+        Case{"BearingRangeAssociation",
+             [](BeaconWorld& w, int i) { return w.with_detections(i, false); }},
+        Case{"BearingOnlyKnownIds", [](BeaconWorld& w, int i) { return w.with_bearings(i); }},
+        Case{"BeaconRanges", [](BeaconWorld& w, int i) { return w.with_ranges(i, 0.3); }}),
+    [](const auto& info) { return info.param.plugin; });
+
+TEST_P(Refusal, LosesTheObservationsOfTheKeyframeAndNothingElse) {
+  for (const char* mode : {"incremental", "fixed_lag\nlag = 200", "batch\nsolve_every = 1"}) {
+    SCOPED_TRACE(mode);
+    IniFile ini(std::string("[solver]\nmode = ") + mode, "test.ini");
+    BeaconWorld world(false);
+    bool refuses = false;
+    Mapper mapper(read_motion_options(ini), {make_plugin(GetParam().plugin, ini)},
+                  std::make_unique<Refusing>(make_backend(ini.section("solver")), refuses), false);
+    constexpr int kKeyframes = 60;
+    for (int i = 0; i < kKeyframes; ++i) {
+      refuses = i == 0 || i == 9 || (20 <= i && i < 24) || i == 40;
+      mapper.add(GetParam().keyframe(world, i));
+    }
+    refuses = false;
+    mapper.finish();
+    EXPECT_GE(mapper.dropped().at("observations dropped: not usable"), 4U);
+    EXPECT_EQ(mapper.warnings().size(), mapper.dropped().at("observations dropped: not usable"));
+    const MapResult result = mapper.result();
+    EXPECT_EQ(result.trajectory.size(), static_cast<std::size_t>(kKeyframes));
+    EXPECT_LE(mapper.decisions().size(), kKeyframes * world.beacons.size());
+    ASSERT_EQ(result.landmarks.size(), world.beacons.size());
+    for (const Eigen::Vector3d& truth : world.beacons) {
+      double nearest = INFINITY;
+      for (const LandmarkEstimate& l : result.landmarks) {
+        nearest = std::min(nearest, (l.position - truth).norm());
+      }
+      EXPECT_LT(nearest, 0.5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hybrid
