@@ -7,6 +7,8 @@
 #include <string>
 
 #include "apps/exit_code.h"
+#include "apps/version.h"
+#include "mrpt_plugins/output/provenance.h"
 
 namespace hybrid {
 
@@ -17,9 +19,11 @@ inline void add_output_folder(CLI::App& app, std::string& output) {
       ->capture_default_str();
 }
 
-/// Whether the command line was parsed and the program is to go on. If not, as after --help or an
-/// error, what to say has been said, and `exit_code` is set.
+/// Whether the command line was parsed and the program is to go on. If not, as after --help,
+/// --version or an error, what to say has been said, and `exit_code` is set.
 inline bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code) {
+  app.set_version_flag("--version", app.get_name() + " " + program_version(),
+                       "print the version and exit");
   try {
     app.parse(argc, argv);
     return true;
@@ -27,6 +31,14 @@ inline bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_c
     exit_code = app.exit(e) == 0 ? kExitOk : kExitFailure;
     return false;
   }
+}
+
+/// Version and command line, for summary.json.
+inline Provenance provenance_of(int argc, char** argv) {
+  Provenance provenance;
+  provenance.version = program_version();
+  provenance.command.assign(argv, argv + argc);
+  return provenance;
 }
 
 }  // namespace hybrid

@@ -5,7 +5,13 @@
 
 namespace hybrid {
 
-/// Exit codes of the programs; --help of each says what is partial.
-enum ExitCode { kExitOk = 0, kExitFailure = 1, kExitPartial = 2 };
+/// Exit codes of the programs. A result that is partial, empty or interrupted says so in the
+/// `status` of its summary.json.
+enum ExitCode {
+  kExitOk = 0,
+  kExitFailure = 1,       ///< nothing was written
+  kExitPartial = 2,       ///< a partial or empty result was written; --help of each says when
+  kExitInterrupted = 128  ///< plus the signal, as shells count: 130 SIGINT, 143 SIGTERM, 129 SIGHUP
+};
 
 }  // namespace hybrid

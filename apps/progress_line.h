@@ -3,11 +3,12 @@
 
 #pragma once
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <string>
+
+#include "apps/program.h"
 
 namespace hybrid {
 
@@ -22,14 +23,14 @@ class ProgressLine {
 
   bool terminal() const { return terminal_; }
   void show(const std::string& text) {
-    fmt::print(stderr, terminal_ ? "\r\033[K{}" : "{}\n", text);
+    complain("{}", terminal_ ? "\r\033[K" + text : text + "\n");
     std::fflush(stderr);
     shown_ = terminal_;
   }
   /// Prints a line that stays.
   void message(const std::string& text) {
     clear();
-    fmt::print(stderr, "{}\n", text);
+    complain("{}\n", text);
   }
   void clear() {
     if (shown_) std::fputs("\r\033[K", stderr);

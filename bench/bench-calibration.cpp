@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/calibration.h"
 #include "mrpt_plugins/output/figures.h"
 #include "mrpt_plugins/output/image.h"
-#include "mrpt_plugins/output/output_directory.h"
 #include "mrpt_plugins/simulation/scenario.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
@@ -97,10 +97,10 @@ int main(int argc, char** argv) try {
     hybrid::fs::remove(log.substr(0, log.rfind('.')) + end);
   }
   const hybrid::Calibration result = hybrid::calibration(counts.early);
-  hybrid::OutputDirectory(output).write(
-      "reliability.png",
-      hybrid::png(hybrid::reliability_image(
-          result, fmt::format("Class probabilities, {} simulated logs", seeds))));
+  std::filesystem::create_directories(output);
+  hybrid::write_file(output + "/reliability.png",
+                     hybrid::png(hybrid::reliability_image(
+                         result, fmt::format("Class probabilities, {} simulated logs", seeds))));
   fmt::print("{} predictions: expected calibration error {:.4f}, Brier {:.4f}, log loss {:.4f}\n",
              result.predictions, result.expected_error, result.brier, result.log_loss);
   fmt::print("{} of {} landmarks seen at least five times have the right class at the end\n",

@@ -7,12 +7,13 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/output/output_directory.h"
+#include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/output/plot.h"
 
 namespace hybrid {
@@ -69,7 +70,8 @@ int main(int argc, char** argv) try {
   plot.x = {"poses in the graph", hybrid::Scale::kLog};
   plot.y = {"time per step [ms]", hybrid::Scale::kLog};
   for (const std::string& file : files) hybrid::read_rows(file, plot.series);
-  hybrid::OutputDirectory(output).write("growth.png", hybrid::png(hybrid::render(plot)));
+  std::filesystem::create_directories(output);
+  hybrid::write_file(output + "/growth.png", hybrid::png(hybrid::render(plot)));
   return 0;
 } catch (const std::exception& e) {
   fmt::print(stderr, "plot-growth: {}\n", e.what());

@@ -13,7 +13,9 @@ if(HYBRID_WITH_MRPT)
   get_property(apps DIRECTORY ${PROJECT_SOURCE_DIR}/apps PROPERTY BUILDSYSTEM_TARGETS)
   foreach(app ${apps})
     get_target_property(type ${app} TYPE)
-    if(type STREQUAL "EXECUTABLE")
+    if(app STREQUAL "hybrid-rawlog-reader")
+      install(TARGETS ${app} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hybrid)
+    elseif(type STREQUAL "EXECUTABLE")
       install(TARGETS ${app} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     endif()
   endforeach()
@@ -28,6 +30,7 @@ endforeach()
 install(TARGETS ${targets} EXPORT hybridTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY ${headers} DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${HYBRID_INSTALL_INCLUDEDIR})
 install(EXPORT hybridTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
 
 configure_package_config_file(cmake/hybridConfig.cmake.in ${PROJECT_BINARY_DIR}/hybridConfig.cmake

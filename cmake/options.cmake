@@ -23,6 +23,12 @@ function(hybrid_configure target)
     # gcc 12 sees these in dead branches of Eigen's vectorised code.
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)
   endif()
+  if(HYBRID_FUZZ)
+    set(fuzz address,undefined,float-cast-overflow)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link,${fuzz} -fno-omit-frame-pointer
+                                             -fno-sanitize-recover=all)
+    target_link_options(${target} PRIVATE -fsanitize=${fuzz})
+  endif()
   if(HYBRID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${HYBRID_SANITIZE} -fno-omit-frame-pointer
                                              -fno-sanitize-recover=all)

@@ -15,7 +15,10 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-experiment/progress.h"
+#include "apps/program.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/write_file.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plots.h"
 #include "mrpt_plugins/experiment/pose_graph_trial.h"
@@ -31,6 +34,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSettings = "settings.txt";
+constexpr const char* kVersion = "version";
+// Files that outlast a result: trials that have been run stay, whatever becomes of the folder.
+const std::vector<std::string> kLasting = {"results.csv", kSettings, "experiment.ini"};
 
 void apply(const Options& options, IniFile& ini) {
   if (!options.data_dir.empty()) {
@@ -42,25 +48,41 @@ void apply(const Options& options, IniFile& ini) {
 }
 
 /// Throws Error where the folder has results of other settings; else notes the settings. What is
-/// only in one of the two belongs to graphs or methods that were added or left out.
-void check_settings(const OutputDirectory& out, const ExperimentPlan& plan) {
+/// only in one of the two belongs to graphs or methods that were added or left out. Of versions of
+/// the program all are noted.
+void check_settings(const fs::path& folder, const ExperimentPlan& plan, const std::string& version,
+                    bool has_results) {
   std::map<std::string, std::string> all = plan.fingerprint;
-  std::ifstream in(out.folder() / kSettings);
+  std::string versions;
+  std::ifstream in(folder / kSettings);
   for (std::string line; std::getline(in, line);) {
     const std::size_t equals = line.find('=');
     if (equals == std::string::npos) continue;
     const std::string name = line.substr(0, equals), before = line.substr(equals + 1);
+    if (name == kVersion) {
+      versions = before;
+      continue;
+    }
     const auto it = all.emplace(name, before).first;
     if (it->second != before) {
       throw Error(
           fmt::format("{}: the results there are of other settings: {} was '{}' and is now "
                       "'{}'; use another -o, or remove the folder",
-                      out.folder().string(), name, before, it->second));
+                      folder.string(), name, before, it->second));
     }
+  }
+  if (has_results && versions.empty()) versions = "an older one";
+  if (has_results && versions != version) {
+    complain("hybrid-experiment: warning: {} has results of version {}, and this is {}\n",
+             folder.string(), versions, version);
+  }
+  if (versions.empty()) versions = version;
+  if (("; " + versions + ";").find("; " + version + ";") == std::string::npos) {
+    versions += "; " + version;
   }
   std::string text;
   for (const auto& [name, value] : all) text += fmt::format("{}={}\n", name, value);
-  out.write(kSettings, text);
+  write_file(folder / kSettings, text + fmt::format("{}={}\n", kVersion, versions));
 }
 
 std::string to_text(const TrialResult& result) {
@@ -85,6 +107,10 @@ TrialResult to_result(const ProcessEnd& end, double time_limit) {
     return result;
   }
   result.message = end.text;
+  if (end.machine) {
+    result.status = "unfinished";
+    return result;
+  }
   result.status = end.kind == ProcessEnd::Kind::kThrew     ? "failed"
                   : end.kind == ProcessEnd::Kind::kTimeout ? "timeout"
                                                            : "crashed";
@@ -96,34 +122,31 @@ TrialResult to_result(const ProcessEnd& end, double time_limit) {
 
 class Experiment {
  public:
-  Experiment(const ExperimentPlan& plan, const fs::path& programs, const OutputDirectory& out,
+  Experiment(const ExperimentPlan& plan, const fs::path& programs, const fs::path& folder,
              Ledger& ledger)
-      : plan_(plan), programs_(programs), out_(out), ledger_(ledger) {}
+      : plan_(plan), programs_(programs), folder_(folder), ledger_(ledger) {}
 
-  /// Runs what is missing; returns how many trials of the plan failed.
-  std::size_t run(bool summary_only) {
+  /// Runs what is missing, and with `retry` what went wrong, until the program is asked to stop.
+  void run(bool summary_only, bool retry) {
     std::vector<Trial> all = trials_of(plan_), missing;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(missing),
-                 [&](const Trial& trial) { return !ledger_.contains(trial); });
+    std::copy_if(all.begin(), all.end(), std::back_inserter(missing), [&](const Trial& trial) {
+      if (!ledger_.contains(trial)) return true;
+      const TrialResult& result = ledger_.at(trial);
+      return !result.finished() || (retry && result.bad());
+    });
     if (missing.size() < all.size()) {
-      fmt::print(stderr, "{} of {} trials have been run before\n", all.size() - missing.size(),
-                 all.size());
+      complain("{} of {} trials have been run before\n", all.size() - missing.size(), all.size());
     }
     if (!missing.empty() && !summary_only) {
       Progress progress(missing.size());
       // Trials on one file follow each other, so only one graph is in memory.
-      for (std::size_t begin = 0; begin < missing.size();) {
+      for (std::size_t begin = 0; begin < missing.size() && interrupted() == 0;) {
         std::size_t end = begin;
         while (end < missing.size() && same_file(missing[begin], missing[end])) ++end;
         run_block({missing.begin() + begin, missing.begin() + end}, progress);
         begin = end;
       }
     }
-    return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [&](const Trial& trial) {
-      if (!ledger_.contains(trial)) return false;
-      const std::string& status = ledger_.at(trial).status;
-      return status == "failed" || status == "crashed";
-    }));
   }
 
  private:
@@ -141,22 +164,23 @@ class Experiment {
         trials.size(), plan_.jobs > 0 ? plan_.jobs : cores, plan_.time_limit,
         [&](std::size_t i) {
           return to_text(graph ? run_pose_graph_trial(*graph, trials[i], plan_.method_options)
-                               : run_replay_trial(plan_, trials[i], programs_, out_.folder()));
+                               : run_replay_trial(plan_, trials[i], programs_, folder_));
         },
         [&](std::size_t i, const ProcessEnd& end) {
           const TrialResult result = to_result(end, plan_.time_limit);
           ledger_.append(trials[i], result);
-          if (result.status == "failed" || result.status == "crashed") {
+          if (!result.finished() || result.status == "failed" || result.status == "crashed") {
             progress.message(
                 fmt::format("{}: {}: {}", trials[i].key(), result.status, result.message));
           }
           progress.ended(trials[i].key());
-        });
+        },
+        [] { return interrupted() != 0; });
   }
 
   const ExperimentPlan& plan_;
   fs::path programs_;
-  const OutputDirectory& out_;
+  fs::path folder_;
   Ledger& ledger_;
 };
 
@@ -195,28 +219,80 @@ std::string config_text(const Options& options) {
   return ini.documentation();
 }
 
+namespace {
+
+/// Trials of the plan by how they ended; those that are yet to be run as "missing".
+std::map<std::string, std::size_t> counts_of(const ExperimentPlan& plan, const Ledger& ledger) {
+  std::map<std::string, std::size_t> counts;
+  for (const Trial& trial : trials_of(plan)) {
+    ++counts[ledger.contains(trial) ? ledger.at(trial).status : "missing"];
+  }
+  return counts;
+}
+
+/// What is to be said of trials that went wrong; empty if none did.
+std::string complaint(const std::map<std::string, std::size_t>& counts) {
+  std::string text;
+  for (const char* status : {"failed", "crashed", "unfinished"}) {
+    const auto it = counts.find(status);
+    if (it == counts.end()) continue;
+    text += fmt::format("{}{} trials {}", text.empty() ? "" : ", ", it->second, status);
+  }
+  if (counts.count("unfinished") != 0) text += "; run again to try these once more";
+  return text;
+}
+
+nlohmann::ordered_json summary_json(const ExperimentPlan& plan, const Provenance& provenance,
+                                    const std::map<std::string, std::size_t>& counts) {
+  const std::string message = complaint(counts);
+  auto json = summary_start(message.empty() ? "ok" : "partial", message, provenance);
+  json["title"] = plan.title;
+  json["trials"] = counts;
+  return json;
+}
+
+}  // namespace
+
 int run_experiment(const Options& options, const fs::path& program) {
+  note_interrupts();
   IniFile ini{fs::path(options.config)};
   apply(options, ini);
   const ExperimentPlan plan = read_plan(ini);
-  const OutputDirectory out(options.output);
+  OutputDirectory out(options.output, kLasting);
   Ledger ledger(out.folder(), plan.replay ? replay_metrics(plan) : pose_graph_metrics());
-  check_settings(out, plan);
-  out.write("experiment.ini", ini.documentation());
+  check_settings(out.folder(), plan, options.provenance.version, !ledger.empty());
+  write_file(out.folder() / "experiment.ini", ini.documentation());
+  Provenance provenance = options.provenance;
+  provenance.add_input(options.config);
+  provenance.inputs.insert(provenance.inputs.end(), plan.inputs.begin(), plan.inputs.end());
+  provenance.configuration = ini.settings();
+  warn_of_inputs(provenance);
 
-  const std::size_t failed =
-      Experiment(plan, program.parent_path(), out, ledger).run(options.summary_only);
+  Experiment(plan, program.parent_path(), out.folder(), ledger)
+      .run(options.summary_only, options.retry);
+  const std::map<std::string, std::size_t> counts = counts_of(plan, ledger);
+  if (const int signal = interrupted(); signal != 0) {
+    const auto missing = counts.find("missing");
+    complain("hybrid-experiment: stopped by {}, {} trials are yet to be run; run again to go on\n",
+             signal_name(signal), missing == counts.end() ? 0 : missing->second);
+    return kExitInterrupted + signal;
+  }
   const std::vector<PointSummary> points = summarize(plan, ledger);
   const std::string table = summary_table(plan, points, ledger.metrics());
   out.write("summary.csv", summary_csv(points, ledger.metrics()));
   out.write("summary.txt", table);
   draw(plan, ledger, points, out);
   out.write("results.csv", ledger.text(trials_of(plan)));
-  fmt::print("{}-> {}\n", table, out.folder().string());
-  if (failed == 0) return kExitOk;
-  fmt::print(stderr, "hybrid-experiment: {} trials failed, see {}\n", failed,
+  const auto summary = summary_json(plan, provenance, counts);
+  const std::vector<std::string> told = out.publish(summary);
+  const int code = settle(summary.contains("message") ? kExitPartial : kExitOk);
+  for (const std::string& text : told) complain("hybrid-experiment: {}\n", text);
+  say("{}-> {}\n", table, options.output);
+  if (code != kExitOk) {
+    complain("hybrid-experiment: {}: see {}\n", complaint(counts),
              (out.folder() / "results.csv").string());
-  return kExitPartial;
+  }
+  return code;
 }
 
 }  // namespace hybrid

@@ -23,15 +23,21 @@ std::string footer() {
   }
   text +=
       "\nWritten to OUT: results.csv (a row per trial, appended as it ends), summary.csv (medians\n"
-      "and quartiles), summary.txt (the table printed at the end), a PNG per graph, "
-      "reliability_*.png,"
-      "\nexperiment.ini (the settings); for replays also trials/.\n"
+      "and quartiles), summary.txt (the table printed at the end), summary.json, a PNG per graph,\n"
+      "reliability_*.png, experiment.ini (the settings); for replays also trials/.\n"
       "\nIt may be interrupted at any time: run again with the same OUT, it goes on where it was, "
       "and\n"
       "trials that have ended are not run again. More trials, rates, methods or graphs may be "
       "asked\n"
-      "for meanwhile; with other settings or changed files it stops and says which.\n"
-      "\nExit code: 0 all well; 1 failure; 2 some trials failed: results.csv says which and why.\n"
+      "for meanwhile; with other settings or changed files it stops and says which. Trials that "
+      "the\n"
+      "machine kept from ending (disk or memory full, killed, too busy) are \"unfinished\" and "
+      "run\n"
+      "again the next time.\n"
+      "\nExit code: 0 all well; 1 failure, nothing written but trials that had ended; 2 some "
+      "trials\n"
+      "failed or are unfinished: results.csv says which and why; 129, 130, 143 stopped by SIGHUP,\n"
+      "SIGINT (Ctrl-C), SIGTERM: the trials that were running count as not run.\n"
       "\nExample: hybrid-experiment -c config/experiments/fig2.ini -o out";
   return text;
 }
@@ -52,6 +58,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-j,--jobs", options.jobs, "trials at a time, instead of [experiment] jobs")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
+  app.add_flag("--retry", options.retry,
+               "run trials again that failed, crashed or took too long, as with a mended program");
   app.add_flag("--summary", options.summary_only,
                "run nothing: tables and plots of the trials that OUT has");
   app.add_flag("--print-config", options.print_config,
@@ -62,6 +70,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     }
   });
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
+  options.provenance = provenance_of(argc, argv);
   return options;
 }
 

@@ -6,15 +6,19 @@
 #include <optional>
 #include <string>
 
+#include "mrpt_plugins/output/provenance.h"
+
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
+  Provenance provenance;  ///< version and command
   std::string config;
   std::string output = "hybrid-experiment-out";
   std::string data_dir;  ///< overrides the INI where not empty
   int jobs = 0;          ///< overrides the INI where positive
   bool summary_only = false;
+  bool retry = false;  ///< run trials again that failed, crashed or took too long
   bool print_config = false;
 };
 

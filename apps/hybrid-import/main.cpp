@@ -1,42 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include <fmt/format.h>
-
-#include <exception>
-
 #include "apps/command_line.h"
 #include "apps/hybrid-import/formats.h"
+#include "apps/program.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 
 namespace {
 
+constexpr const char* kAbout =
+    "Converts data sets of others into MRPT rawlogs, with what is true written beside them.";
+
+constexpr const char* kFooter =
+    "\nWritten together: F.rawlog and, as far as known, F_ground_truth.txt,\n"
+    "F_ground_truth_robot_path.txt or .xyz, F_ground_truth_associations.csv; those of an older\n"
+    "F.rawlog go.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written; 129, 130, 143 stopped by SIGHUP, "
+    "SIGINT,\n"
+    "SIGTERM, nothing written.";
+
 void print(const hybrid::ImportReport& report) {
-  fmt::print("{} steps over {:.1f} s, {} observations with {} detections, {} true landmarks\n",
-             report.steps, report.duration, report.observations, report.detections,
-             report.landmarks);
-  for (const auto& [reason, count] : report.dropped) fmt::print("{}: {}\n", reason, count);
-  for (const std::string& note : report.notes) fmt::print("{}\n", note);
-  for (const std::string& file : report.files) fmt::print("wrote {}\n", file);
+  hybrid::say("{} steps over {:.1f} s, {} observations with {} detections, {} true landmarks\n",
+              report.steps, report.duration, report.observations, report.detections,
+              report.landmarks);
+  for (const auto& [reason, count] : report.dropped) hybrid::say("{}: {}\n", reason, count);
+  for (const std::string& note : report.notes) hybrid::say("{}\n", note);
+  for (const std::string& file : report.files) hybrid::say("wrote {}\n", file);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  CLI::App app(
-      "Converts data sets of others into MRPT rawlogs, with what is true written beside them.",
-      "hybrid-import");
-  app.require_subcommand(1);
-  std::string output;
-  hybrid::Convert convert;
-  for (const auto& add_format : hybrid::kFormats) {
-    CLI::App* format = add_format(app, convert);
-    format->add_option("-o,--output", output, "Rawlog to write, F.rawlog")->required();
-  }
-  int exit_code = hybrid::kExitOk;
-  if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
-  print(convert(output));
-  return hybrid::kExitOk;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "hybrid-import: {}\n", e.what());
-  return hybrid::kExitFailure;
+int main(int argc, char** argv) {
+  return hybrid::run_program("hybrid-import", [&] {
+    CLI::App app(kAbout, "hybrid-import");
+    app.footer(kFooter);
+    app.require_subcommand(1);
+    std::string output;
+    hybrid::Convert convert;
+    for (const auto& add_format : hybrid::kFormats) {
+      CLI::App* format = add_format(app, convert);
+      format->add_option("-o,--output", output, "Rawlog to write, F.rawlog")->required();
+    }
+    int exit_code = hybrid::kExitOk;
+    if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
+    hybrid::note_interrupts();
+    const hybrid::ImportReport report = convert(output);
+    const int code = hybrid::settle(hybrid::kExitOk);
+    print(report);
+    return code;
+  });
 }

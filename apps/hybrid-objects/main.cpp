@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <exception>
 #include <set>
 
 #include "apps/command_line.h"
 #include "apps/hybrid-objects/report.h"
+#include "apps/program.h"
 #include "libhybrid/core/error.h"
 
 namespace {
@@ -22,8 +19,14 @@ constexpr const char* kFooter =
     "and\n"
     "objgt_NAME.txt; rows `t x y z qx qy qz qw`, one per frame; a quaternion of zeros where the\n"
     "object was not detected.\n"
-    "\nWritten to OUT: summary.json; to OUT/SEQUENCE: objects.csv, trajectory.tum, objects.png.\n"
-    "\nExit code: 0 all well; 1 failure.\n"
+    "\nWritten to OUT: summary.json; to OUT/SEQUENCE: objects.csv, trajectory.tum, objects.png. "
+    "They\n"
+    "replace the result that OUT holds; files of others stay.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver did not converge: its "
+    "estimate\n"
+    "was written, and summary.json has status \"partial\". A signal (Ctrl-C) ends it at once, "
+    "with\n"
+    "nothing written.\n"
     "\nExample: hybrid-objects ycbv/0001 ycbv/0014 -o out";
 
 std::string name_of(const std::filesystem::path& folder) {
@@ -31,7 +34,8 @@ std::string name_of(const std::filesystem::path& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-int run(const std::vector<std::string>& folders, const std::string& output) {
+int run(const std::vector<std::string>& folders, const std::string& output,
+        hybrid::Provenance provenance) {
   std::vector<hybrid::ObjectReport> reports;
   std::set<std::string> names;
   for (const std::string& folder : folders) {
@@ -39,24 +43,28 @@ int run(const std::vector<std::string>& folders, const std::string& output) {
       throw hybrid::Error(folder + ": another sequence has the same name; run them one by one");
     }
     reports.push_back(hybrid::solve_sequence(name_of(folder), folder));
+    hybrid::add_sequence(folder, provenance);
   }
-  hybrid::write_reports(reports, output);
-  fmt::print("{}-> {}\n", hybrid::comparison_table(reports), output);
-  return hybrid::kExitOk;
+  hybrid::warn_of_inputs(provenance);
+  const int code = hybrid::write_reports(reports, output, provenance);
+  hybrid::say("{}-> {}\n", hybrid::comparison_table(reports), output);
+  return code;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  std::vector<std::string> folders;
-  std::string output = "hybrid-objects-out";
-  CLI::App app(kAbout, "hybrid-objects");
-  app.footer(kFooter);
-  app.add_option("sequences", folders, "folders of detections")->type_name("SEQUENCE")->required();
-  hybrid::add_output_folder(app, output);
-  int exit_code = hybrid::kExitOk;
-  return hybrid::parse_command_line(app, argc, argv, exit_code) ? run(folders, output) : exit_code;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "hybrid-objects: {}\n", e.what());
-  return hybrid::kExitFailure;
+int main(int argc, char** argv) {
+  return hybrid::run_program("hybrid-objects", [&] {
+    std::vector<std::string> folders;
+    std::string output = "hybrid-objects-out";
+    CLI::App app(kAbout, "hybrid-objects");
+    app.footer(kFooter);
+    app.add_option("sequences", folders, "folders of detections")
+        ->type_name("SEQUENCE")
+        ->required();
+    hybrid::add_output_folder(app, output);
+    int exit_code = hybrid::kExitOk;
+    if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
+    return run(folders, output, hybrid::provenance_of(argc, argv));
+  });
 }

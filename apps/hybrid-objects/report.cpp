@@ -9,6 +9,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/exit_code.h"
+#include "apps/program.h"
 #include "libhybrid/factors/between.h"
 #include "mrpt_plugins/output/output_directory.h"
 #include "mrpt_plugins/output/plot.h"
@@ -203,18 +205,40 @@ std::string comparison_table(const std::vector<ObjectReport>& reports) {
   return table;
 }
 
-void write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output) {
-  Json summary;
-  summary["status"] = "ok";
-  summary["sequences"] = Json::array();
-  for (const ObjectReport& report : reports) {
-    const OutputDirectory out(output / report.name);
-    out.write("objects.csv", objects_csv(report));
-    out.write("trajectory.tum", trajectory_tum(report));
-    out.write("objects.png", png(render(picture(report))));
-    summary["sequences"].push_back(summary_json(report));
+void add_sequence(const std::string& folder, Provenance& provenance) {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool read = name == "odom.txt" || name == "cam_gt.txt" || name.rfind("det_", 0) == 0 ||
+                      name.rfind("objgt_", 0) == 0;
+    if (read && entry.is_regular_file()) files.push_back(entry.path().string());
   }
-  OutputDirectory(output).write("summary.json", summary.dump(2) + "\n");
+  std::sort(files.begin(), files.end());
+  for (const std::string& file : files) provenance.add_input(file);
+}
+
+int write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output,
+                  const Provenance& provenance) {
+  OutputDirectory out(output);
+  Json sequences = Json::array();
+  std::string astray;
+  for (const ObjectReport& report : reports) {
+    out.write(report.name + "/objects.csv", objects_csv(report));
+    out.write(report.name + "/trajectory.tum", trajectory_tum(report));
+    out.write(report.name + "/objects.png", png(render(picture(report))));
+    sequences.push_back(summary_json(report));
+    if (!report.answers[kOurs].result.converged) {
+      astray += (astray.empty() ? "" : ", ") + report.name;
+    }
+  }
+  const std::string message = astray.empty() ? "" : "the solver did not converge on " + astray;
+  Json summary = summary_start(astray.empty() ? "ok" : "partial", message, provenance);
+  summary["sequences"] = sequences;
+  const std::vector<std::string> told = out.publish(summary);
+  const int code = settle(astray.empty() ? kExitOk : kExitPartial);
+  for (const std::string& text : told) complain("hybrid-objects: {}\n", text);
+  if (!message.empty()) complain("hybrid-objects: {}\n", message);
+  return code;
 }
 
 }  // namespace hybrid

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/robust/object_map.h"
+#include "mrpt_plugins/output/provenance.h"
 
 namespace hybrid {
 
@@ -30,7 +31,13 @@ ObjectReport solve_sequence(const std::string& name, const std::string& folder);
 /// Errors by sequence and method, as text.
 std::string comparison_table(const std::vector<ObjectReport>& reports);
 
+/// Notes the files of a sequence as inputs.
+void add_sequence(const std::string& folder, Provenance& provenance);
+
 /// Writes summary.json and, in a folder per sequence, objects.csv, trajectory.tum, objects.png.
-void write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output);
+/// Settles and returns the exit code, which is that of a partial result where our own method did
+/// not converge.
+int write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output,
+                  const Provenance& provenance);
 
 }  // namespace hybrid

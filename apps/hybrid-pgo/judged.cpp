@@ -3,18 +3,19 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <unordered_map>
 #include <utility>
 
 #include "apps/hybrid-pgo/progress.h"
 #include "apps/hybrid-pgo/solution.h"
+#include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/pose_feed.h"
+#include "libhybrid/io/read_pairs.h"
 #include "libhybrid/robust/hypothesis_judge.h"
 #include "libhybrid/robust/online_judge.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
@@ -22,26 +23,17 @@ namespace {
 
 using Pairs = std::set<std::pair<std::uint64_t, std::uint64_t>>;
 
-/// Lines 'i j'; `#` starts a comment.
-Pairs read_pairs(const std::string& file, const Input& input) {
-  std::ifstream in(file);
-  if (!in) throw Error(file + ": cannot be read");
+/// The closures that a file names, all of which must be edges.
+Pairs read_closures(const std::string& file, const Input& input) {
   Pairs known, pairs;
   for (const auto& edge : input.graph.poses2) known.emplace(edge.from.index(), edge.to.index());
   for (const auto& edge : input.graph.poses3) known.emplace(edge.from.index(), edge.to.index());
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream row(line.substr(0, line.find('#')));
-    row >> std::ws;
-    if (row.eof()) continue;
-    std::uint64_t i = 0, j = 0;
-    if (!(row >> i >> j) || !(row >> std::ws).eof()) {
-      throw Error(fmt::format("{}:{}: expected 'i j'", file, number));
+  for (const VertexPair& pair : read_pairs(file, false)) {
+    if (known.count({pair.i, pair.j}) == 0) {
+      throw Error(fmt::format("{}:{}: the graph has no edge from {} to {}", file, pair.line, pair.i,
+                              pair.j));
     }
-    if (known.count({i, j}) == 0) {
-      throw Error(fmt::format("{}:{}: the graph has no edge from {} to {}", file, number, i, j));
-    }
-    pairs.emplace(i, j);
+    pairs.emplace(pair.i, pair.j);
   }
   return pairs;
 }
@@ -51,7 +43,7 @@ template <class Judge, class Update>
 Solution run(PoseFeed& feed, Judge& judge, const Update& update) {
   Solution solution;
   Progress progress(feed.steps());
-  while (!feed.done()) {
+  while (!feed.done() && interrupted() == 0) {
     const Key pose = feed.pose();
     const UpdateReport report = update(feed.next(judge.smoother().values()));
     if (report.status != UpdateReport::Status::kOk) {
@@ -73,11 +65,15 @@ Solution run(PoseFeed& feed, Judge& judge, const Update& update) {
     solution.steps.push_back(record);
     progress.update(solution.steps.size(), record.cost);
   }
-  solution.cost_online = judge.smoother().cost();
-  const UpdateReport report = judge.finish();
-  solution.seconds += report.seconds;
-  solution.iterations += report.rounds;
-  if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
+  if (feed.done()) {
+    solution.cost_online = judge.smoother().cost();
+    const UpdateReport report = judge.finish();
+    solution.seconds += report.seconds;
+    solution.iterations += report.rounds;
+    if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
+  } else {
+    stopped(feed, solution);
+  }
   solution.values = judge.smoother().values();
   solution.cost = judge.smoother().cost();
   solution.objective = judge.smoother().objective();
@@ -93,13 +89,13 @@ Solution solve_hypotheses(const Input& input) {
   Solution solution = run(feed, judge, [&](const Delta& delta) { return judge.update(delta); });
   solution.method = "incremental, hypotheses judged";
   for (std::size_t i = 0; i < input.graph.alternatives.size(); ++i) {
-    solution.hypotheses.push_back(judge.smoother().assignment().at(hypothesis_key(i)));
+    solution.hypotheses.push_back(judge.smoother().assignment().find(hypothesis_key(i)));
   }
   return solution;
 }
 
 Solution solve_judged(const Input& input, const std::string& trusted) {
-  const Pairs pairs = trusted == "odometry" ? Pairs() : read_pairs(trusted, input);
+  const Pairs pairs = trusted == "odometry" ? Pairs() : read_closures(trusted, input);
   OnlineJudge judge;
   PoseFeed feed(input.graph, input.initial);
   std::unordered_map<const ContinuousFactor*, std::size_t> number;

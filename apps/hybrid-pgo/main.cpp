@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <exception>
-
 #include "apps/exit_code.h"
 #include "apps/hybrid-pgo/optimize.h"
 #include "apps/hybrid-pgo/options.h"
+#include "apps/program.h"
 
-int main(int argc, char** argv) try {
-  int exit_code = hybrid::kExitOk;
-  const auto options = hybrid::parse_options(argc, argv, exit_code);
-  return options ? hybrid::optimize(*options) : exit_code;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "hybrid-pgo: {}\n", e.what());
-  return hybrid::kExitFailure;
+int main(int argc, char** argv) {
+  return hybrid::run_program("hybrid-pgo", [&] {
+    int exit_code = hybrid::kExitOk;
+    const auto options = hybrid::parse_options(argc, argv, exit_code);
+    return options ? hybrid::optimize(*options) : exit_code;
+  });
 }

@@ -6,12 +6,18 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"
+#include "apps/hybrid-pgo/stopped.h"
+#include "apps/program.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/input/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
@@ -24,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 GraphSummary summarize(const Input& input, const Solution& solution, const std::vector<Loop>& loops,
                        const std::vector<PosePair>& truth) {
   GraphSummary summary;
-  if (!solution.message.empty()) summary.status = "partial";
+  if (!solution.message.empty()) summary.status = solution.signal != 0 ? "interrupted" : "partial";
   summary.message = solution.message;
   summary.method = solution.method;
   summary.poses = input.poses().size();
@@ -43,6 +49,10 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
   }
   summary.note = solution.note;
+  if (input.graph.equivalences > 0) {
+    summary.note += fmt::format("{}{} EQUIV lines of the graph are not applied",
+                                summary.note.empty() ? "" : "; ", input.graph.equivalences);
+  }
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
   if (!solution.steps.empty()) summary.steps = step_statistics(solution.steps);
@@ -54,26 +64,21 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
 }
 
 void report(const GraphSummary& summary, const OutputDirectory& out) {
-  if (!summary.message.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.message);
-  if (!summary.note.empty()) fmt::print(stderr, "hybrid-pgo: {}\n", summary.note);
-  fmt::print(
-      "{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
+  if (!summary.message.empty()) complain("hybrid-pgo: {}\n", summary.message);
+  if (!summary.note.empty()) complain("hybrid-pgo: {}\n", summary.note);
+  say("{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
       summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
       summary.cost, summary.solver_s);
   if (summary.steps) {
-    fmt::print(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
-               summary.steps->p95_ms, summary.steps->max_ms);
+    say(" (step mean {:.3f} ms, p95 {:.3f} ms, max {:.3f} ms)", summary.steps->mean_ms,
+        summary.steps->p95_ms, summary.steps->max_ms);
   }
   if (summary.truth && summary.truth->trajectory) {
-    fmt::print(", rmse {:.4f} m, aligned {:.4f} m", summary.truth->trajectory->unaligned.rmse_m,
-               summary.truth->trajectory->aligned.rmse_m);
+    say(", rmse {:.4f} m, aligned {:.4f} m", summary.truth->trajectory->unaligned.rmse_m,
+        summary.truth->trajectory->aligned.rmse_m);
   }
-  fmt::print(" -> {}\n", out.folder().string());
+  say(" -> {}\n", out.folder().string());
 }
-
-}  // namespace
-
-namespace {
 
 /// `loops` stays empty where the solver leaves them to find_loops.
 Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
@@ -86,32 +91,38 @@ Solution solve(const Input& input, const Options& options, std::vector<Loop>& lo
   return judged ? solve_judged(input, options.trusted) : solve_online(input);
 }
 
-}  // namespace
-
-int optimize(const Options& options) {
-  const auto start = Clock::now();
-  const Input input = read_input(options.graph, options.start, options.shuffle);
-  if (!input.graph.alternatives.empty() &&
-      (!options.online || !(options.trusted.empty() || options.trusted == "all"))) {
-    throw Error(options.graph + ": edges with hypotheses need --online, with all closures trusted");
+Provenance provenance(const Options& options) {
+  Provenance provenance = options.provenance;
+  const bool trusted_file = options.trusted != "all" && options.trusted != "odometry";
+  for (const std::string& path :
+       {options.graph, options.truth, options.labels, trusted_file ? options.trusted : ""}) {
+    provenance.add_input(path);
   }
+  warn_of_inputs(provenance);
+  return provenance;
+}
+
+/// Throws Error where the cost is beyond all numbers, naming the measurement that makes it so.
+void check_finite(const Input& input, const Solution& solution, const std::string& file) {
+  if (std::isfinite(solution.objective) && std::isfinite(solution.cost)) return;
+  std::string which;
+  for (const ContinuousFactorPtr& factor : input.factors) {
+    if (std::isfinite(factor->cost(solution.values))) continue;
+    for (const Key key : factor->keys()) {
+      which += fmt::format("{}{}", which.empty() ? "" : " to ", key.index());
+    }
+    break;
+  }
+  throw Error(
+      fmt::format("{}: the error of the edge from {} is beyond all numbers; correct it, or "
+                  "take it out",
+                  file, which.empty() ? "some vertex" : which));
+}
+
+void write_outputs(const Options& options, const OutputDirectory& out, const Input& input,
+                   const Solution& solution, const std::vector<Loop>& loops,
+                   const std::vector<PosePair>& truth) {
   const std::string title = std::filesystem::path(options.graph).stem().string();
-  const std::vector<Key> poses = input.poses();
-  std::vector<PosePair> truth;
-  if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
-  const OutputDirectory out(options.output);
-
-  std::vector<Loop> loops;
-  const Solution solution = solve(input, options, loops);
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    truth[i].estimate = to_mrpt(solution.values, poses[i]);
-  }
-  if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
-  GraphSummary summary = summarize(input, solution, loops, truth);
-  if (!options.labels.empty()) {
-    if (!summary.truth) summary.truth.emplace();
-    compare_with_labels(options.labels, loops, *summary.truth);
-  }
   write_graph(out, input, solution.values);
   out.write("loops.csv", loops_csv(loops));
   if (!solution.hypotheses.empty()) {
@@ -119,17 +130,63 @@ int optimize(const Options& options) {
   }
   if (!solution.steps.empty()) out.write("steps.csv", steps_csv(solution.steps));
   out.write("graph.png", png(draw_graph(title, input, solution, loops, truth)));
-  if (options.sparsity) {
-    HybridGraph graph;
-    for (const auto& factor : input.factors) graph.add(factor);
-    for (const std::string& warning : write_sparsity(out, graph, {}, solution.order, title)) {
-      fmt::print(stderr, "hybrid-pgo: {}\n", warning);
-    }
+  if (!options.sparsity) return;
+  HybridGraph graph;
+  for (const auto& factor : input.factors) graph.add(factor);
+  for (const std::string& warning : write_sparsity(out, graph, {}, solution.order, title)) {
+    complain("hybrid-pgo: {}\n", warning);
   }
+}
+
+/// True poses beside the estimated ones, where they are estimated.
+std::vector<PosePair> compared(const std::vector<PosePair>& truth, const std::vector<Key>& poses,
+                               const Values& values) {
+  std::vector<PosePair> pairs;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (!values.contains(poses[i])) continue;
+    pairs.push_back(truth[i]);
+    pairs.back().estimate = to_mrpt(values, poses[i]);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+int optimize(const Options& options) {
+  const auto start = Clock::now();
+  if (options.online) note_interrupts();
+  Input input = read_input(options.graph, options.start, options.shuffle);
+  if (!input.graph.alternatives.empty() &&
+      (!options.online || !(options.trusted.empty() || options.trusted == "all"))) {
+    throw Error(options.graph + ": edges with hypotheses need --online, with all closures trusted");
+  }
+  const std::vector<Key> poses = input.poses();
+  std::vector<PosePair> truth;
+  if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);
+  OutputDirectory out(options.output);
+
+  std::vector<Loop> loops;
+  Solution solution =
+      about({options.graph, options.trusted}, [&] { return solve(input, options, loops); });
+  check_finite(input, solution, options.graph);
+  if (solution.signal != 0) keep_solved(input, solution);
+  truth = compared(truth, poses, solution.values);
+  if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
+  GraphSummary summary = summarize(input, solution, loops, truth);
+  if (!options.labels.empty()) {
+    if (!summary.truth) summary.truth.emplace();
+    compare_with_labels(options.labels, loops, *summary.truth);
+  }
+  summary.provenance = provenance(options);
+  write_outputs(options, out, input, solution, loops, truth);
   summary.total_s = std::chrono::duration<double>(Clock::now() - start).count();
-  out.write("summary.json", summary_json(summary));
+  const std::vector<std::string> told = out.publish(summary_json(summary));
+  const int code = settle(solution.signal != 0       ? kExitInterrupted + solution.signal
+                          : solution.message.empty() ? kExitOk
+                                                     : kExitPartial);
+  for (const std::string& text : told) complain("hybrid-pgo: {}\n", text);
   report(summary, out);
-  return solution.message.empty() ? kExitOk : kExitPartial;
+  return code;
 }
 
 }  // namespace hybrid

@@ -15,9 +15,13 @@ constexpr const char* kAbout =
 constexpr const char* kFooter =
     "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, summary.json;\n"
     "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
-    "sparsity_*.png with --sparsity.\n"
+    "sparsity_*.png with --sparsity. They replace the result that OUT holds; files of others "
+    "stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit of\n"
-    "iterations: the estimate was written, and summary.json has status \"partial\".\n"
+    "iterations: the estimate was written, and summary.json has status \"partial\"; 129, 130, 143\n"
+    "stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: --online writes the graph so far, status\n"
+    "\"interrupted\", and a second signal ends at once; a batch solver ends at once, with nothing\n"
+    "written.\n"
     "\nExamples: hybrid-pgo intel.g2o --online -o out\n"
     "          hybrid-pgo bicocca.g2o --online --trusted odometry -o out";
 
@@ -71,6 +75,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                "fill-in, and of a marginalisation");
   add_output_folder(app, options.output);
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
+  options.provenance = provenance_of(argc, argv);
   if (options.method.empty() && !options.online) options.method = "escape";
   return options;
 }

@@ -7,10 +7,13 @@
 #include <optional>
 #include <string>
 
+#include "mrpt_plugins/output/provenance.h"
+
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
+  Provenance provenance;  ///< version and command
   std::string graph;
   std::string method;  ///< empty: not given
   bool online = false;

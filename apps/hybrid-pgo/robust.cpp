@@ -6,14 +6,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <unordered_map>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/read_pairs.h"
 #include "libhybrid/robust/alternation.h"
+#include "libhybrid/robust/closure_posterior.h"
 #include "libhybrid/robust/dcs.h"
 #include "libhybrid/robust/escape.h"
 #include "libhybrid/robust/gnc.h"
@@ -27,24 +27,10 @@ namespace {
 using Pair = std::pair<std::uint64_t, std::uint64_t>;
 
 /// Rows `i j` or `i j flag`; a missing flag is 1.
-std::map<Pair, bool> read_pairs(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw Error(file + ": cannot be read");
-  std::map<Pair, bool> pairs;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream row(line.substr(0, line.find_first_of("#%")));
-    if ((row >> std::ws).eof()) continue;
-    std::uint64_t i = 0, j = 0;
-    int flag = 1;
-    bool good = bool(row >> i >> j);
-    if (good && !(row >> std::ws).eof()) good = bool(row >> flag) && (flag == 0 || flag == 1);
-    if (!good || !(row >> std::ws).eof()) {
-      throw Error(fmt::format("{}:{}: expected 'i j' or 'i j 0|1'", file, number));
-    }
-    pairs[{i, j}] = flag == 1;
-  }
-  return pairs;
+std::map<Pair, bool> read_flags(const std::string& file) {
+  std::map<Pair, bool> flags;
+  for (const VertexPair& pair : read_pairs(file, true)) flags[{pair.i, pair.j}] = pair.flag;
+  return flags;
 }
 
 bool has_flags(const std::map<Pair, bool>& pairs) {
@@ -89,7 +75,7 @@ struct Task {
 Task make_task(const Input& input, const Options& options, std::vector<Loop>& loops) {
   std::map<Pair, bool> trusted;
   const bool by_file = !options.trusted.empty() && options.trusted != "odometry";
-  if (by_file) trusted = read_pairs(options.trusted);
+  if (by_file) trusted = read_flags(options.trusted);
   Task task;
   task.problem.initial = input.initial;
   Parts parts;
@@ -153,7 +139,8 @@ RobustResult solve_by(const std::string& method, const RobustProblem& problem, S
 Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops) {
   Task task = make_task(input, options, loops);
   Solution solution;
-  const RobustResult result = solve_by(options.method, task.problem, solution);
+  RobustResult result = solve_by(options.method, task.problem, solution);
+  integrate_poses(task.problem, {}, result);
   solution.method = options.method;
   solution.values = result.values;
   solution.iterations = result.iterations;
@@ -183,7 +170,7 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
 
 void compare_with_labels(const std::string& file, const std::vector<Loop>& loops,
                          TruthSummary& truth) {
-  const std::map<Pair, bool> labels = read_pairs(file);
+  const std::map<Pair, bool> labels = read_flags(file);
   const bool others_unknown = has_flags(labels);
   double accepted = 0, accepted_true = 0, all_true = 0;
   for (const Loop& loop : loops) {

@@ -46,6 +46,7 @@ struct Solution {
   Values values;
   std::string method;
   std::string message;  ///< empty if it converged
+  int signal = 0;       ///< that stopped it between two poses
   std::string note;     ///< what the user should know of a good result
   int iterations = 0;
   double seconds = 0;
@@ -63,8 +64,8 @@ struct Solution {
 /// Levenberg-Marquardt on the whole graph. Throws Error where there is no estimate.
 Solution solve_batch(const Input& input);
 
-/// The incremental smoother, pose by pose, then to convergence. Throws Error where there is no
-/// estimate.
+/// The incremental smoother, pose by pose, then to convergence; it stops where the program is asked
+/// to. Throws Error where there is no estimate, Interrupted before the first pose.
 Solution solve_online(const Input& input);
 
 /// The same with hypotheses, and with closures that are judged (`trusted` as in Options). Throws

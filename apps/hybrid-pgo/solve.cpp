@@ -7,11 +7,13 @@
 
 #include "apps/hybrid-pgo/progress.h"
 #include "apps/hybrid-pgo/solution.h"
+#include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
@@ -56,6 +58,8 @@ Solution solve_batch(const Input& input) {
   if (report.status == SolverStatus::kIterationLimit) {
     solution.message =
         fmt::format("stopped after {} iterations before it converged", report.iterations);
+  } else if (report.status == SolverStatus::kStalled) {
+    solution.message = report.message;
   } else if (report.status != SolverStatus::kConverged) {
     throw Error(to_string(report.status) + ": " + report.message);
   }
@@ -74,7 +78,7 @@ Solution solve_online(const Input& input) {
   PoseFeed feed(input.graph, input.initial);
   Progress progress(feed.steps());
   double normalizer = 0;
-  while (!feed.done()) {
+  while (!feed.done() && interrupted() == 0) {
     solution.steps.push_back(step(smoother, feed, normalizer));
     StepRecord& last = solution.steps.back();
     last.time = static_cast<double>(solution.steps.size() - 1);
@@ -83,12 +87,16 @@ Solution solve_online(const Input& input) {
     solution.iterations += last.iterations;
     progress.update(solution.steps.size(), last.cost);
   }
-  solution.cost_online = smoother.cost();
-  const auto start = Clock::now();
-  const UpdateReport report = smoother.converge();
-  solution.seconds += seconds_since(start);
-  solution.iterations += report.rounds;
-  if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
+  if (feed.done()) {
+    solution.cost_online = smoother.cost();
+    const auto start = Clock::now();
+    const UpdateReport report = smoother.converge();
+    solution.seconds += seconds_since(start);
+    solution.iterations += report.rounds;
+    if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
+  } else {
+    stopped(feed, solution);
+  }
   solution.values = smoother.values();
   solution.cost = smoother.cost();
   solution.objective = smoother.objective();

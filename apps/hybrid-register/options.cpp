@@ -15,9 +15,11 @@ constexpr const char* kAbout =
 constexpr const char* kFooter =
     "\nClouds: .xyz .txt .asc .csv (rows x y z), .ply (text or binary), .pcd (text), MRPT points\n"
     "maps and simple maps, and rawlogs: LOG.rawlog#N is what the scans of step N see.\n"
-    "\nWritten to OUT: transform.txt (4x4, source into target), summary.json, overlay.png.\n"
+    "\nWritten to OUT: transform.txt (4x4, source into target), summary.json, overlay.png. They\n"
+    "replace the result that OUT holds; files of others stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the clouds leave a motion free (two\n"
-    "planes slide, two lines turn): the transform was written, and summary.json says which.\n"
+    "planes slide, two lines turn): the transform was written, and summary.json says which. A\n"
+    "signal (Ctrl-C) ends it at once, with nothing written.\n"
     "\nExample: hybrid-register scan2.ply scan1.ply -o out";
 
 }  // namespace
@@ -47,6 +49,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("UNIT");
   add_output_folder(app, options.output);
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
+  options.provenance = provenance_of(argc, argv);
   return options;
 }
 

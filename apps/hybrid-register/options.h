@@ -6,10 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "mrpt_plugins/output/provenance.h"
+
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
+  Provenance provenance;  ///< version and command
   std::string source, target;
   std::string metric = "surface";
   std::string start;  ///< file with a 4x4 matrix; empty: the identity

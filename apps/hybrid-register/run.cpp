@@ -11,6 +11,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-register/transform_file.h"
+#include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/registration/register.h"
 #include "mrpt_plugins/input/point_maps.h"
@@ -25,8 +26,8 @@ using Json = nlohmann::ordered_json;
 Points read_cloud(const std::string& path) {
   PointFile file = read_point_source(path);
   if (file.left_out > 0) {
-    fmt::print(stderr, "hybrid-register: {}: {} points that are not finite were left out\n", path,
-               file.left_out);
+    complain("hybrid-register: {}: {} points that are not finite were left out\n", path,
+             file.left_out);
   }
   if (file.points.size() < 3) {
     throw Error(fmt::format("{}: holds {} points; a registration needs at least 3", path,
@@ -61,11 +62,10 @@ Json stages_json(const RegistrationResult& result) {
   return stages;
 }
 
-std::string summary_text(const RegistrationResult& result, std::size_t source_points,
-                         std::size_t target_points) {
+Json summary_json(const RegistrationResult& result, const Provenance& provenance,
+                  std::size_t source_points, std::size_t target_points) {
   const bool determined = result.free_motions.empty();
-  Json json;
-  json["status"] = determined ? "ok" : "unobservable";
+  Json json = summary_start(determined ? "ok" : "unobservable", "", provenance);
   json["solver_s"] = result.seconds;
   json["iterations"] = result.iterations;
   json["starts"] = result.starts;
@@ -92,7 +92,7 @@ std::string summary_text(const RegistrationResult& result, std::size_t source_po
     json["covariance"] = rows;
   }
   json["stages"] = stages_json(result);
-  return json.dump(2) + "\n";
+  return json;
 }
 
 double angle_deg(const SE3& T) {
@@ -120,6 +120,16 @@ Overlay overlay_of(const Options& options, const RegistrationResult& result, con
   return overlay;
 }
 
+Provenance provenance(const Options& options) {
+  Provenance provenance = options.provenance;
+  for (const std::string& path : {options.source, options.target, options.start}) {
+    // LOG.rawlog#N is a step of LOG.rawlog.
+    provenance.add_input(std::filesystem::exists(path) ? path : path.substr(0, path.rfind('#')));
+  }
+  warn_of_inputs(provenance);
+  return provenance;
+}
+
 }  // namespace
 
 int run(const Options& options) {
@@ -129,25 +139,33 @@ int run(const Options& options) {
   if (!options.search) settings.convincing_share = 0.0;
   if (!options.start.empty()) settings.start = read_transform(options.start);
   Points source = read_cloud(options.source), target = read_cloud(options.target);
-  const RegistrationResult result = register_clouds(source, target, settings);
+  const RegistrationResult result = about({options.source + " onto " + options.target}, [&] {
+    return register_clouds(source, target, settings);
+  });
   if (result.status == RegistrationResult::Status::kNoMatch) {
     throw Error(fmt::format(
         "no counterparts found: {} and {} do not overlap, or the start is too far away; give a "
         "better one with --start",
         options.source, options.target));
   }
-  const OutputDirectory out(options.output);
+  OutputDirectory out(options.output);
+  const Json summary = summary_json(result, provenance(options), source.size(), target.size());
+  const std::string told =
+      fmt::format("{} of {} points matched, rms {:.6g}, turned by {:.6g} degrees, {:.3f} s -> {}\n",
+                  result.inliers, source.size(), result.rms, angle_deg(result.T_target_source),
+                  result.seconds, out.folder().string());
   out.write("transform.txt", transform_text(result.T_target_source));
-  out.write("summary.json", summary_text(result, source.size(), target.size()));
-  fmt::print("{} of {} points matched, rms {:.6g}, turned by {:.6g} degrees, {:.3f} s -> {}\n",
-             result.inliers, source.size(), result.rms, angle_deg(result.T_target_source),
-             result.seconds, out.folder().string());
   const Overlay overlay =
       overlay_of(options, result, settings.start, std::move(source), std::move(target));
   out.write("overlay.png", png(overlay_image(overlay)));
-  if (result.free_motions.empty()) return kExitOk;
-  fmt::print(stderr, "hybrid-register: the matches do not determine: {}\n", free_text(result));
-  return kExitPartial;
+  const std::vector<std::string> moved = out.publish(summary);
+  const int code = settle(result.free_motions.empty() ? kExitOk : kExitPartial);
+  for (const std::string& text : moved) complain("hybrid-register: {}\n", text);
+  say("{}", told);
+  if (code != kExitOk) {
+    complain("hybrid-register: the matches do not determine: {}\n", free_text(result));
+  }
+  return code;
 }
 
 }  // namespace hybrid

@@ -8,10 +8,10 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 namespace {
@@ -21,16 +21,18 @@ constexpr double kTolerance = 1e-3;  // of a rotation matrix that somebody typed
 }  // namespace
 
 SE3 read_transform(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(path + ": cannot be read");
+  TextReader text(path);
   Eigen::Matrix4d M;
-  for (int i = 0; i < 16; ++i) {
-    if (!(in >> M(i / 4, i % 4))) {
-      throw Error(fmt::format("{}: number {} of 16 is missing or no number", path, i + 1));
+  int count = 0;
+  while (const auto row = text.next()) {
+    for (std::size_t i = 0; i < row->size(); ++i, ++count) {
+      if (count == 16) row->fail(i, "more than the 16 numbers of a 4x4 matrix");
+      M(count / 4, count % 4) = row->coordinate(i);
     }
   }
-  std::string more;
-  if (in >> more) throw Error(path + ": has more than 16 numbers");
+  if (count < 16) {
+    text.fail(fmt::format("number {} of the 16 of a 4x4 matrix is missing", count + 1));
+  }
   const Eigen::Matrix3d R = M.topLeftCorner<3, 3>();
   const bool rigid = M.allFinite() && R.determinant() > 0 &&
                      (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance &&

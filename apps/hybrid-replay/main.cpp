@@ -3,24 +3,21 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <exception>
-
 #include "apps/exit_code.h"
 #include "apps/hybrid-replay/options.h"
-#include "apps/hybrid-replay/plugin_libraries.h"
 #include "apps/hybrid-replay/replay.h"
 #include "apps/hybrid-replay/settings.h"
+#include "apps/program.h"
+#include "mrpt_plugins/mapping/plugin_library.h"
 
-int main(int argc, char** argv) try {
-  int exit_code = hybrid::kExitOk;
-  const auto options = hybrid::parse_options(argc, argv, exit_code);
-  if (!options) return exit_code;
-  hybrid::load_plugin_libraries(options->plugin_libraries);
-  if (!options->print_config) return hybrid::replay(*options);
-  fmt::print("{}", hybrid::config_text(*options));
-  return hybrid::kExitOk;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "hybrid-replay: {}\n", e.what());
-  return hybrid::kExitFailure;
+int main(int argc, char** argv) {
+  return hybrid::run_program("hybrid-replay", [&] {
+    int exit_code = hybrid::kExitOk;
+    const auto options = hybrid::parse_options(argc, argv, exit_code);
+    if (!options) return exit_code;
+    for (const std::string& path : options->plugin_libraries) hybrid::load_plugin_library(path);
+    if (!options->print_config) return hybrid::replay(*options);
+    fmt::print("{}", hybrid::config_text(*options));
+    return static_cast<int>(hybrid::kExitOk);
+  });
 }

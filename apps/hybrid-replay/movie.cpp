@@ -6,20 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/map_style.h"
 
 namespace hybrid {
-namespace {
-
-std::string frame_name(int number) {
-  return fmt::format("frame_{:04}.png", number);
-}
-
-}  // namespace
-
 void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
   const auto frames = static_cast<std::size_t>(frames_);
   const std::size_t due = std::min(frames - 1, keyframes * frames / keyframes_);
@@ -44,9 +35,9 @@ Image Movie::frame(int i, const GroundTruth& truth) const {
 }
 
 void Movie::write_frames(const OutputDirectory& out, const GroundTruth& truth) const {
-  for (int i = 0; i < frames_; ++i) out.write(frame_name(i + 1), png(frame(i, truth)));
-  int stale = frames_ + 1;
-  while (std::filesystem::remove(out.folder() / frame_name(stale))) ++stale;
+  for (int i = 0; i < frames_; ++i) {
+    out.write(fmt::format("frames/frame_{:04}.png", i + 1), png(frame(i, truth)));
+  }
 }
 
 }  // namespace hybrid

@@ -30,7 +30,7 @@ class Movie {
   /// Frame i in 0 .. size()-1, once finished.
   Image frame(int i, const GroundTruth& truth) const;
 
-  /// Writes frame_0001.png and so on, and removes frames of higher numbers of an earlier run.
+  /// Writes frames/frame_0001.png and so on.
   void write_frames(const OutputDirectory& out, const GroundTruth& truth) const;
 
  private:

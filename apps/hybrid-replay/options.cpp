@@ -17,10 +17,17 @@ constexpr const char* kFooter =
     "landmarks.json,\n"
     "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; with a "
     "true\n"
-    "path error.png; where asked, sparsity_*.png and frames/.\n"
+    "path error.png; where asked, sparsity_*.png and frames/. They replace the result that OUT "
+    "holds;\n"
+    "files of others stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
-    "the damage was used and written, and summary.json has status \"partial\".\n"
+    "the damage was used and written, and summary.json has status \"partial\", or no landmark "
+    "was\n"
+    "mapped: \"empty\"; 129, 130, 143 stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: what was "
+    "mapped\n"
+    "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
+    "written.\n"
     "\nExample: hybrid-replay -c config/kf_slam_demo.ini -o out";
 
 }  // namespace
@@ -67,6 +74,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     }
   });
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
+  options.provenance = provenance_of(argc, argv);
   return options;
 }
 

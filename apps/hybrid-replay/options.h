@@ -7,10 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/output/provenance.h"
+
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
+  Provenance provenance;  ///< version and command
   std::string config;
   std::string rawlog, truth_path, truth_map;  ///< override the INI where not empty
   std::vector<std::string> plugin_libraries;

@@ -37,7 +37,8 @@ void read_log(IniFile& ini, const Options& options, Settings& settings) {
                                    "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
-                             "as the antenna [m]");
+                             "as the antenna [m]",
+                             kCoordinate);
   if (point.size() != 3) log.fail("truth_point", "needs three numbers");
   settings.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
@@ -64,7 +65,7 @@ Settings read_settings(IniFile& ini, const Options& options) {
           .get("match_radius", settings.match_radius,
                "where the ids of the log are not taken for granted, a landmark counts as found if "
                "one of the map is this near, each taken once [m]",
-               kPositive);
+               kPositiveLength);
   settings.source = read_source_options(ini);
   settings.motion = read_motion_options(ini);
   settings.calibration = read_calibration_options(ini);
@@ -76,7 +77,11 @@ Settings read_settings(IniFile& ini, const Options& options) {
   const bool document_all = options.config.empty();
   for (const std::string& name : document_all ? registered_plugins() : names) {
     settings.plugins.push_back(make_plugin(name, ini));
+    const auto classes = settings.plugins.back()->observation_classes();
+    auto& asked = settings.source.reader.request.classes;
+    asked.insert(asked.end(), classes.begin(), classes.end());
   }
+  settings.source.reader.libraries = options.plugin_libraries;
   ini.reject_unknown();
   if (settings.rawlog.empty() && !options.print_config) {
     ini.section("log").fail("rawlog", "names no log, and neither does --rawlog");

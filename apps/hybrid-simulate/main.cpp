@@ -3,14 +3,24 @@
 
 #include <fmt/format.h>
 
-#include <exception>
 #include <filesystem>
 #include <string>
 
 #include "apps/command_line.h"
+#include "apps/program.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
 namespace {
+
+constexpr const char* kAbout =
+    "Simulates a robot among classed landmarks: writes an MRPT rawlog and, beside it, the true "
+    "landmarks and the true path.";
+
+constexpr const char* kFooter =
+    "\nWritten together: F.rawlog, F_ground_truth.txt, F_ground_truth_robot_path.txt and, where "
+    "the\n"
+    "robot slips, F_ground_truth_modes.txt; those of an older F.rawlog go.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written.";
 
 void run(const std::string& config, const std::string& output, const std::string& seed) {
   hybrid::IniFile ini{std::filesystem::path(config)};
@@ -21,9 +31,10 @@ void run(const std::string& config, const std::string& output, const std::string
   std::size_t detections = 0;
   for (const auto& frame : simulation.frames) detections += frame.detections.size();
   const auto files = hybrid::write_simulation(simulation, scenario, output);
-  fmt::print("{} frames, {} landmarks, {} detections\n", simulation.frames.size(),
-             simulation.landmarks.size(), detections);
-  for (const std::string& file : files) fmt::print("wrote {}\n", file);
+  hybrid::settle(hybrid::kExitOk);
+  hybrid::say("{} frames, {} landmarks, {} detections\n", simulation.frames.size(),
+              simulation.landmarks.size(), detections);
+  for (const std::string& file : files) hybrid::say("wrote {}\n", file);
 }
 
 void print_config(const std::string& config) {
@@ -41,31 +52,29 @@ void print_config(const std::string& config) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  CLI::App app(
-      "Simulates a robot among classed landmarks: writes an MRPT rawlog and, beside it, the "
-      "true landmarks and the true path.",
-      "hybrid-simulate");
-  std::string config, output, seed;
-  bool print = false;
-  app.add_option("-c,--config", config, "Scenario, e.g. config/simulate_classed_demo.ini");
-  app.add_option("-o,--output", output, "Rawlog to write, F.rawlog");
-  app.add_option("--seed", seed, "Overrides [simulation] seed");
-  app.add_flag("--print-config", print, "Print all keys with meaning, default and value, and exit");
-  app.callback([&] {
-    if (!print && (config.empty() || output.empty())) {
-      throw CLI::RequiredError("both -c CONFIG and -o F.rawlog");
+int main(int argc, char** argv) {
+  return hybrid::run_program("hybrid-simulate", [&] {
+    CLI::App app(kAbout, "hybrid-simulate");
+    app.footer(kFooter);
+    std::string config, output, seed;
+    bool print = false;
+    app.add_option("-c,--config", config, "Scenario, e.g. config/simulate_classed_demo.ini");
+    app.add_option("-o,--output", output, "Rawlog to write, F.rawlog");
+    app.add_option("--seed", seed, "Overrides [simulation] seed");
+    app.add_flag("--print-config", print,
+                 "Print all keys with meaning, default and value, and exit");
+    app.callback([&] {
+      if (!print && (config.empty() || output.empty())) {
+        throw CLI::RequiredError("both -c CONFIG and -o F.rawlog");
+      }
+    });
+    int exit_code = hybrid::kExitOk;
+    if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
+    if (print) {
+      print_config(config);
+    } else {
+      run(config, output, seed);
     }
+    return static_cast<int>(hybrid::kExitOk);
   });
-  int exit_code = hybrid::kExitOk;
-  if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
-  if (print) {
-    print_config(config);
-  } else {
-    run(config, output, seed);
-  }
-  return hybrid::kExitOk;
-} catch (const std::exception& e) {
-  fmt::print(stderr, "hybrid-simulate: {}\n", e.what());
-  return hybrid::kExitFailure;
 }

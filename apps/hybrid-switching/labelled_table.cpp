@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 namespace {
@@ -73,26 +73,21 @@ SwitchingModel learn(const std::vector<LabelledSeries>& stretches, int modes,
 }  // namespace
 
 LabelledTable read_table(const std::string& path, const Options& options) {
-  TextTable file(path);
+  TextReader file(path);
   LabelledTable table;
-  const auto columns = static_cast<std::size_t>(last_column(options));
+  const auto least = static_cast<std::size_t>(last_column(options));
+  std::size_t columns = 0;
   while (const auto line = file.next()) {
-    std::vector<double> row = line->numbers();
-    if (row.size() < columns) {
-      line->fail(fmt::format("{} columns, but column {} is asked for", row.size(), columns));
-    }
-    const double label = row[static_cast<std::size_t>(options.label_column) - 1];
-    if (label < 0 || label >= kMaxModes || label != std::floor(label)) {
-      line->fail(fmt::format("label {} is not one of 0 .. {}", label, kMaxModes - 1));
-    }
-    table.labels.push_back(static_cast<int>(label));
+    line->expect_same(columns, least, fmt::format("{} columns, the last one asked for", least));
+    const auto label_column = static_cast<std::size_t>(options.label_column) - 1;
+    table.labels.push_back(static_cast<int>(line->id(label_column, kMaxModes - 1)));
     table.modes = std::max(table.modes, table.labels.back() + 1);
-    table.rows.push_back(std::move(row));
+    table.rows.push_back(line->numbers(0, columns));
   }
-  const int least = options.folds * (options.order + 2);
-  if (table.size() < least) {
+  const int fewest = options.folds * (options.order + 2);
+  if (table.size() < fewest) {
     throw Error(fmt::format("{}: {} rows are too few for {} folds and order {}; at least {}", path,
-                            table.size(), options.folds, options.order, least));
+                            table.size(), options.folds, options.order, fewest));
   }
   return table;
 }

@@ -22,9 +22,9 @@ struct LabelledTable {
   double at(int row, int column) const { return rows[row][column - 1]; }
 };
 
-/// Reads rows of numbers; lines that start with '#' are comments. Throws Error that names file and
-/// line for rows without the columns asked for, numbers that are not finite, and labels that are
-/// not 0, 1, ...
+/// Reads rows of numbers, all of one length; '%' and '#' begin comments. Throws Error that names
+/// file, line and column for rows without the columns asked for, numbers that are not finite, and
+/// labels that are not 0, 1, ...
 LabelledTable read_table(const std::string& path, const Options& options);
 
 /// The series of rows first .. last - 1: the changes of the angles, wrapped, then the values. No

@@ -16,6 +16,7 @@
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/marginals/discrete.h"
+#include "libhybrid/marginals/posterior.h"
 #include "libhybrid/solvers/alternating.h"
 
 namespace hybrid {
@@ -184,6 +185,17 @@ RangeModes learn(const RangeProblem& problem, const RangeLog& log, const HybridG
   return out;
 }
 
+/// Of every range, with the path integrated out.
+std::vector<double> second_mode_probabilities(const RangeLog& log, const HybridGraph& graph,
+                                              const Estimate& estimate) {
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < log.ranges.size(); ++i) keys.push_back(range_mode(i).key);
+  const AssignmentPosterior posterior = posterior_marginals(graph, estimate, keys);
+  std::vector<double> probabilities;
+  for (Key key : keys) probabilities.push_back(posterior.at(key).p[1]);
+  return probabilities;
+}
+
 Located make_located(const std::string& method, const RangeProblem& problem,
                      const AlternatingResult& result) {
   Located out;
@@ -233,10 +245,7 @@ Located locate_with_modes(const RangeLog& log) {
     result = alternate(graph, result.estimate);
   }
   Located out = make_located("modes", problem, result);
-  const DiscreteMarginals marginals = discrete_marginals(graph, result.estimate.values);
-  for (std::size_t i = 0; i < log.ranges.size(); ++i) {
-    out.non_line_of_sight.push_back(marginals.at(range_mode(i).key)[1]);
-  }
+  out.non_line_of_sight = second_mode_probabilities(log, graph, result.estimate);
   out.modes = modes;
   out.rounds = rounds;
   out.seconds = seconds_since(start);

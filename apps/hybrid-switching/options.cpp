@@ -19,6 +19,9 @@ constexpr const char* kFooter =
     "summary.json, modes.png, path.png.\n"
     "\nA log of ranges has rows 'range2' and 'odom2diff'. Written to OUT: trajectory.csv,\n"
     "ranges.csv, summary.json, modes.png, path.png.\n"
+    "\nThe files replace the result that OUT holds; files of others stay.\n"
+    "\nExit code: 0 all well; 1 failure, nothing written. A signal (Ctrl-C) ends it at once, with\n"
+    "nothing written.\n"
     "\nExamples: hybrid-switching bee.txt --names left,right,waggle -o out\n"
     "          hybrid-switching uwb.txt --truth uwb_truth.txt -o out";
 
@@ -70,6 +73,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("!--no-pictures", options.pictures, "do not draw modes.png and path.png");
   add_output_folder(app, options.output);
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
+  options.provenance = provenance_of(argc, argv);
   return options;
 }
 

@@ -7,10 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/output/provenance.h"
+
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
+  Provenance provenance;  ///< version and command
   std::string input;
   std::string truth;  ///< of a log of ranges; empty: unknown
   std::string output = "hybrid-switching-out";

@@ -8,46 +8,51 @@
 #include <algorithm>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 namespace {
 
-/// The numbers of a row behind its first word, of which there must be at least `least`.
-std::vector<double> numbers(const TextRow& row, std::size_t least) {
-  std::vector<double> out = row.numbers(1);
-  if (out.size() < least) {
-    row.fail(fmt::format("{} numbers, at least {} are needed", out.size(), least));
+AnchorRange range_of(const TextRow& row) {
+  const auto v = row.numbers(2, row.size());
+  if (v[0] < 0 || v[1] <= 0) row.fail(2, "a range must not be negative, its variance positive");
+  const Eigen::Vector2d anchor(row.coordinate(4), row.coordinate(5));
+  const auto id = static_cast<int>(row.id(6));
+  return {static_cast<int>(row.line()), row.time(1), row.coordinate(2), v[1], anchor, id};
+}
+
+WheelSpeeds speeds_of(const TextRow& row) {
+  const auto v = row.numbers(2, row.size());
+  if (v[3] <= 0 || v[4] <= 0 || v[5] <= 0 || v[6] <= 0) {
+    row.fail(5, "base and variances must be positive");
   }
-  return out;
+  return {row.time(1), row.coordinate(2), row.coordinate(3), row.coordinate(5), v[4], v[5], v[6]};
 }
 
 }  // namespace
 
 bool is_range_log(const std::string& path) {
-  const auto row = TextTable(path).next();
-  return row && (row->words[0] == "range2" || row->words[0] == "odom2diff");
+  TextReader text(path);
+  const auto row = text.next();
+  return row && ((*row)[0] == "range2" || (*row)[0] == "odom2diff");
 }
 
 RangeLog read_range_log(const std::string& path) {
   RangeLog log;
-  TextTable table(path);
+  std::size_t range_columns = 0, odometry_columns = 0;
+  TextReader table(path);
   while (const auto row = table.next()) {
-    const std::string& kind = row->words[0];
-    if (kind == "range2") {
-      const auto v = numbers(*row, 6);
-      if (v[1] < 0 || v[2] <= 0) row->fail("a range must not be negative, its variance positive");
-      const int line = static_cast<int>(row->line);
-      const int anchor = static_cast<int>(row->id(6));
-      log.ranges.push_back({line, v[0], v[1], v[2], {v[3], v[4]}, anchor});
-    } else if (kind == "odom2diff") {
-      const auto v = numbers(*row, 8);
-      if (v[4] <= 0 || v[5] <= 0 || v[6] <= 0 || v[7] <= 0) {
-        row->fail("base and variances must be positive");
-      }
-      log.odometry.push_back({v[0], v[1], v[2], v[4], v[5], v[6], v[7]});
+    if ((*row)[0] == "range2") {
+      row->expect_same(range_columns, 7, "range2 time range variance x y anchor");
+      log.ranges.push_back(range_of(*row));
+    } else if ((*row)[0] == "odom2diff") {
+      row->expect_same(
+          odometry_columns, 9,
+          "odom2diff time v_left v_right v_side half_base var_left var_right var_side");
+      log.odometry.push_back(speeds_of(*row));
     } else {
-      row->fail(fmt::format("'{}' is neither range2 nor odom2diff", kind));
+      row->fail(in_quotes((*row)[0]) + " is neither range2 nor odom2diff");
     }
   }
   if (log.ranges.empty() || log.odometry.empty()) {
@@ -62,11 +67,13 @@ RangeLog read_range_log(const std::string& path) {
 
 std::vector<TruePoint> read_true_points(const std::string& path) {
   std::vector<TruePoint> points;
-  TextTable table(path);
+  std::size_t columns = 0;
+  TextReader table(path);
   while (const auto row = table.next()) {
-    if (row->words[0] != "point2") row->fail(fmt::format("'{}' is not point2", row->words[0]));
-    const auto v = numbers(*row, 3);
-    points.push_back({v[0], {v[1], v[2]}});
+    if ((*row)[0] != "point2") row->fail(in_quotes((*row)[0]) + " is not point2");
+    row->expect_same(columns, 4, "point2 time x y");
+    row->numbers(4, columns);
+    points.push_back({row->time(1), {row->coordinate(2), row->coordinate(3)}});
   }
   std::stable_sort(points.begin(), points.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });

@@ -9,8 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-switching/locate.h"
 #include "apps/hybrid-switching/reports.h"
+#include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/output/mode_image.h"
 #include "mrpt_plugins/output/output_directory.h"
@@ -121,14 +123,21 @@ Json to_json(const Located& located) {
 
 }  // namespace
 
-void report_ranges(const Options& options) {
+int report_ranges(const Options& options) {
   const RangeLog log = read_range_log(options.input);
   std::vector<TruePoint> truth;
   if (!options.truth.empty()) truth = read_true_points(options.truth);
-  const std::vector<Located> all = {locate_with_modes(log), locate(log, "cauchy", Loss::cauchy()),
-                                    locate(log, "narrow cauchy", Loss::cauchy(1.0)),
-                                    locate(log, "gaussian", Loss::none())};
-  Json summary = {{"status", "ok"}, {"ranges", log.ranges.size()}, {"poses", all[0].path.size()}};
+  const auto all = about({options.input}, [&] {
+    return std::vector<Located>{locate_with_modes(log), locate(log, "cauchy", Loss::cauchy()),
+                                locate(log, "narrow cauchy", Loss::cauchy(1.0)),
+                                locate(log, "gaussian", Loss::none())};
+  });
+  Provenance provenance = options.provenance;
+  for (const std::string& path : {options.input, options.truth}) provenance.add_input(path);
+  warn_of_inputs(provenance);
+  Json summary = summary_start("ok", "", provenance);
+  summary["ranges"] = log.ranges.size();
+  summary["poses"] = all[0].path.size();
   std::string errors_text;
   for (const Located& located : all) {
     Json method = to_json(located);
@@ -141,16 +150,19 @@ void report_ranges(const Options& options) {
     }
     summary["methods"][located.method] = method;
   }
-  const OutputDirectory out(options.output);
+  OutputDirectory out(options.output);
   out.write("trajectory.csv", trajectory_csv(all[0]));
   out.write("ranges.csv", ranges_csv(log, all[0]));
   if (options.pictures) {
     out.write("modes.png", png(timeline(options, log, all[0])));
     out.write("path.png", png(path(log, all[0], truth, errors_text)));
   }
-  out.write("summary.json", summary.dump(2) + '\n');
-  fmt::print("{} ranges, {} poses{}{} -> {}\n", log.ranges.size(), all[0].path.size(),
-             errors_text.empty() ? "" : ", ", errors_text, out.folder().string());
+  const std::vector<std::string> told = out.publish(summary);
+  const int code = settle(kExitOk);
+  for (const std::string& text : told) complain("hybrid-switching: {}\n", text);
+  say("{} ranges, {} poses{}{} -> {}\n", log.ranges.size(), all[0].path.size(),
+      errors_text.empty() ? "" : ", ", errors_text, options.output);
+  return code;
 }
 
 }  // namespace hybrid

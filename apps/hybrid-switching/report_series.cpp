@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/exit_code.h"
 #include "apps/hybrid-switching/labelled_table.h"
 #include "apps/hybrid-switching/reports.h"
+#include "apps/program.h"
 #include "mrpt_plugins/output/mode_image.h"
 #include "mrpt_plugins/output/output_directory.h"
 
@@ -103,28 +105,34 @@ Image path(const Options& options, const LabelledTable& table, const FoldedLabel
 
 }  // namespace
 
-void report_series(const Options& options) {
+int report_series(const Options& options) {
   const LabelledTable table = read_table(options.input, options);
-  const FoldedLabels found = label_folds(table, options);
+  const FoldedLabels found = about({options.input}, [&] { return label_folds(table, options); });
   const Eigen::MatrixXd counts = confusion(table, found);
   const double accuracy = counts.diagonal().sum() / table.size();
-  const OutputDirectory out(options.output);
+  OutputDirectory out(options.output);
   out.write("labels.csv", labels_csv(table, found));
   if (options.pictures) {
     out.write("modes.png", png(timeline(options, table, found, accuracy)));
     out.write("path.png", png(path(options, table, found)));
   }
-  Json summary = {{"status", "ok"},
-                  {"method", options.without_labels ? "expectation-maximisation" : "labels"},
-                  {"instants", table.size()},
-                  {"modes", table.modes},
-                  {"accuracy", accuracy},
-                  {"fold_accuracy", found.accuracies},
-                  {"confusion", rows(counts)}};
+  Provenance provenance = options.provenance;
+  provenance.add_input(options.input);
+  warn_of_inputs(provenance);
+  Json summary = summary_start("ok", "", provenance);
+  summary["method"] = options.without_labels ? "expectation-maximisation" : "labels";
+  summary["instants"] = table.size();
+  summary["modes"] = table.modes;
+  summary["accuracy"] = accuracy;
+  summary["fold_accuracy"] = found.accuracies;
+  summary["confusion"] = rows(counts);
   for (const SwitchingModel& model : found.models) summary["models"].push_back(to_json(model));
-  out.write("summary.json", summary.dump(2) + '\n');
-  fmt::print("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes,
-             100 * accuracy, out.folder().string());
+  const std::vector<std::string> told = out.publish(summary);
+  const int code = settle(kExitOk);
+  for (const std::string& text : told) complain("hybrid-switching: {}\n", text);
+  say("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes,
+      100 * accuracy, options.output);
+  return code;
 }
 
 }  // namespace hybrid

@@ -7,12 +7,12 @@
 
 namespace hybrid {
 
-/// Labels a series fold by fold, scores the labels and writes all outputs. Throws Error for bad
-/// input.
-void report_series(const Options& options);
+/// Labels a series fold by fold, scores the labels and writes all outputs. Returns the exit code.
+/// Throws Error for bad input.
+int report_series(const Options& options);
 
 /// Locates a robot by its ranges, with modes and with kernels, compares with the truth where it is
-/// known, and writes all outputs. Throws Error for bad input.
-void report_ranges(const Options& options);
+/// known, and writes all outputs. Returns the exit code. Throws Error for bad input.
+int report_ranges(const Options& options);
 
 }  // namespace hybrid

@@ -4,44 +4,27 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 
 #include <fmt/format.h>
-#include <mrpt/config/config_parser.h>
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <numeric>
-#include <optional>
-#include <sstream>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/bridge/ini_syntax.h"
 #include "mrpt_plugins/bridge/ini_text.h"
 
 namespace hybrid {
 namespace {
 
-std::string read_text(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) throw Error(fmt::format("{}: no such file", path.string()));
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  if (!std::filesystem::is_regular_file(path) || !file || !(text << file.rdbuf()).good()) {
-    throw Error(fmt::format("{}: cannot be read, or is empty", path.string()));
-  }
-  return text.str();
-}
+constexpr std::uint64_t kLargestIni = std::uint64_t{1} << 20;
+constexpr std::size_t kProblems = 20;     // that one message lists
+constexpr std::size_t kLongestName = 64;  // for which a similar one is looked for
 
-/// MRPT joins lines that end in a backslash: for each joined line, the number of its first line.
-std::vector<std::size_t> first_lines(const std::string& text) {
-  std::vector<std::size_t> numbers;
-  std::istringstream lines(text);
-  bool continues = false;
-  std::size_t number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (!continues) numbers.push_back(number);
-    const std::string content = ini::trimmed(line);
-    continues = !content.empty() && content.back() == '\\';
-  }
-  return numbers;
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -69,12 +52,14 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
 std::string describe(const std::string& type, const IniRange& range) {
   const char* not_equal = range.open ? "" : "=";
   std::string text = type;
-  if (std::isfinite(range.min)) text += fmt::format(", >{} {}", not_equal, range.min);
-  if (std::isfinite(range.max)) text += fmt::format(", <{} {}", not_equal, range.max);
+  if (range.min > kAnyNumber.min) text += fmt::format(", >{} {}", not_equal, range.min);
+  if (range.max < kAnyNumber.max) text += fmt::format(", <{} {}", not_equal, range.max);
+  if (range.or_zero) text += ", or 0";
   return text;
 }
 
 bool in_range(double value, const IniRange& range) {
+  if (range.or_zero && value == 0) return true;
   if (range.open) return value > range.min && value < range.max;
   return value >= range.min && value <= range.max;
 }
@@ -96,6 +81,7 @@ bool all_in_range(const T& value, const IniRange& range) {
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
   std::string nearest;
+  if (word.size() > kLongestName) return nearest;
   std::size_t smallest = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
     const std::size_t distance = edit_distance(word, candidate);
@@ -108,7 +94,9 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
 }
 
 IniFile::IniFile(const std::filesystem::path& path) : name_(path.string()), documenting_(false) {
-  parse(read_text(path));
+  const std::string text = read_file(name_, kLargestIni);
+  if (text.empty()) throw Error(fmt::format("{}: is empty", name_));
+  parse(text);
 }
 
 IniFile::IniFile(const std::string& text, const std::string& name)
@@ -121,58 +109,47 @@ std::filesystem::path IniFile::directory() const {
 }
 
 void IniFile::parse(const std::string& text) {
-  std::string expanded;
-  try {
-    expanded = mrpt::config::config_parser(text);
-  } catch (const std::exception& e) {
-    throw Error(fmt::format("{}: {}", name_, e.what()));
-  }
-  const std::vector<std::size_t> numbers = first_lines(text);
-  std::istringstream lines(expanded);
   Section* current = nullptr;
-  std::size_t i = 0;
-  for (std::string line; std::getline(lines, line); ++i) {
-    line = ini::trimmed(ini::without_comment(line));
-    if (!line.empty()) parse_line(line, i < numbers.size() ? numbers[i] : numbers.back(), current);
+  for (IniLine& line : parse_ini(text, name_)) {
+    if (line.is_section) {
+      current = &find_or_add(line.name);
+      if (current->where.empty()) current->where = line.where;
+      continue;
+    }
+    if (current == nullptr) {
+      throw Error(fmt::format("{}: key {} stands before the first [section]", line.where,
+                              in_quotes(line.name)));
+    }
+    if (const Entry* entry = current->find(line.name)) {
+      throw Error(fmt::format("{}: key {} of [{}] is already set at {}", line.where,
+                              in_quotes(line.name), escaped(current->name), entry->where));
+    }
+    current->add({std::move(line.name), std::move(line.value), std::move(line.where)});
   }
 }
 
-void IniFile::parse_line(const std::string& line, std::size_t line_number, Section*& current) {
-  const std::string where = fmt::format("{}:{}", name_, line_number);
-  if (line.front() == '[') {
-    if (line.back() != ']') throw Error(fmt::format("{}: '{}' lacks its ']'", where, line));
-    current = &find_or_add(ini::trimmed(std::string_view(line).substr(1, line.size() - 2)));
-    if (current->where.empty()) current->where = where;
-    return;
-  }
-  const std::size_t equals = line.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw Error(fmt::format("{}: expected '[section]' or 'key = value', found '{}'", where, line));
-  }
-  const std::string key = ini::trimmed(std::string_view(line).substr(0, equals));
-  if (current == nullptr) {
-    throw Error(fmt::format("{}: key '{}' stands before the first [section]", where, key));
-  }
-  for (const Entry& entry : current->entries) {
-    if (!ini::same_name(entry.key, key)) continue;
-    throw Error(fmt::format("{}: key '{}' of [{}] is already set at {}", where, key, current->name,
-                            entry.where));
-  }
-  current->entries.push_back({key, ini::trimmed(std::string_view(line).substr(equals + 1)), where});
+const IniFile::Entry* IniFile::Section::find(const std::string& key) const {
+  const auto found = places.find(lower_case(key));
+  return found == places.end() ? nullptr : &entries[found->second];
+}
+
+void IniFile::Section::add(Entry entry) {
+  places.emplace(lower_case(entry.key), entries.size());
+  entries.push_back(std::move(entry));
 }
 
 const IniFile::Section* IniFile::find(const std::string& name) const {
-  for (const Section& section : sections_) {
-    if (ini::same_name(section.name, name)) return &section;
-  }
-  return nullptr;
+  const auto found = places_.find(lower_case(name));
+  return found == places_.end() ? nullptr : found->second;
 }
 
 IniFile::Section& IniFile::find_or_add(const std::string& name) {
-  for (Section& section : sections_) {
-    if (ini::same_name(section.name, name)) return section;
+  Section*& place = places_[lower_case(name)];
+  if (place == nullptr) {
+    place = &sections_.emplace_back();
+    place->name = name;
   }
-  return sections_.emplace_back(Section{name, "", "", false, {}, {}});
+  return *place;
 }
 
 IniSection IniFile::section(const std::string& name, const std::string& meaning) {
@@ -199,13 +176,12 @@ void IniFile::override_value(const std::string& section, const std::string& key,
                              const std::string& value, const std::string& origin) {
   Section& target = find_or_add(section);
   if (target.where.empty()) target.where = origin;
-  for (Entry& entry : target.entries) {
-    if (!ini::same_name(entry.key, key)) continue;
-    entry.value = value;
-    entry.where = origin;
-    return;
+  if (const Entry* entry = target.find(key)) {
+    target.entries[static_cast<std::size_t>(entry - target.entries.data())] = {entry->key, value,
+                                                                               origin};
+  } else {
+    target.add({key, value, origin});
   }
-  target.entries.push_back({key, value, origin});
 }
 
 void IniFile::reject_unknown() const {
@@ -214,10 +190,16 @@ void IniFile::reject_unknown() const {
     if (section.declared) known_sections.push_back(section.name);
   }
   std::string problems;
+  std::size_t count = 0;
+  const auto add = [&](const auto& describe) {
+    if (++count <= kProblems) problems += (count > 1 ? "\n" : "") + describe();
+  };
   for (const Section& section : sections_) {
     if (!section.declared) {
-      problems += fmt::format("{}: unknown section [{}]{}\n", section.where, section.name,
-                              suggestion(section.name, known_sections));
+      add([&] {
+        return fmt::format("{}: unknown section [{}]{}", section.where, escaped(section.name),
+                           suggestion(section.name, known_sections));
+      });
       continue;
     }
     std::vector<std::string> known;
@@ -225,13 +207,14 @@ void IniFile::reject_unknown() const {
     for (const Entry& entry : section.entries) {
       const auto same = [&](const std::string& key) { return ini::same_name(key, entry.key); };
       if (std::any_of(known.begin(), known.end(), same)) continue;
-      problems += fmt::format("{}: [{}] has no key '{}'{}\n", entry.where, section.name, entry.key,
-                              suggestion(entry.key, known));
+      add([&] {
+        return fmt::format("{}: [{}] has no key {}{}", entry.where, section.name,
+                           in_quotes(entry.key), suggestion(entry.key, known));
+      });
     }
   }
-  if (problems.empty()) return;
-  problems.pop_back();
-  throw Error(problems);
+  if (count > kProblems) problems += fmt::format("\nand {} more like these", count - kProblems);
+  if (count > 0) throw Error(problems);
 }
 
 std::string IniFile::documentation() const {
@@ -249,6 +232,18 @@ std::string IniFile::documentation() const {
   return text;
 }
 
+IniFile::Settings IniFile::settings() const {
+  Settings settings;
+  for (const Section& section : sections_) {
+    if (!section.declared) continue;
+    settings.emplace_back(section.name, std::vector<std::pair<std::string, std::string>>());
+    for (const Declaration& key : section.declarations) {
+      settings.back().second.emplace_back(key.key, key.value);
+    }
+  }
+  return settings;
+}
+
 std::vector<std::string> IniSection::keys() const {
   std::vector<std::string> names;
   for (const auto& entry : section_->entries) names.push_back(entry.key);
@@ -256,10 +251,7 @@ std::vector<std::string> IniSection::keys() const {
 }
 
 const IniFile::Entry* IniSection::find(const std::string& key) const {
-  for (const auto& entry : section_->entries) {
-    if (ini::same_name(entry.key, key)) return &entry;
-  }
-  return nullptr;
+  return section_->find(key);
 }
 
 const IniFile::Entry& IniSection::find_required(const std::string& key) const {
@@ -290,7 +282,7 @@ T IniSection::parse(const IniFile::Entry& entry, const IniRange& range) const {
   const std::string type = describe(ini::TypeName<T>::kText, range);
   if (entry.value.empty() && !std::is_class_v<T>) fail(entry.key, "is empty; expected: " + type);
   if (!ini::parse(entry.value, value) || !all_in_range(value, range)) {
-    fail(entry.key, fmt::format("= '{}' is not valid; expected: {}", entry.value, type));
+    fail(entry.key, fmt::format("= {} is not valid; expected: {}", in_quotes(entry.value), type));
   }
   return value;
 }
@@ -328,7 +320,7 @@ std::string IniSection::choice(const std::string& key, const std::string& defaul
   if (found != choices.end()) {
     value = *found;
   } else {
-    fail(key, fmt::format("= '{}' is not valid{}", value, suggestion(value, choices)));
+    fail(key, fmt::format("= {} is not valid{}", in_quotes(value), suggestion(value, choices)));
   }
   declare({key, "one of: " + ini::format(choices), "default " + default_value, value, meaning});
   return value;

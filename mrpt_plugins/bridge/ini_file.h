@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -19,20 +20,38 @@ class IniSection;
 
 /// Interval a number must lie in; the bounds themselves belong to it unless `open`.
 struct IniRange {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
+  double min = -1e15;  ///< doubles beyond are 0.1 and more apart
+  double max = 1e15;
   bool open = false;
+  bool or_zero = false;  ///< 0, which then has a meaning of its own, is allowed as well
 };
-inline constexpr IniRange kAnyNumber{};
-inline constexpr IniRange kNonNegative{0.0};
-inline constexpr IniRange kPositive{0.0, std::numeric_limits<double>::infinity(), true};
-inline constexpr IniRange kProbability{0.0, 1.0};
 
-/// A strict INI file. Syntax and `@define`, `${NAME}`, `$env{}`, `$eval{}` are those of
-/// mrpt::config::CConfigFile (names ignore case; a comment is a line that starts with `#`, `;` or
-/// `//`, or the rest of a line from one of these after a space). What MRPT lets pass is an Error
-/// that names file, line, section and key: unknown or repeated keys, wrong types, NaN, numbers out
-/// of range, unclosed sections, a missing file.
+// What a key may be, by its unit. What is beyond is a slip: nothing is measured so finely, or the
+// number says nothing; and the squares of all of them fit into one system of equations.
+inline constexpr IniRange kAnyNumber{};
+inline constexpr IniRange kNonNegative{0.0, 1e9};
+inline constexpr IniRange kPositive{1e-9, 1e9};
+inline constexpr IniRange kProbability{0.0, 1.0};
+inline constexpr IniRange kCoordinate{-1e6, 1e6};  ///< [m]
+inline constexpr IniRange kLength{0.0, 1e6};       ///< [m]
+inline constexpr IniRange kPositiveLength{1e-6, 1e6};
+inline constexpr IniRange kDuration{0.0, 1e6};  ///< [s]
+inline constexpr IniRange kPositiveDuration{1e-6, 1e6};
+inline constexpr IniRange kSigmaMetres{1e-6, 1e3};
+inline constexpr IniRange kSigmaDegrees{1e-5, 360.0};
+inline constexpr IniRange kSigmaRadians{1e-7, 6.3};
+inline constexpr IniRange kTurn{-360.0, 360.0};  ///< [deg]
+
+/// The range with 0 allowed as well.
+constexpr IniRange or_zero(IniRange range) {
+  range.or_zero = true;
+  return range;
+}
+
+/// A strict INI file of at most 1 MiB. The syntax is that of parse_ini(), as
+/// mrpt::config::CConfigFile has it but for `$env{}` and `$eval{}`; names ignore case. What MRPT
+/// lets pass is an Error that names file, line, section and key: unknown or repeated keys, wrong
+/// types, NaN, numbers out of range, unclosed sections, a missing file.
 ///
 /// Code that reads a key declares it: IniSection::get() takes type, default, range and meaning.
 /// Once everything has been read, reject_unknown() throws if the file holds anything not declared,
@@ -70,6 +89,11 @@ class IniFile {
   /// and the value in effect.
   std::string documentation() const;
 
+  /// Declared sections with their keys and the values in effect, in order.
+  using Settings =
+      std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>>;
+  Settings settings() const;
+
   const std::string& name() const { return name_; }
   /// Relative paths in the file are relative to this folder.
   std::filesystem::path directory() const;
@@ -80,7 +104,7 @@ class IniFile {
   struct Entry {
     std::string key;
     std::string value;
-    std::string where;  // "file:line"
+    std::string where;  // "file:line:column"
   };
   struct Declaration {
     std::string key, type, default_value, value, meaning;
@@ -92,16 +116,20 @@ class IniFile {
     bool declared = false;
     std::vector<Entry> entries;
     std::vector<Declaration> declarations;
+    std::unordered_map<std::string, std::size_t> places;  // of entries, by name in lower case
+
+    const Entry* find(const std::string& key) const;
+    void add(Entry entry);
   };
 
   void parse(const std::string& text);
-  void parse_line(const std::string& line, std::size_t line_number, Section*& current);
   const Section* find(const std::string& name) const;
   Section& find_or_add(const std::string& name);
 
   std::string name_ = "(defaults)";
   bool documenting_ = true;
-  std::list<Section> sections_;  // a list: IniSection keeps a pointer
+  std::list<Section> sections_;                       // a list: IniSection keeps a pointer
+  std::unordered_map<std::string, Section*> places_;  // by name in lower case
 };
 
 /// The keys of one section. `T` is bool, int, int64_t, uint64_t, double, std::string,

@@ -7,24 +7,16 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "libhybrid/io/parse_number.h"
 
 namespace hybrid::ini {
 namespace {
 
 bool is_space(char c) {
   return std::isspace(static_cast<unsigned char>(c)) != 0;
-}
-
-template <class T>
-bool parse_number(const std::string& text, T& out) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
-  const auto [stop, error] = std::from_chars(begin, end, out);
-  return error == std::errc() && stop == end;
 }
 
 template <class T>

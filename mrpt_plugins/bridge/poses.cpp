@@ -51,6 +51,13 @@ Matrix6d adjoint(const mrpt::poses::CPose3D& T) {
   return Ad;
 }
 
+bool is_rotation(const mrpt::poses::CPose3D& T) {
+  constexpr double kTolerance = 1e-5;
+  const Eigen::Matrix3d R = rotation(T);
+  return (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+         R.determinant() > 0;
+}
+
 Matrix6d tangent_covariance(const mrpt::poses::CPose3DPDFGaussian& pdf) {
   const Matrix6d J = tangent_from_euler(pdf.mean);
   return J * pdf.cov.asEigen() * J.transpose();

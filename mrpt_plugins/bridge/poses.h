@@ -10,6 +10,8 @@
 #include <Eigen/Dense>
 #include <array>
 
+#include "libhybrid/geometry/eigen.h"
+
 /// MRPT orders a 3-D pose (x y z yaw pitch roll) with additive errors; here errors live in the
 /// tangent space (translation, rotation vector) of a right perturbation T * Exp(xi).
 namespace hybrid {
@@ -27,6 +29,9 @@ Matrix6d euler_from_tangent(const mrpt::poses::CPose3D& T);
 
 /// Adjoint of T for tangents (translation, rotation): T Exp(xi) = Exp(Ad xi) T.
 Matrix6d adjoint(const mrpt::poses::CPose3D& T);
+
+/// Whether the rotation of a pose is one, to the single precision that old logs have.
+bool is_rotation(const mrpt::poses::CPose3D& T);
 
 /// Covariance of xi, to first order.
 Matrix6d tangent_covariance(const mrpt::poses::CPose3DPDFGaussian& pdf);

@@ -6,18 +6,17 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/file_writer.h"
 
 namespace hybrid {
 namespace {
@@ -50,28 +49,23 @@ std::string plain(std::string text) {
 
 Ledger::Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics)
     : path_(folder / "results.csv"), metrics_(std::move(metrics)) {
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  const auto fail = [&](const std::string& why) {
-    if (file_ >= 0) ::close(file_);
-    throw Error(path_.string() + ": " + why);
-  };
-  if (file_ < 0) fail(std::strerror(errno));
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) fail("another program is writing it");
   std::ifstream in(path_, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  std::size_t whole = 0;
   try {
-    whole = read(text);
+    bytes_ = read(text);
   } catch (const Error& e) {
-    fail(e.what());
+    throw Error(path_.string() + ": " + e.what());
   }
-  if (::ftruncate(file_, static_cast<off_t>(whole)) != 0) fail(std::strerror(errno));
-  if (::lseek(file_, 0, SEEK_END) < 0) fail(std::strerror(errno));
-  if (whole == 0) {
-    const std::string first = header();
-    if (::write(file_, first.data(), first.size()) != static_cast<ssize_t>(first.size())) {
-      fail(std::strerror(errno));
-    }
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0) throw SystemError(path_.string(), errno);
+  try {
+    if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0)
+      throw SystemError(path_.string(), errno);
+    if (bytes_ == 0) append(header());
+    sync_to_disk(folder);
+  } catch (...) {
+    ::close(file_);
+    throw;
   }
 }
 
@@ -140,12 +134,21 @@ const TrialResult& Ledger::at(const Trial& trial) const {
   return it->second;
 }
 
+void Ledger::append(const std::string& line) {
+  int error = ::lseek(file_, static_cast<off_t>(bytes_), SEEK_SET) < 0 ? errno : 0;
+  if (error == 0) error = write_all(file_, line);
+  if (error == 0 && ::fdatasync(file_) != 0) error = errno;
+  if (error != 0) {
+    // A part of a row that stays is cut off by the next program.
+    [[maybe_unused]] const int ignored = ::ftruncate(file_, static_cast<off_t>(bytes_));
+    throw SystemError(path_.string(), error);
+  }
+  bytes_ += line.size();
+}
+
 void Ledger::append(const Trial& trial, const TrialResult& result) {
   const std::string line = row(trial, result);
-  if (::write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
-      ::fdatasync(file_) != 0) {
-    throw Error(path_.string() + ": " + std::strerror(errno));
-  }
+  append(line);
   results_[trial.key()] = result;
   rows_[trial.key()] = line;
 }

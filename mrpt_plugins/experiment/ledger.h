@@ -14,27 +14,35 @@ namespace hybrid {
 
 /// How a trial ended, and what was measured.
 struct TrialResult {
-  std::string status =
-      "ok";  ///< ok, partial (the solver did not converge), failed, timeout, crashed
+  /// ok, partial (the solver did not converge), failed, timeout, crashed: results of the method;
+  /// unfinished: the machine is to blame (see MachineFault), and the trial is yet to be run.
+  std::string status = "ok";
   std::map<std::string, double> metrics;  ///< by name; absent where unknown
   std::string reliability;                ///< see reliability_text
   std::string message;                    ///< where the status is not ok
+
+  bool finished() const { return status != "unfinished"; }
+  /// Whether a method has failed, crashed or taken too long.
+  bool bad() const { return status == "failed" || status == "timeout" || status == "crashed"; }
 };
 
-/// results.csv: one row per finished trial, appended at once and flushed, so that an interruption
-/// loses nothing but what was running. Only one program at a time may write it.
+/// results.csv: one row per trial that has ended, appended at once and flushed, so that an
+/// interruption loses nothing but what was running. A later row of a trial replaces an earlier one.
+/// Only one program at a time may have one open.
 class Ledger {
  public:
   /// Opens or creates `folder`/results.csv for rows with these metrics. A last line that was cut
-  /// off is dropped. Throws Error where the file has other columns, or another program writes it.
+  /// off is dropped. Throws Error where the file has other columns.
   Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics);
   ~Ledger();
   Ledger(const Ledger&) = delete;
   Ledger& operator=(const Ledger&) = delete;
 
+  bool empty() const { return results_.empty(); }
   bool contains(const Trial& trial) const { return results_.count(trial.key()) != 0; }
   /// Throws Error for a trial that is not there.
   const TrialResult& at(const Trial& trial) const;
+  /// Throws SystemError where it cannot be written; the file is then as before.
   void append(const Trial& trial, const TrialResult& result);
 
   const std::vector<std::string>& metrics() const { return metrics_; }
@@ -47,10 +55,13 @@ class Ledger {
   /// Rows of `text`; returns how many bytes of it are whole rows.
   std::size_t read(const std::string& text);
 
+  void append(const std::string& line);
+
   std::filesystem::path path_;
   std::vector<std::string> metrics_;
   std::map<std::string, TrialResult> results_;  // by key
   std::map<std::string, std::string> rows_;     // the same as text
+  std::size_t bytes_ = 0;                       // of whole rows
   int file_ = -1;
 };
 

@@ -35,7 +35,7 @@ MethodOptions read_method_options(IniFile& ini) {
   IniSection mixture = ini.section("mixture", "What a false closure looks like (eq. 17)");
   options.mixture.outlier_variance =
       mixture.get("outlier_variance", options.mixture.outlier_variance,
-                  "variance of a false closure in those of a true one", kPositive);
+                  "variance of a false closure in those of a true one", IniRange{1, 1e12});
   options.mixture.inlier_weight =
       mixture.get("inlier_weight", options.mixture.inlier_weight,
                   "prior probability of a true closure", IniRange{0.0, 1.0, true});
@@ -63,7 +63,7 @@ MethodOptions read_method_options(IniFile& ini) {
                       "with which two true closures agree", IniRange{0.0, 1.0, true});
   options.consistency.max_nodes =
       consistency.get("max_nodes", int(options.consistency.max_nodes),
-                      "of the exact search; 0: greedy only", kNonNegative);
+                      "of the exact search; 0: greedy only", IniRange{0, 1e9});
   for (ComparisonOptions* each : {static_cast<ComparisonOptions*>(&options.gnc),
                                   static_cast<ComparisonOptions*>(&options.dcs),
                                   static_cast<ComparisonOptions*>(&options.switchable)}) {

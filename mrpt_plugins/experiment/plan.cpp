@@ -7,14 +7,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/output/sha256.h"
 
 namespace hybrid {
 namespace {
@@ -22,17 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kVariant = "{variant}";
-
-/// Hash of the content of a file (FNV-1a), to notice that it changed.
-std::uint64_t hash_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(path + ": cannot be read");
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (std::istreambuf_iterator<char> it(in), end; it != end; ++it) {
-    hash = (hash ^ static_cast<unsigned char>(*it)) * 0x100000001b3ULL;
-  }
-  return hash;
-}
 
 std::vector<std::string> all_names() {
   std::vector<std::string> names;
@@ -88,8 +80,9 @@ GraphPlan read_graph_plan(IniFile& ini, const std::string& name, const fs::path&
       section.get("label_distance", 0.0,
                   "without labels: true closures are right within this distance (m) of the truth; "
                   "0: all closures of the file are true",
-                  kNonNegative);
-  graph.label_angle = section.degrees("label_angle", 20.0, "and within this angle", kPositive);
+                  kLength);
+  graph.label_angle =
+      section.degrees("label_angle", 20.0, "and within this angle", IniRange{1e-6, 360});
   check_names(section, "variants", graph.variants);
   const bool varies = graph.file.find(kVariant) != std::string::npos;
   if (varies == graph.variants.empty()) {
@@ -171,36 +164,36 @@ void read_methods(IniSection& experiment, ExperimentPlan& plan) {
 }
 
 /// Every line of the settings but those that only add or leave out trials, and the files.
-std::map<std::string, std::string> fingerprint_of(const IniFile& ini, const ExperimentPlan& plan) {
+std::map<std::string, std::string> fingerprint_of(const IniFile& ini, ExperimentPlan& plan) {
   static const std::set<std::string> kFree = {"jobs",          "trials",   "methods",
                                               "outlier_rates", "graphs",   "title",
                                               "data_dir",      "variants", "success_ate"};
   std::map<std::string, std::string> settings;
-  std::istringstream lines(ini.documentation());
-  std::string section;
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.empty() && line[0] == '[') section = line.substr(1, line.find(']') - 1);
-    const std::size_t equals = line.find('=');
-    if (line.empty() || line[0] == '#' || line[0] == ';' || equals == std::string::npos) continue;
-    const std::string key = line.substr(0, line.find_last_not_of(" =", equals) + 1);
-    if (kFree.count(key) == 0) settings[section + "." + key] = line.substr(equals + 1);
+  for (const auto& [section, keys] : ini.settings()) {
+    for (const auto& [key, value] : keys) {
+      if (kFree.count(key) == 0) settings[section + "." + key] = " " + value;
+    }
   }
-  const auto add = [&](const std::string& path) {
+  Provenance files;
+  const auto add = [&](const std::string& source, const std::string& path) {
     if (path.empty()) return;
-    settings[fs::path(path).filename().string()] = fmt::format("content {:016x}", hash_file(path));
+    if (fs::is_regular_file(path)) check_size(path, fs::file_size(path), kLargestText);
+    files.add_input(path);
+    settings[source + "/" + fs::path(path).filename().string()] = "sha256 " + sha256_of_file(path);
   };
   for (const GraphPlan& graph : plan.graphs) {
     for (const std::string& variant : graph.variants) {
-      add(with_variant(graph.file, variant));
-      add(with_variant(graph.labels, variant));
+      add(graph.name, with_variant(graph.file, variant));
+      add(graph.name, with_variant(graph.labels, variant));
     }
-    add(graph.truth);
-    add(graph.truth_times);
+    add(graph.name, graph.truth);
+    add(graph.name, graph.truth_times);
   }
   for (const ReplayPlan& replay : plan.replays) {
-    add(replay.config);
-    add(replay.simulate);
+    add(replay.name, replay.config);
+    add(replay.name, replay.simulate);
   }
+  plan.inputs = std::move(files.inputs);
   return settings;
 }
 
@@ -227,8 +220,8 @@ ExperimentPlan read_plan(IniFile& ini) {
   read_methods(experiment, plan);
   plan.trials = experiment.get("trials", 10, "seeds per point", IniRange{1, 100000});
   plan.first_seed = experiment.get<std::uint64_t>("first_seed", 1, "seeds are this, the next, ...");
-  plan.time_limit =
-      experiment.get("time_limit", 300.0, "seconds after which a trial is ended", kPositive);
+  plan.time_limit = experiment.get("time_limit", 300.0, "seconds after which a trial is ended",
+                                   kPositiveDuration);
   plan.jobs = experiment.get("jobs", 0, "trials at a time; 0: one per core", IniRange{0, 1024});
   read_sources(ini, experiment, plan);
   if (plan.replay) {
@@ -239,12 +232,12 @@ ExperimentPlan read_plan(IniFile& ini) {
                        "what is taken from summary.json");
     plan.outlier_rates = {0.0};
   } else {
-    plan.outlier_rates =
-        experiment.get("outlier_rates", std::vector<double>{0.0},
-                       "shares of false closures, added by the protocol of the paper");
+    plan.outlier_rates = experiment.get(
+        "outlier_rates", std::vector<double>{0.0},
+        "shares of false closures, added by the protocol of the paper", IniRange{0, 1});
     plan.success_ate =
         experiment.get("success_ate", plan.success_ate,
-                       "a trial succeeds with a mean error of at most this (m)", kPositive);
+                       "a trial succeeds with a mean error of at most this (m)", kPositiveLength);
     plan.method_options = read_method_options(ini);
     for (double rate : plan.outlier_rates) {
       if (!(rate >= 0.0 && rate < 1.0)) {

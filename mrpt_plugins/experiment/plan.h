@@ -10,6 +10,7 @@
 
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/experiment/methods.h"
+#include "mrpt_plugins/output/provenance.h"
 
 namespace hybrid {
 
@@ -68,8 +69,9 @@ struct ExperimentPlan {
   double time_limit = 0;  ///< seconds
   double success_ate = 0.1;
   int jobs = 0;
+  std::vector<Provenance::Input> inputs;  ///< files used
   /// Settings by which trials of the same key would differ, by section.key, and hashes of the files
-  /// used.
+  /// used, by graph/file.
   std::map<std::string, std::string> fingerprint;
 };
 

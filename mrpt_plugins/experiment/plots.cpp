@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "mrpt_plugins/output/canvas.h"
@@ -76,6 +77,11 @@ Image stacked(Image above, const Image& below) {
   return above;
 }
 
+/// Not a number, which no plot shows, where there is no number.
+double drawn(double value, double floor = std::numeric_limits<double>::lowest()) {
+  return std::isfinite(value) ? std::max(floor, value) : std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace
 
 Image side_by_side(const std::vector<Image>& images) {
@@ -125,9 +131,9 @@ Image comparison_image(const ExperimentPlan& plan, const std::string& graph,
         if (point.method != plan.methods[i] || point.graph != graph) continue;
         const Quartiles& q = point.metrics.at(m);
         series.x.push_back(x_of(point));
-        series.y.push_back(std::max(panel.floor, q.median));
-        series.lower.push_back(std::max(panel.floor, q.q1));
-        series.upper.push_back(std::max(panel.floor, q.q3));
+        series.y.push_back(drawn(q.median, panel.floor));
+        series.lower.push_back(drawn(q.q1, panel.floor));
+        series.upper.push_back(drawn(q.q3, panel.floor));
       }
       plot.series.push_back(series);
     }
@@ -171,9 +177,9 @@ Image replay_image(const ExperimentPlan& plan, const std::string& metric,
       if (point.method != plan.methods[i]) continue;
       const Quartiles& q = point.metrics.at(m);
       series.x.push_back(static_cast<double>(place(names, point.graph) + 1) + shift);
-      series.y.push_back(q.median);
-      series.lower.push_back(q.q1);
-      series.upper.push_back(q.q3);
+      series.y.push_back(drawn(q.median));
+      series.lower.push_back(drawn(q.q1));
+      series.upper.push_back(drawn(q.q3));
     }
     plot.series.push_back(series);
   }

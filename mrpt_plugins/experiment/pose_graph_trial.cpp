@@ -8,12 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/read_pairs.h"
+#include "libhybrid/robust/closure_posterior.h"
 #include "libhybrid/robust/outliers.h"
 #include "libhybrid/robust/plain.h"
 #include "libhybrid/robust/solve_online.h"
@@ -46,19 +47,9 @@ std::vector<bool> known_true(const std::vector<ClosureLabel>& labels, std::size_
 }
 
 std::set<KeyPair> read_labels(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(path + ": cannot be read");
   std::set<KeyPair> pairs;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream text(line.substr(0, line.find('#')));
-    std::uint64_t i = 0, j = 0;
-    text >> std::ws;
-    if (text.eof()) continue;
-    if (!(text >> i >> j) || !(text >> std::ws).eof()) {
-      throw Error(fmt::format("{}:{}: expected 'i j'", path, number));
-    }
-    pairs.insert(std::minmax(Key('x', i), Key('x', j)));
+  for (const VertexPair& pair : read_pairs(path, false)) {
+    pairs.insert(std::minmax(Key('x', pair.i), Key('x', pair.j)));
   }
   return pairs;
 }
@@ -176,11 +167,12 @@ TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& tri
   const RobustProblem problem = to_robust_problem(graph, prepared.initial);
   const std::vector<bool> truth = known_true(prepared.labels, problem.closures.size());
   const std::clock_t start = std::clock();
-  const RobustResult result =
-      trial.method == "online" ? solve_online(graph, prepared.initial, is_odometry, options.online)
-                               : solve_by_name(trial.method, problem, truth, options);
+  RobustResult result = trial.method == "online"
+                            ? solve_online(graph, prepared.initial, is_odometry, options.online)
+                            : solve_by_name(trial.method, problem, truth, options);
   TrialResult out;
   out.metrics["cpu_s"] = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  integrate_poses(problem, options.mixture, result);
   out.metrics["seconds"] = result.seconds;
   out.metrics["objective"] = result.objective;
   out.metrics["cost"] = result.cost;

@@ -3,9 +3,11 @@
 
 #include "mrpt_plugins/experiment/processes.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,9 +17,11 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <new>
+#include <system_error>
 #include <vector>
 
-#include "libhybrid/core/error.h"
+#include "libhybrid/io/file_writer.h"
 
 namespace hybrid {
 namespace {
@@ -25,7 +29,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Task = std::function<std::string(std::size_t)>;
 
-constexpr int kThrew = 3;  // exit code of a task that threw; its text is the reason
+constexpr int kThrew = 3;            // exit code of a task that threw; its text is the reason
+constexpr int kMachine = 4;          // the same for a fault of the machine
+constexpr int kNotStarted = 127;     // of a program, as shells have it
+constexpr int kLongestWait = 200;    // ms, until `stop` is asked again
+constexpr double kMostOfTime = 0.9;  // of its time a process that computes is on a processor
+
+constexpr std::array kMachineFaults{ENOSPC, EDQUOT, EIO,    ENOMEM, EAGAIN,
+                                    EMFILE, ENFILE, ENOLCK, ESTALE, EROFS};
 
 struct Running {
   std::size_t index = 0;
@@ -35,39 +46,47 @@ struct Running {
   std::string text;
 };
 
-void write_all(int file, const std::string& text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const ssize_t count = ::write(file, text.data() + at, text.size() - at);
-    if (count < 0 && errno != EINTR) return;
-    if (count > 0) at += static_cast<std::size_t>(count);
+/// What the task says, and the exit code.
+std::pair<std::string, int> outcome(std::size_t index, const Task& task) {
+  try {
+    return {task(index), 0};
+  } catch (const MachineFault& e) {
+    return {e.what(), kMachine};
+  } catch (const std::bad_alloc&) {
+    return {"out of memory", kMachine};
+  } catch (const SystemError& e) {
+    return {e.what(), is_machine_fault(e.code()) ? kMachine : kThrew};
+  } catch (const std::system_error& e) {
+    return {e.what(), is_machine_fault(e.code().value()) ? kMachine : kThrew};
+  } catch (const std::exception& e) {
+    return {e.what(), kThrew};
   }
 }
 
-[[noreturn]] void run_child(std::size_t index, const Task& task, int pipe, pid_t parent) {
+/// A process that has just been made ends with the one that made it, and by signals.
+void obey(pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
+}
+
+[[noreturn]] void run_child(std::size_t index, const Task& task, int pipe, pid_t parent) {
+  obey(parent);
   ::setpgid(0, 0);  // what the task starts goes with it
-  int code = 0;
-  std::string text;
-  try {
-    text = task(index);
-  } catch (const std::exception& e) {
-    text = e.what();
-    code = kThrew;
-  }
-  write_all(pipe, text);
-  ::_exit(code);
+  const auto [text, code] = outcome(index, task);
+  ::_exit(write_all(pipe, text) == 0 ? code : 1);
 }
 
 Running start(std::size_t index, const Task& task, double time_limit) {
   std::array<int, 2> ends{};
-  if (::pipe(ends.data()) != 0) throw Error(std::string("no pipe: ") + std::strerror(errno));
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw SystemError("no pipe for a trial", errno);
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
   if (pid < 0) {
+    const int error = errno;
     ::close(ends[0]);
     ::close(ends[1]);
-    throw Error(std::string("no process for a trial: ") + std::strerror(errno));
+    throw SystemError("no process for a trial", error);
   }
   if (pid == 0) {
     ::close(ends[0]);
@@ -84,24 +103,51 @@ Running start(std::size_t index, const Task& task, double time_limit) {
   return running;
 }
 
-/// Waits for the process and says how it ended.
-ProcessEnd finish(Running& running, bool late) {
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+/// Waits for a process, or with a negative number for one of a group; adds its processor time [s].
+/// False if there is none.
+bool wait_for(pid_t pid, int& status, double& processor) {
+  rusage usage{};
+  pid_t got = -1;
+  while ((got = ::wait4(pid, &status, 0, &usage)) < 0 && errno == EINTR) {
+  }
+  if (got > 0) processor += seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  return got > 0;
+}
+
+std::string signal_text(int signal) {
+  return fmt::format("ended by signal {} ({})", signal, ::strsignal(signal));
+}
+
+/// Waits for the process, ends what it started, and says how it ended.
+ProcessEnd finish(Running& running, bool late, double time_limit) {
+  using Kind = ProcessEnd::Kind;
   if (late) ::kill(-running.pid, SIGKILL);
-  int status = 0;
-  while (::waitpid(running.pid, &status, 0) < 0 && errno == EINTR) {
+  int status = 0, ignored = 0;
+  double processor = 0;
+  wait_for(running.pid, status, processor);
+  ::kill(-running.pid, SIGKILL);
+  while (wait_for(-running.pid, ignored, processor)) {
   }
-  ::kill(-running.pid, SIGKILL);  // what it may have started
   ::close(running.pipe);
-  if (late) return {ProcessEnd::Kind::kTimeout, "ended after the time limit"};
+  if (late) {
+    const bool starved = processor < kMostOfTime * time_limit;
+    return {Kind::kTimeout,
+            fmt::format("ended after {:g} s, of which it had {:.3g} s on a processor", time_limit,
+                        processor),
+            starved};
+  }
   if (WIFSIGNALED(status)) {
-    return {ProcessEnd::Kind::kCrashed, fmt::format("ended by signal {} ({})", WTERMSIG(status),
-                                                    ::strsignal(WTERMSIG(status)))};
+    const int signal = WTERMSIG(status);
+    return {Kind::kCrashed, signal_text(signal), is_from_outside(signal)};
   }
-  if (WEXITSTATUS(status) == kThrew) return {ProcessEnd::Kind::kThrew, running.text};
-  if (WEXITSTATUS(status) != 0) {
-    return {ProcessEnd::Kind::kCrashed, fmt::format("ended with code {}", WEXITSTATUS(status))};
-  }
-  return {ProcessEnd::Kind::kDone, running.text};
+  const int code = WEXITSTATUS(status);
+  if (code == kThrew || code == kMachine) return {Kind::kThrew, running.text, code == kMachine};
+  if (code != 0) return {Kind::kCrashed, fmt::format("ended with code {}", code), false};
+  return {Kind::kDone, running.text, false};
 }
 
 /// Reads what is there; false once the other end is closed.
@@ -117,38 +163,92 @@ int milliseconds_to_next_end(const std::vector<Running>& all) {
   Clock::time_point next = all.front().end;
   for (const Running& running : all) next = std::min(next, running.end);
   const auto wait = std::chrono::duration_cast<std::chrono::milliseconds>(next - Clock::now());
-  return static_cast<int>(std::clamp<long long>(wait.count() + 1, 0, 60000));
+  return static_cast<int>(std::clamp<long long>(wait.count() + 1, 0, kLongestWait));
 }
 
 }  // namespace
 
+bool is_machine_fault(int code) {
+  return std::find(kMachineFaults.begin(), kMachineFaults.end(), code) != kMachineFaults.end();
+}
+
+bool is_machine_fault(const std::string& message) {
+  const auto has = [&](const std::string& text) { return message.find(text) != std::string::npos; };
+  return has("out of memory") || has(" is writing it") ||
+         std::any_of(kMachineFaults.begin(), kMachineFaults.end(),
+                     [&](int code) { return has(std::generic_category().message(code)); });
+}
+
+bool is_from_outside(int signal) {
+  return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP ||
+         signal == SIGQUIT || signal == SIGXCPU || signal == SIGXFSZ;
+}
+
 void run_processes(std::size_t count, int jobs, double time_limit, const Task& task,
-                   const std::function<void(std::size_t, const ProcessEnd&)>& done) {
+                   const std::function<void(std::size_t, const ProcessEnd&)>& done,
+                   const std::function<bool()>& stop) {
+  // What a task starts and leaves behind becomes a child of this process, which waits for it.
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   std::vector<Running> all;
   std::size_t next = 0;
+  const auto end_all = [&] {
+    for (Running& running : all) finish(running, true, time_limit);
+    all.clear();
+  };
   try {
-    while (next < count || !all.empty()) {
+    while ((next < count || !all.empty()) && !(stop && stop())) {
       while (next < count && all.size() < static_cast<std::size_t>(std::max(1, jobs))) {
         all.push_back(start(next, task, time_limit));
         ++next;
       }
       std::vector<pollfd> polled;
       for (const Running& running : all) polled.push_back({running.pipe, POLLIN, 0});
-      ::poll(polled.data(), polled.size(), milliseconds_to_next_end(all));
+      if (::poll(polled.data(), polled.size(), milliseconds_to_next_end(all)) < 0) continue;
       for (std::size_t i = all.size(); i-- > 0;) {
         const bool closed = polled[i].revents != 0 && !read_some(all[i]);
         const bool late = !closed && Clock::now() >= all[i].end;
         if (!closed && !late) continue;
         Running ended = std::move(all[i]);
         all.erase(all.begin() + static_cast<std::ptrdiff_t>(i));
-        const ProcessEnd end = finish(ended, late);
+        const ProcessEnd end = finish(ended, late, time_limit);
         done(ended.index, end);
       }
     }
   } catch (...) {
-    for (Running& running : all) finish(running, true);
+    end_all();
     throw;
   }
+  end_all();
+}
+
+int run_program(const std::vector<std::string>& arguments, const std::string& log) {
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.data()));
+  argv.push_back(nullptr);
+  const int output = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (output < 0) throw SystemError("cannot write '" + log + "'", errno);
+  const pid_t parent = ::getpid();
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    obey(parent);
+    ::dup2(output, STDOUT_FILENO);
+    ::dup2(output, STDERR_FILENO);
+    ::execv(argv[0], argv.data());
+    ::_exit(kNotStarted);
+  }
+  const int error = errno;
+  ::close(output);
+  if (pid < 0) throw SystemError(arguments[0], error);
+  int status = 0;
+  double ignored = 0;
+  wait_for(pid, status, ignored);
+  if (WIFSIGNALED(status)) {
+    const std::string text = arguments[0] + ": " + signal_text(WTERMSIG(status));
+    if (is_from_outside(WTERMSIG(status))) throw MachineFault(text);
+    throw Error(text);
+  }
+  if (WEXITSTATUS(status) == kNotStarted) throw Error(arguments[0] + ": cannot be started");
+  return WEXITSTATUS(status);
 }
 
 }  // namespace hybrid

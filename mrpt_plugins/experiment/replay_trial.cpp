@@ -3,21 +3,17 @@
 
 #include "mrpt_plugins/experiment/replay_trial.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/experiment/processes.h"
 
 namespace hybrid {
 namespace {
@@ -33,29 +29,17 @@ std::string last_line(const fs::path& file) {
   return last;
 }
 
-/// Runs a program with its output in a file; throws Error unless it returns 0 or `partial`.
-int run_program(std::vector<std::string> arguments, const fs::path& log, int partial) {
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  ::posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  pid_t pid = -1;
-  const int error = ::posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) throw Error(arguments[0] + ": " + std::strerror(error));
-  int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+/// Runs one of our programs; returns its exit code, 0 or `partial`. What else it returns becomes an
+/// Error with the last line of its output.
+int run_ours(const std::vector<std::string>& arguments, const fs::path& log, int partial) {
+  const int code = run_program(arguments, log.string());
+  if (code == 0 || code == partial) return code;
+  constexpr int kInterrupted = 128;  // plus the signal
+  const std::string why = last_line(log);
+  if (is_machine_fault(why) || (code > kInterrupted && is_from_outside(code - kInterrupted))) {
+    throw MachineFault(why);
   }
-  if (WIFSIGNALED(status)) {
-    throw Error(fmt::format("{}: ended by signal {}", arguments[0], WTERMSIG(status)));
-  }
-  const int code = WEXITSTATUS(status);
-  if (code != 0 && code != partial) throw Error(last_line(log));
-  return code;
+  throw Error(why);
 }
 
 /// A name for a folder.
@@ -103,9 +87,9 @@ TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
                                         folder.string()};
   const fs::path log = folder / "simulated.rawlog";
   if (!replay.simulate.empty()) {
-    run_program({(programs / "hybrid-simulate").string(), "-c", replay.simulate, "--seed",
-                 std::to_string(trial.seed), "-o", log.string()},
-                folder / "simulate.log", 0);
+    run_ours({(programs / "hybrid-simulate").string(), "-c", replay.simulate, "--seed",
+              std::to_string(trial.seed), "-o", log.string()},
+             folder / "simulate.log", 0);
     const auto beside = [&](const char* ending) { return (folder / ending).string(); };
     for (const std::string& argument :
          {std::string("--rawlog"), log.string(), std::string("--truth-map"),
@@ -121,7 +105,7 @@ TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
       arguments.push_back(setting);
     }
   }
-  const int code = run_program(arguments, folder / "replay.log", kPartial);
+  const int code = run_ours(arguments, folder / "replay.log", kPartial);
   fs::remove(log);
   std::ifstream in(folder / "summary.json");
   const nlohmann::json summary = nlohmann::json::parse(in, nullptr, false);

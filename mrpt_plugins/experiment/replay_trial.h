@@ -16,7 +16,8 @@ std::vector<std::string> replay_metrics(const ExperimentPlan& plan);
 
 /// Simulates a log where the plan says so, and replays it by the programs hybrid-simulate and
 /// hybrid-replay of the folder `programs`, into a folder of the trial's own below `output`. Throws
-/// Error with the last line of their output where one of them fails.
+/// Error with the last line of their output where one of them fails, MachineFault where the machine
+/// is to blame.
 TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
                              const std::filesystem::path& programs,
                              const std::filesystem::path& output);

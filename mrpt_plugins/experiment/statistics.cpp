@@ -28,6 +28,12 @@ bool same_point(const PointSummary& point, const Trial& trial) {
          point.method == trial.method && point.outlier_rate == trial.outlier_rate;
 }
 
+/// What a trial without an estimate counts as: worse than any number.
+double worst(const std::string& metric) {
+  const bool more_is_better = metric == "precision" || metric == "recall";
+  return (more_is_better ? -1.0 : 1.0) * std::numeric_limits<double>::infinity();
+}
+
 /// Columns of a text table, wide enough for their cells.
 std::string aligned(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths(rows.front().size(), 0);
@@ -55,7 +61,9 @@ Quartiles quartiles(std::vector<double> values) {
     const double place = share * static_cast<double>(values.size() - 1);
     const auto below = static_cast<std::size_t>(place);
     const std::size_t above = std::min(below + 1, values.size() - 1);
-    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+    const double share_above = place - static_cast<double>(below);
+    if (share_above == 0.0 || values[above] == values[below]) return values[below];
+    return values[below] + share_above * (values[above] - values[below]);
   };
   return {at(0.25), at(0.5), at(0.75)};
 }
@@ -64,7 +72,7 @@ std::vector<PointSummary> summarize(const ExperimentPlan& plan, const Ledger& le
   std::vector<PointSummary> points;
   std::vector<std::vector<std::vector<double>>> values;  // by point, metric
   for (const Trial& trial : trials_of(plan)) {
-    if (!ledger.contains(trial)) continue;
+    if (!ledger.contains(trial) || !ledger.at(trial).finished()) continue;
     auto it = std::find_if(points.begin(), points.end(),
                            [&](const PointSummary& p) { return same_point(p, trial); });
     if (it == points.end()) {
@@ -79,14 +87,16 @@ std::vector<PointSummary> summarize(const ExperimentPlan& plan, const Ledger& le
     }
     const TrialResult& result = ledger.at(trial);
     ++it->trials;
-    if (result.status == "ok" || result.status == "partial") ++it->measured;
+    const bool measured = result.status == "ok" || result.status == "partial";
+    if (measured) ++it->measured;
     const auto ate = result.metrics.find("ate_mean_m");
     if (ate != result.metrics.end() && ate->second <= plan.success_ate) it->success += 1.0;
     for (std::size_t m = 0; m < ledger.metrics().size(); ++m) {
-      const auto value = result.metrics.find(ledger.metrics()[m]);
-      if (value != result.metrics.end()) {
-        values[static_cast<std::size_t>(it - points.begin())][m].push_back(value->second);
-      }
+      const std::string& name = ledger.metrics()[m];
+      const auto value = result.metrics.find(name);
+      if (value == result.metrics.end() && measured) continue;  // not defined for it
+      values[static_cast<std::size_t>(it - points.begin())][m].push_back(
+          value != result.metrics.end() ? value->second : worst(name));
     }
   }
   for (std::size_t p = 0; p < points.size(); ++p) {

@@ -17,17 +17,19 @@ struct Quartiles {
   double q1 = 0, median = 0, q3 = 0;
 };
 
-/// By linear interpolation between the sorted values; NaN without values.
+/// By linear interpolation between the sorted values, which may be infinite; NaN without values.
 Quartiles quartiles(std::vector<double> values);
 
 /// All trials of one point of a plot.
 struct PointSummary {
   std::string graph, variant, method;
   double outlier_rate = 0;
-  std::size_t trials = 0;          ///< that were run
-  std::size_t measured = 0;        ///< of them, those that ended with an estimate
-  double success = 0;              ///< share of the trials with a small enough error
-  std::vector<Quartiles> metrics;  ///< in the order of the ledger's, over those measured
+  std::size_t trials = 0;    ///< that were run to an end
+  std::size_t measured = 0;  ///< of them, those that ended with an estimate
+  double success = 0;        ///< share of the trials with a small enough error
+  /// In the order of the ledger's, over all trials: one that ended without an estimate counts as
+  /// worse than any that ended with one, so that a median of which half have none is infinite.
+  std::vector<Quartiles> metrics;
 };
 
 /// One summary for each graph, variant, method and rate that has trials, in the order of the

@@ -16,15 +16,16 @@ Eigen::Matrix3d robot_from_camera() {
 }  // namespace
 
 mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first) {
+  row.expect(first + 12, "a 3x4 matrix, row by row");
   Eigen::Matrix3d R;
   Eigen::Vector3d t;
   for (Eigen::Index r = 0; r < 3; ++r) {
     const std::size_t column = first + 4 * static_cast<std::size_t>(r);
     for (Eigen::Index c = 0; c < 3; ++c) R(r, c) = row.number(column + static_cast<std::size_t>(c));
-    t[r] = row.number(column + 3);
+    t[r] = row.coordinate(column + 3);
   }
   if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) {
-    row.fail("the left 3x3 block is not a rotation");
+    row.fail(first, "the left 3x3 block is not a rotation");
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d C = robot_from_camera();

@@ -5,11 +5,11 @@
 
 #include <mrpt/poses/CPose3D.h>
 
-#include <Eigen/Core>
 #include <cstddef>
 
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/bridge/poses.h"
-#include "mrpt_plugins/input/text_table.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
 namespace hybrid {

@@ -14,8 +14,9 @@
 #include <set>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/ini_text.h"
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/import/stated_noise.h"
 
 namespace hybrid {
 namespace {
@@ -25,18 +26,16 @@ using mrpt::poses::CPose3D;
 /// A table with commas whose first row names its columns.
 class NamedTable {
  public:
-  NamedTable(const std::string& path, const std::vector<std::string>& known)
-      : table_(path, TextTable::Columns::kCommas) {
+  NamedTable(const std::string& path, const std::vector<std::string>& known) : table_(path) {
     const auto header = table_.next();
-    for (std::size_t i = 0; i < header->words.size(); ++i) {
-      const std::string& name = header->words[i];
+    for (std::size_t i = 0; i < header->size(); ++i) {
+      const std::string name((*header)[i]);
       if (std::find(known.begin(), known.end(), name) == known.end()) {
-        header->fail(
-            fmt::format("unknown column '{}'; known are: {}", name, fmt::join(known, " ")));
+        header->fail(i, fmt::format("unknown column {}; known are: {}", in_quotes(name),
+                                    fmt::join(known, " ")));
       }
-      if (!columns_.emplace(name, i).second) header->fail(fmt::format("two columns '{}'", name));
+      if (!columns_.emplace(name, i).second) header->fail(i, fmt::format("two columns '{}'", name));
     }
-    width_ = columns_.size();
     header_ = *header;
   }
 
@@ -51,30 +50,54 @@ class NamedTable {
 
   bool next() {
     row_ = table_.next();
-    if (row_ && row_->words.size() != width_) {
-      row_->fail(fmt::format("{} columns, the first row names {}", row_->words.size(), width_));
+    if (!row_) return false;
+    row_->expect(header_.size(), "one for each name of the first row");
+    ++rows_;
+    for (const auto& [name, i] : columns_) {
+      if ((*row_)[i].empty()) ++blank_[name];
     }
-    return row_.has_value();
+    return true;
   }
 
-  const TextRow& row() const { return *row_; }
-  const std::string& word(const std::string& name) const { return row_->words[columns_.at(name)]; }
-  double number(const std::string& name) const { return row_->number(columns_.at(name)); }
+  std::string word(const std::string& name) const {
+    return std::string((*row_)[columns_.at(name)]);
+  }
+  double time() const { return row_->time(columns_.at("time")); }
+  double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
+  /// An angle [rad], which is not in degrees.
+  double angle(const std::string& name) const {
+    const double angle = number(name);
+    if (std::abs(angle) <= 2 * M_PI) return angle;
+    fail(name, fmt::format("{} {} is beyond 2 pi: angles are in radians", name, angle));
+  }
+  /// A standard deviation; 0 where the column is absent or the field empty or 0.
+  double sigma(const std::string& name) const {
+    if (!has(name) || word(name).empty() || number(name) == 0) return 0;
+    return stated_sigma(*row_, columns_.at(name));
+  }
+  /// Tells the log how many fields were blank, by column.
+  void note_blanks(LogWriter& log) const {
+    for (const auto& [name, count] : blank_) {
+      log.note(fmt::format("{}: {} of {} fields of column {} are blank", table_.name(), count,
+                           rows_, name));
+    }
+  }
+  [[noreturn]] void fail(const std::string& name, const std::string& what) const {
+    row_->fail(columns_.at(name), what);
+  }
   /// An id; nothing where the column is absent or the field empty or -1.
   std::optional<std::int64_t> id(const std::string& name) const {
     if (!has(name) || word(name).empty() || word(name) == "-1") return std::nullopt;
     return row_->id(columns_.at(name));
   }
-  double number_or(const std::string& name, double fallback) const {
-    return has(name) && !word(name).empty() ? number(name) : fallback;
-  }
 
  private:
-  TextTable table_;
+  TextReader table_;
+  std::size_t rows_ = 0;
+  std::map<std::string, std::size_t> blank_;  // fields by column
   TextRow header_;
   std::optional<TextRow> row_;
   std::map<std::string, std::size_t> columns_;
-  std::size_t width_ = 0;
 };
 
 /// The odometry, interpolated at rising times.
@@ -108,8 +131,8 @@ class Odometry {
     if (after_ || !before_) before_ = after_;
     after_.reset();
     if (!table_.next()) return;
-    const double time = table_.number("time");
-    if (before_ && time <= before_->first) table_.row().fail("time is not after the one above");
+    const double time = table_.time();
+    if (before_ && time <= before_->first) table_.fail("time", "time is not after the one above");
     const auto space = [&](const char* name) { return is_3d_ ? table_.number(name) : 0.0; };
     after_ = {time, CPose3D(table_.number("x"), table_.number("y"), space("z"),
                             table_.number("yaw"), space("pitch"), space("roll"))};
@@ -138,11 +161,12 @@ std::vector<float> scores_of(const NamedTable& table, const std::vector<std::str
   if (!table.has("class") || table.word("class").empty()) return {};
   const auto it = std::find(classes.begin(), classes.end(), table.word("class"));
   if (it == classes.end()) {
-    table.row().fail(fmt::format("unknown class '{}'; classes are: {}", table.word("class"),
-                                 fmt::join(classes, " ")));
+    table.fail("class", fmt::format("unknown class {}; classes are: {}",
+                                    in_quotes(table.word("class")), fmt::join(classes, " ")));
   }
-  const double score = table.number_or("score", 1.0);
-  if (score < 0 || score > 1) table.row().fail("score not within 0 and 1");
+  const bool scored = table.has("score") && !table.word("score").empty();
+  const double score = scored ? table.number("score") : 1.0;
+  if (score < 0 || score > 1) table.fail("score", "score not within 0 and 1");
   if (classes.size() == 1) return {1.0F};
   const double others = (1 - score) / static_cast<double>(classes.size() - 1);
   std::vector<float> scores(classes.size(), static_cast<float>(others));
@@ -215,13 +239,13 @@ void add_detection(const NamedTable& table, const std::vector<std::string>& clas
                    CObservationClassedBearingRange& frame) {
   CObservationClassedBearingRange::Detection d;
   if (frame.has_range) d.range = static_cast<float>(table.number("range"));
-  d.yaw = static_cast<float>(table.number("yaw"));
-  if (frame.has_pitch) d.pitch = static_cast<float>(table.number("pitch"));
+  d.yaw = static_cast<float>(table.angle("yaw"));
+  if (frame.has_pitch) d.pitch = static_cast<float>(table.angle("pitch"));
   if (const auto id = table.id("id")) d.landmark_id = static_cast<std::int32_t>(*id);
   if (const auto id = table.id("true_id")) d.true_landmark_id = static_cast<std::int32_t>(*id);
-  d.std_range = static_cast<float>(table.number_or("sigma_range", 0));
-  d.std_yaw = static_cast<float>(table.number_or("sigma_yaw", 0));
-  d.std_pitch = static_cast<float>(table.number_or("sigma_pitch", 0));
+  d.std_range = static_cast<float>(table.sigma("sigma_range"));
+  d.std_yaw = static_cast<float>(table.sigma("sigma_yaw"));
+  d.std_pitch = static_cast<float>(table.sigma("sigma_pitch"));
   d.class_scores = scores_of(table, classes);
   frame.detections.push_back(std::move(d));
 }
@@ -238,8 +262,8 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   table.require({"time", "yaw"});
   Steps steps(options, log);
   while (table.next()) {
-    const double time = table.number("time");
-    if (time < steps.time()) table.row().fail("time goes backwards");
+    const double time = table.time();
+    if (time < steps.time()) table.fail("time", "time goes backwards");
     if (!steps.is_of(time)) {
       steps.end();
       steps.begin(time, table.has("range"), table.has("pitch"), classes);
@@ -251,6 +275,9 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     }
   }
   steps.end();
+  table.note_blanks(log);
+  log.note_end(options.odometry);
+  log.note_end(options.detections);
   if (log.steps() == 0) throw Error(options.detections + ": no detection has odometry around it");
   return log.finish();
 }

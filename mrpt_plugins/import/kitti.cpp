@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/camera.h"
 #include "mrpt_plugins/import/kitti_boxes.h"
 #include "mrpt_plugins/import/kitti_odometry.h"
 #include "mrpt_plugins/import/oracle.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -34,7 +34,6 @@ class Truth {
     const auto row = table_->next();
     if (!row)
       throw Error(fmt::format("{}: ends with pose {}, the odometry goes on", path_, count_));
-    row->expect_columns(12, 12, "a 3x4 matrix");
     ++count_;
     const CPose3D pose = robot_pose(*row, 0);
     return is_3d_ ? pose : flattened(pose);
@@ -50,7 +49,7 @@ class Truth {
  private:
   std::string path_;
   bool is_3d_;
-  std::optional<TextTable> table_;
+  std::optional<TextReader> table_;
   std::size_t count_ = 0;
 };
 
@@ -61,7 +60,7 @@ std::vector<std::int32_t> true_ids(const KittiOptions& options, bool is_3d) {
   if (options.truth.empty()) throw Error("an oracle radius needs true poses");
   DropReport ignored;
   Boxes boxes(options, is_3d, ignored);
-  TextTable truth(options.truth);
+  TextReader truth(options.truth);
   std::vector<PlacedSighting> placed;
   for (std::size_t frame = 0; const auto row = truth.next(); ++frame) {
     const CPose3D pose = is_3d ? robot_pose(*row, 0) : flattened(robot_pose(*row, 0));
@@ -108,6 +107,10 @@ ImportReport import_kitti(const KittiOptions& options, const std::string& output
   } while (motion);
   truth.finish();
   boxes.finish();
+  for (const std::string& path : {options.odometry, options.boxes, options.truth}) {
+    if (!path.empty()) log.note_end(path);
+  }
+  if (odometry.is_3d() && !options.covariances.empty()) log.note_end(options.covariances);
   for (const auto& [reason, count] : dropped) log.drop(reason, count);
   return log.finish();
 }

@@ -92,7 +92,7 @@ void Boxes::advance() {
   const std::int64_t last = row_ ? row_->id(0) : 0;
   row_ = table_.next();
   if (!row_) return;
-  row_->expect_columns(7, 7, "frame x_min y_min width height coco_class confidence");
+  row_->expect(7, "frame x_min y_min width height coco_class confidence");
   if (row_->id(0) < last) row_->fail("frames go backwards");
 }
 
@@ -109,9 +109,10 @@ void Boxes::finish() const {
 }
 
 std::optional<BoxSighting> Boxes::sighting() {
-  Box box{row_->number(1), row_->number(2), row_->number(3), row_->number(4), row_->number(6), 0};
-  if (box.width <= 0 || box.height <= 0) row_->fail("box without width or height");
-  if (box.confidence < 0 || box.confidence > 1) row_->fail("confidence not within 0 and 1");
+  Box box{row_->coordinate(1), row_->coordinate(2), row_->coordinate(3),
+          row_->coordinate(4), row_->number(6),     0};
+  if (box.width <= 0 || box.height <= 0) row_->fail(3, "box without width or height");
+  if (box.confidence < 0 || box.confidence > 1) row_->fail(6, "confidence not within 0 and 1");
   const auto* known = std::find(std::begin(kCocoIds), std::end(kCocoIds), row_->id(5));
   if (known == std::end(kCocoIds)) {
     ++dropped_["box dropped: no vehicle"];

@@ -3,14 +3,14 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/kitti.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 
@@ -43,7 +43,7 @@ class Boxes {
   const KittiOptions& options_;
   bool is_3d_;
   DropReport& dropped_;
-  TextTable table_;
+  TextReader table_;
   std::optional<TextRow> row_;
 };
 

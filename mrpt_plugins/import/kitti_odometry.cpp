@@ -9,6 +9,7 @@
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/import/stated_noise.h"
 
 namespace hybrid {
 namespace {
@@ -20,7 +21,6 @@ constexpr const char* kTurned = "motion repaired: the y of the odometry pointed 
 using mrpt::poses::CPose3D;
 
 OdometryIncrement planar_edge(const TextRow& row) {
-  row.expect_columns(12, 12, "EDGE_SE2 i j x y angle and 6 numbers of information");
   Eigen::Matrix3d information;
   std::size_t column = 6;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -28,14 +28,15 @@ OdometryIncrement planar_edge(const TextRow& row) {
       information(i, j) = information(j, i) = row.number(column++);
     }
   }
-  if (!(information.llt().info() == Eigen::Success)) row.fail("information not positive definite");
-  return planar_motion(row.number(3), row.number(4), row.number(5), information.inverse());
+  const Eigen::Matrix3d covariance = information.inverse();
+  check_covariance(row, 6, covariance);
+  return planar_motion(row.coordinate(3), row.coordinate(4), row.coordinate(5), covariance);
 }
 
 /// Whether a line is a motion to the next image, and not a loop closure.
 bool is_motion(const TextRow& row) {
-  if (row.words[0] != "EDGE_SE2") row.fail("not an EDGE_SE2");
-  row.expect_columns(12, 12, "EDGE_SE2 i j x y angle and 6 numbers of information");
+  if (row[0] != "EDGE_SE2") row.fail("not an EDGE_SE2");
+  row.expect(12, "EDGE_SE2 i j x y angle and 6 numbers of information");
   return row.id(2) == row.id(1) + 1;
 }
 
@@ -43,9 +44,9 @@ bool is_motion(const TextRow& row) {
 /// odometry where it goes the other way has its y to the right.
 bool has_y_to_the_right(const std::string& path) {
   double inwards = 0;
-  TextTable table(path);
+  TextReader table(path);
   while (const auto row = table.next()) {
-    if (is_motion(*row)) inwards += row->number(4) * row->number(5);
+    if (is_motion(*row)) inwards += row->coordinate(4) * row->coordinate(5);
   }
   return inwards < 0;
 }
@@ -57,12 +58,13 @@ OdometryIncrement mirrored(const OdometryIncrement& motion) {
 }
 
 Matrix6d read_covariance(const TextRow& row, double inflate) {
-  row.expect_columns(21, 21, "upper triangle of a 6x6 covariance");
+  row.expect(21, "upper triangle of a 6x6 covariance");
   Matrix6d covariance;
   std::size_t column = 0;
   for (Eigen::Index i = 0; i < 6; ++i) {
     for (Eigen::Index j = i; j < 6; ++j) covariance(i, j) = covariance(j, i) = row.number(column++);
   }
+  check_covariance(row, 0, covariance);
   return inflate * inflate * robot_covariance(covariance);
 }
 
@@ -102,7 +104,6 @@ std::optional<OdometryIncrement> KittiOdometry::next_in_space() {
   const auto read = [&]() -> std::optional<CPose3D> {
     const auto row = table_.next();
     if (!row) return std::nullopt;
-    row->expect_columns(12, 12, "a 3x4 matrix");
     return robot_pose(*row, 0);
   };
   if (!last_) last_ = read();

@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/kitti.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 
@@ -33,8 +33,8 @@ class KittiOdometry {
 
   const KittiOptions& options_;
   bool is_3d_;
-  TextTable table_;
-  std::optional<TextTable> covariances_;
+  TextReader table_;
+  std::optional<TextReader> covariances_;
   std::optional<mrpt::poses::CPose3D> last_;
   bool y_is_right_ = false;  // of the file
   std::size_t count_ = 0;

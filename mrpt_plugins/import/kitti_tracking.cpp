@@ -11,8 +11,9 @@
 #include <map>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/camera.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -69,14 +70,13 @@ class Poses {
   std::optional<CPose3D> next() {
     const auto row = table_.next();
     if (!row) return std::nullopt;
-    row->expect_columns(12, 12, "a 3x4 matrix");
     const CPose3D pose = flattened(robot_pose(*row, 0));
     return CPose3D(scale_ * pose.x(), scale_ * pose.y(), 0, pose.yaw(), 0, 0);
   }
 
  private:
   double scale_;
-  TextTable table_;
+  TextReader table_;
 };
 
 /// Streams the labels that are used; the others are counted.
@@ -106,21 +106,24 @@ class Labels {
     const std::int64_t last = row_ ? row_->id(0) : 0;
     row_ = table_.next();
     if (!row_) return;
-    row_->expect_columns(17, 18,
-                         "frame track class truncated occluded alpha box(4) size(3) X Y Z ry");
+    row_->expect_same(columns_, 17,
+                      "frame track class truncated occluded alpha box(4) size(3) X Y Z ry [score]");
+    row_->expect(17, 18, "17 columns, or 18 with a score");
+    row_->numbers(3, columns_);
     if (row_->id(0) < last) row_->fail("frames go backwards");
   }
 
   std::optional<Label> read() {
-    const std::string& name = row_->words[2];
+    const std::string_view name = (*row_)[2];
     if (name == "DontCare") {
       ++dropped_["label dropped: DontCare"];
       return std::nullopt;
     }
     const auto* known = std::find(std::begin(kClasses), std::end(kClasses), name);
-    if (known == std::end(kClasses)) row_->fail(fmt::format("unknown class '{}'", name));
-    const Label label{row_->id(1), static_cast<std::size_t>(known - std::begin(kClasses)),
-                      robot_point({row_->number(13), row_->number(14), row_->number(15)})};
+    if (known == std::end(kClasses)) row_->fail(2, "unknown class " + in_quotes(name));
+    const Label label{
+        row_->id(1), static_cast<std::size_t>(known - std::begin(kClasses)),
+        robot_point({row_->coordinate(13), row_->coordinate(14), row_->coordinate(15)})};
     if (label.point.x() <= 0) {
       ++dropped_["label dropped: behind the camera"];
       return std::nullopt;
@@ -134,8 +137,9 @@ class Labels {
 
   double max_range_;
   DropReport& dropped_;
-  TextTable table_;
+  TextReader table_;
   std::optional<TextRow> row_;
+  std::size_t columns_ = 0;
 };
 
 Tracks collect(const KittiTrackingOptions& options) {
@@ -220,6 +224,8 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
     step.observations.push_back(frame);
     log.add(step);
   }
+  log.note_end(options.labels);
+  log.note_end(options.poses);
   for (const auto& [reason, count] : dropped) log.drop(reason, count);
   for (const auto& [id, track] : tracks) {
     if (!track.stands(scale, options.still_rms)) continue;

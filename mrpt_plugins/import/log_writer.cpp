@@ -13,18 +13,16 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/input/gzip_file.h"
+#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 
 namespace hybrid {
 namespace {
 
 constexpr int kCompression = 6;
-constexpr const char* kPart = ".part";
-constexpr const char* kPathSuffix = "_ground_truth_robot_path.txt";
 
 mrpt::obs::CActionCollection action_2d(const OdometryIncrement& motion,
                                        mrpt::system::TTimeStamp stamp) {
@@ -52,40 +50,27 @@ mrpt::obs::CActionCollection action_3d(const OdometryIncrement& motion,
   return mrpt::obs::CActionCollection(action);
 }
 
+const std::string& checked(const std::string& path) {
+  if (std::filesystem::path(path).extension() == ".rawlog") return path;
+  throw Error(fmt::format("cannot write '{}': the name of a log ends with .rawlog", path));
+}
+
 }  // namespace
 
-LogWriter::LogWriter(const std::string& path) : path_(path) {
-  const std::filesystem::path log(path);
-  if (log.extension() != ".rawlog") {
-    throw Error(fmt::format("cannot write {}: the name of a log ends with .rawlog", path));
-  }
-  stem_ = (log.parent_path() / log.stem()).string();
-  if (log.has_parent_path()) std::filesystem::create_directories(log.parent_path());
-  std::string why;
-  if (!file_.open(path_ + kPart, kCompression, why)) {
-    throw Error(fmt::format("cannot write {}: {}", path, why));
-  }
-}
+LogWriter::LogWriter(const std::string& path) : files_(checked(path), kCompression) {}
 
-LogWriter::~LogWriter() {
-  file_.close();
-  std::error_code ignored;
-  std::filesystem::remove(path_ + kPart, ignored);
-  for (const auto& [suffix, file] : side_files_) {
-    std::filesystem::remove(stem_ + suffix + kPart, ignored);
-  }
-}
-
-std::ofstream& LogWriter::side_file(const std::string& suffix, const std::string& header) {
-  const auto [it, is_new] = side_files_.try_emplace(suffix);
-  if (is_new) {
-    it->second.open(stem_ + suffix + kPart, std::ios::binary);
-    it->second << header;
-  }
-  return it->second;
+FileWriter& LogWriter::side_file(std::string_view suffix, const std::string& header) {
+  const auto known = side_files_.find(suffix);
+  if (known != side_files_.end()) return known->second;
+  FileWriter& file =
+      side_files_.try_emplace(suffix, files_.stage_beside(suffix), files_.path_beside(suffix))
+          .first->second;
+  file.write(header);
+  return file;
 }
 
 void LogWriter::add(const ImportedStep& step) {
+  throw_if_interrupted();
   if (report_.steps == 0) {
     first_time_ = step.time;
     has_truth_ = step.truth.has_value();
@@ -97,7 +82,7 @@ void LogWriter::add(const ImportedStep& step) {
     throw Error(fmt::format("step {}: the true pose is known at some steps only", report_.steps));
   }
   const auto stamp = mrpt::Clock::fromDouble(step.time);
-  auto archive = mrpt::serialization::archiveFrom(file_);
+  auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(files_.log());
   if (step.motion && report_.steps > 0) {
     archive << (step.motion->is_planar ? action_2d(*step.motion, stamp)
                                        : action_3d(*step.motion, stamp));
@@ -111,11 +96,12 @@ void LogWriter::add(const ImportedStep& step) {
     frame.insert(observation);
   }
   archive << frame;
+  files_.log().check();
   if (step.truth) {
     const auto& T = *step.truth;
-    side_file(kPathSuffix, "% x y z yaw pitch roll\n")
-        << fmt::format("{:.6f} {:.6f} {:.6f} {:.8f} {:.8f} {:.8f}\n", T.x(), T.y(), T.z(), T.yaw(),
-                       T.pitch(), T.roll());
+    side_file(kTruePathSuffix, "% x y z yaw pitch roll\n")
+        .write(fmt::format("{:.6f} {:.6f} {:.6f} {:.8f} {:.8f} {:.8f}\n", T.x(), T.y(), T.z(),
+                           T.yaw(), T.pitch(), T.roll()));
   }
   last_time_ = step.time;
   report_.observations += step.observations.size();
@@ -124,34 +110,30 @@ void LogWriter::add(const ImportedStep& step) {
 
 void LogWriter::true_landmark(std::int64_t id, const Eigen::Vector3d& position,
                               const std::string& class_name) {
-  side_file("_ground_truth.txt", "% x y z 5 0 0 ID [class]\n")
-      << fmt::format("{:.6f} {:.6f} {:.6f} 5 0 0 {}{}{}\n", position.x(), position.y(),
-                     position.z(), id, class_name.empty() ? "" : " ", class_name);
+  side_file(kTrueMapSuffix, "% x y z 5 0 0 ID [class]\n")
+      .write(fmt::format("{:.6f} {:.6f} {:.6f} 5 0 0 {}{}{}\n", position.x(), position.y(),
+                         position.z(), id, class_name.empty() ? "" : " ", class_name));
   ++report_.landmarks;
 }
 
 void LogWriter::true_position(double time, const Eigen::Vector3d& position) {
-  side_file("_ground_truth_robot_path.xyz", "% time x y z\n") << fmt::format(
-      "{:.6f} {:.4f} {:.4f} {:.4f}\n", time, position.x(), position.y(), position.z());
+  side_file(kTruePositionsSuffix, "% time x y z\n")
+      .write(fmt::format("{:.6f} {:.4f} {:.4f} {:.4f}\n", time, position.x(), position.y(),
+                         position.z()));
 }
 
 void LogWriter::true_association(std::size_t index, std::int64_t true_id) {
-  side_file("_ground_truth_associations.csv", "step,measurement,true_id\n")
-      << fmt::format("{},{},{}\n", report_.steps, index, true_id);
+  side_file(kTrueAssociationsSuffix, "step,measurement,true_id\n")
+      .write(fmt::format("{},{},{}\n", report_.steps, index, true_id));
+}
+
+void LogWriter::note_end(const std::string& input) {
+  if (ends_in_line(input)) note(input + ": its last line has no end; is the file cut off?");
 }
 
 ImportReport LogWriter::finish() {
-  file_.close();
-  if (check_gzip(path_ + kPart).state != GzipCheck::State::kSound) {
-    throw Error(fmt::format("cannot write {}: it came out damaged; is the disk full?", path_));
-  }
-  for (auto& [suffix, file] : side_files_) {
-    file.close();
-    if (!file) throw Error(fmt::format("cannot write {}{}", stem_, suffix));
-  }
-  report_.files.push_back(path_);
-  for (const auto& [suffix, file] : side_files_) report_.files.push_back(stem_ + suffix);
-  for (const std::string& name : report_.files) std::filesystem::rename(name + kPart, name);
+  for (auto& [suffix, file] : side_files_) file.close();
+  report_.files = files_.commit();
   report_.duration = last_time_ - first_time_;
   return std::move(report_);
 }

@@ -3,18 +3,19 @@
 
 #pragma once
 
-#include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/poses/CPose3D.h>
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/io/file_writer.h"
+#include "mrpt_plugins/bridge/log_files.h"
 #include "mrpt_plugins/import/detector_noise.h"
 #include "mrpt_plugins/input/odometry.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
@@ -48,11 +49,9 @@ class LogWriter {
  public:
   /// `path` is F.rawlog; its folder is created if absent.
   explicit LogWriter(const std::string& path);
-  LogWriter(const LogWriter&) = delete;
-  LogWriter& operator=(const LogWriter&) = delete;
-  ~LogWriter();
 
-  /// Throws Error for time going backwards, and for truth at some steps only.
+  /// Throws Error for time going backwards, and for truth at some steps only; Interrupted where
+  /// the program was asked to stop.
   void add(const ImportedStep& step);
 
   /// Counts something that was not taken over.
@@ -60,6 +59,8 @@ class LogWriter {
 
   /// Something to be told.
   void note(const std::string& text) { report_.notes.push_back(text); }
+  /// Notes it where the last line of a file that was read has no end: a number in it may be cut.
+  void note_end(const std::string& input);
 
   /// A true landmark; an empty class name means it has none.
   void true_landmark(std::int64_t id, const Eigen::Vector3d& position,
@@ -78,11 +79,10 @@ class LogWriter {
   ImportReport finish();
 
  private:
-  std::ofstream& side_file(const std::string& suffix, const std::string& header);
+  FileWriter& side_file(std::string_view suffix, const std::string& header);
 
-  std::string path_, stem_;
-  mrpt::io::CFileGZOutputStream file_;
-  std::map<std::string, std::ofstream> side_files_;  // by suffix
+  LogFiles files_;
+  std::map<std::string_view, FileWriter> side_files_;  // by suffix
   ImportReport report_;
   double first_time_ = 0, last_time_ = 0;
   bool has_truth_ = false;

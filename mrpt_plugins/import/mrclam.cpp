@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/planar_truth.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -27,24 +27,25 @@ std::string robot_file(const MrclamOptions& options, const char* kind, const cha
 
 std::map<std::int64_t, std::int64_t> read_barcodes(const std::string& path) {
   std::map<std::int64_t, std::int64_t> subject_of;
-  TextTable table(path);
+  TextReader table(path);
   while (const auto row = table.next()) {
-    row->expect_columns(2, 2, "subject barcode");
-    if (!subject_of.emplace(row->id(1), row->id(0)).second) row->fail("barcode listed twice");
+    row->expect(2, "subject barcode");
+    if (!subject_of.emplace(row->id(1), row->id(0)).second) row->fail(1, "barcode listed twice");
   }
   return subject_of;
 }
 
 Velocity read_command(const TextRow& row) {
-  row.expect_columns(3, 3, "time forward_velocity angular_velocity");
-  return {row.number(0), row.number(1), row.number(2)};
+  row.expect(3, "time forward_velocity angular_velocity");
+  return {row.time(0), row.coordinate(1), row.coordinate(2)};
 }
 
 void add_landmarks(const std::string& path, LogWriter& log) {
-  TextTable table(path);
+  TextReader table(path);
   while (const auto row = table.next()) {
-    row->expect_columns(3, 5, "subject x y [x std y std]");
-    log.true_landmark(row->id(0), {row->number(1), row->number(2), 0.0});
+    if (row->size() != 5) row->expect(3, "subject x y, or subject x y x-std y-std");
+    row->numbers(3, row->size());
+    log.true_landmark(row->id(0), {row->coordinate(1), row->coordinate(2), 0.0});
   }
 }
 
@@ -94,15 +95,15 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
   LogWriter log(output);
   const auto subject_of = read_barcodes(options.folder + "/Barcodes.dat");
   Frame frame(options, log);
-  TextTable table(robot_file(options, "Measurement", ""));
+  TextReader table(robot_file(options, "Measurement", ""));
   while (const auto row = table.next()) {
-    row->expect_columns(4, 4, "time barcode range bearing");
-    const double time = row->number(0);
+    row->expect(4, "time barcode range bearing");
+    const double time = row->time(0);
     if (time < frame.time()) row->fail("time goes backwards");
     if (!frame.is_of(time)) frame.begin(time);
     CObservationClassedBearingRange::Detection d;
-    d.range = static_cast<float>(row->number(2));
-    d.yaw = static_cast<float>(row->number(3));
+    d.range = static_cast<float>(row->coordinate(2));
+    d.yaw = static_cast<float>(row->coordinate(3));
     set_noise(options.detector, d);
     const auto subject = subject_of.find(row->id(1));
     if (subject == subject_of.end()) {
@@ -119,6 +120,12 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
   }
   frame.end();
   add_landmarks(options.folder + "/Landmark_Groundtruth.dat", log);
+  for (const std::string& path :
+       {robot_file(options, "Odometry", "_changes"), robot_file(options, "Groundtruth", "_10th"),
+        robot_file(options, "Measurement", ""), options.folder + "/Barcodes.dat",
+        options.folder + "/Landmark_Groundtruth.dat"}) {
+    log.note_end(path);
+  }
   return log.finish();
 }
 

@@ -3,10 +3,11 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "libhybrid/geometry/eigen.h"
 
 namespace hybrid {
 

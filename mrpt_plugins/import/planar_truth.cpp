@@ -12,8 +12,8 @@ void PlanarTruth::advance() {
   const auto row = table_.next();
   after_.reset();
   if (!row) return;
-  row->expect_columns(4, 4, "time x y angle");
-  after_ = Row{row->number(0), row->number(1), row->number(2), row->number(3)};
+  row->expect(4, "time x y angle");
+  after_ = Row{row->time(0), row->coordinate(1), row->coordinate(2), row->coordinate(3)};
   if (before_ && after_->time < before_->time) row->fail("time goes backwards");
 }
 

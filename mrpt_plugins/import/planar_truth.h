@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
 
@@ -27,7 +27,7 @@ class PlanarTruth {
 
   void advance();
 
-  TextTable table_;
+  TextReader table_;
   std::optional<Row> before_, after_;
 };
 

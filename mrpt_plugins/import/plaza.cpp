@@ -10,7 +10,10 @@
 #include <cmath>
 #include <map>
 
-#include "mrpt_plugins/input/text_table.h"
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/parse_number.h"
+#include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/import/stated_noise.h"
 
 namespace hybrid {
 namespace {
@@ -34,87 +37,87 @@ struct Graph {
 
 /// The number in "X12" or "L3".
 std::int64_t index_of(const TextRow& row, std::size_t column, char kind) {
-  const std::string& word = row.words[column];
-  const bool digits = word.size() > 1 && std::all_of(word.begin() + 1, word.end(),
-                                                     [](char c) { return c >= '0' && c <= '9'; });
-  if (word[0] != kind || !digits || word.size() > 9) {
-    row.fail(fmt::format("column {}: '{}' is not a variable {}0, {}1, ...", column + 1, word, kind,
-                         kind));
+  const std::string_view word = row[column];
+  std::uint32_t index = 0;
+  if (word.substr(0, 1) != std::string_view(&kind, 1) || !parse_number(word.substr(1), index)) {
+    row.fail(column,
+             fmt::format("{} is not a variable {}0, {}1, ...", in_quotes(word), kind, kind));
   }
-  return std::stoll(word.substr(1));
+  return index;
 }
 
 GraphPose& pose_of(const TextRow& row, std::size_t column, Graph& graph) {
   const auto i = static_cast<std::size_t>(index_of(row, column, 'X'));
-  if (i >= graph.poses.size()) row.fail(fmt::format("no variable {}", row.words[column]));
+  if (i >= graph.poses.size()) row.fail(column, "no variable " + in_quotes(row[column]));
   return graph.poses[i];
 }
 
 void read_variable(const TextRow& row, Graph& graph) {
-  row.expect_columns(6, 7, "Variable Pose SE2 Xi x y angle, or Variable Landmark R2 Li x y");
-  if (row.words[1] == "Landmark") {
-    graph.beacons[index_of(row, 3, 'L')] = {row.number(4), row.number(5)};
+  if (row[1] == "Landmark") {
+    row.expect(6, "Variable Landmark R2 Li x y");
+    graph.beacons[index_of(row, 3, 'L')] = {row.coordinate(4), row.coordinate(5)};
     return;
   }
-  row.expect_columns(7, 7, "Variable Pose SE2 Xi x y angle");
+  row.expect(7, "Variable Pose SE2 Xi x y angle, or Variable Landmark R2 Li x y");
   if (index_of(row, 3, 'X') != static_cast<std::int64_t>(graph.poses.size())) {
-    row.fail("poses out of order");
+    row.fail(3, "poses out of order");
   }
   graph.poses.push_back(
-      {mrpt::poses::CPose3D(row.number(4), row.number(5), 0, row.number(6), 0, 0), {}, {}});
+      {mrpt::poses::CPose3D(row.coordinate(4), row.coordinate(5), 0, row.coordinate(6), 0, 0),
+       {},
+       {}});
 }
 
 void read_motion(const TextRow& row, Graph& graph) {
-  row.expect_columns(17, 17, "Factor SE2Relative... Xi Xj x y angle covariance and 9 numbers");
-  if (index_of(row, 3, 'X') != index_of(row, 2, 'X') + 1) row.fail("not from a pose to the next");
+  row.expect(17, "Factor SE2Relative... Xi Xj x y angle covariance and 9 numbers");
+  if (index_of(row, 3, 'X') != index_of(row, 2, 'X') + 1)
+    row.fail(3, "not from a pose to the next");
   Eigen::Matrix3d covariance;
   for (int i = 0; i < 9; ++i)
     covariance(i / 3, i % 3) = row.number(8 + static_cast<std::size_t>(i));
+  check_covariance(row, 8, covariance);
   pose_of(row, 3, graph).motion =
-      planar_motion(row.number(4), row.number(5), row.number(6), covariance);
+      planar_motion(row.coordinate(4), row.coordinate(5), row.coordinate(6), covariance);
 }
 
-/// Column of a word, or Error.
-std::size_t find_word(const TextRow& row, const char* word) {
-  const auto it = std::find(row.words.begin(), row.words.end(), word);
-  if (it == row.words.end() || it + 1 == row.words.end()) {
-    row.fail(fmt::format("no '{}' with a value", word));
-  }
-  return static_cast<std::size_t>(it - row.words.begin());
-}
-
+/// Of n beacons: 12 + 2n words.
 void read_ambiguous_range(const TextRow& row, Graph& graph, LogWriter& log) {
-  row.expect_columns(12, 1000,
-                     "Factor Ambiguous... Observer Xi Observed L... Observation r Sigma s");
-  const std::size_t first = find_word(row, "Observed") + 1, last = find_word(row, "Weights");
-  for (std::size_t i = first; i < last; ++i) {
-    if (graph.beacons.count(index_of(row, i, 'L')) == 0) row.fail("range to an unknown beacon");
+  constexpr const char* kForm =
+      "Factor Ambiguous... Observer Xi Observed L... Weights w... Binary ... Observation r Sigma s";
+  const std::size_t n = row.size() < 12 ? 0 : (row.size() - 12) / 2;
+  if (n == 0 || row.size() != 12 + 2 * n || row[2] != "Observer" || row[4] != "Observed" ||
+      row[5 + n] != "Weights" || row[8 + 2 * n] != "Observation" || row[10 + 2 * n] != "Sigma") {
+    row.fail(std::string("expected: ") + kForm);
   }
-  if (last - first < graph.beacons.size()) {
+  for (std::size_t i = 5; i < 5 + n; ++i) {
+    if (graph.beacons.count(index_of(row, i, 'L')) == 0) row.fail(i, "range to an unknown beacon");
+  }
+  row.numbers(6 + n, 6 + 2 * n);
+  if (n < graph.beacons.size()) {
     log.drop("hypotheses widened: range to some of the beacons, taken as one to any");
   }
   pose_of(row, 3, graph)
-      .ranges.push_back({row.number(find_word(row, "Observation") + 1),
-                         row.number(find_word(row, "Sigma") + 1), std::nullopt});
+      .ranges.push_back({row.coordinate(9 + 2 * n), stated_sigma(row, 11 + 2 * n), std::nullopt});
 }
 
 Graph read_graph(const std::string& path, LogWriter& log) {
   Graph graph;
-  TextTable table(path);
+  TextReader table(path);
   while (const auto row = table.next()) {
-    row->expect_columns(6, 1000, "Variable ... or Factor ...");
-    const std::string& kind = row->words[1];
-    if (row->words[0] == "Variable") {
+    row->expect(6, row->size(), "Variable ... or Factor ...");
+    const std::string_view kind = (*row)[1];
+    if ((*row)[0] == "Variable") {
       read_variable(*row, graph);
     } else if (kind == "SE2RelativeGaussianLikelihoodFactor") {
       read_motion(*row, graph);
     } else if (kind == "SE2R2RangeGaussianLikelihoodFactor") {
+      row->expect(6, "Factor SE2R2Range... Xi Lj range sigma");
       pose_of(*row, 2, graph)
-          .ranges.push_back({row->number(4), row->number(5), index_of(*row, 3, 'L')});
+          .ranges.push_back({row->coordinate(4), stated_sigma(*row, 5), index_of(*row, 3, 'L')});
     } else if (kind == "AmbiguousDataAssociationFactor") {
       read_ambiguous_range(*row, graph, log);
     } else if (kind.find("Prior") == std::string::npos) {
-      row->fail(fmt::format("unknown factor {}", kind));
+      row->fail(1, "unknown factor " + in_quotes(kind));
     }
   }
   return graph;
@@ -158,6 +161,8 @@ ImportReport import_plaza(const PlazaOptions& options, const std::string& output
     }
     log.add({static_cast<double>(i) * options.period, motion, {seen}, pose.truth});
   }
+  log.note_end(options.graph);
+  if (!options.identities.empty()) log.note_end(options.identities);
   for (const auto& [id, place] : graph.beacons) log.true_landmark(id, {place.x(), place.y(), 0});
   return log.finish();
 }

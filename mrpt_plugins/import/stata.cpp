@@ -3,13 +3,12 @@
 
 #include "mrpt_plugins/import/stata.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/camera.h"
 #include "mrpt_plugins/import/oracle.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 namespace {
@@ -52,7 +51,8 @@ class Detections {
     const std::int64_t last = row_ ? row_->id(0) : 0;
     row_ = table_.next();
     if (!row_) return;
-    row_->expect_columns(11, 11, "frame class score x y z size x1 y1 x2 y2");
+    row_->expect(11, "frame class score x y z size x1 y1 x2 y2");
+    row_->numbers(6, 11);
     if (row_->id(0) < last) row_->fail("frames go backwards");
   }
 
@@ -60,10 +60,10 @@ class Detections {
     const auto* known =
         std::find_if(std::begin(kClasses), std::end(kClasses),
                      [&](const DetectorClass& c) { return c.number == row_->id(1); });
-    if (known == std::end(kClasses)) row_->fail(fmt::format("unknown class {}", row_->words[1]));
+    if (known == std::end(kClasses)) row_->fail(1, "unknown class " + in_quotes((*row_)[1]));
     const double score = row_->number(2);
-    const Eigen::Vector3d camera(row_->number(3), row_->number(4), row_->number(5));
-    if (score < 0 || score > 1) row_->fail("score not within 0 and 1");
+    const Eigen::Vector3d camera(row_->coordinate(3), row_->coordinate(4), row_->coordinate(5));
+    if (score < 0 || score > 1) row_->fail(2, "score not within 0 and 1");
     if (camera.z() <= 0) {
       ++dropped_["detection dropped: behind the camera"];
     } else if (score < options_.min_score) {
@@ -80,7 +80,7 @@ class Detections {
 
   const StataOptions& options_;
   DropReport& dropped_;
-  TextTable table_;
+  TextReader table_;
   std::optional<TextRow> row_;
 };
 
@@ -93,7 +93,6 @@ class Frames {
   std::optional<CPose3D> next() {
     const auto row = table_.next();
     if (!row) return std::nullopt;
-    row->expect_columns(14, 14, "index seq and a 3x4 matrix");
     if (row->id(0) != count_) row->fail("index out of order");
     ++count_;
     return robot_pose(*row, 2);
@@ -102,7 +101,7 @@ class Frames {
   std::int64_t number() const { return count_ - 1; }
 
  private:
-  TextTable table_;
+  TextReader table_;
   std::int64_t count_ = 0;
 };
 
@@ -151,6 +150,8 @@ ImportReport import_stata(const StataOptions& options, const std::string& output
     log.add(step);
   }
   detections.finish();
+  log.note_end(options.folder + "/frames.txt");
+  log.note_end(options.folder + "/detections.txt");
   for (const auto& [reason, count] : dropped) log.drop(reason, count);
   return log.finish();
 }

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/input/odometry.h"
-#include "mrpt_plugins/input/text_table.h"
 
 namespace hybrid {
 
@@ -47,7 +47,7 @@ class VelocityOdometry {
   void advance();
   void roll(double time, OdometryIncrement& motion);
 
-  TextTable table_;
+  TextReader table_;
   std::function<Velocity(const TextRow&)> read_;
   OdometryWalk walk_;
   std::optional<Velocity> next_;

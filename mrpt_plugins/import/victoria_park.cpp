@@ -10,7 +10,7 @@
 #include <map>
 #include <utility>
 
-#include "libhybrid/core/error.h"
+#include "libhybrid/io/escaped.h"
 
 namespace hybrid {
 namespace {
@@ -38,12 +38,12 @@ struct Scan {
 /// The standard car model: speed of the middle of the rear axle and turn rate.
 VelocityOdometry car(const VictoriaParkOptions& options, double scale, double offset) {
   const auto velocity = [=](const TextRow& row) {
-    row.expect_columns(3, 3, "time speed steering");
-    const double steering = scale * row.number(2) + offset;
-    if (std::abs(steering) > 1.2) row.fail("steering angle above 1.2 rad");
+    row.expect(3, "time speed steering");
+    const double steering = scale * row.coordinate(2) + offset;
+    if (std::abs(steering) > 1.2) row.fail(2, "steering angle above 1.2 rad");
     const double curvature = std::tan(steering) / kAxles;
-    const double speed = row.number(1) / (1 - kHalfTrack * curvature);
-    return Velocity{row.number(0), speed, speed * curvature};
+    const double speed = row.coordinate(1) / (1 - kHalfTrack * curvature);
+    return Velocity{row.time(0), speed, speed * curvature};
   };
   return {options.folder + "/odometry.txt", velocity, options.walk};
 }
@@ -52,10 +52,10 @@ std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log)
   std::vector<Scan> scans;
   VelocityOdometry odometry = car(options, options.steering_scale, options.steering_offset);
   VelocityOdometry reference = car(options, 1, 0);  // what the reference counted its way by
-  TextTable times(options.folder + "/scan_times.txt");
+  TextReader times(options.folder + "/scan_times.txt");
   while (const auto row = times.next()) {
-    row->expect_columns(1, 1, "time");
-    const double time = row->number(0);
+    row->expect(1, "time");
+    const double time = row->time(0);
     if (!scans.empty() && time <= scans.back().time) {
       log.drop("scan dropped: not after the one before");
       continue;
@@ -63,18 +63,19 @@ std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log)
     reference.move_to(time);
     scans.push_back({time, reference.way(), odometry.move_to(time), {}});
   }
-  TextTable trees(options.folder + "/tree_detections.txt");
+  TextReader trees(options.folder + "/tree_detections.txt");
   auto scan = scans.begin();
   while (const auto row = trees.next()) {
-    row->expect_columns(4, 4, "time range bearing diameter");
-    const double time = row->number(0);
+    row->expect(4, "time range bearing diameter");
+    const double time = row->time(0);
     while (scan != scans.end() && scan->time < time - 1e-4) ++scan;
     if (scan == scans.end() || scan->time > time + 1e-4) {
       log.drop("tree dropped: no scan at its time");
       if (scan == scans.end()) scan = scans.begin();
       continue;
     }
-    scan->trees.push_back({row->number(1), row->number(2) - M_PI_2, {}});
+    row->coordinate(3);
+    scan->trees.push_back({row->coordinate(1), row->coordinate(2) - M_PI_2, {}});
   }
   return scans;
 }
@@ -91,19 +92,25 @@ struct Sighting {
 std::vector<Sighting> read_reference(const std::string& path) {
   std::vector<Sighting> sightings;
   std::map<std::int64_t, double> way{{0, 0.0}};
-  TextTable table(path);
+  TextReader table(path);
   while (const auto row = table.next()) {
-    row->expect_columns(8, 12, "ODOMETRY i j x y angle ... or LANDMARK i j x y ...");
+    const bool is_odometry = (*row)[0] == "ODOMETRY";
+    if (is_odometry) {
+      row->expect(12, "ODOMETRY i j x y angle covariance(6)");
+    } else if ((*row)[0] == "LANDMARK") {
+      row->expect(8, "LANDMARK i j x y covariance(3)");
+    } else {
+      row->fail(in_quotes((*row)[0]) + " is neither ODOMETRY nor LANDMARK");
+    }
     const std::int64_t from = row->id(1), to = row->id(2);
     const auto start = way.find(from);
-    if (start == way.end()) row->fail(fmt::format("pose {} has no odometry before", from));
-    const Eigen::Vector2d point(row->number(3), row->number(4));
-    if (row->words[0] == "ODOMETRY") {
+    if (start == way.end()) row->fail(1, fmt::format("pose {} has no odometry before", from));
+    const Eigen::Vector2d point(row->coordinate(3), row->coordinate(4));
+    row->numbers(5, row->size());
+    if (is_odometry) {
       way[to] = start->second + point.norm();
-    } else if (row->words[0] == "LANDMARK") {
-      sightings.push_back({start->second, to, point});
     } else {
-      row->fail(fmt::format("'{}' is neither ODOMETRY nor LANDMARK", row->words[0]));
+      sightings.push_back({start->second, to, point});
     }
   }
   return sightings;
@@ -141,14 +148,14 @@ void give_ids(const std::vector<Sighting>& reference, std::vector<Scan>& scans, 
 
 /// Positions of the satellite receiver, checked against the way the car drove.
 void add_gps(const VictoriaParkOptions& options, const std::vector<Scan>& scans, LogWriter& log) {
-  TextTable table(options.folder + "/gps.txt");
+  TextReader table(options.folder + "/gps.txt");
   std::size_t scan = 0;
   std::optional<Eigen::Vector2d> last;
   double last_time = 0, last_way = 0;
   while (const auto row = table.next()) {
-    row->expect_columns(3, 3, "time x y");
-    const double time = row->number(0);
-    const Eigen::Vector2d position(row->number(1), row->number(2));
+    row->expect(3, "time x y");
+    const double time = row->time(0);
+    const Eigen::Vector2d position(row->coordinate(1), row->coordinate(2));
     while (scan + 1 < scans.size() && scans[scan + 1].time <= time) ++scan;
     const double way = scans[scan].way;
     if (last && time <= last_time) {
@@ -170,7 +177,9 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
   LogWriter log(output);
   std::vector<Scan> scans = read_scans(options, log);
   if (options.reference) {
-    give_ids(read_reference(options.folder + "/victoria_park_known_assoc_gtsam.txt"), scans, log);
+    const std::string path = options.folder + "/victoria_park_known_assoc_gtsam.txt";
+    give_ids(read_reference(path), scans, log);
+    log.note_end(path);
   }
   const mrpt::poses::CPose3D T_car_laser(kLaserAhead, kLaserLeft, 0, 0, 0, 0);
   for (const Scan& scan : scans) {
@@ -188,6 +197,10 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
     log.add({scan.time, scan.motion, {frame}, {}});
   }
   add_gps(options, scans, log);
+  for (const char* name :
+       {"/odometry.txt", "/scan_times.txt", "/tree_detections.txt", "/gps.txt"}) {
+    log.note_end(options.folder + name);
+  }
   return log.finish();
 }
 

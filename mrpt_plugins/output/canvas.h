@@ -3,11 +3,11 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/image.h"
 #include "mrpt_plugins/output/style.h"
 

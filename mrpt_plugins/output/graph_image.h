@@ -3,11 +3,11 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/image.h"
 
 namespace hybrid {

@@ -3,10 +3,10 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/canvas.h"
 #include "mrpt_plugins/output/mode_image.h"
 #include "mrpt_plugins/output/result.h"

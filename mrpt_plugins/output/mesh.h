@@ -5,9 +5,9 @@
 
 #include <mrpt/opengl/CSetOfTriangles.h>
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/style.h"
 
 namespace hybrid {

@@ -3,10 +3,10 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/image.h"
 #include "mrpt_plugins/output/style.h"
 

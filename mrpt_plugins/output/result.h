@@ -3,12 +3,12 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
 namespace hybrid {

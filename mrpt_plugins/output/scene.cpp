@@ -7,12 +7,13 @@
 #include <mrpt/opengl/CSetOfLines.h>
 #include <mrpt/opengl/CText.h>
 #include <mrpt/opengl/stock_objects.h>
+#include <mrpt/serialization/CArchive.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
-#include <stdexcept>
 
+#include "mrpt_plugins/bridge/gzip_writer.h"
 #include "mrpt_plugins/output/map_style.h"
 #include "mrpt_plugins/output/mesh.h"
 #include "mrpt_plugins/output/scene_layout.h"
@@ -21,6 +22,8 @@ namespace hybrid {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr int kCompression = 1;  // as MRPT's own files of scenes
 
 std::vector<Vector3d> positions(const Trajectory& path) {
   std::vector<Vector3d> out;
@@ -148,8 +151,10 @@ mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const Ground
 void save_scene(const OutputDirectory& out, const std::string& name, const MapResult& result,
                 const GroundTruth& truth) {
   const auto scene = make_scene(result, truth);
-  out.save(name, [&scene](const std::string& path) {
-    if (!scene->saveToFile(path)) throw std::runtime_error("the scene could not be stored");
+  out.save(name, [&](const std::string& path) {
+    GzipWriter file(path, kCompression, out.folder() / name);
+    mrpt::serialization::archiveFrom<mrpt::io::CStream>(file) << *scene;
+    file.close();
   });
 }
 

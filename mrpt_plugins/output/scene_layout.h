@@ -3,8 +3,7 @@
 
 #pragma once
 
-#include <Eigen/Core>
-
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/map_style.h"
 #include "mrpt_plugins/output/result.h"
 

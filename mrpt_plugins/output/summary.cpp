@@ -139,11 +139,16 @@ StepStatistics plugin_statistics(const std::vector<StepRecord>& steps) {
   return statistics_of(times(steps, &StepRecord::plugin_ms));
 }
 
-std::string summary_json(const Summary& s) {
-  Json out = {{"status", s.status},       {"mode", s.mode},           {"keyframes", s.keyframes},
-              {"landmarks", s.landmarks}, {"objective", s.objective}, {"cost", s.cost},
-              {"solver_s", s.solver_s},   {"total_s", s.total_s},     {"steps", to_json(s.steps)}};
-  if (!s.message.empty()) out["message"] = s.message;
+Json summary_json(const Summary& s) {
+  Json out = summary_start(s.status, s.message, s.provenance);
+  out["mode"] = s.mode;
+  out["keyframes"] = s.keyframes;
+  out["landmarks"] = s.landmarks;
+  out["objective"] = s.objective;
+  out["cost"] = s.cost;
+  out["solver_s"] = s.solver_s;
+  out["total_s"] = s.total_s;
+  out["steps"] = to_json(s.steps);
   out["plugins"] = to_json(s.plugins);
   for (const auto& [name, value] : s.statistics) out["plugins"][name] = value;
   out["dropped"] = Json::object();
@@ -152,12 +157,13 @@ std::string summary_json(const Summary& s) {
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   if (s.truth) out["truth"] = to_json(*s.truth);
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return out;
 }
 
-std::string summary_json(const GraphSummary& s) {
-  Json out = {{"status", s.status}, {"method", s.method}, {"poses", s.poses}};
-  if (!s.message.empty()) out["message"] = s.message;
+Json summary_json(const GraphSummary& s) {
+  Json out = summary_start(s.status, s.message, s.provenance);
+  out["method"] = s.method;
+  out["poses"] = s.poses;
   out["landmarks"] = s.landmarks;
   out["solver_s"] = s.solver_s;
   out["total_s"] = s.total_s;
@@ -183,7 +189,7 @@ std::string summary_json(const GraphSummary& s) {
   }
   if (s.steps) out["steps"] = to_json(*s.steps);
   if (s.truth) out["truth"] = to_json(*s.truth);
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return out;
 }
 
 std::string steps_csv(const std::vector<StepRecord>& steps) {

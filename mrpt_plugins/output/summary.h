@@ -4,12 +4,14 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "mrpt_plugins/output/landmark_metrics.h"
 #include "mrpt_plugins/output/mode_writer.h"
+#include "mrpt_plugins/output/provenance.h"
 #include "mrpt_plugins/output/result.h"
 #include "mrpt_plugins/output/trajectory_metrics.h"
 
@@ -44,6 +46,7 @@ struct TruthSummary {
 
 /// The content of a replay's summary.json.
 struct Summary {
+  Provenance provenance;
   std::string status = "ok";
   std::string message;  ///< why the status is not "ok"; left out of the file when empty
   std::string mode;
@@ -63,8 +66,8 @@ struct Summary {
   std::optional<TruthSummary> truth;
 };
 
-/// The summary as JSON text; values that are not finite become null.
-std::string summary_json(const Summary& summary);
+/// The summary as JSON; values that are not finite become null in its text.
+nlohmann::ordered_json summary_json(const Summary& summary);
 
 /// What one member of a portfolio of solvers ended with.
 struct PortfolioSummary {
@@ -77,6 +80,7 @@ struct PortfolioSummary {
 
 /// The content of the summary.json of a pose graph.
 struct GraphSummary {
+  Provenance provenance;
   std::string status = "ok";
   std::string message;  ///< where the status is not ok
   std::string method;
@@ -100,7 +104,7 @@ struct GraphSummary {
   std::optional<TruthSummary> truth;
 };
 
-std::string summary_json(const GraphSummary& summary);
+nlohmann::ordered_json summary_json(const GraphSummary& summary);
 
 /// The steps as CSV: keyframe, time (s), solver_ms, iterations, flips, relinearized, objective,
 /// cost, landmarks, plugin_ms.

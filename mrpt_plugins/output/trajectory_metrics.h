@@ -3,9 +3,9 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/output/result.h"
 
 namespace hybrid {

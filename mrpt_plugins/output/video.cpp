@@ -5,12 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cstdint>
+#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/output/output_directory.h"
 
 namespace hybrid {
 namespace {
@@ -26,7 +28,8 @@ void encode(const std::string& path, int count, const std::function<Image(int)>&
       const int codec = cv::VideoWriter::fourcc('m', 'p', '4', 'v');
       if (!writer.open(path, cv::CAP_FFMPEG, codec, pictures_per_second, size)) {
         throw Error(
-            "OpenCV on this machine has no MPEG-4 encoder (mp4v); write single frames instead");
+            "OpenCV on this machine has no MPEG-4 encoder (mp4v), or the file cannot be created; "
+            "write single frames instead");
       }
     }
     if (image.width != size.width || image.height != size.height) {
@@ -41,34 +44,48 @@ void encode(const std::string& path, int count, const std::function<Image(int)>&
   }
 }
 
-std::filesystem::path folder_of(const std::filesystem::path& path) {
-  if (path.extension() != ".mp4") {
-    throw Error(fmt::format("cannot write '{}': the name of a video ends in .mp4", path.string()));
+/// The number that `count` bytes make, the highest first.
+std::uint64_t big_endian(const unsigned char* bytes, int count) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8U | bytes[i];
+  return value;
+}
+
+/// Whether the boxes of an MP4 file (ISO/IEC 14496-12, 4.2) fill it exactly and one of them is the
+/// index of the film. That comes last; it is missing where something could not be written.
+bool has_whole_boxes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const auto end = static_cast<std::uint64_t>(file.tellg());
+  bool has_index = false;
+  std::uint64_t at = 0;
+  while (file && at < end) {
+    std::array<unsigned char, 16> head{};
+    file.seekg(static_cast<std::streamoff>(at));
+    file.read(reinterpret_cast<char*>(head.data()), 8);
+    std::uint64_t size = big_endian(head.data(), 4);
+    if (size == 1) {
+      file.read(reinterpret_cast<char*>(head.data() + 8), 8);
+      size = big_endian(head.data() + 8, 8);
+    }
+    if (size < 8 || size > end - at) return false;
+    has_index = has_index || std::string(head.begin() + 4, head.begin() + 8) == "moov";
+    at += size;
   }
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (std::filesystem::is_directory(folder)) return folder;
-  throw Error(
-      fmt::format("cannot write '{}': there is no folder '{}'", path.string(), folder.string()));
+  return file && at == end && has_index;
 }
 
 }  // namespace
 
-void save_video(const std::filesystem::path& path, int count,
-                const std::function<Image(int)>& picture, double pictures_per_second) {
-  OutputDirectory(folder_of(path)).save(path.filename(), [&](const std::string& temporary) {
-    encode(temporary, count, picture, pictures_per_second);
-  });
-}
-
-void check_video(const std::filesystem::path& path) {
-  const std::filesystem::path probe = folder_of(path) / (".probe-" + path.filename().string());
-  const auto black = [](int) { return Image{64, 64, std::vector<std::uint8_t>(64 * 64 * 3)}; };
-  try {
-    save_video(probe, 1, black);
-  } catch (const std::exception& e) {
-    throw Error(fmt::format("cannot write video '{}': {}", path.string(), e.what()));
+void encode_video(const std::filesystem::path& path, int count,
+                  const std::function<Image(int)>& picture, double pictures_per_second) {
+  encode(path.string(), count, picture, pictures_per_second);
+  // OpenCV does not say that something could not be written.
+  if (!has_whole_boxes(path.string())) {
+    throw Error("the film is not complete; is the disk full?");
   }
-  std::filesystem::remove(probe);
+  const cv::VideoCapture film(path.string(), cv::CAP_FFMPEG);
+  const auto found = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
+  if (found != count) throw Error(fmt::format("{} of {} pictures are in it", found, count));
 }
 
 }  // namespace hybrid

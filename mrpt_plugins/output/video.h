@@ -10,13 +10,10 @@
 
 namespace hybrid {
 
-/// Writes pictures as an MPEG-4 film (.mp4). Throws Error that names the file where the name ends
-/// otherwise, the folder is missing, the pictures differ in size, or this machine has no encoder.
-/// `picture` is called for 0 .. count-1.
-void save_video(const std::filesystem::path& path, int count,
-                const std::function<Image(int)>& picture, double pictures_per_second = 10);
-
-/// Throws as save_video would, without leaving a file: to be asked before long work.
-void check_video(const std::filesystem::path& path);
+/// Writes pictures as an MPEG-4 film to the file `path`, whose name ends in .mp4, and makes sure
+/// that all are in it. `picture` is called for 0 .. count-1. Throws Error where the pictures differ
+/// in size, this machine has no encoder, or the file is not whole, as on a full disk.
+void encode_video(const std::filesystem::path& path, int count,
+                  const std::function<Image(int)>& picture, double pictures_per_second = 10);
 
 }  // namespace hybrid

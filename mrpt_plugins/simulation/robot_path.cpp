@@ -3,9 +3,12 @@
 
 #include "mrpt_plugins/simulation/robot_path.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/error.h"
 #include "mrpt_plugins/simulation/random.h"
 
 namespace hybrid {
@@ -16,8 +19,17 @@ struct PlanarPose {
   double travelled = 0;
 };
 
+constexpr double kMostFrames = 1e6;
+
+void check_count(double frames) {
+  if (frames <= kMostFrames) return;
+  throw Error(fmt::format("[path] step is so short that the path has more than {:.0f} frames",
+                          kMostFrames));
+}
+
 std::vector<PlanarPose> circle(const Scenario::Path& path) {
   const double turn = 2 * M_PI * path.laps;
+  check_count(turn * path.radius / path.step);
   const auto steps = std::max(1L, std::lround(turn * path.radius / path.step));
   std::vector<PlanarPose> poses;
   for (long i = 0; i <= steps; ++i) {
@@ -56,6 +68,7 @@ std::vector<PlanarPose> through(const std::vector<double>& waypoints, const Scen
       }
       const PlanarPose start = now;
       const double steps = std::max(1.0, std::ceil(distance / path.step - 1e-9));
+      check_count(static_cast<double>(poses.size()) + steps);
       for (int k = 1; k <= static_cast<int>(steps); ++k) {
         const double done = k / steps;
         poses.push_back({start.x + done * dx, start.y + done * dy, start.heading,

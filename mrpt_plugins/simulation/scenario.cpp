@@ -14,7 +14,7 @@ constexpr IniRange kFullAngle{0, 360};
 
 std::array<double, 3> corner(IniSection& section, const std::string& key,
                              const std::vector<double>& default_value, const char* meaning) {
-  const auto values = section.get(key, default_value, meaning);
+  const auto values = section.get(key, default_value, meaning, kCoordinate);
   if (values.size() != 3) section.fail(key, "needs three numbers: x y z");
   return {values[0], values[1], values[2]};
 }
@@ -27,8 +27,7 @@ Scenario::World read_world(IniFile& ini, bool is_3d) {
                         "Names of the classes");
   world.min_corner = corner(s, "min_corner", {-12, -5, 0}, "Corner of the box, x y z [m]");
   world.max_corner = corner(s, "max_corner", {12, 20, 0}, "Opposite corner [m]");
-  world.min_spacing =
-      s.get("min_spacing", 1.0, "Least distance between landmarks [m]", kNonNegative);
+  world.min_spacing = s.get("min_spacing", 1.0, "Least distance between landmarks [m]", kLength);
   if (world.classes.empty()) s.fail("classes", "needs at least one name");
   for (std::size_t i = 0; i < 3; ++i) {
     if (world.min_corner[i] > world.max_corner[i]) s.fail("max_corner", "is below min_corner");
@@ -44,18 +43,20 @@ Scenario::Path read_path(IniFile& ini) {
   Scenario::Path path;
   path.shape = s.choice("shape", "circle", {"circle", "lawnmower", "waypoints"}, "Kind of path");
   path.laps = s.get("laps", 1, "How often it is driven", kCount);
-  path.step = s.get("step", 0.5, "Distance between frames [m]", kPositive);
+  path.step = s.get("step", 0.5, "Distance between frames [m]", kPositiveLength);
   path.max_turn =
       s.degrees("max_turn_deg", 15, "Turn between frames at a corner [deg]", IniRange{0.1, 180});
-  path.period = s.get("period", 0.5, "Time between frames [s]", kPositive);
-  path.radius = s.get("radius", 7.5, "Of the circle, driven to the left [m]", kPositive);
-  path.width = s.get("width", 20.0, "Length of a lane of the lawnmower [m]", kPositive);
-  path.lane_spacing = s.get("lane_spacing", 4.0, "Between lanes of the lawnmower [m]", kPositive);
+  path.period = s.get("period", 0.5, "Time between frames [s]", kPositiveDuration);
+  path.radius = s.get("radius", 7.5, "Of the circle, driven to the left [m]", kPositiveLength);
+  path.width = s.get("width", 20.0, "Length of a lane of the lawnmower [m]", kPositiveLength);
+  path.lane_spacing =
+      s.get("lane_spacing", 4.0, "Between lanes of the lawnmower [m]", kPositiveLength);
   path.lanes = s.get("lanes", 4, "Of the lawnmower, which then drives back to the start", kCount);
-  path.waypoints =
-      s.get("waypoints", std::vector<double>{}, "x y of each waypoint after the start [m]");
-  path.height = s.get("height", 0.0, "In 3d: the path swings between 0 and this height [m]");
-  path.waves = s.get("waves", 2.0, "In 3d: swings of height and roll per path", kNonNegative);
+  path.waypoints = s.get("waypoints", std::vector<double>{},
+                         "x y of each waypoint after the start [m]", kCoordinate);
+  path.height =
+      s.get("height", 0.0, "In 3d: the path swings between 0 and this height [m]", kCoordinate);
+  path.waves = s.get("waves", 2.0, "In 3d: swings of height and roll per path", IniRange{0, 1e4});
   path.roll = s.degrees("roll_deg", 0, "In 3d: amplitude of the roll [deg]", IniRange{-90, 90});
   if (path.shape == "waypoints" && (path.waypoints.empty() || path.waypoints.size() % 2 != 0)) {
     s.fail("waypoints", "needs pairs of x y");
@@ -66,13 +67,16 @@ Scenario::Path read_path(IniFile& ini) {
 Scenario::Odometry read_odometry(IniFile& ini, bool is_3d) {
   IniSection s = ini.section("odometry", "Noise of the motion between two frames");
   Scenario::Odometry odometry;
-  odometry.sigma_translation = s.get("sigma_translation", 0.03, "Per axis [m]", kPositive);
-  odometry.sigma_yaw = s.degrees("sigma_yaw_deg", 0.3, "Heading [deg]", kPositive);
-  odometry.sigma_tilt = s.degrees("sigma_tilt_deg", 0.3, "In 3d: pitch and roll [deg]", kPositive);
+  odometry.sigma_translation = s.get("sigma_translation", 0.03, "Per axis [m]", kSigmaMetres);
+  odometry.sigma_yaw = s.degrees("sigma_yaw_deg", 0.3, "Heading [deg]", kSigmaDegrees);
+  odometry.sigma_tilt =
+      s.degrees("sigma_tilt_deg", 0.3, "In 3d: pitch and roll [deg]", kSigmaDegrees);
   odometry.scale_translation =
-      s.get("scale_translation", 1.0, "Motion per measured translation", kPositive);
-  odometry.scale_rotation = s.get("scale_rotation", 1.0, "Turn per measured rotation", kPositive);
-  odometry.drift = s.degrees("drift_deg_per_m", 0, "Turn per measured metre, unnoticed [deg]");
+      s.get("scale_translation", 1.0, "Motion per measured translation", IniRange{1e-3, 1e3});
+  odometry.scale_rotation =
+      s.get("scale_rotation", 1.0, "Turn per measured rotation", IniRange{1e-3, 1e3});
+  odometry.drift =
+      s.degrees("drift_deg_per_m", 0, "Turn per measured metre, unnoticed [deg]", kTurn);
   const bool errs =
       odometry.scale_translation != 1 || odometry.scale_rotation != 1 || odometry.drift != 0;
   if (is_3d && errs) s.fail("scale_translation", "and its like must be left out in 3d");
@@ -88,7 +92,7 @@ Scenario::Slip read_slip(IniFile& ini) {
                          IniRange{0.01, 1});
   slip.max_share = s.get("max_share", 0.7, "Largest share", IniRange{0.01, 1});
   slip.sigma_yaw =
-      s.degrees("sigma_yaw_deg", 2.0, "Noise added to the heading [deg]", kNonNegative);
+      s.degrees("sigma_yaw_deg", 2.0, "Noise added to the heading [deg]", or_zero(kSigmaDegrees));
   if (slip.min_share > slip.max_share) s.fail("max_share", "is below min_share");
   return slip;
 }
@@ -119,8 +123,8 @@ std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classe
 Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
   IniSection s = ini.section("sensor", "Measures range and direction of landmarks");
   Scenario::Sensor sensor;
-  const auto pose =
-      s.get("pose", std::vector<double>(6, 0.0), "On the robot: x y z [m] yaw pitch roll [deg]");
+  const auto pose = s.get("pose", std::vector<double>(6, 0.0),
+                          "On the robot: x y z [m] yaw pitch roll [deg]", kCoordinate);
   if (pose.size() != 6) s.fail("pose", "needs six numbers: x y z yaw pitch roll");
   if (!is_3d && (pose[2] != 0 || pose[4] != 0 || pose[5] != 0)) {
     s.fail("pose", "must have z, pitch and roll 0 in 2d");
@@ -128,14 +132,15 @@ Scenario::Sensor read_sensor(IniFile& ini, bool is_3d) {
   constexpr double kDegree = M_PI / 180;
   sensor.pose = {pose[0],           pose[1],           pose[2],
                  pose[3] * kDegree, pose[4] * kDegree, pose[5] * kDegree};
-  sensor.min_range = s.get("min_range", 0.5, "Nothing nearer is seen [m]", kNonNegative);
-  sensor.max_range = s.get("max_range", 8.0, "Nothing farther is seen [m]", kPositive);
+  sensor.min_range = s.get("min_range", 0.5, "Nothing nearer is seen [m]", kLength);
+  sensor.max_range = s.get("max_range", 8.0, "Nothing farther is seen [m]", kPositiveLength);
   sensor.fov_yaw = s.degrees("fov_yaw_deg", 180, "Full horizontal view [deg]", kFullAngle);
   sensor.fov_pitch =
       s.degrees("fov_pitch_deg", 60, "In 3d: full vertical view [deg]", IniRange{0, 180});
-  sensor.sigma_range = s.get("sigma_range", 0.05, "Noise of range [m]", kPositive);
-  sensor.sigma_yaw = s.degrees("sigma_yaw_deg", 0.5, "Noise of yaw [deg]", kPositive);
-  sensor.sigma_pitch = s.degrees("sigma_pitch_deg", 0.5, "In 3d: noise of pitch [deg]", kPositive);
+  sensor.sigma_range = s.get("sigma_range", 0.05, "Noise of range [m]", kSigmaMetres);
+  sensor.sigma_yaw = s.degrees("sigma_yaw_deg", 0.5, "Noise of yaw [deg]", kSigmaDegrees);
+  sensor.sigma_pitch =
+      s.degrees("sigma_pitch_deg", 0.5, "In 3d: noise of pitch [deg]", kSigmaDegrees);
   sensor.detection_probability =
       s.get("detection_probability", 0.95, "That a landmark in view is seen", kProbability);
   sensor.spurious_per_frame =

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <mrpt/core/Clock.h>
-#include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
@@ -13,12 +12,9 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 
-#include "libhybrid/core/error.h"
-#include "mrpt_plugins/input/gzip_file.h"
+#include "libhybrid/io/file_writer.h"
+#include "mrpt_plugins/bridge/log_files.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
@@ -113,17 +109,14 @@ mrpt::obs::CActionCollection motion_3d(const SimulatedFrame& frame, const Scenar
   return mrpt::obs::CActionCollection(action);
 }
 
-void write_log(const std::string& path, const Simulation& simulation, const Scenario& scenario) {
-  mrpt::io::CFileGZOutputStream file;
-  std::string why;
-  if (!file.open(path, kCompression, why))
-    throw Error(fmt::format("cannot write {}: {}", path, why));
-  auto archive = mrpt::serialization::archiveFrom(file);
+void write_log(GzipWriter& file, const Simulation& simulation, const Scenario& scenario) {
+  auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(file);
   mrpt::poses::CPose2D odometry;
   for (std::size_t i = 0; i < simulation.frames.size(); ++i) {
     const SimulatedFrame& frame = simulation.frames[i];
     auto observation = scenario.classed ? classed_observation(frame, scenario)
                                         : plain_observation(frame, scenario);
+    file.check();
     observation->timestamp = stamp(scenario, i);
     observation->sensorLabel = kSensorLabel;
     if (scenario.pairs) {
@@ -143,17 +136,12 @@ void write_log(const std::string& path, const Simulation& simulation, const Scen
       archive << absolute << *observation;
     }
   }
-  file.close();
-  if (check_gzip(path).state != GzipCheck::State::kSound) {
-    throw Error(fmt::format("cannot write {}: the file came out damaged; is the disk full?", path));
-  }
 }
 
-void write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
+void write_text(const LogFiles& files, std::string_view suffix, const std::string& text) {
+  FileWriter file(files.stage_beside(suffix), files.path_beside(suffix));
+  file.write(text);
   file.close();
-  if (!file) throw Error(fmt::format("cannot write {}", path));
 }
 
 std::string landmark_table(const Simulation& simulation, const Scenario& scenario) {
@@ -185,29 +173,12 @@ std::string mode_table(const Simulation& simulation) {
 
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path) {
-  const std::filesystem::path log(log_path);
-  const std::string stem = (log.parent_path() / log.stem()).string();
-  std::vector<std::string> finals{log_path, stem + "_ground_truth.txt",
-                                  stem + "_ground_truth_robot_path.txt"};
-  const bool slips = scenario.slip.start > 0;
-  if (slips) finals.push_back(stem + "_ground_truth_modes.txt");
-  std::vector<std::string> temporaries;
-  for (const std::string& path : finals) temporaries.push_back(path + ".part");
-  try {
-    if (log.has_parent_path()) std::filesystem::create_directories(log.parent_path());
-    write_log(temporaries[0], simulation, scenario);
-    write_text(temporaries[1], landmark_table(simulation, scenario));
-    write_text(temporaries[2], path_table(simulation));
-    if (slips) write_text(temporaries[3], mode_table(simulation));
-    for (std::size_t i = 0; i < finals.size(); ++i) {
-      std::filesystem::rename(temporaries[i], finals[i]);
-    }
-  } catch (...) {
-    std::error_code ignored;
-    for (const std::string& path : temporaries) std::filesystem::remove(path, ignored);
-    throw;
-  }
-  return finals;
+  LogFiles files(log_path, kCompression);
+  write_log(files.log(), simulation, scenario);
+  write_text(files, kTrueMapSuffix, landmark_table(simulation, scenario));
+  write_text(files, kTruePathSuffix, path_table(simulation));
+  if (scenario.slip.start > 0) write_text(files, kTrueModesSuffix, mode_table(simulation));
+  return files.commit();
 }
 
 }  // namespace hybrid

@@ -45,7 +45,7 @@ std::vector<float> class_scores(const std::vector<std::vector<double>>& confusio
                                 std::size_t reported_class);
 
 /// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, where
-/// wheels may spin, F_ground_truth_modes.txt, each under a temporary name first; returns the paths.
+/// wheels may spin, F_ground_truth_modes.txt, all together or none; returns the paths.
 /// Throws Error naming the file that fails.
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path);

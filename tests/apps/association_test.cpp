@@ -27,7 +27,7 @@ TEST_P(Methods, AllFindTheLandmarksOfTheDemo) {
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"], 0.08);
 }
 
-INSTANTIATE_TEST_SUITE_P(Method, Methods, testing::Values("hypotheses", "nearest", "jcbb", "soft"));
+INSTANTIATE_TEST_SUITE_P(Method, Methods, testing::Values("hypotheses", "nearest", "jcbb"));
 
 }  // namespace
 }  // namespace hybrid

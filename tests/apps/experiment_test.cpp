@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
+#include "mrpt_plugins/output/output_directory.h"
 #include "tests/apps/run_app.h"
 #include "tests/support/scratch_folder.h"
 
@@ -160,6 +162,74 @@ TEST_F(Experiment, EndsTrialsThatTakeTooLong) {
   EXPECT_EQ(ran.code, 0) << ran.text;
   EXPECT_NE(read("out/results.csv").find(",timeout,0.001,0.001,"), std::string::npos)
       << read("out/results.csv");
+}
+
+TEST_F(Experiment, RunsAgainWhatTheMachineKeptFromEnding) {
+  const std::string ini = write("replays.ini",
+                                "[experiment]\nkind = replay\nreplays = demo\n"
+                                "methods = batch wrong\n[demo]\nconfig = " HYBRID_SOURCE_DIR
+                                "/config/classed_demo.ini\n"
+                                "[batch]\nset = solver.mode=batch\n"
+                                "[wrong]\nset = solver.mode=none_such\n");
+  const std::string command = "-c " + ini + " -o " + at("out");
+  {
+    // Somebody writes into the folder of a trial.
+    const OutputDirectory held(folder / "out/trials/demo__batch_0_1");
+    const Ran ran = run(command);
+    EXPECT_EQ(ran.code, 2) << ran.text;
+    EXPECT_NE(ran.text.find("1 trials failed, 1 trials unfinished; run again"), std::string::npos)
+        << ran.text;
+  }
+  EXPECT_NE(read("out/results.csv").find(",batch,0,1,unfinished,"), std::string::npos);
+  auto summary = nlohmann::json::parse(read("out/summary.json"));
+  EXPECT_EQ(summary["status"], "partial");
+  EXPECT_EQ(summary["trials"]["unfinished"], 1);
+  // What failed for reasons of its own stays a result.
+  const Ran again = run(command);
+  EXPECT_EQ(again.code, 2) << again.text;
+  EXPECT_NE(again.text.find("1 of 2 trials have been run before"), std::string::npos) << again.text;
+  EXPECT_NE(read("out/results.csv").find(",batch,0,1,ok,"), std::string::npos);
+  EXPECT_EQ(rows("out").size(), 2U);
+  summary = nlohmann::json::parse(read("out/summary.json"));
+  EXPECT_EQ(summary["trials"]["failed"], 1);
+  EXPECT_EQ(summary["trials"]["ok"], 1);
+  const Ran third = run(command);
+  EXPECT_NE(third.text.find("2 of 2 trials have been run before"), std::string::npos) << third.text;
+  const Ran retry = run("--retry " + command);
+  EXPECT_NE(retry.text.find("1 of 2 trials have been run before"), std::string::npos) << retry.text;
+  EXPECT_EQ(rows("out").size(), 2U);
+}
+
+TEST_F(Experiment, TellsThatResultsAreOfAnotherVersion) {
+  const std::string command = "-c " + config("methods = gnc\n") + " -o " + at("out");
+  const Ran first = run(command);
+  ASSERT_EQ(first.code, 0) << first.text;
+  EXPECT_EQ(first.text.find("version"), std::string::npos) << first.text;
+  std::string settings = read("out/settings.txt");
+  const std::size_t at_version = settings.find("version=") + 8;
+  const std::string version =
+      settings.substr(at_version, settings.find('\n', at_version) - at_version);
+  settings.replace(at_version, version.size(), "0.0.9");
+  write("out/settings.txt", settings);
+  const Ran second = run(command);
+  EXPECT_EQ(second.code, 0) << second.text;
+  EXPECT_NE(second.text.find("has results of version 0.0.9, and this is " + version),
+            std::string::npos)
+      << second.text;
+  EXPECT_NE(read("out/settings.txt").find("version=0.0.9; " + version), std::string::npos);
+}
+
+TEST_F(Experiment, WritesASummaryAndKeepsItsLedgerFromOtherPrograms) {
+  ASSERT_EQ(run("-c " + config("methods = gnc\n") + " -o " + at("out")).code, 0);
+  const auto summary = nlohmann::json::parse(read("out/summary.json"));
+  EXPECT_EQ(summary["status"], "ok");
+  EXPECT_EQ(summary["trials"]["ok"], 1);
+  ASSERT_EQ(summary["inputs"].size(), 2U);  // INI and graph
+  EXPECT_EQ(summary["inputs"][1]["path"], at("laps.g2o"));
+  const std::string ledger = read("out/results.csv");
+  EXPECT_EQ(run_app("hybrid-pgo " + at("laps.g2o") + " -o " + at("out")).code, 0);
+  EXPECT_EQ(read("out/results.csv"), ledger);
+  EXPECT_FALSE(fs::exists(at("out/laps.png")));
 }
 
 TEST_F(Experiment, BadInput) {

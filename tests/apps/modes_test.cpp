@@ -82,7 +82,8 @@ TEST_F(MotionModes, BadInputIsNamed) {
   std::string ini = demo();
   const std::string truth = HYBRID_SOURCE_DIR "/rawlogs/slip_demo_ground_truth_modes.txt";
   ini.replace(ini.find(truth), truth.size(), write("modes.txt", "0\n1 2\n"));
-  expect_failure("-c " + write("bad.ini", ini), "modes.txt:2: '1 2' is not the number of a mode");
+  expect_failure("-c " + write("bad.ini", ini),
+                 "modes.txt:2:3: 2 columns; expected: the number of a mode");
 }
 
 }  // namespace

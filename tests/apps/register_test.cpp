@@ -104,7 +104,7 @@ TEST_F(RegisterApp, BadInputIsToldAndNothingWritten) {
       {write("nan.xyz", "nan 0 0\nnan 1 1\n"), "none of its points is finite"},
       {write("short.pcd", "FIELDS x y z\nPOINTS 9\nDATA ascii\n1 2 3\n"), "ends after 1"},
       {write("noise.bin", "no map at all, of no kind"), "noise.bin"},
-      {at("absent.ply"), "cannot be read"},
+      {at("absent.ply"), "absent.ply: no such file"},
       {at("absent.map"), "absent.map"},
       {write("far.xyz", "900 0 0\n901 0 0\n900 1 0\n900 0 1\n"), "no counterparts found"}};
   for (const auto& [source, message] : cases) {

@@ -202,7 +202,62 @@ TEST_F(ReplayTest, PluginLibraryIsLoadedAndUsed) {
                  "'RobustBearingRange', which is not a registered mapping plugin; "
                  "registered are: BeaconRanges, BearingOnlyKnownIds, ");
   expect_failure("-c " + ini + " -p " + at("no.so"), "no such file");
-  expect_failure("-c " + ini + " -p " + ini, "cannot be loaded");
+  expect_failure("-c " + ini + " -p " + ini, "invalid ELF header");
+}
+
+TEST_F(ReplayTest, PluginLibrariesThatDoNotFitAreRefused) {
+  const auto expect_refused = [&](const std::string& path, const std::string& part) {
+    expect_failure("--print-config -p " + path, "hybrid-replay: " + path + ": " + part);
+  };
+  const std::string bad = HYBRID_BAD_PLUGINS "/hybrid_bad_";
+  expect_refused(bad + "other_version.so",
+                 "was built for hybrid 99.2.1 (MRPT 3.0.1, Eigen 3.4.0 aligned to 32 bytes); this "
+                 "is hybrid ");
+  expect_refused(bad + "missing_symbol.so", bad + "missing_symbol.so: undefined symbol: ");
+  expect_refused(bad + "throws.so", "throws while it is loaded: no licence");
+  expect_refused(bad + "exits.so", "ends the process while it is loaded");
+  expect_refused(bad + "without_tag.so", "does not say what it was built for");
+  expect_refused(bad + "registers_nothing.so", "registers no plugin");
+  expect_refused("libm.so.6", "no such file");
+  for (const char* folder : {"/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/lib64"}) {
+    const std::string path = std::string(folder) + "/libm.so.6";
+    if (fs::exists(path)) expect_refused(path, "registers no plugin");
+  }
+  EXPECT_EQ(
+      run_replay("--print-config -p " HYBRID_EXAMPLE_PLUGIN " -p " HYBRID_EXAMPLE_PLUGIN).code, 0);
+}
+
+TEST_F(ReplayTest, APluginGetsTheClassesOfObservationsThatItAsksFor) {
+  const auto rays = [&](const char* asks) {
+    const std::string ini =
+        write("a.ini", std::string("[log]\nrawlog = /usr/share/mrpt/datasets/localization_demo"
+                                   ".rawlog\n[plugins]\nclasses = ScanCounter\n[ScanCounter]\n"
+                                   "asks = ") +
+                           asks);
+    const int empty = 2;  // the plugin makes no map
+    const auto summary = summary_of("-c " + ini + " -p " HYBRID_EXAMPLE_PLUGIN, empty);
+    return summary["plugins"]["rays"].get<int>();
+  };
+  EXPECT_EQ(rays("yes"), 37 * 361);
+  EXPECT_EQ(rays("no"), 0);
+}
+
+TEST_F(ReplayTest, WhatCannotBecomePartOfTheMapIsLeftOutAndTold) {
+  const std::string arguments = "-c " + config("classed_demo.ini");
+  const auto whole = summary_of(arguments);
+  const auto summary =
+      summary_of(arguments + " --set 'plugins.classes=ClassedBearingRangeKnownIds Refuses' -p " +
+                     HYBRID_BAD_PLUGINS "/hybrid_bad_refuses.so",
+                 2);
+  EXPECT_EQ(summary["status"], "partial");
+  EXPECT_EQ(summary["message"],
+            "left out as not usable 3 times, first in step 2 of the log: observations dropped: not "
+            "usable: a lens cap");
+  EXPECT_EQ(summary["dropped"]["observations dropped: not usable"], 3);
+  EXPECT_EQ(summary["warnings"].size(), 3U);
+  EXPECT_EQ(summary["keyframes"], whole["keyframes"]);
+  EXPECT_EQ(summary["landmarks"], whole["landmarks"]);  // what is sound is all there
+  EXPECT_NEAR(summary["objective"], whole["objective"], 1e-6);
 }
 
 TEST_F(ReplayTest, HelpAndPrintConfigExplain) {

@@ -13,18 +13,23 @@ namespace hybrid {
 
 struct Ran {
   int code = -1;     ///< 128 + signal if it crashed
-  std::string text;  ///< standard output and error
+  std::string text;  ///< standard output, and of run_app error
 };
 
-/// Runs a program of the build with its arguments; `before` is what the shell reads before it.
-inline Ran run_app(const std::string& command, const std::string& before = "") {
+/// Runs a command in a shell.
+inline Ran run_shell(const std::string& command) {
   Ran ran;
-  FILE* pipe = popen((before + HYBRID_BINARY_DIR "/bin/" + command + " 2>&1").c_str(), "r");
+  FILE* pipe = popen(command.c_str(), "r");
   std::array<char, 4096> buffer{};
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
   const int status = pclose(pipe);
   ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return ran;
+}
+
+/// Runs a program of the build with its arguments; `before` is what the shell reads before it.
+inline Ran run_app(const std::string& command, const std::string& before = "") {
+  return run_shell(before + HYBRID_BINARY_DIR "/bin/" + command + " 2>&1");
 }
 
 }  // namespace hybrid

@@ -51,8 +51,8 @@ TEST_F(Simulate, FailsClearly) {
   write("type.ini", "[world]\nlandmarks = many\n");
   write("good.ini", "[world]\nlandmarks = 5\n");
   const std::string out = " -o " + at("x.rawlog");
-  expect_failure("-c " + at("unknown.ini") + out, "unknown.ini:2: [world] has no key 'landmark'");
-  expect_failure("-c " + at("type.ini") + out, "type.ini:2: [world] landmarks = 'many'");
+  expect_failure("-c " + at("unknown.ini") + out, "unknown.ini:2:1: [world] has no key 'landmark'");
+  expect_failure("-c " + at("type.ini") + out, "type.ini:2:1: [world] landmarks = 'many'");
   expect_failure("-c " + at("none.ini") + out, "none.ini: no such file");
   expect_failure("-c " + at("good.ini"), "-o F.rawlog");
   expect_failure("-c " + at("good.ini") + " --seed x" + out, "command line: [simulation] seed");

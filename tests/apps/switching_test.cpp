@@ -72,14 +72,15 @@ TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
 TEST_F(SwitchingApp, BadInputIsNamed) {
   expect_failure("/nonexistent.txt", "/nonexistent.txt: no such file");
   expect_failure(write("empty.txt", ""), "empty.txt: holds no row");
-  expect_failure(write("short.txt", "0 1 2.0\n"), "short.txt:1: 3 columns, but column 5");
+  expect_failure(write("short.txt", "0 1 2.0\n"), "short.txt:1:8: 3 columns; expected: 5 columns");
   expect_failure(write("nan.txt", "# x\n0 1 2 3 nan\n"),
-                 "nan.txt:2: column 5: 'nan' is not a finite number");
-  expect_failure(write("label.txt", "0 1.5 2 3 4\n"), "label 1.5 is not one of");
-  expect_failure(write("short.txt", turning_table(60)), "no instant to learn from is labelled");
-  expect_failure(write("log.txt", "range2 0 -1 0.01 0 0 1\n"), "log.txt:1: a range must not be");
+                 "nan.txt:2:9: 'nan' is not a finite number");
+  expect_failure(write("label.txt", "0 1.5 2 3 4\n"), "label.txt:1:3: '1.5' is not a whole number");
+  expect_failure(write("short.txt", turning_table(60)),
+                 "short.txt: no instant to learn from is labelled");
+  expect_failure(write("log.txt", "range2 0 -1 0.01 0 0 1\n"), "log.txt:1:10: a range must not be");
   expect_failure(write("log.txt", "range2 0 1 0.01 0 0 1\n"), "both are needed");
-  expect_failure(write("log.txt", "range2 0 1 0.01 0 0 1\nwhat 1\n"), "log.txt:2: 'what' is");
+  expect_failure(write("log.txt", "range2 0 1 0.01 0 0 1\nwhat 1\n"), "log.txt:2:1: 'what' is");
 }
 
 TEST_F(SwitchingApp, BeeDance) {

@@ -5,12 +5,10 @@
 // ids under Huber's loss, for maps in the plane. Load it with `hybrid-replay -p` and name it in
 // [plugins] classes.
 
-#include <mrpt/core/initializer.h>
-
 #include <memory>
 
 #include "libhybrid/factors/bearing_range.h"
-#include "mrpt_plugins/mapping/mapping_plugin.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/mapping/sighting.h"
 #include "mrpt_plugins/mapping/space.h"
 
@@ -62,8 +60,4 @@ class RobustBearingRange : public hybrid::MappingPlugin {
 
 }  // namespace example
 
-IMPLEMENTS_MRPT_OBJECT(RobustBearingRange, hybrid::MappingPlugin, example)
-
-MRPT_INITIALIZER(register_example_plugin) {
-  mrpt::rtti::registerClass(CLASS_ID(example::RobustBearingRange));
-}
+HYBRID_REGISTER_PLUGIN(RobustBearingRange, example)

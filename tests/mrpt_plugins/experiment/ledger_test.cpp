@@ -3,6 +3,11 @@
 
 #include "mrpt_plugins/experiment/ledger.h"
 
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+
 #include "libhybrid/core/error.h"
 #include "tests/support/scratch_folder.h"
 
@@ -69,13 +74,43 @@ TEST_F(LedgerTest, StartsAnewAfterACutInTheHeader) {
             0u);
 }
 
-TEST_F(LedgerTest, RefusesOtherColumnsDamageAndASecondWriter) {
+TEST_F(LedgerTest, ALaterRowReplacesAnEarlierOne) {
+  fill();
+  {
+    Ledger ledger(folder, {"a", "b"});
+    TrialResult again = result(0.25);
+    again.status = "unfinished";
+    ledger.append(trial(2), again);
+  }
+  const Ledger ledger(folder, {"a", "b"});
+  EXPECT_EQ(ledger.at(trial(2)).metrics.at("a"), 0.25);
+  EXPECT_FALSE(ledger.at(trial(2)).finished());
+  const std::string text = ledger.text({trial(1), trial(2)});
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);  // a row for each
+}
+
+TEST_F(LedgerTest, ARowThatCannotBeWrittenLeavesTheFileAsItWas) {
+  fill();
+  const std::string whole = read("results.csv");
+  Ledger ledger(folder, {"a", "b"});
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit small = before;
+  small.rlim_cur = whole.size() + 10;
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(ledger.append(trial(3), result(1)), SystemError);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(read("results.csv"), whole);
+  EXPECT_FALSE(ledger.contains(trial(3)));
+  ledger.append(trial(3), result(1));
+  EXPECT_TRUE(Ledger(folder, {"a", "b"}).contains(trial(3)));
+}
+
+TEST_F(LedgerTest, RefusesOtherColumnsAndDamage) {
   fill();
   EXPECT_THROW(Ledger(folder, {"a"}), Error);
-  {
-    const Ledger first(folder, {"a", "b"});
-    EXPECT_THROW(Ledger(folder, {"a", "b"}), Error);
-  }
   const std::string whole = read("results.csv");
   write("results.csv", whole + "g//gnc/0.5/3,g\n");
   EXPECT_THROW(Ledger(folder, {"a", "b"}), Error);

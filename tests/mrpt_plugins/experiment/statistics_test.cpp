@@ -3,7 +3,9 @@
 
 #include "mrpt_plugins/experiment/statistics.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/plots.h"
@@ -21,6 +23,11 @@ TEST(Quartiles, InterpolateBetweenValues) {
   EXPECT_EQ(quartiles({1, 2}).median, 1.5);
   EXPECT_EQ(quartiles({7}).q1, 7);
   EXPECT_TRUE(std::isnan(quartiles({}).median));
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(quartiles({1, 2, infinity}).median, 2);
+  EXPECT_EQ(quartiles({1, 2, infinity}).q3, infinity);
+  EXPECT_EQ(quartiles({1, infinity, infinity}).median, infinity);
+  EXPECT_EQ(quartiles({-infinity, 1, 2}).median, 1);
 }
 
 TEST(Reliability, TextsAddUp) {
@@ -72,7 +79,14 @@ TEST_F(StatisticsTest, SummarizesPoints) {
   EXPECT_EQ(lm.trials, 3u);
   EXPECT_EQ(lm.measured, 2u);
   EXPECT_NEAR(lm.success, 1.0 / 3.0, 1e-12);  // 0.05 m; 0.15 m and the timeout are none
-  EXPECT_NEAR(lm.metrics[2].median, 0.1, 1e-12);
+  const auto metric = [&](const PointSummary& point, const std::string& name) {
+    const auto& names = ledger.metrics();
+    return point.metrics.at(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  // 0.05 and 0.15 m, and a trial that counts as worse than both.
+  EXPECT_NEAR(metric(lm, "ate_mean_m").median, 0.15, 1e-12);
+  EXPECT_EQ(metric(lm, "ate_mean_m").q3, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(metric(lm, "cpu_s").median, 1);
   EXPECT_EQ(points[3].trials, 2u);
   const std::string csv = summary_csv(points, ledger.metrics());
   EXPECT_NE(csv.find("g,,lm,0.5,3,2,0.33"), std::string::npos) << csv;
@@ -81,6 +95,43 @@ TEST_F(StatisticsTest, SummarizesPoints) {
   const Image image = comparison_image(plan, "g", points, ledger.metrics());
   EXPECT_EQ(image.rgb.size(), std::size_t(3) * image.width * image.height);
   EXPECT_THROW(comparison_image(plan, "h", points, ledger.metrics()), std::invalid_argument);
+}
+
+// An algorithm that dies on the hard logs must not look better than one that solves them badly.
+TEST_F(StatisticsTest, AnAlgorithmThatFailsIsNoBetterThanOneThatSolvesBadly) {
+  ExperimentPlan plan;
+  plan.title = "test";
+  GraphPlan graph;
+  graph.name = "g";
+  graph.variants = {""};
+  plan.graphs = {graph};
+  plan.methods = {"steady", "fragile"};
+  plan.outlier_rates = {0.5};
+  plan.trials = 5;
+  Ledger ledger(folder, pose_graph_metrics());
+  for (const Trial& trial : trials_of(plan)) {
+    TrialResult result;
+    const bool hard = trial.seed % 5 < 3;
+    if (hard && trial.method == "fragile") {
+      result.status = "crashed";
+    } else {
+      result.metrics["ate_mean_m"] = hard ? 2.0 : 0.01;
+      result.metrics["precision"] = hard ? 0.5 : 1.0;
+    }
+    ledger.append(trial, result);
+  }
+  const auto points = summarize(plan, ledger);
+  ASSERT_EQ(points.size(), 2u);
+  const auto& names = ledger.metrics();
+  for (const char* name : {"ate_mean_m", "precision"}) {
+    const auto m = std::find(names.begin(), names.end(), name) - names.begin();
+    const double steady = points[0].metrics[m].median, fragile = points[1].metrics[m].median;
+    EXPECT_TRUE(std::isinf(fragile)) << name;
+    EXPECT_EQ(fragile > steady, name == std::string("ate_mean_m")) << name;
+  }
+  EXPECT_NE(summary_table(plan, points, names).find("2 of 5"), std::string::npos);
+  const Image image = comparison_image(plan, "g", points, names);
+  EXPECT_EQ(image.rgb.size(), std::size_t(3) * image.width * image.height);
 }
 
 }  // namespace

@@ -72,10 +72,10 @@ TEST_F(CameraSets, KittiFilesThatEndAtDifferentImagesAreErrors) {
   options.truth = poses(1);
   expect_error(import, "poses.txt: ends with pose 1");
   options.truth = poses(3);
-  expect_error(import, "poses.txt:3: more than 2 true poses");
+  expect_error(import, "poses.txt:3:1: more than 2 true poses");
   options.truth = poses(2);
   options.boxes = write("boxes.txt", box(0, options, 0) + box(2, options, 0));
-  expect_error(import, "boxes.txt:2: image 2, after the end");
+  expect_error(import, "boxes.txt:2:1: image 2, after the end");
   options.oracle_radius = 2;
   options.truth.clear();
   expect_error(import, "an oracle radius needs true poses");

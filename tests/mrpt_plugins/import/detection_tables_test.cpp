@@ -30,7 +30,8 @@ class Tables : public ImportTest {
 };
 
 TEST_F(Tables, InterpolateOdometryAndCountWhatIsLeftOut) {
-  const ImportReport report = import_detection_tables(tables(), log());
+  const DetectionTablesOptions options = tables();
+  const ImportReport report = import_detection_tables(options, log());
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].time, 0.5);
@@ -46,6 +47,11 @@ TEST_F(Tables, InterpolateOdometryAndCountWhatIsLeftOut) {
   EXPECT_NEAR(car.class_scores.at(0), 1, 1e-6);
   EXPECT_NEAR(car.std_range, 0.7, 1e-6);
   EXPECT_EQ(report.dropped.at("detection dropped: range not positive"), 1U);
+  const std::string blank = options.detections + ": ";
+  EXPECT_EQ(report.notes,
+            (std::vector<std::string>{blank + "3 of 4 fields of column id are blank",
+                                      blank + "1 of 4 fields of column score are blank",
+                                      blank + "3 of 4 fields of column sigma_range are blank"}));
   EXPECT_EQ(report.dropped.at("detection dropped: no odometry before or after it"), 1U);
 }
 
@@ -64,17 +70,24 @@ TEST_F(Tables, DirectionsAloneAndPosesInSpace) {
 
 TEST_F(Tables, FaultsAreNamed) {
   const char* odometry = "time,x,y,yaw\n0,0,0,0\n1,1,0,0\n";
-  expect_table_error(odometry, "time,range,jaw\n", "detections.csv:1: unknown column 'jaw'");
-  expect_table_error(odometry, "time,range\n0,1\n", "detections.csv:1: no column 'yaw'");
-  expect_table_error(odometry, "time,range,yaw\n0,inf,0\n", "detections.csv:2: column 2: 'inf'");
-  expect_table_error(odometry, "time,range,yaw\n0,1\n", "detections.csv:2: 2 columns");
-  expect_table_error(odometry, "time,range,yaw\n1,1,0\n0,1,0\n", "detections.csv:3: time goes");
+  expect_table_error(odometry, "time,range,jaw\n", "detections.csv:1:12: unknown column 'jaw'");
+  expect_table_error(odometry, "time,range\n0,1\n", "detections.csv:1:1: no column 'yaw'");
+  expect_table_error(odometry, "time,range,yaw\n0,inf,0\n",
+                     "detections.csv:2:3: 'inf' is not a finite number");
+  expect_table_error(odometry, "time,range,yaw\n0,1\n", "detections.csv:2:4: 2 columns");
+  expect_table_error(odometry, "time,range,yaw\n1,1,0\n0,1,0\n", "detections.csv:3:1: time goes");
   expect_table_error(odometry, "time,range,yaw,class,score\n0,1,0,a,2\n",
                      "score not within 0 and 1");
   expect_table_error("time,x,y\n0,0,0\n", "time,range,yaw\n0,1,0\n",
-                     "odometry.csv:1: no column 'yaw'");
+                     "odometry.csv:1:1: no column 'yaw'");
   expect_table_error("time,x,y,yaw\n0,0,0,0\n0,0,0,0\n", "time,range,yaw\n0,1,0\n",
-                     "odometry.csv:3: time is not after");
+                     "odometry.csv:3:1: time is not after");
+  expect_table_error(odometry, "time,range,yaw\n0,1,69\n",
+                     "detections.csv:2:5: yaw 69 is beyond 2 pi: angles are in radians");
+  expect_table_error(odometry, "time;range;yaw\n0;1,5;0\n", "decimals are written with a point");
+  expect_table_error(odometry, "time,range,yaw,id\n0,1,0,4294967297\n", "is larger than");
+  expect_table_error("time,x,y,yaw\n0,0,0,\n", "time,range,yaw\n0,1,0\n",
+                     "odometry.csv:2:7: an empty column; expected a number");
   expect_table_error(odometry, "time,range,yaw\n7,1,0\n", "no detection has odometry around it");
 }
 

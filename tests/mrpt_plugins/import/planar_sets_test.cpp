@@ -146,17 +146,57 @@ TEST_F(PlanarSets, FaultsAreNamedAndNothingIsWritten) {
   expect_error(run_victoria, "odometry.txt: no such file");
   victoria();
   write("odometry.txt", "0 1 0\n1 one 0\n");
-  expect_error(run_victoria, "odometry.txt:2: column 2: 'one' is not a finite number");
+  expect_error(run_victoria, "odometry.txt:2:3: 'one' is not a number");
   write("odometry.txt", "1 1 0\n0 1 0\n");
-  expect_error(run_victoria, "odometry.txt:2: time goes backwards");
+  expect_error(run_victoria, "odometry.txt:2:1: time goes backwards");
   MrclamOptions options = mrclam();
   write("Robot1_Measurement.dat", "2 63 1 0\n1 63 1 0\n");
-  expect_error([&] { import_mrclam(options, log()); }, "Measurement.dat:2: time goes backwards");
+  expect_error([&] { import_mrclam(options, log()); }, "Measurement.dat:2:1: time goes backwards");
   PlazaOptions plaza;
   plaza.graph = write("bad.fg", "Variable Pose SE2 X1 0 0 0\n");
-  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1: poses out of order");
+  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1:19: poses out of order");
   plaza.graph = write("bad.fg", "Factor Strange X0 X1 1 1 1\n");
-  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1: unknown factor Strange");
+  expect_error([&] { import_plaza(plaza, log()); }, "bad.fg:1:8: unknown factor 'Strange'");
+}
+
+// A number or a column that is missing would shift the others; ids that do not fit would wrap.
+TEST_F(PlanarSets, EveryKindOfRowHasItsOwnLength) {
+  const auto expect_reference = [&](const char* row, const char* part) {
+    victoria();
+    write("victoria_park_known_assoc_gtsam.txt", row);
+    expect_error([&] { import_victoria_park({folder.string()}, log()); }, part);
+  };
+  expect_reference("ODOMETRY 0 1 1 0 0 1 0 0 1 0\n",
+                   "gtsam.txt:1:29: 11 columns; expected: ODOMETRY");
+  expect_reference("ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nLANDMARK 1 7 12 0 1 0\n",
+                   "gtsam.txt:2:22: 7 columns; expected: LANDMARK");
+  expect_reference("ODOMETRY 0 1 1 0 0 1 0 0 1 0 x\n", "gtsam.txt:1:30: 'x' is not a number");
+  expect_reference("ODOMETRY 0 4294967297 1 0 0 1 0 0 1 0 1\n", "'4294967297' is larger than");
+  const MrclamOptions options = mrclam();
+  write("Landmark_Groundtruth.dat", "6 2.0 1.0 0.0001\n");
+  expect_error([&] { import_mrclam(options, log()); }, "Groundtruth.dat:1:11: 4 columns");
+  write("Landmark_Groundtruth.dat", "6 2.0 1.0\n");
+  write("Robot1_Measurement.dat", "1288971999000 63 2.5 0.1\n");
+  expect_error([&] { import_mrclam(options, log()); }, "is not a time in seconds");
+  PlazaOptions plaza;
+  const std::string head = "Variable Pose SE2 X0 0 0 0\nVariable Landmark R2 L0 5 5\n";
+  plaza.graph = write("a.fg", head +
+                                  "Factor AmbiguousDataAssociationFactor Observer X0 Observed "
+                                  "L0 Weights Binary B Observation 6.4 Sigma 0.5\n");
+  expect_error([&] { import_plaza(plaza, log()); }, "a.fg:3:1: expected: Factor Ambiguous");
+  plaza.graph =
+      write("a.fg", head + "Factor SE2R2RangeGaussianLikelihoodFactor X0 L0 6.4 1e-300\n");
+  expect_error([&] { import_plaza(plaza, log()); }, "a.fg:3:53: a standard deviation of 1e-300");
+}
+
+// Whether its last number is whole, a file whose last line has no end does not say.
+TEST_F(PlanarSets, FilesThatEndWithinALineAreNoted) {
+  const VictoriaParkOptions options = victoria();
+  EXPECT_TRUE(import_victoria_park(options, log()).notes.empty());
+  write("gps.txt", "0.5 0 0\n1.0 0.5 0");
+  const ImportReport report = import_victoria_park(options, log());
+  ASSERT_EQ(report.notes.size(), 1u);
+  EXPECT_EQ(report.notes[0], at("gps.txt") + ": its last line has no end; is the file cut off?");
 }
 
 }  // namespace

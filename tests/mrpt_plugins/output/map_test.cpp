@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "mrpt_plugins/output/map_image.h"
@@ -166,7 +167,9 @@ class SceneFileTest : public ::testing::Test {
 
 TEST_F(SceneFileTest, ReloadsWithTheSameObjects) {
   const MapResult map = round_trip(true);
-  save_scene(OutputDirectory(folder_), "scene.3Dscene", map, truth_of(map));
+  OutputDirectory out(folder_);
+  save_scene(out, "scene.3Dscene", map, truth_of(map));
+  out.publish({{"status", "ok"}});
   mrpt::opengl::COpenGLScene scene;
   ASSERT_TRUE(scene.loadFromFile((folder_ / "scene.3Dscene").string()));
   const auto written = make_scene(map, truth_of(map));

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -79,13 +80,14 @@ class WriteSparsity : public testing::Test {
 };
 
 TEST_F(WriteSparsity, WritesFourPictures) {
-  const OutputDirectory out(folder);
+  OutputDirectory out(folder);
   EXPECT_TRUE(write_sparsity(out, graph, {}, {}, "chain").empty());
+  EXPECT_THROW(write_sparsity(out, HybridGraph(), {}, {}, "nothing"), Error);
+  EXPECT_THROW(write_sparsity(out, graph, {}, {Key{'x', 2}}, "half an order"), Error);
+  out.publish({{"status", "ok"}});
   for (const char* name : {"jacobian", "information", "factor", "marginalized"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / ("sparsity_" + std::string(name) + ".png")));
   }
-  EXPECT_THROW(write_sparsity(out, HybridGraph(), {}, {}, "nothing"), Error);
-  EXPECT_THROW(write_sparsity(out, graph, {}, {Key{'x', 2}}, "half an order"), Error);
 }
 
 TEST_F(WriteSparsity, TakesTheOrderOfASmoother) {

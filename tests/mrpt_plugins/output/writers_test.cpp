@@ -152,7 +152,7 @@ TEST(Summary, JsonHasTheFieldsThatScriptsRead) {
   s.truth->landmarks.emplace();
   s.truth->landmarks->matched = 70;
   s.truth->class_accuracy = 0.75;
-  const auto json = nlohmann::json::parse(summary_json(s));
+  const auto json = nlohmann::json::parse(summary_json(s).dump());
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["mode"], "incremental");
   EXPECT_EQ(json["keyframes"], 250);

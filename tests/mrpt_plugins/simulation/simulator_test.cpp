@@ -75,7 +75,7 @@ TEST(Simulator, CommittedLogsComeOutByteForByte) {
 TEST(Simulator, WheelsSlipAndErrAsStated) {
   const Scenario scenario = scenario_of(
       "[path]\nlaps = 20\n[slip]\nstart = 0.1\nstay = 0.5\nmin_share = 0.5\nmax_share = 0.5\n"
-      "sigma_yaw_deg = 0\n[odometry]\nsigma_translation = 1e-6\nsigma_yaw_deg = 1e-6\n"
+      "sigma_yaw_deg = 0\n[odometry]\nsigma_translation = 1e-6\nsigma_yaw_deg = 1e-5\n"
       "scale_translation = 0.8\nscale_rotation = 1.25\ndrift_deg_per_m = 1\n");
   const Simulation s = simulate(scenario);
   double slips = 0;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/program.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <exception>
+#include <new>
+
+#include "apps/exit_code.h"
+#include "mrpt_plugins/bridge/interrupt.h"
+
+namespace hybrid {
+namespace {
+
+void open_standard_files() {
+  for (int file = STDIN_FILENO; file <= STDERR_FILENO; ++file) {
+    if (::fcntl(file, F_GETFD) >= 0) continue;
+    ::open("/dev/null", O_RDWR);  // gets the lowest free number, this one
+  }
+}
+
+std::string program;
+int outcome = kExitFailure;
+std::terminate_handler end_otherwise = nullptr;
+
+/// Needs no memory: it may be what is lacking.
+int failed(const char* why) {
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), why);
+  return outcome;
+}
+
+/// Libraries allocate in functions that must not throw, such as destructors.
+void end_without_memory() {
+  try {
+    if (const auto exception = std::current_exception()) std::rethrow_exception(exception);
+  } catch (const std::bad_alloc&) {
+    std::_Exit(failed("out of memory"));
+  } catch (...) {
+  }
+  end_otherwise();
+}
+
+}  // namespace
+
+int settle(int exit_code) {
+  return outcome = exit_code;
+}
+
+void warn_of_inputs(const Provenance& provenance) {
+  for (const Provenance::Input& input : provenance.inputs) {
+    if (input.warning.empty()) continue;
+    complain("{}: warning: {}: {}\n", program, input.path, input.warning);
+  }
+}
+
+int run_program(const std::string& name, const std::function<int()>& body) {
+  program = name;
+  open_standard_files();
+  end_otherwise = std::set_terminate(end_without_memory);
+  try {
+    return body();
+  } catch (const Interrupted& e) {
+    if (outcome == kExitFailure) outcome = kExitInterrupted + e.signal();
+    return failed(e.what());
+  } catch (const std::bad_alloc&) {
+    return failed("out of memory");
+  } catch (const std::exception& e) {
+    return failed(e.what());
+  } catch (...) {
+    return failed("an exception of unknown type");
+  }
+}
+
+}  // namespace hybrid

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/output/provenance.h"
+
+namespace hybrid {
+
+/// Runs a program: returns the exit code of `body` or, where that throws or runs out of memory in
+/// what must not throw, tells why on standard error and returns the code of a failure or an
+/// interrupt. Where a standard file is closed,
+/// /dev/null takes its place, so that no file of a result gets its number and what is printed.
+int run_program(const std::string& name, const std::function<int()>& body);
+
+/// What `work` returns. An Error that it throws names a file: where its message begins with none of
+/// these, the first is put in front.
+template <class Work>
+auto about(const std::vector<std::string>& files, const Work& work) {
+  try {
+    return work();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& e) {
+    const std::string message = e.what();
+    for (const std::string& file : files) {
+      if (!file.empty() && message.rfind(file, 0) == 0) throw;
+    }
+    throw Error(files.front() + ": " + message);
+  }
+}
+
+/// The result is there, and the program ends with this code whatever comes: what is left to do only
+/// tells the user of it.
+int settle(int exit_code);
+
+/// Prints to standard output or error as far as that can be written.
+template <class... Args>
+void say(fmt::format_string<Args...> format, const Args&... args) {
+  std::fputs(fmt::format(format, args...).c_str(), stdout);
+}
+template <class... Args>
+void complain(fmt::format_string<Args...> format, const Args&... args) {
+  std::fputs(fmt::format(format, args...).c_str(), stderr);
+}
+
+/// Tells what is odd about the input files, on standard error.
+void warn_of_inputs(const Provenance& provenance);
+
+}  // namespace hybrid

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// A plugin that is at fault in three keyframes: it throws, adds a landmark that its one range does
+// not determine, and adds a factor of a pose that does not exist.
+
+#include <memory>
+#include <stdexcept>
+
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/range.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
+
+namespace bad {
+
+class Refuses : public hybrid::MappingPlugin {
+  DEFINE_MRPT_OBJECT(Refuses, bad)
+
+ public:
+  void configure(hybrid::IniSection) override {}
+
+  hybrid::Contribution observe(const hybrid::Frame& frame, const hybrid::MapView&) override {
+    hybrid::Contribution out;
+    ++frames_;
+    if (frames_ == 3) throw std::runtime_error("a lens cap");
+    if (frames_ == 5) {
+      const hybrid::Key point('p', 0);
+      out.delta.values.insert(point, Eigen::Vector2d(1, 2));
+      out.delta.continuous.push_back(std::make_shared<hybrid::Range<hybrid::SE2, Eigen::Vector2d>>(
+          frame.pose, point, 2, hybrid::Noise::unit(1)));
+    }
+    if (frames_ == 7) {
+      out.delta.continuous.push_back(std::make_shared<hybrid::BetweenSE2>(
+          frame.pose, hybrid::Key('x', 1000000), hybrid::SE2(), hybrid::Noise::unit(3)));
+    }
+    return out;
+  }
+
+ private:
+  int frames_ = 0;
+};
+
+}  // namespace bad
+
+HYBRID_REGISTER_PLUGIN(Refuses, bad)

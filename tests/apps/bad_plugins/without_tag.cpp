@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// A plugin registered as MRPT does it, which does not say what it was built for.
+
+#include <mrpt/core/initializer.h>
+
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+
+namespace example {
+
+class WithoutTag : public hybrid::MappingPlugin {
+  DEFINE_MRPT_OBJECT(WithoutTag, example)
+
+ public:
+  void configure(hybrid::IniSection) override {}
+  hybrid::Contribution observe(const hybrid::Frame&, const hybrid::MapView&) override { return {}; }
+};
+
+}  // namespace example
+
+IMPLEMENTS_MRPT_OBJECT(WithoutTag, hybrid::MappingPlugin, example)
+
+MRPT_INITIALIZER(register_without_tag) {
+  mrpt::rtti::registerClass(CLASS_ID(example::WithoutTag));
+}
