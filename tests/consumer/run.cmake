@@ -27,8 +27,14 @@ foreach(package ${packages})
   endforeach()
 endforeach()
 
-# A user may or may not compile for the processor of the machine; Eigen objects cross the border in both cases.
-foreach(flags "" "-march=native")
+# A user may or may not compile for the processor of the machine, or with the address sanitizer; Eigen objects cross
+# the border in all cases.
+set(ways "-O1" "-march=native")
+if(NOT SANITIZE)
+  list(APPEND ways "-fsanitize=address -O1")
+  set(ENV{ASAN_OPTIONS} detect_leaks=0)  # what MRPT keeps to its end is not ours
+endif()
+foreach(flags ${ways})
   file(REMOVE_RECURSE ${build})
   if(SANITIZE)
     string(APPEND flags " -fsanitize=${SANITIZE}")
@@ -41,3 +47,16 @@ foreach(flags "" "-march=native")
     run(${build}/example_mrpt)
   endif()
 endforeach()
+
+# Without the flags of the target, a program in which Eigen would allocate otherwise does not compile, whatever it
+# includes.
+file(WRITE ${WORK_DIR}/graph.cpp "#include \"libhybrid/hybrid/graph.h\"\nint main() {}\n")
+foreach(flag -mavx2 -fsanitize=address)
+  execute_process(COMMAND ${CXX} -std=c++17 ${flag} -I${prefix}/include/hybrid -isystem ${EIGEN} -fsyntax-only
+                          ${WORK_DIR}/graph.cpp RESULT_VARIABLE code ERROR_VARIABLE output)
+  string(FIND "${output}" "use hybrid::hybrid of CMake" at)
+  if(code EQUAL 0 OR at EQUAL -1)
+    message(FATAL_ERROR "compiling with ${flag} should explain itself, but gave ${code}:\n${output}")
+  endif()
+endforeach()
+run(${CXX} -std=c++17 -I${prefix}/include/hybrid -isystem ${EIGEN} -fsyntax-only ${WORK_DIR}/graph.cpp)

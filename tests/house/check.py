@@ -30,15 +30,21 @@ FLOORS = [
     {"hybrid"},
     {"linear"},
     {"solvers", "io"},
-    {"marginals", "smoother"},
+    {"marginals"},
+    {"smoother"},
     {"association", "registration", "robust", "switching"},
 ]
+
+# Included by all installed headers that show Eigen types.
+EIGEN = "libhybrid/geometry/eigen.h"
 
 FOREIGN = re.compile(r"^(mrpt|opencv2?|cv|nlohmann|fmt|CLI|rclcpp|ros)\b", re.IGNORECASE)
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b")
 MACHINE_PATH = re.compile(r"(?<![\w.}/~-])/(work|home|root|Users)/")
 MACRO = re.compile(r"^\s*#\s*define\b")
+# MRPT registers classes with macros only; ours joins two of them.
+OUR_MACRO = re.compile(r"^#define HYBRID_REGISTER_PLUGIN\(")
 PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
 
 NOT_OURS = {".git", "compile_commands.json"}
@@ -88,10 +94,31 @@ def check_code(path, lines):
             message = check_include(path, include.group(2), include.group(1) == '"')
             if message:
                 yield number, message
-        if top in ("libhybrid", "mrpt_plugins", "apps") and MACRO.match(line):
+        if (top in ("libhybrid", "mrpt_plugins", "apps") and MACRO.match(line)
+                and not OUR_MACRO.match(line)):
             yield number, "a macro of our own"
         if top in ("libhybrid", "mrpt_plugins") and PRINTS.search(line):
             yield number, "libraries do not print"
+
+
+def check_own_header(path, text):
+    """A message unless a source includes its own header first: so that header needs no other."""
+    own = pathlib.PurePath(path).with_suffix(".h").as_posix()
+    first = next((m.group(2) for m in map(INCLUDE.match, text.splitlines()) if m), None)
+    return None if first == own else f"the first include must be {own}"
+
+
+def check_eigen(includes):
+    """A finding for each header that shows Eigen but reaches EIGEN through none of its includes."""
+
+    def reaches(header, seen):
+        return header == EIGEN or any(
+            reaches(h, seen) for h in includes.get(header, ()) if not (h in seen or seen.add(h)))
+
+    for header in sorted(includes):
+        shows = any(target.startswith("Eigen/") for target in includes[header])
+        if shows and not reaches(header, {header}):
+            yield f"{header}:1: shows Eigen without {EIGEN}, which checks how Eigen is compiled"
 
 
 def is_source(path, lines):
@@ -167,7 +194,7 @@ def flat(text):
 
 def check_tree(root):
     """All findings as 'file:line: message', and the number of files looked at."""
-    findings, count, edges = [], 0, {}
+    findings, count, edges, includes = [], 0, {}, {}
     for file in files_of(root):
         if not file.is_file() or file.suffix not in TEXT or "__pycache__" in file.parts:
             continue
@@ -181,7 +208,13 @@ def check_tree(root):
         findings += [f"{path}:{line}: {message}" for line, message in check_file(path, text)]
         if path.startswith("mrpt_plugins/"):
             room_edges(path, text, edges)
+        if file.suffix == ".h" and path.split("/")[0] in ("libhybrid", "mrpt_plugins"):
+            includes[path] = [m.group(2) for m in map(INCLUDE.match, text.splitlines()) if m]
+        if file.suffix == ".cpp" and file.with_suffix(".h").exists():
+            message = check_own_header(path, text)
+            findings += [f"{path}:1: {message}"] if message else []
     findings += [f"{where}: {message}" for where, message in check_cycles(edges)]
+    findings += check_eigen(includes)
     findings += check_examples(root)
     return findings, count
 

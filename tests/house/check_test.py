@@ -76,6 +76,28 @@ class CheckTest(unittest.TestCase):
         self.expect("libhybrid/core/a.cpp", code('#include "key.h"'),
                     ("libhybrid/core/a.cpp:3:", "from the top"))
 
+    def test_the_header_of_a_source_comes_first(self):
+        header, other = code("#pragma once"), '#include "libhybrid/core/b.h"'
+        own = '#include "libhybrid/core/a.h"'
+        good = {"libhybrid/core/a.h": header, "libhybrid/core/a.cpp": code(own, other)}
+        self.assertEqual(findings(good), [])
+        for lines in ((other, own), ("#include <vector>", own), (other,)):
+            found = findings({**good, "libhybrid/core/a.cpp": code(*lines)})
+            self.assertEqual(len(found), 1, found)
+            self.assertIn("the first include must be libhybrid/core/a.h", found[0])
+
+    def test_headers_that_show_eigen_check_how_it_is_compiled(self):
+        show = ("#pragma once", "#include <Eigen/Geometry>")
+        good = {
+            check.EIGEN: code("#pragma once", "#include <Eigen/Core>"),
+            "libhybrid/core/a.h": code(*show, f'#include "{check.EIGEN}"'),
+            "mrpt_plugins/output/b.h": code(*show, '#include "libhybrid/core/a.h"'),
+        }
+        self.assertEqual(findings(good), [])
+        found = findings({**good, "libhybrid/core/a.h": code(*show)})
+        self.assertEqual([line.split(":")[0] for line in found],
+                         ["libhybrid/core/a.h", "mrpt_plugins/output/b.h"])
+
     def test_spdx_header(self):
         self.expect("bench/a.cpp", "int x;\n", ("bench/a.cpp:1:", "SPDX"))
         self.expect("scripts/run", "#!/bin/sh\ntrue\n", ("scripts/run:1:", "SPDX"))

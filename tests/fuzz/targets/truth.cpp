@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// Files that tell what is true, and other small tables; the first byte chooses the reader.
+
+#include "libhybrid/io/object_sightings.h"
+#include "libhybrid/io/read_pairs.h"
+#include "mrpt_plugins/input/association_truth.h"
+#include "mrpt_plugins/input/graph_truth.h"
+#include "mrpt_plugins/input/ground_truth.h"
+#include "mrpt_plugins/input/mode_truth.h"
+#include "tests/fuzz/targets/fuzz_input.h"
+
+using namespace hybrid;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::Folder folder;
+  static const std::string objects =
+      folder.write("odom.txt", "0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n");
+  fuzz::Input input(data, size);
+  const std::size_t reader = input.choose(10);
+  const char* name = reader == 1 ? "a.tum" : reader == 9 ? "det_cup.txt" : "a.txt";
+  const std::string path = folder.write(name, input.rest());
+  fuzz::allow_error([&] {
+    switch (reader) {
+      case 0:
+        return void(read_true_landmarks(path));
+      case 1:
+        return void(read_tum(path));
+      case 2:
+        return void(read_true_path(path));
+      case 3:
+        return void(read_positions(path));
+      case 4:
+        return void(read_true_modes(path));
+      case 5:
+        return void(read_true_associations(path));
+      case 6:
+        return void(read_pairs(path, true));
+      case 7:
+        return void(read_true_poses(path, "", {Key('x', 0), Key('x', 1)}));
+      case 8:
+        return void(read_true_poses(path, path, {Key('x', 0)}));
+      default:
+        return void(read_object_sequence(std::filesystem::path(path).parent_path()));
+    }
+  });
+  return 0;
+}
