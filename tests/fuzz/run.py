@@ -115,6 +115,14 @@ def run_case(entry, name, kind, rng, binaries, base, expected, over_former):
     return outcome.classify(run, out, expected, fault, names, former, lasting)
 
 
+def keep_files(source, target):
+    """Copies the regular files of a case; a huge one has no content worth the disk."""
+    target.mkdir(parents=True, exist_ok=True)
+    for path in sorted(source.iterdir()):
+        if path.is_file() and not path.is_symlink() and path.stat().st_size < 1 << 26:
+            shutil.copy(path, target)
+
+
 def table(rows, columns, counts):
     """Markdown, with the sums of all columns below."""
     lines = ["| | cases | " + " | ".join(columns) + " |", "|---|" + "---|" * (len(columns) + 1)]
@@ -170,9 +178,7 @@ def main():
             print(f"case {seed}:{first + i}: {entry.name}, {name}, {kind}: {result}: {why}",
                   flush=True)
             if keep:
-                shutil.copytree(base / "in", keep / f"{seed}_{first + i}", symlinks=True,
-                                dirs_exist_ok=True, ignore=lambda d, names: [
-                                    n for n in names if not os.path.isfile(os.path.join(d, n))])
+                keep_files(base / "in", keep / f"{seed}_{first + i}")
         shutil.rmtree(base)
         return (entry, name, kind), (result, why)
 
