@@ -236,6 +236,10 @@ int write_reports(const std::vector<ObjectReport>& reports, const std::filesyste
   summary["sequences"] = sequences;
   const std::vector<std::string> told = out.publish(summary);
   const int code = settle(astray.empty() ? kExitOk : kExitPartial);
+  for (const ObjectReport& report : reports) {
+    if (!report.sequence.truth.empty()) continue;
+    complain("hybrid-objects: {}: no cam_gt.txt, so there are no errors to tell\n", report.name);
+  }
   for (const std::string& text : told) complain("hybrid-objects: {}\n", text);
   if (!message.empty()) complain("hybrid-objects: {}\n", message);
   return code;

@@ -55,12 +55,14 @@ TEST_F(ObjectsApp, WritesObjectsTrajectorySummaryAndPicture) {
   EXPECT_EQ(ours["method"], "switches");
   EXPECT_EQ(ours["inliers"], 20);
   EXPECT_LT(ours["object_mean_m"], 1e-3);
+  EXPECT_EQ(text_.find("cam_gt.txt"), std::string::npos) << text_;
 }
 
 TEST_F(ObjectsApp, TruthIsOptional) {
   write_sequence(false);
   ASSERT_EQ(run((folder / "table").string()), 0) << text_;
   EXPECT_NE(text_.find("20/30"), std::string::npos) << text_;
+  EXPECT_NE(text_.find("table: no cam_gt.txt"), std::string::npos) << text_;
 }
 
 TEST_F(ObjectsApp, BadInputWritesNothing) {
