@@ -6,10 +6,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -20,7 +20,6 @@ namespace {
 constexpr int kMaxSteps = 10;     // of Gauss-Newton
 constexpr double kSmall = 1e-6;   // step at which it ends
 constexpr int kMaxMatchings = 8;  // in turn with it
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Pose>
 class PlaceSearch {

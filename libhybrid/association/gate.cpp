@@ -4,12 +4,12 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <limits>
+
+#include "libhybrid/core/infinity.h"
 
 namespace hybrid {
 
 GaussianScore gaussian_score(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
   if (llt.info() != Eigen::Success) return {kInfinity, kInfinity};
   const Eigen::VectorXd whitened = llt.matrixL().solve(residual);

@@ -4,16 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/infinity.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kFree = -2;  // a row whose column is not prescribed
 
 void check(const MatchingProblem& problem) {

@@ -4,18 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/local_search.h"
 #include "libhybrid/discrete/variable_elimination.h"
 
 namespace hybrid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::string names(const DiscreteGraph& graph, const std::vector<int>& variables) {
   std::string text;

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "libhybrid/core/infinity.h"
 
 namespace hybrid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Walks the rows of a dense table (all but its last variable) and, beside it, an offset that
 /// advances by other steps.

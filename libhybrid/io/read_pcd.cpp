@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kMostPoints = std::int64_t{1} << 31;
 constexpr std::int64_t kMostValues = 1000;  // of a field
 
-struct Header {
+struct PcdHeader {
   std::vector<std::string> fields;
   std::vector<std::size_t> counts;  // values of each field; empty: one of each
   std::int64_t points = 0;
@@ -21,8 +21,8 @@ struct Header {
 };
 
 /// The header up to its DATA line.
-Header read_header(TextReader& text) {
-  Header header;
+PcdHeader read_pcd_header(TextReader& text) {
+  PcdHeader header;
   std::int64_t width = 0, height = 1;
   TextRow row;
   while (text.next(row)) {
@@ -58,7 +58,7 @@ Header read_header(TextReader& text) {
 
 PointFile read_pcd(const std::string& path) {
   TextReader text(path, {TextFormat::Cut::kWords, "#"});
-  const Header header = read_header(text);
+  const PcdHeader header = read_pcd_header(text);
   if (!header.counts.empty() && header.counts.size() != header.fields.size()) {
     text.fail("COUNT and FIELDS differ in length");
   }

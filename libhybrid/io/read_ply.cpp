@@ -34,7 +34,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   Encoding encoding = Encoding::kText;
   std::vector<Element> elements;
 };
@@ -51,7 +51,7 @@ Scalar scalar(const TextRow& row, std::size_t i) {
   row.fail(i, in_quotes(row[i]) + " is not a type of PLY");
 }
 
-void read_property(const TextRow& row, Header& header) {
+void read_property(const TextRow& row, PlyHeader& header) {
   if (header.elements.empty()) row.fail("a property before the first element");
   const bool list = row.size() == 5 && row[1] == "list";
   if (!list) row.expect(3, "property TYPE NAME");
@@ -70,12 +70,12 @@ Encoding encoding(const TextRow& row) {
   row.fail(1, "unknown format " + in_quotes(row[1]));
 }
 
-Header read_header(TextReader& text) {
+PlyHeader read_ply_header(TextReader& text) {
   TextRow row;
   if (!text.next(row) || row.size() != 1 || row[0] != "ply") {
     text.fail("not a PLY file: it does not begin with 'ply'");
   }
-  Header header;
+  PlyHeader header;
   bool format = false;
   while (text.next(row)) {
     if (row[0] == "comment" || row[0] == "obj_info") continue;
@@ -199,7 +199,7 @@ void read_binary(TextReader& data, bool big_endian, const Element& element, Poin
 
 PointFile read_ply(const std::string& path) {
   TextReader text(path, {TextFormat::Cut::kWords, ""});
-  const Header header = read_header(text);
+  const PlyHeader header = read_ply_header(text);
   PointFile file;
   bool has_points = false;
   for (const Element& element : header.elements) {

@@ -15,7 +15,7 @@ namespace {
 constexpr double kNewDirection = 1e-9;
 /// Where the information on a direction falls below this share, nothing but the factor that went
 /// told of it. Covariances are good to some 1e-12.
-constexpr double kUndetermined = 1e-10;
+constexpr double kLeastDirectionShare = 1e-10;
 
 /// An orthonormal basis, as columns, of the directions that the rows of some factors measure.
 Eigen::MatrixXd basis(const std::vector<LinearRows>& factors, int size) {
@@ -106,7 +106,7 @@ std::optional<double> Exchange::log_change(const std::vector<int>& chosen) const
   double sign = lu.permutationP().determinant();
   for (int i = 0; i < size; ++i) {
     const double pivot = lu.matrixLU()(i, i);
-    if (!(std::abs(pivot) > kUndetermined)) return std::nullopt;
+    if (!(std::abs(pivot) > kLeastDirectionShare)) return std::nullopt;
     log_det += std::log(std::abs(pivot));
     if (pivot < 0.0) sign = -sign;
   }

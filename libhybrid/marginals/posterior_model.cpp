@@ -3,8 +3,8 @@
 #include "libhybrid/marginals/posterior_model.h"
 
 #include <algorithm>
-#include <limits>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/marginals/log_determinant.h"
 #include "libhybrid/marginals/outside.h"
@@ -13,12 +13,11 @@
 namespace hybrid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Graphs of at most so many dimensions are solved whole.
 constexpr int kWholeGraph = 32;
 /// Where the information on a scalar, the others known as they are, falls below this share of what
 /// the estimate has, nothing tells of it but rounding: see Exchange.
-constexpr double kUndetermined = 1e-10;
+constexpr double kLeastInformationShare = 1e-10;
 
 int dimensions(const HybridGraph& graph, const Values& values) {
   std::unordered_map<Key, bool> seen;
@@ -293,7 +292,7 @@ std::optional<double> PosteriorModel::solve(const std::vector<int>& values) {
     const int block = problem_->block(variances_[k].first);
     for (int i = 0; i < variances_[k].second.size(); ++i) {
       const double root = problem_->system().pivot_root(problem_->system().start(block) + i);
-      if (root * root * variances_[k].second[i] > kUndetermined) continue;
+      if (root * root * variances_[k].second[i] > kLeastInformationShare) continue;
       if (under_constrained_.empty()) under_constrained_ = {variances_[k].first};
       return std::nullopt;
     }

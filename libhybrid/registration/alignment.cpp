@@ -12,10 +12,8 @@
 namespace hybrid {
 namespace {
 
-constexpr int kChunk = 1024;  // points of one task; fixed, for sums not to depend on threads
-
 int chunks_of(std::size_t count) {
-  return static_cast<int>((count + kChunk - 1) / kChunk);
+  return static_cast<int>((count + kPointsPerTask - 1) / kPointsPerTask);
 }
 
 /// The sums from which the normal equations follow, over p from the pivot and r = p - q.
@@ -87,8 +85,8 @@ double Alignment::match(const SE3& T_target_source) {
   std::vector<Tally> tallies(chunks_of(size()));
   pool_->run(static_cast<int>(tallies.size()), [&](int chunk) {
     Tally tally;
-    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kChunk);
-    for (std::size_t i = std::size_t(chunk) * kChunk; i < end; ++i) {
+    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kPointsPerTask);
+    for (std::size_t i = std::size_t(chunk) * kPointsPerTask; i < end; ++i) {
       double distance = 0.0;
       const int matched =
           target_->match(R * source_[i] + t, noise_, weights, assignment_[i], distance);
@@ -117,8 +115,8 @@ Sum Alignment::sum_over_pairs(const SE3& T_target_source, const Visit& visit) co
   std::vector<Sum> sums(chunks_of(size()));
   pool_->run(static_cast<int>(sums.size()), [&](int chunk) {
     Sum sum{};
-    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kChunk);
-    for (std::size_t i = std::size_t(chunk) * kChunk; i < end; ++i) {
+    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kPointsPerTask);
+    for (std::size_t i = std::size_t(chunk) * kPointsPerTask; i < end; ++i) {
       const int k = assignment_[i];
       if (k < 0) continue;
       const Eigen::Vector3d p = R * source_[i] + t;

@@ -11,7 +11,6 @@ namespace hybrid {
 namespace {
 
 constexpr int kLeaf = 8;
-constexpr int kChunk = 1024;  // points of one task; fixed, for results not to depend on threads
 
 /// The cloud as nanoflann reads it.
 struct Adaptor {
@@ -99,12 +98,12 @@ std::vector<int> TargetCloud::nearest(const Eigen::Vector3d& p, int k) const {
 
 void TargetCloud::estimate_directions(WorkerPool& pool) {
   const int column = shape_ == LocalShape::kSurface ? 0 : 2;  // of the least or largest spread
-  const int chunks = (static_cast<int>(size()) + kChunk - 1) / kChunk;
+  const int chunks = (static_cast<int>(size()) + kPointsPerTask - 1) / kPointsPerTask;
   pool.run(chunks, [&](int chunk) {
     std::vector<std::uint32_t> found(kNeighbours);
     std::vector<double> distances(kNeighbours);
-    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kChunk);
-    for (std::size_t i = std::size_t(chunk) * kChunk; i < end; ++i) {
+    const std::size_t end = std::min(size(), std::size_t(chunk + 1) * kPointsPerTask);
+    for (std::size_t i = std::size_t(chunk) * kPointsPerTask; i < end; ++i) {
       found.resize(kNeighbours);
       found.resize(
           tree_->index.knnSearch(points_[i].data(), kNeighbours, found.data(), distances.data()));

@@ -11,6 +11,9 @@
 
 namespace hybrid {
 
+/// Points that one task treats: fixed, so that sums do not depend on the number of threads.
+inline constexpr int kPointsPerTask = 1024;
+
 /// What the neighbourhood of a target point says about where its counterpart may lie.
 enum class LocalShape {
   kPoint,    ///< nothing: the point itself, with the same noise in all directions

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/infinity.h"
 
 namespace hybrid {
 namespace {
@@ -25,7 +25,6 @@ constexpr std::size_t kReconsidered = 50;
 /// All closures are judged again when there are so many times those of the last time, and more.
 constexpr std::size_t kGrowth = 4;
 constexpr std::size_t kFewClosures = 20;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Clock = std::chrono::steady_clock;
 

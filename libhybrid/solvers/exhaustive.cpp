@@ -2,16 +2,14 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/solvers/exhaustive.h"
 
-#include <limits>
 #include <string>
 #include <utility>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Assignment nth_assignment(const std::vector<DiscreteKey>& keys, std::size_t n) {
   Assignment assignment;

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kFirstDamping = 1e-4;  ///< after a Gauss-Newton step that failed
+constexpr double kDampingAfterFailure = 1e-4;  ///< after a Gauss-Newton step that failed
 constexpr double kSmallestDamping = 1e-9;
 constexpr double kLargestDamping = 1e14;
 
@@ -39,7 +39,7 @@ class Damping {
     value_ = std::max(value_, least_);
   }
   void reject() {
-    value_ = std::max({value_ * growth_, kFirstDamping, suspended_});
+    value_ = std::max({value_ * growth_, kDampingAfterFailure, suspended_});
     growth_ *= 2.0;
   }
   /// Tries the Gauss-Newton step next, to go on with the present damping if that is rejected. Only

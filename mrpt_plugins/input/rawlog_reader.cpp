@@ -13,7 +13,7 @@
 #include <limits>
 #include <utility>
 
-#include "libhybrid/io/quoted.h"
+#include "libhybrid/io/escaped.h"
 
 namespace hybrid {
 namespace {

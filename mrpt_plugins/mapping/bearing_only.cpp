@@ -17,14 +17,6 @@
 HYBRID_REGISTER_PLUGIN(BearingOnlyKnownIds, hybrid)
 
 namespace hybrid {
-namespace {
-
-Key position_key(std::int64_t id) {
-  return {'l', static_cast<std::uint64_t>(id)};
-}
-
-}  // namespace
-
 void BearingOnlyKnownIds::configure(IniSection section) {
   sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
   least_depth_ =

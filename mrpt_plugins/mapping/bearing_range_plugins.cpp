@@ -47,10 +47,6 @@ void for_each_identified(const Frame& frame, bool is_3d, const std::vector<std::
   }
 }
 
-Key position_key(std::int64_t id) {
-  return {'l', static_cast<std::uint64_t>(id)};
-}
-
 bool is_new(std::int64_t id, const MapView& map, const Contribution& out) {
   const auto same = [id](const Landmark& landmark) { return landmark.id == id; };
   return map.landmarks.find(id) == nullptr &&

@@ -7,23 +7,22 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastScore = 1e-6;
 constexpr std::size_t kFewestForMotion = 3;  // detections
 
 /// -log of how well the scores of a detection go with those of a track so far; 0 without classes.
-double class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {
+double tracklet_class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {
   if (scores.empty() || evidence.empty()) return 0;
   const double top = *std::max_element(evidence.begin(), evidence.end());
   double sum = 0, agree = 0;
@@ -122,7 +121,8 @@ std::vector<int> Gathering::match(const Sensor& sensor, const std::vector<Seen>&
           score.chi_square <= chi_square_quantile(options_.gate, static_cast<int>(mean.size()));
       if (!d.id && !near) continue;
       problem.matched(i, j) =
-          d.id ? 0.0 : score.cost + class_cost(d.class_probabilities, track.class_evidence);
+          d.id ? 0.0
+               : score.cost + tracklet_class_cost(d.class_probabilities, track.class_evidence);
       worst = std::max(worst, std::abs(problem.matched(i, j)));
     }
   }

@@ -61,6 +61,10 @@ ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& fr
       to_se2(frame.T_robot_sensor));
 }
 
+Key position_key(std::int64_t id) {
+  return {'l', static_cast<std::uint64_t>(id)};
+}
+
 Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,
                               const Detection& detection) {
   const mrpt::poses::CPose3D direction(0, 0, 0, detection.yaw, detection.pitch, 0);

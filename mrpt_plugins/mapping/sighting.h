@@ -6,6 +6,7 @@
 #include <mrpt/poses/CPose3D.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -28,6 +29,9 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
 /// The direction alone, with a standard deviation added to its noise [rad].
 ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
                                    const Detection& detection, bool is_3d, double extra_sigma = 0);
+
+/// The position of the landmark that the log gives this id.
+Key position_key(std::int64_t id);
 
 /// Where the detection puts its landmark in the map [m].
 Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,

@@ -15,7 +15,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kPanel = 310;  // width of the legend's column
+constexpr double kLegendWidth = 310;  // width of the legend's column
 
 std::vector<Pixel> to_pixels(const Axes& axes, const Trajectory& path) {
   std::vector<Pixel> out;
@@ -106,7 +106,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
                 const std::optional<Extent>& shown) {
   Canvas canvas(width, height);
-  const Box box{110, 95, width - kPanel - 55, height - 85.0};
+  const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
   const Extent extent = shown ? *shown : map_extent(result, truth);
   const double rim = 0.05 * (extent.high - extent.low).head<2>().maxCoeff();
   Axis x{"x (m)", Scale::kLinear, {{extent.low.x() - rim, extent.high.x() + rim}}};
@@ -136,7 +136,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 
-  Legend legend(canvas, {box.right + 30, box.top + 14}, kPanel);
+  Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
@@ -146,7 +146,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
     legend.note(
         fmt::format("{} of {} ids shown, the others had no room.", ids, result.landmarks.size()));
   }
-  scale_bar(canvas, {box.right + 34, box.bottom - 40}, axes.pixels_per_unit(), kPanel - 40);
+  scale_bar(canvas, {box.right + 34, box.bottom - 40}, axes.pixels_per_unit(), kLegendWidth - 40);
   return canvas.image();
 }
 

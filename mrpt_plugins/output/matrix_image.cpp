@@ -18,7 +18,7 @@ namespace {
 constexpr double kFrame = 900;        // pixels of the longer side of a matrix
 constexpr double kShortest = 450;     // of the shorter one; below it, the scales differ
 constexpr int kSmallestDot = 4;       // of the sheet, which has twice the resolution
-constexpr double kTop = 205;          // room for the texts above a matrix
+constexpr double kTextHeight = 205;   // room for the texts above a matrix
 constexpr double kLeft = 140;         // and beside it, for the numbers of the rows
 constexpr double kBetween = 40;       // between the panels
 constexpr double kNarrowest = 820;    // room for the texts of a single panel
@@ -98,9 +98,9 @@ void draw_panel(Canvas& canvas, const Pixel& corner, const MatrixPanel& panel, c
   style.size = 14;
   style.color = kRemark;
   const std::string note = dot_note(panel, frame);
-  canvas.text(corner - Pixel(0, kTop - 106),
+  canvas.text(corner - Pixel(0, kTextHeight - 106),
               note.empty() ? panel.heading : panel.heading + "; " + note, style);
-  draw_legend(canvas, corner - Pixel(0, kTop - 140), panel);
+  draw_legend(canvas, corner - Pixel(0, kTextHeight - 140), panel);
   const Box box{corner.x(), corner.y(), corner.x() + frame.width, corner.y() + frame.height};
   const Axis x{panel.column_label, Scale::kLinear, {{0.0, double(panel.columns)}}};
   const Axis y{panel.row_label, Scale::kLinear, {{0.0, double(panel.rows)}}};
@@ -124,7 +124,7 @@ Image matrix_image(const std::string& title, const std::string& subtitle,
     width += kLeft + std::max<double>(frames.back().width, kNarrowest) + kBetween;
     height = std::max<double>(height, frames.back().height);
   }
-  Canvas canvas(static_cast<int>(width), static_cast<int>(kTop + height + 90));
+  Canvas canvas(static_cast<int>(width), static_cast<int>(kTextHeight + height + 90));
   TextStyle style;
   style.size = 21;
   style.bold = true;
@@ -134,7 +134,7 @@ Image matrix_image(const std::string& title, const std::string& subtitle,
   canvas.text({kLeft, 70}, subtitle, style);
   double left = kLeft;
   for (std::size_t i = 0; i < panels.size(); ++i) {
-    draw_panel(canvas, {left, kTop}, panels[i], frames[i]);
+    draw_panel(canvas, {left, kTextHeight}, panels[i], frames[i]);
     left += std::max<double>(frames[i].width, kNarrowest) + kBetween + kLeft;
   }
   return canvas.image();

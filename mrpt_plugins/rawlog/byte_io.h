@@ -13,6 +13,11 @@
 
 namespace hybrid {
 
+/// std::string_view::starts_with of C++20.
+inline bool starts_with(std::string_view text, std::string_view with) {
+  return text.substr(0, with.size()) == with;
+}
+
 /// Numbers and texts one after the other, as the processor stores them: for another process of the
 /// same machine.
 class ByteWriter {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "mrpt_plugins/rawlog/byte_io.h"
+
 namespace hybrid {
 namespace {
 
@@ -41,10 +43,6 @@ constexpr Kind kText[] = {
     {"{", "this is JSON, not a rawlog"},
     {"<", "this is XML or HTML, not a rawlog"},
 };
-
-bool starts_with(std::string_view text, std::string_view with) {
-  return text.substr(0, with.size()) == with;
-}
 
 bool is_text(std::string_view head) {
   return !head.empty() && (head[0] & 0x80) == 0 &&

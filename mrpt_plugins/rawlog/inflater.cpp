@@ -10,16 +10,14 @@
 #include <limits>
 #include <new>
 
+#include "mrpt_plugins/rawlog/byte_io.h"
+
 namespace hybrid {
 namespace {
 
 constexpr std::string_view kGzipMagic("\x1f\x8b", 2);
 constexpr std::string_view kZstdMagic("\x28\xb5\x2f\xfd", 4);
 constexpr std::string_view kZstdSkippable("\x2a\x4d\x18", 3);  // behind a byte 0x50 .. 0x5f
-
-bool starts_with(std::string_view text, std::string_view with) {
-  return text.substr(0, with.size()) == with;
-}
 
 bool begins_zstd(std::string_view head) {
   return starts_with(head, kZstdMagic) ||

@@ -11,7 +11,7 @@
 namespace hybrid {
 namespace {
 
-enum class Kind : std::uint8_t {
+enum class RecordKind : std::uint8_t {
   kStarted,
   kParsing,
   kActions,
@@ -29,44 +29,44 @@ struct ContentWriter {
   ByteWriter& out;
   const AskedClasses& asked;
 
-  Kind operator()(const ParserStarted& started) const {
+  RecordKind operator()(const ParserStarted& started) const {
     out.put_flag(started.is_confined);
-    return Kind::kStarted;
+    return RecordKind::kStarted;
   }
-  Kind operator()(const ParsingClass& parsing) const {
+  RecordKind operator()(const ParsingClass& parsing) const {
     out.put_text(parsing.name);
-    return Kind::kParsing;
+    return RecordKind::kParsing;
   }
-  Kind operator()(const LogEnd& end) const {
+  RecordKind operator()(const LogEnd& end) const {
     out.put(static_cast<std::uint8_t>(end.status));
     out.put_text(end.reason);
     out.put_flag(end.has_trailing_bytes);
-    return Kind::kEnd;
+    return RecordKind::kEnd;
   }
-  Kind operator()(const LogObject& object) const { return std::visit(*this, object); }
+  RecordKind operator()(const LogObject& object) const { return std::visit(*this, object); }
 
-  Kind operator()(const LoggedActions& actions) const {
+  RecordKind operator()(const LoggedActions& actions) const {
     write_time(out, actions.time);
     out.put(static_cast<std::uint8_t>(actions.motion.index()));
     std::visit(*this, actions.motion);
-    return Kind::kActions;
+    return RecordKind::kActions;
   }
-  Kind operator()(const LoggedFrame& frame) const {
+  RecordKind operator()(const LoggedFrame& frame) const {
     out.put(static_cast<std::uint32_t>(frame.observations.size()));
     for (const LoggedObservation& o : frame.observations) write_observation(out, o, asked);
-    return Kind::kFrame;
+    return RecordKind::kFrame;
   }
-  Kind operator()(const LoggedObservation& observation) const {
+  RecordKind operator()(const LoggedObservation& observation) const {
     write_observation(out, observation, asked);
-    return Kind::kObservation;
+    return RecordKind::kObservation;
   }
-  Kind operator()(const LoggedPoints& points) const {
+  RecordKind operator()(const LoggedPoints& points) const {
     write_points(out, points.points);
-    return Kind::kPoints;
+    return RecordKind::kPoints;
   }
-  Kind operator()(const OtherObject& other) const {
+  RecordKind operator()(const OtherObject& other) const {
     out.put_text(other.class_name);
-    return Kind::kOther;
+    return RecordKind::kOther;
   }
 
   void operator()(std::monostate) const {}
@@ -117,23 +117,23 @@ LogEnd read_end(ByteReader& in) {
   return end;
 }
 
-LogRecord read_content(Kind kind, ByteReader& in, const AskedClasses& asked) {
+LogRecord read_content(RecordKind kind, ByteReader& in, const AskedClasses& asked) {
   switch (kind) {
-    case Kind::kStarted:
+    case RecordKind::kStarted:
       return ParserStarted{in.flag()};
-    case Kind::kParsing:
+    case RecordKind::kParsing:
       return ParsingClass{std::string(in.text())};
-    case Kind::kActions:
+    case RecordKind::kActions:
       return LogObject(read_actions(in));
-    case Kind::kFrame:
+    case RecordKind::kFrame:
       return LogObject(read_frame(in, asked));
-    case Kind::kObservation:
+    case RecordKind::kObservation:
       return LogObject(read_observation(in, asked));
-    case Kind::kPoints:
+    case RecordKind::kPoints:
       return LogObject(LoggedPoints{read_points(in)});
-    case Kind::kOther:
+    case RecordKind::kOther:
       return LogObject(OtherObject{std::string(in.text())});
-    case Kind::kEnd:
+    case RecordKind::kEnd:
       return read_end(in);
   }
   throw Error("it is of an unknown kind");
@@ -165,7 +165,7 @@ const char* to_string(LogStatus status) {
 
 std::string to_bytes(const LogRecord& record, const AskedClasses& asked) {
   ByteWriter content;
-  const Kind kind = std::visit(ContentWriter{content, asked}, record);
+  const RecordKind kind = std::visit(ContentWriter{content, asked}, record);
   ByteWriter whole;
   whole.put(static_cast<std::uint64_t>(content.bytes().size()));
   whole.put(static_cast<std::uint8_t>(kind));
@@ -183,7 +183,7 @@ std::optional<LogRecord> RecordReader::next() {
   if (rest.size() < kHeadBytes) return std::nullopt;
   ByteReader head(rest.substr(0, kHeadBytes));
   const auto size = head.get<std::uint64_t>();
-  const auto kind = static_cast<Kind>(head.get<std::uint8_t>());
+  const auto kind = static_cast<RecordKind>(head.get<std::uint8_t>());
   if (size > most_) throw Error("it is larger than the parser may be");
   rest.remove_prefix(kHeadBytes);
   if (rest.size() < size) return std::nullopt;

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/quoted.h"
+#include "libhybrid/io/escaped.h"
 
 namespace hybrid {
 namespace {
