@@ -138,6 +138,7 @@ void ExtendedCholesky::Builder::eliminate_block(Front& front, int k, Matrix& F) 
   } else {
     column.root = root_by_eigenvalues(front, k, A);
   }
+  if (behind == 0) return column.below.resize(0, dim);
   column.below.noalias() = F.block(start + dim, start, behind, dim) * column.root;
   F.bottomRightCorner(behind, behind)
       .template selfadjointView<Eigen::Lower>()

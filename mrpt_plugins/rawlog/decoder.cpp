@@ -40,7 +40,7 @@ Decoder::~Decoder() = default;
 
 /// Fills the buffer behind what is left in it until it holds enough to tell a member.
 void Decoder::load() {
-  std::memmove(buffer_.get(), input_.data(), input_.size());
+  if (!input_.empty()) std::memmove(buffer_.get(), input_.data(), input_.size());
   std::size_t size = input_.size();
   while (!at_end_ && size < kHeadBytes) {
     const std::size_t got = source_(buffer_.get() + size, kBufferBytes - size);

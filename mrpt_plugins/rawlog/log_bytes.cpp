@@ -33,7 +33,7 @@ LogBytes::LogBytes(Decoder& decoder) : decoder_(decoder), buffer_(new char[kBuff
 
 std::string_view LogBytes::peek(std::size_t count) {
   if (ahead_.size() < count) {
-    std::memmove(buffer_.get(), ahead_.data(), ahead_.size());
+    if (!ahead_.empty()) std::memmove(buffer_.get(), ahead_.data(), ahead_.size());
     const std::size_t got =
         decoder_.read(buffer_.get() + ahead_.size(), kBufferBytes - ahead_.size());
     ahead_ = {buffer_.get(), ahead_.size() + got};
