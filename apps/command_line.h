@@ -8,7 +8,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/version.h"
-#include "mrpt_plugins/output/provenance.h"
+#include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
 

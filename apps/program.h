@@ -8,11 +8,9 @@
 #include <cstdio>
 #include <functional>
 #include <string>
-#include <vector>
 
-#include "libhybrid/core/error.h"
-#include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/output/provenance.h"
+#include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
 
@@ -21,23 +19,6 @@ namespace hybrid {
 /// interrupt. Where a standard file is closed,
 /// /dev/null takes its place, so that no file of a result gets its number and what is printed.
 int run_program(const std::string& name, const std::function<int()>& body);
-
-/// What `work` returns. An Error that it throws names a file: where its message begins with none of
-/// these, the first is put in front.
-template <class Work>
-auto about(const std::vector<std::string>& files, const Work& work) {
-  try {
-    return work();
-  } catch (const Interrupted&) {
-    throw;
-  } catch (const Error& e) {
-    const std::string message = e.what();
-    for (const std::string& file : files) {
-      if (!file.empty() && message.rfind(file, 0) == 0) throw;
-    }
-    throw Error(files.front() + ": " + message);
-  }
-}
 
 /// The result is there, and the program ends with this code whatever comes: what is left to do only
 /// tells the user of it.

@@ -19,8 +19,9 @@
 #include <vector>
 
 #include "libhybrid/io/write_file.h"
+#include "mrpt_plugins/drawing/plot.h"
+#include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/output/plot.h"
 
 namespace hybrid {
 namespace {

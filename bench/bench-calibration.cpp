@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "libhybrid/io/write_file.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/evaluation/reliability.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/output/calibration.h"
 #include "mrpt_plugins/output/figures.h"
-#include "mrpt_plugins/output/image.h"
 #include "mrpt_plugins/simulation/scenario.h"
 #include "mrpt_plugins/simulation/simulator.h"
 

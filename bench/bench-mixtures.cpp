@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/baselines/least_squares.h"
+#include "libhybrid/baselines/max_mixture.h"
+#include "libhybrid/baselines/soft_mixture.h"
 #include "libhybrid/io/read_graph.h"
-#include "libhybrid/robust/max_mixture.h"
-#include "libhybrid/robust/outliers.h"
-#include "libhybrid/robust/plain.h"
-#include "libhybrid/robust/soft_mixture.h"
+#include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/solvers/alternating.h"
 
 namespace hybrid {

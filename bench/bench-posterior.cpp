@@ -19,9 +19,9 @@
 #include "libhybrid/io/write_file.h"
 #include "libhybrid/marginals/discrete.h"
 #include "libhybrid/marginals/posterior.h"
-#include "mrpt_plugins/output/calibration.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/evaluation/reliability.h"
 #include "mrpt_plugins/output/figures.h"
-#include "mrpt_plugins/output/image.h"
 
 namespace hybrid {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "libhybrid/io/write_file.h"
-#include "mrpt_plugins/output/plot.h"
+#include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
 namespace {

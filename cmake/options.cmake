@@ -22,6 +22,9 @@ function(hybrid_configure target)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # gcc 12 sees these in dead branches of Eigen's vectorised code.
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)
+    if(CMAKE_UNITY_BUILD)  # a class that is private to its file is not in the file that the compiler was given
+      target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    endif()
   endif()
   if(HYBRID_FUZZ)
     set(fuzz address,undefined,float-cast-overflow)

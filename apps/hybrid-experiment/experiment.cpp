@@ -19,6 +19,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plots.h"
 #include "mrpt_plugins/experiment/pose_graph_trial.h"
@@ -26,7 +27,6 @@
 #include "mrpt_plugins/experiment/replay_trial.h"
 #include "mrpt_plugins/experiment/statistics.h"
 #include "mrpt_plugins/output/figures.h"
-#include "mrpt_plugins/output/output_directory.h"
 
 namespace hybrid {
 namespace {
@@ -122,9 +122,9 @@ TrialResult to_result(const ProcessEnd& end, double time_limit) {
 
 class Experiment {
  public:
-  Experiment(const ExperimentPlan& plan, const fs::path& programs, const fs::path& folder,
+  Experiment(const ExperimentPlan& plan, const Provenance& provenance, const fs::path& folder,
              Ledger& ledger)
-      : plan_(plan), programs_(programs), folder_(folder), ledger_(ledger) {}
+      : plan_(plan), provenance_(provenance), folder_(folder), ledger_(ledger) {}
 
   /// Runs what is missing, and with `retry` what went wrong, until the program is asked to stop.
   void run(bool summary_only, bool retry) {
@@ -164,7 +164,7 @@ class Experiment {
         trials.size(), plan_.jobs > 0 ? plan_.jobs : cores, plan_.time_limit,
         [&](std::size_t i) {
           return to_text(graph ? run_pose_graph_trial(*graph, trials[i], plan_.method_options)
-                               : run_replay_trial(plan_, trials[i], programs_, folder_));
+                               : run_replay_trial(plan_, trials[i], provenance_, folder_));
         },
         [&](std::size_t i, const ProcessEnd& end) {
           const TrialResult result = to_result(end, plan_.time_limit);
@@ -179,7 +179,7 @@ class Experiment {
   }
 
   const ExperimentPlan& plan_;
-  fs::path programs_;
+  const Provenance& provenance_;
   fs::path folder_;
   Ledger& ledger_;
 };
@@ -253,7 +253,7 @@ nlohmann::ordered_json summary_json(const ExperimentPlan& plan, const Provenance
 
 }  // namespace
 
-int run_experiment(const Options& options, const fs::path& program) {
+int run_experiment(const Options& options) {
   note_interrupts();
   IniFile ini{fs::path(options.config)};
   apply(options, ini);
@@ -268,8 +268,7 @@ int run_experiment(const Options& options, const fs::path& program) {
   provenance.configuration = ini.settings();
   warn_of_inputs(provenance);
 
-  Experiment(plan, program.parent_path(), out.folder(), ledger)
-      .run(options.summary_only, options.retry);
+  Experiment(plan, provenance, out.folder(), ledger).run(options.summary_only, options.retry);
   const std::map<std::string, std::size_t> counts = counts_of(plan, ledger);
   if (const int signal = interrupted(); signal != 0) {
     const auto missing = counts.find("missing");

@@ -3,16 +3,15 @@
 
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "apps/hybrid-experiment/options.h"
 
 namespace hybrid {
 
-/// Runs the trials that have no result yet, then writes summaries and plots. `program` is this
-/// executable: the other programs are beside it. Returns the exit code; throws on failure.
-int run_experiment(const Options& options, const std::filesystem::path& program);
+/// Runs the trials that have no result yet, then writes summaries and plots. Returns the exit code;
+/// throws on failure.
+int run_experiment(const Options& options);
 
 /// All sections and keys as a valid INI with comments: of the INI given, or the defaults.
 std::string config_text(const Options& options);

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "apps/exit_code.h"
 #include "apps/hybrid-experiment/experiment.h"
 #include "apps/hybrid-experiment/options.h"
@@ -15,9 +13,7 @@ int main(int argc, char** argv) {
     int exit_code = hybrid::kExitOk;
     const auto options = hybrid::parse_options(argc, argv, exit_code);
     if (!options) return exit_code;
-    if (!options->print_config) {
-      return hybrid::run_experiment(*options, std::filesystem::read_symlink("/proc/self/exe"));
-    }
+    if (!options->print_config) return hybrid::run_experiment(*options);
     fmt::print("{}", hybrid::config_text(*options));
     return static_cast<int>(hybrid::kExitOk);
   });

@@ -12,8 +12,8 @@
 #include "apps/exit_code.h"
 #include "apps/program.h"
 #include "libhybrid/factors/between.h"
-#include "mrpt_plugins/output/output_directory.h"
-#include "mrpt_plugins/output/plot.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
 namespace {

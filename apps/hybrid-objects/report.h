@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/robust/object_map.h"
-#include "mrpt_plugins/output/provenance.h"
+#include "libhybrid/objects/object_map.h"
+#include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
 

@@ -8,7 +8,7 @@
 #include "apps/hybrid-pgo/solution.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
-#include "libhybrid/robust/chordal.h"
+#include "libhybrid/solvers/chordal.h"
 
 namespace hybrid {
 namespace {

@@ -18,7 +18,7 @@
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/input/graph_truth.h"
+#include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "apps/hybrid-pgo/solution.h"
-#include "mrpt_plugins/output/image.h"
-#include "mrpt_plugins/output/output_directory.h"
-#include "mrpt_plugins/output/trajectory_metrics.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
 
 namespace hybrid {
 

@@ -10,16 +10,16 @@
 #include <set>
 #include <unordered_map>
 
+#include "libhybrid/baselines/alternation.h"
+#include "libhybrid/baselines/dcs.h"
+#include "libhybrid/baselines/gnc.h"
+#include "libhybrid/baselines/max_mixture.h"
+#include "libhybrid/baselines/switchable.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
-#include "libhybrid/robust/alternation.h"
-#include "libhybrid/robust/closure_posterior.h"
-#include "libhybrid/robust/dcs.h"
-#include "libhybrid/robust/escape.h"
-#include "libhybrid/robust/gnc.h"
-#include "libhybrid/robust/max_mixture.h"
-#include "libhybrid/robust/portfolio.h"
-#include "libhybrid/robust/switchable.h"
+#include "libhybrid/selection/closure_posterior.h"
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/portfolio.h"
 
 namespace hybrid {
 namespace {
@@ -118,9 +118,9 @@ RobustResult solve_by(const std::string& method, const RobustProblem& problem, S
   if (method == "max-mixture") return solve_max_mixture(problem);
   if (method == "alternating") return solve_alternating(problem);
   if (method == "escape") {
-    EscapeOptions options;
+    ClosureSelectionOptions options;
     options.solver.relative_decrease = 1e-9;
-    return solve_escape(problem, options);
+    return select_closures(problem, options);
   }
   PortfolioOptions options;
   options.escape.solver.relative_decrease = 1e-9;

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
-#include "libhybrid/io/pose_graph.h"
-#include "mrpt_plugins/output/result.h"
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 
 namespace hybrid {

@@ -10,7 +10,7 @@
 #include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/pose_feed.h"
+#include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -100,7 +100,7 @@ Solution solve_online(const Input& input) {
   solution.values = smoother.values();
   solution.cost = smoother.cost();
   solution.objective = smoother.objective();
-  solution.order = elimination_order(smoother);
+  solution.order = smoother.elimination_order();
   return solution;
 }
 

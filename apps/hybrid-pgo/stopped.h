@@ -4,7 +4,7 @@
 #pragma once
 
 #include "apps/hybrid-pgo/solution.h"
-#include "libhybrid/io/pose_feed.h"
+#include "libhybrid/pose_graph/pose_feed.h"
 
 namespace hybrid {
 

@@ -14,8 +14,8 @@
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/registration/register.h"
+#include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/input/point_maps.h"
-#include "mrpt_plugins/output/output_directory.h"
 #include "mrpt_plugins/output/overlay_image.h"
 
 namespace hybrid {

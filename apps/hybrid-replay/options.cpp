@@ -36,45 +36,47 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   Options options;
   CLI::App app(kAbout, "hybrid-replay");
   app.footer(kFooter);
-  app.add_option("-c,--config", options.config, "INI file with all settings; see --print-config")
+  app.add_option("-c,--config", options.request.config,
+                 "INI file with all settings; see --print-config")
       ->type_name("INI");
-  app.add_option("--rawlog", options.rawlog, "the log, instead of [log] rawlog")->type_name("FILE");
-  app.add_option("--truth-path", options.truth_path,
+  app.add_option("--rawlog", options.request.rawlog, "the log, instead of [log] rawlog")
+      ->type_name("FILE");
+  app.add_option("--truth-path", options.request.truth_path,
                  "true path of the robot, instead of [log] truth_path: MRPT's "
                  "_ground_truth_robot_path.txt, TUM (.tum) or `time x y z` (.xyz)")
       ->type_name("FILE");
-  app.add_option("--truth-map", options.truth_map,
+  app.add_option("--truth-map", options.request.truth_map,
                  "true landmarks, instead of [log] truth_map: MRPT's _ground_truth.txt")
       ->type_name("FILE");
-  app.add_option("-p,--plugins", options.plugin_libraries,
+  app.add_option("-p,--plugins", options.request.plugin_libraries,
                  "libraries with further plugins or observation classes, separated by commas")
       ->type_name("LIB.so")
       ->delimiter(',');
-  app.add_option("--set", options.settings,
+  app.add_option("--set", options.request.settings,
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
-  add_output_folder(app, options.output);
-  app.add_flag("!--no-pictures", options.pictures,
+  add_output_folder(app, options.request.output);
+  app.add_flag("!--no-pictures", options.request.pictures,
                "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
-  app.add_option("--frames", options.frames,
+  app.add_option("--frames", options.request.frames,
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")
       ->type_name("N")
       ->check(CLI::Range(1, 9999));
-  app.add_option("--video", options.video,
+  app.add_option("--video", options.request.video,
                  "write the growing map as an MPEG-4 video of N frames, 100 without --frames")
       ->type_name("FILE.mp4");
-  app.add_flag("--sparsity", options.sparsity,
+  app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   app.callback([&] {
-    if (options.config.empty() && !options.print_config) {
+    if (options.request.config.empty() && !options.print_config) {
       throw CLI::RequiredError("-c (try -c config/kf_slam_demo.ini, or --help)");
     }
   });
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
-  options.provenance = provenance_of(argc, argv);
+  options.request.provenance = provenance_of(argc, argv);
   return options;
 }
 

@@ -4,25 +4,14 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "mrpt_plugins/output/provenance.h"
+#include "mrpt_plugins/replay/replay_request.h"
 
 namespace hybrid {
 
 /// What the command line asks for.
 struct Options {
-  Provenance provenance;  ///< version and command
-  std::string config;
-  std::string rawlog, truth_path, truth_map;  ///< override the INI where not empty
-  std::vector<std::string> plugin_libraries;
-  std::vector<std::string> settings;  ///< section.key=value, instead of what the INI says
-  std::string output = "hybrid-replay-out";
-  bool pictures = true;
-  bool sparsity = false;
-  int frames = 0;     ///< pictures of the growing map, each a file; 0: none
-  std::string video;  ///< film of them; empty: none
+  ReplayRequest request;
   bool print_config = false;
 };
 

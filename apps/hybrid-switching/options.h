@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/output/provenance.h"
+#include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
 

@@ -14,8 +14,8 @@
 #include "apps/hybrid-switching/reports.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/output/mode_image.h"
-#include "mrpt_plugins/output/output_directory.h"
 
 namespace hybrid {
 namespace {

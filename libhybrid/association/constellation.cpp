@@ -31,7 +31,7 @@ class PlaceSearch {
   using Jacobian = typename Pose::Jacobian;
   using Pair = std::pair<int, int>;
 
-  PlaceSearch(const PlaceQuestion<Pose>& question, const PlaceOptions& options)
+  PlaceSearch(const ConstellationMatchProblem<Pose>& question, const PlaceOptions& options)
       : q_(question),
         options_(options),
         gate_(chi_square_quantile(options.gate, kDim)),
@@ -39,7 +39,7 @@ class PlaceSearch {
     log_det_prior_ = std::log(q_.covariance.determinant());
   }
 
-  std::vector<PlaceAnswer<Pose>> run() {
+  std::vector<ConstellationMatch<Pose>> run() {
     find_pairs();
     for (const auto& [p, q] : pairs_of_pairs()) {
       if (explained(pairs_[p], pairs_[q])) continue;
@@ -84,7 +84,7 @@ class PlaceSearch {
   void find_pairs() {
     for (int i = 0; i < static_cast<int>(q_.a.points.size()); ++i) {
       for (int j = 0; j < static_cast<int>(q_.b.points.size()); ++j) {
-        if (!std::isfinite(q_.likeness(i, j))) continue;
+        if (!std::isfinite(q_.class_log_likelihood_ratio(i, j))) continue;
         const Residual d = residual(q_.T_a_b, {i, j});
         const Matrix S = d.R + d.J * q_.covariance * d.J.transpose();
         if (d.r.dot(S.llt().solve(d.r)) <= gate_) pairs_.emplace_back(i, j);
@@ -128,10 +128,11 @@ class PlaceSearch {
 
   /// Whether an answer holds both.
   bool explained(const Pair& p, const Pair& q) const {
-    return std::any_of(answers_.begin(), answers_.end(), [&](const PlaceAnswer<Pose>& answer) {
-      return std::binary_search(answer.pairs.begin(), answer.pairs.end(), p) &&
-             std::binary_search(answer.pairs.begin(), answer.pairs.end(), q);
-    });
+    return std::any_of(answers_.begin(), answers_.end(),
+                       [&](const ConstellationMatch<Pose>& answer) {
+                         return std::binary_search(answer.pairs.begin(), answer.pairs.end(), p) &&
+                                std::binary_search(answer.pairs.begin(), answer.pairs.end(), q);
+                       });
   }
 
   /// The most probable T_a_b given some pairs, from `start`.
@@ -187,7 +188,7 @@ class PlaceSearch {
   }
 
   /// -log of what a pair is worth besides where it lies.
-  double gain(int i, int j) const { return q_.log_density - q_.likeness(i, j); }
+  double gain(int i, int j) const { return q_.log_density - q_.class_log_likelihood_ratio(i, j); }
 
   void follow(std::vector<Pair> pairs) {
     Fit at = fit(q_.T_a_b, pairs);
@@ -203,7 +204,7 @@ class PlaceSearch {
     const bool known = std::any_of(answers_.begin(), answers_.end(),
                                    [&](const auto& answer) { return answer.pairs == pairs; });
     if (known) return;
-    PlaceAnswer<Pose> answer;
+    ConstellationMatch<Pose> answer;
     answer.T_a_b = at.T;
     answer.chi_square = at.chi_square;
     answer.cost = 0.5 * (at.chi_square + at.log_det + log_det_prior_ +
@@ -229,24 +230,26 @@ class PlaceSearch {
     return count;
   }
 
-  const PlaceQuestion<Pose>& q_;
+  const ConstellationMatchProblem<Pose>& q_;
   const PlaceOptions& options_;
   double gate_;
   Jacobian information_;
   double log_det_prior_ = 0;
   std::vector<Pair> pairs_;
-  std::vector<PlaceAnswer<Pose>> answers_;
+  std::vector<ConstellationMatch<Pose>> answers_;
 };
 
 }  // namespace
 
 template <class Pose>
-std::vector<PlaceAnswer<Pose>> match_places(const PlaceQuestion<Pose>& question,
-                                            const PlaceOptions& options) {
+std::vector<ConstellationMatch<Pose>> match_places(const ConstellationMatchProblem<Pose>& question,
+                                                   const PlaceOptions& options) {
   return PlaceSearch<Pose>(question, options).run();
 }
 
-template std::vector<PlaceAnswer<SE2>> match_places(const PlaceQuestion<SE2>&, const PlaceOptions&);
-template std::vector<PlaceAnswer<SE3>> match_places(const PlaceQuestion<SE3>&, const PlaceOptions&);
+template std::vector<ConstellationMatch<SE2>> match_places(const ConstellationMatchProblem<SE2>&,
+                                                           const PlaceOptions&);
+template std::vector<ConstellationMatch<SE3>> match_places(const ConstellationMatchProblem<SE3>&,
+                                                           const PlaceOptions&);
 
 }  // namespace hybrid

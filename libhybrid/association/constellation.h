@@ -25,20 +25,20 @@ struct Constellation {
 
 /// Whether place `a` has been visited before, as `b`.
 template <class Pose>
-struct PlaceQuestion {
+struct ConstellationMatchProblem {
   Constellation<Pose> a, b;
   Pose T_a_b;                          ///< as the map has it, ...
   typename Pose::Jacobian covariance;  ///< ... in the tangent of a right perturbation
   /// log evidence that a landmark of a (row) and one of b (column) are one by all but where they
   /// are; -infinity where they cannot be.
-  Eigen::MatrixXd likeness;
+  Eigen::MatrixXd class_log_likelihood_ratio;
   double log_density = 0;  ///< of landmarks, per m^2 or m^3
   double missed = 0.7;     ///< -log of the probability that a landmark is not found again
 };
 
 /// Landmarks of both places that are the same, and what speaks for it.
 template <class Pose>
-struct PlaceAnswer {
+struct ConstellationMatch {
   std::vector<std::pair<int, int>> pairs;  ///< of a and of b, ascending
   Pose T_a_b;
   double cost = 0;        ///< -log evidence against two different places: below zero speaks for one
@@ -57,7 +57,7 @@ struct PlaceOptions {
 /// landmarks strewn at random, with a price for those which one place shows and the other covers
 /// but lacks. No answer has fewer than two pairs.
 template <class Pose>
-std::vector<PlaceAnswer<Pose>> match_places(const PlaceQuestion<Pose>& question,
-                                            const PlaceOptions& options = {});
+std::vector<ConstellationMatch<Pose>> match_places(const ConstellationMatchProblem<Pose>& question,
+                                                   const PlaceOptions& options = {});
 
 }  // namespace hybrid

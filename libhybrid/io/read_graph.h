@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "libhybrid/io/pose_graph.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 

@@ -2,8 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/io/read_pairs.h"
 
-#include "libhybrid/io/pose_graph.h"
 #include "libhybrid/io/text_reader.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "libhybrid/io/pose_graph.h"
+#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "libhybrid/core/worker_pool.h"
 #include "libhybrid/linear/block_matrix.h"
-#include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
 

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "libhybrid/core/worker_pool.h"
 #include "libhybrid/linear/block_cholesky.h"
 #include "libhybrid/linear/block_matrix.h"
 #include "libhybrid/linear/schur.h"
-#include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
 

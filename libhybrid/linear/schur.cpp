@@ -11,7 +11,7 @@ namespace hybrid {
 namespace {
 
 constexpr int kLeavesPerTask = 256;
-constexpr int kColumnsPerTask = 4;
+constexpr int kSchurColumnsPerTask = 4;
 constexpr int kMaxLeafDim = 6;
 /// It pays where leaves are many, and many more than the other blocks.
 constexpr int kLeastLeaves = 500;
@@ -266,10 +266,10 @@ int SchurCholesky::factorize(const BlockMatrix& matrix, const double* extra, Wor
     if (scalar >= 0) return scalar;
   }
   const int columns = reduced_.size();
-  pool.run((columns + kColumnsPerTask - 1) / kColumnsPerTask, [&](int task) {
+  pool.run((columns + kSchurColumnsPerTask - 1) / kSchurColumnsPerTask, [&](int task) {
     std::vector<int> place(columns, -1);
-    const int end = std::min(columns, (task + 1) * kColumnsPerTask);
-    for (int col = task * kColumnsPerTask; col < end; ++col) reduce_column(col, matrix, place);
+    const int end = std::min(columns, (task + 1) * kSchurColumnsPerTask);
+    for (int col = task * kSchurColumnsPerTask; col < end; ++col) reduce_column(col, matrix, place);
   });
   const int scalar = cholesky_.factorize(reduced_, extra + leaf_scalars_, pool);
   return scalar < 0 ? -1 : leaf_scalars_ + scalar;

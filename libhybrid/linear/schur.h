@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "libhybrid/core/worker_pool.h"
 #include "libhybrid/linear/block_cholesky.h"
 #include "libhybrid/linear/block_matrix.h"
-#include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
 

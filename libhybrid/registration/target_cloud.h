@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "libhybrid/core/worker_pool.h"
 #include "libhybrid/geometry/points.h"
-#include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
 

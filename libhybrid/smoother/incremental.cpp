@@ -252,4 +252,10 @@ UpdateReport IncrementalSmoother::restore(const Snapshot& snapshot) {
   });
 }
 
+std::vector<Key> IncrementalSmoother::elimination_order() const {
+  std::vector<Key> order;
+  for (int slot : tree_.order()) order.push_back(values().key(slot));
+  return order;
+}
+
 }  // namespace hybrid

@@ -109,6 +109,8 @@ class IncrementalSmoother {
   };
   Memory memory() const;
   const BayesTree& tree() const { return tree_; }
+  /// The variables in the elimination order of the Bayes tree.
+  std::vector<Key> elimination_order() const;
   const SmootherOptions& options() const { return options_; }
 
  private:

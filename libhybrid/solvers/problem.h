@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "libhybrid/core/worker_pool.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/extended_cholesky.h"
 #include "libhybrid/linear/normal_equations.h"
-#include "libhybrid/linear/worker_pool.h"
 
 namespace hybrid {
 

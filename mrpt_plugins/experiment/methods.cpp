@@ -3,10 +3,10 @@
 
 #include "mrpt_plugins/experiment/methods.h"
 
+#include "libhybrid/baselines/least_squares.h"
+#include "libhybrid/baselines/max_mixture.h"
+#include "libhybrid/baselines/soft_mixture.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/robust/max_mixture.h"
-#include "libhybrid/robust/plain.h"
-#include "libhybrid/robust/soft_mixture.h"
 
 namespace hybrid {
 const std::vector<MethodName>& method_names() {
@@ -101,11 +101,11 @@ RobustResult solve_by_name(const std::string& name, const RobustProblem& problem
   if (name == "max-mixture") return solve_max_mixture(problem, plain);
   if (name == "sum-mixture") return solve_soft_mixture(problem, plain);
   if (name == "alternating") return solve_alternating(problem, options.alternation);
-  if (name == "escape") return solve_escape(problem, options.portfolio.escape);
+  if (name == "escape") return select_closures(problem, options.portfolio.escape);
   if (name == "portfolio") return solve_portfolio(problem, options.portfolio).best;
   if (name == "consistency-escape") {
     return filtered(
-        [&](const RobustProblem& p) { return solve_escape(p, options.portfolio.escape); });
+        [&](const RobustProblem& p) { return select_closures(p, options.portfolio.escape); });
   }
   if (name == "consistency") {
     return filtered([&](const RobustProblem& p) { return solve_lm(p, plain); });

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/robust/alternation.h"
-#include "libhybrid/robust/consistency.h"
-#include "libhybrid/robust/dcs.h"
-#include "libhybrid/robust/gnc.h"
-#include "libhybrid/robust/online_judge.h"
-#include "libhybrid/robust/portfolio.h"
-#include "libhybrid/robust/switchable.h"
+#include "libhybrid/baselines/alternation.h"
+#include "libhybrid/baselines/consistency.h"
+#include "libhybrid/baselines/dcs.h"
+#include "libhybrid/baselines/gnc.h"
+#include "libhybrid/baselines/switchable.h"
+#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/portfolio.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace hybrid {
@@ -26,7 +26,7 @@ struct MethodOptions {
   ConsistencyOptions consistency;
   AlternationOptions alternation;
   PortfolioOptions portfolio;  ///< of re-admission too
-  OnlineJudgeOptions online;
+  OnlineClosureSelectionOptions online;
 };
 
 /// Names of methods, with one line each on what they are: those that solve_by_name takes, and

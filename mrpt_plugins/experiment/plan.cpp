@@ -17,7 +17,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/regular_file.h"
-#include "mrpt_plugins/output/sha256.h"
+#include "mrpt_plugins/bridge/sha256.h"
 
 namespace hybrid {
 namespace {

@@ -11,8 +11,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "mrpt_plugins/output/canvas.h"
-#include "mrpt_plugins/output/plot.h"
+#include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/experiment/statistics.h"
-#include "mrpt_plugins/output/image.h"
 
 namespace hybrid {
 

@@ -11,13 +11,13 @@
 #include <limits>
 #include <sstream>
 
+#include "libhybrid/baselines/least_squares.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/read_pairs.h"
-#include "libhybrid/robust/closure_posterior.h"
-#include "libhybrid/robust/outliers.h"
-#include "libhybrid/robust/plain.h"
-#include "libhybrid/robust/solve_online.h"
+#include "libhybrid/pose_graph/false_closures.h"
+#include "libhybrid/selection/closure_posterior.h"
+#include "libhybrid/selection/solve_online.h"
 
 namespace hybrid {
 namespace {

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/io/pose_graph.h"
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "mrpt_plugins/evaluation/graph_truth.h"
+#include "mrpt_plugins/evaluation/reliability.h"
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
-#include "mrpt_plugins/input/graph_truth.h"
-#include "mrpt_plugins/output/calibration.h"
 
 namespace hybrid {
 

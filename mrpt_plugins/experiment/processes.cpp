@@ -31,7 +31,6 @@ using Task = std::function<std::string(std::size_t)>;
 
 constexpr int kThrew = 3;            // exit code of a task that threw; its text is the reason
 constexpr int kMachine = 4;          // the same for a fault of the machine
-constexpr int kNotStarted = 127;     // of a program, as shells have it
 constexpr int kLongestWait = 200;    // ms, until `stop` is asked again
 constexpr double kMostOfTime = 0.9;  // of its time a process that computes is on a processor
 
@@ -219,36 +218,6 @@ void run_processes(std::size_t count, int jobs, double time_limit, const Task& t
     throw;
   }
   end_all();
-}
-
-int run_program(const std::vector<std::string>& arguments, const std::string& log) {
-  std::vector<char*> argv;
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.data()));
-  argv.push_back(nullptr);
-  const int output = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (output < 0) throw SystemError("cannot write '" + log + "'", errno);
-  const pid_t parent = ::getpid();
-  const pid_t pid = ::fork();
-  if (pid == 0) {
-    obey(parent);
-    ::dup2(output, STDOUT_FILENO);
-    ::dup2(output, STDERR_FILENO);
-    ::execv(argv[0], argv.data());
-    ::_exit(kNotStarted);
-  }
-  const int error = errno;
-  ::close(output);
-  if (pid < 0) throw SystemError(arguments[0], error);
-  int status = 0;
-  double ignored = 0;
-  wait_for(pid, status, ignored);
-  if (WIFSIGNALED(status)) {
-    const std::string text = arguments[0] + ": " + signal_text(WTERMSIG(status));
-    if (is_from_outside(WTERMSIG(status))) throw MachineFault(text);
-    throw Error(text);
-  }
-  if (WEXITSTATUS(status) == kNotStarted) throw Error(arguments[0] + ": cannot be started");
-  return WEXITSTATUS(status);
 }
 
 }  // namespace hybrid

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "libhybrid/core/error.h"
 
@@ -47,10 +46,5 @@ void run_processes(std::size_t count, int jobs, double time_limit,
                    const std::function<std::string(std::size_t)>& task,
                    const std::function<void(std::size_t, const ProcessEnd&)>& done,
                    const std::function<bool()>& stop = {});
-
-/// Runs a program with its output in the file `log`, and waits for it; it ends when this process
-/// does. Returns its exit code. Throws SystemError where it cannot be started, MachineFault where
-/// it is ended from outside, Error where it crashes.
-int run_program(const std::vector<std::string>& arguments, const std::string& log);
 
 }  // namespace hybrid

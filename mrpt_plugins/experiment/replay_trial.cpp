@@ -3,44 +3,19 @@
 
 #include "mrpt_plugins/experiment/replay_trial.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
-#include <csignal>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/processes.h"
+#include "mrpt_plugins/replay/replay.h"
+#include "mrpt_plugins/simulation/simulator.h"
 
 namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string last_line(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line, last;
-  while (std::getline(in, line)) {
-    if (!line.empty()) last = line;
-  }
-  return last;
-}
-
-/// Runs one of our programs; returns its exit code, 0 or `partial`. What else it returns becomes an
-/// Error with the last line of its output.
-int run_ours(const std::vector<std::string>& arguments, const fs::path& log, int partial) {
-  const int code = run_program(arguments, log.string());
-  if (code == 0 || code == partial) return code;
-  constexpr int kInterrupted = 128;  // plus the signal
-  const std::string why = last_line(log);
-  if (is_machine_fault(why) || (code > kInterrupted && is_from_outside(code - kInterrupted))) {
-    throw MachineFault(why);
-  }
-  throw Error(why);
-}
 
 /// A name for a folder.
 std::string folder_name(std::string key) {
@@ -48,6 +23,25 @@ std::string folder_name(std::string key) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-') c = '_';
   }
   return key;
+}
+
+/// Writes the log of a scenario, with this seed, and its truth beside it.
+void simulate_log(const std::string& config, std::uint64_t seed, const fs::path& log) {
+  IniFile ini{fs::path(config)};
+  ini.override_value("simulation", "seed", std::to_string(seed));
+  const Scenario scenario = read_scenario(ini);
+  ini.reject_unknown();
+  write_simulation(simulate(scenario), scenario, log.string());
+}
+
+/// Replays; throws MachineFault where the machine is to blame for a failure.
+ReplayOutcome replay_or_fault(const ReplayRequest& request) {
+  try {
+    return replay(request);
+  } catch (const Error& e) {
+    if (is_machine_fault(e.what())) throw MachineFault(e.what());
+    throw;
+  }
 }
 
 /// The number at a path such as "truth.trajectory.rmse_m"; nothing if there is none.
@@ -74,50 +68,37 @@ std::vector<std::string> replay_metrics(const ExperimentPlan& plan) {
 }
 
 TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
-                             const fs::path& programs, const fs::path& output) {
-  constexpr int kPartial = 2;  // exit code of hybrid-replay for a damaged log
-  const ReplayPlan& replay = plan.replays.at(trial.source);
+                             const Provenance& provenance, const fs::path& output) {
+  const ReplayPlan& planned = plan.replays.at(trial.source);
   const fs::path folder = output / "trials" / folder_name(trial.key());
   fs::create_directories(folder);
-  std::vector<std::string> arguments = {(programs / "hybrid-replay").string(),
-                                        "-c",
-                                        replay.config,
-                                        "--no-pictures",
-                                        "-o",
-                                        folder.string()};
+  ReplayRequest request;
+  request.provenance.version = provenance.version;
+  request.provenance.command = provenance.command;
+  request.config = planned.config;
+  request.output = folder.string();
+  request.pictures = false;
   const fs::path log = folder / "simulated.rawlog";
-  if (!replay.simulate.empty()) {
-    run_ours({(programs / "hybrid-simulate").string(), "-c", replay.simulate, "--seed",
-              std::to_string(trial.seed), "-o", log.string()},
-             folder / "simulate.log", 0);
-    const auto beside = [&](const char* ending) { return (folder / ending).string(); };
-    for (const std::string& argument :
-         {std::string("--rawlog"), log.string(), std::string("--truth-map"),
-          beside("simulated_ground_truth.txt"), std::string("--truth-path"),
-          beside("simulated_ground_truth_robot_path.txt")}) {
-      arguments.push_back(argument);
-    }
+  if (!planned.simulate.empty()) {
+    simulate_log(planned.simulate, trial.seed, log);
+    request.rawlog = log.string();
+    request.truth_map = (folder / "simulated_ground_truth.txt").string();
+    request.truth_path = (folder / "simulated_ground_truth_robot_path.txt").string();
   }
   for (const ReplayVariant& variant : plan.replay_variants) {
-    if (variant.name != trial.method) continue;
-    for (const std::string& setting : variant.settings) {
-      arguments.emplace_back("--set");
-      arguments.push_back(setting);
-    }
+    if (variant.name == trial.method) request.settings = variant.settings;
   }
-  const int code = run_ours(arguments, folder / "replay.log", kPartial);
+  const Summary summary = replay_or_fault(request).summary;
   fs::remove(log);
-  std::ifstream in(folder / "summary.json");
-  const nlohmann::json summary = nlohmann::json::parse(in, nullptr, false);
-  if (summary.is_discarded()) throw Error((folder / "summary.json").string() + ": is not JSON");
+  const nlohmann::json json = summary_json(summary);
   TrialResult result;
   for (const std::string& name : replay_metrics(plan)) {
-    const auto* value = find(summary, name == "seconds" ? "solver_s" : name);
+    const auto* value = find(json, name == "seconds" ? "solver_s" : name);
     if (value != nullptr) result.metrics[name] = value->get<double>();
   }
-  if (code == kPartial) {
+  if (summary.status != "ok") {
     result.status = "partial";
-    result.message = summary.value("message", "");
+    result.message = summary.message;
   }
   return result;
 }

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
 
@@ -14,12 +15,10 @@ namespace hybrid {
 /// fields of summary.json that the plan names, by their paths, e.g. truth.trajectory.rmse_m.
 std::vector<std::string> replay_metrics(const ExperimentPlan& plan);
 
-/// Simulates a log where the plan says so, and replays it by the programs hybrid-simulate and
-/// hybrid-replay of the folder `programs`, into a folder of the trial's own below `output`. Throws
-/// Error with the last line of their output where one of them fails, MachineFault where the machine
-/// is to blame.
+/// Simulates a log where the plan says so, and replays it into a folder of the trial's own below
+/// `output`; `provenance` is that of the experiment. Throws Error where one of them fails,
+/// MachineFault where the machine is to blame.
 TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
-                             const std::filesystem::path& programs,
-                             const std::filesystem::path& output);
+                             const Provenance& provenance, const std::filesystem::path& output);
 
 }  // namespace hybrid

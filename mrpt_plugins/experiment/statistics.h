@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/evaluation/reliability.h"
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
-#include "mrpt_plugins/output/calibration.h"
 
 namespace hybrid {
 

@@ -14,8 +14,8 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
-#include "mrpt_plugins/mapping/space.h"
 
 namespace hybrid {
 namespace {

@@ -14,7 +14,7 @@
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/odometry.h"
 #include "mrpt_plugins/mapping/backend.h"
-#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace hybrid {
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "mrpt_plugins/mapping/space.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
 namespace {

@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/calibration.h"
-#include "mrpt_plugins/mapping/keyframe_source.h"
-#include "mrpt_plugins/mapping/landmark_book.h"
+#include "mrpt_plugins/mapping/landmark_registry.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
-#include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
 
@@ -50,7 +50,7 @@ class Mapper {
   std::vector<AssociationDecision> decisions() const;
 
   const Backend& backend() const { return *backend_; }
-  const LandmarkBook& landmarks() const { return landmarks_; }
+  const LandmarkRegistry& landmarks() const { return landmarks_; }
   /// Figures of all plugins, see MappingPlugin; and how often the solver was called, and local
   /// search stood in for exact discrete inference.
   std::map<std::string, double> statistics() const;
@@ -97,7 +97,7 @@ class Mapper {
   bool is_3d_;
   Calibrator calibrator_;
   std::optional<DiscreteKey> last_mode_;  // of the newest motion
-  LandmarkBook landmarks_;
+  LandmarkRegistry landmarks_;
   std::map<std::string, std::size_t> dropped_;
   std::vector<std::string> warnings_;
   std::vector<StepRecord> steps_;

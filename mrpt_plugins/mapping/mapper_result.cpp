@@ -5,8 +5,8 @@
 
 #include <utility>
 
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/mapping/space.h"
 
 namespace hybrid {
 namespace {

@@ -17,8 +17,8 @@
 #include "libhybrid/hybrid/graph.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
-#include "mrpt_plugins/mapping/landmark_book.h"
-#include "mrpt_plugins/output/landmark_metrics.h"
+#include "mrpt_plugins/mapping/association_decision.h"
+#include "mrpt_plugins/mapping/landmark_registry.h"
 
 namespace hybrid {
 
@@ -37,7 +37,7 @@ struct Frame {
 struct MapView {
   const Values& values;          ///< estimate before this keyframe
   const Assignment& assignment;  ///< of the discrete variables, before this keyframe
-  const LandmarkBook& landmarks;
+  const LandmarkRegistry& landmarks;
   bool is_3d = false;
   bool keeps_all = true;  ///< whether factors may still be removed by their handles
   /// Whether a variable is in the graph and not marginalised out.

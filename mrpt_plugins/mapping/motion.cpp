@@ -14,7 +14,7 @@
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/steady_motion.h"
 #include "libhybrid/hybrid/mixture.h"
-#include "mrpt_plugins/mapping/space.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
 namespace {

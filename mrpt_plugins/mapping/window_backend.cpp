@@ -7,7 +7,6 @@
 #include <unordered_set>
 
 #include "libhybrid/discrete/inference.h"
-#include "mrpt_plugins/output/sparsity.h"
 
 namespace hybrid {
 namespace {
@@ -46,7 +45,7 @@ const Assignment& WindowBackend::assignment() const {
 }
 
 std::vector<Key> WindowBackend::elimination_order() const {
-  return hybrid::elimination_order(smoother_.smoother());
+  return smoother_.smoother().elimination_order();
 }
 
 /// Takes the estimate of the window over, and of what has just left it.

@@ -10,7 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "mrpt_plugins/output/plot.h"
+#include "mrpt_plugins/drawing/plot.h"
 #include "mrpt_plugins/output/summary.h"
 
 namespace hybrid {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/output/calibration.h"
-#include "mrpt_plugins/output/image.h"
-#include "mrpt_plugins/output/result.h"
-#include "mrpt_plugins/output/trajectory_metrics.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/evaluation/reliability.h"
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace hybrid {
 

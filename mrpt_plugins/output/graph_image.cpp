@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mrpt_plugins/output/plot.h"
+#include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace hybrid {
 

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "mrpt_plugins/output/axes.h"
+#include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
 namespace {

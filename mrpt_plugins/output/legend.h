@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
-#include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
 

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "mrpt_plugins/output/canvas.h"
-#include "mrpt_plugins/output/labels.h"
+#include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/labels.h"
 #include "mrpt_plugins/output/legend.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scene.h"

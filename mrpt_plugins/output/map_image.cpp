@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mrpt_plugins/output/axes.h"
-#include "mrpt_plugins/output/labels.h"
+#include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/labels.h"
 #include "mrpt_plugins/output/legend.h"
 
 namespace hybrid {

@@ -5,9 +5,9 @@
 
 #include <optional>
 
-#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
-#include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
 

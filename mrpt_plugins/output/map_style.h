@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
-#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/mode_image.h"
-#include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
 

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/drawing/canvas.h"
 
 namespace hybrid {
 namespace {

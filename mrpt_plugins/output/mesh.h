@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
-#include "mrpt_plugins/output/style.h"
+#include "mrpt_plugins/drawing/style.h"
 
 namespace hybrid {
 

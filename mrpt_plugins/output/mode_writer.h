@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace hybrid {
 

@@ -7,8 +7,8 @@
 
 #include <algorithm>
 
-#include "mrpt_plugins/output/axes.h"
-#include "mrpt_plugins/output/canvas.h"
+#include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/canvas.h"
 
 namespace hybrid {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/geometry/points.h"
 #include "libhybrid/geometry/se3.h"
-#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace hybrid {
 

@@ -7,9 +7,9 @@
 
 #include <string>
 
-#include "mrpt_plugins/output/image.h"
-#include "mrpt_plugins/output/output_directory.h"
-#include "mrpt_plugins/output/result.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/mapping/map_result.h"
 
 namespace hybrid {
 

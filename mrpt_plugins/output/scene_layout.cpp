@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "mrpt_plugins/output/axes.h"
+#include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
 namespace {

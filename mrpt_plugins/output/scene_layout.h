@@ -4,8 +4,8 @@
 #pragma once
 
 #include "libhybrid/geometry/eigen.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
-#include "mrpt_plugins/output/result.h"
 
 namespace hybrid {
 

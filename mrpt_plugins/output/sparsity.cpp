@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/output/matrix_image.h"
+#include "mrpt_plugins/drawing/matrix_image.h"
 
 namespace hybrid {
 namespace {
@@ -189,12 +189,6 @@ std::vector<std::string> write_sparsity(const OutputDirectory& out, const Hybrid
   }
   write("marginalized", marginal_picture(jacobian, information, title));
   return {};
-}
-
-std::vector<Key> elimination_order(const IncrementalSmoother& smoother) {
-  std::vector<Key> order;
-  for (int slot : smoother.tree().order()) order.push_back(smoother.values().key(slot));
-  return order;
 }
 
 }  // namespace hybrid

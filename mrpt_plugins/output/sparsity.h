@@ -8,7 +8,7 @@
 
 #include "libhybrid/linear/sparsity.h"
 #include "libhybrid/smoother/incremental.h"
-#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/bridge/output_directory.h"
 
 namespace hybrid {
 
@@ -22,8 +22,5 @@ namespace hybrid {
 std::vector<std::string> write_sparsity(const OutputDirectory& out, const HybridGraph& graph,
                                         const Assignment& assignment, const std::vector<Key>& order,
                                         const std::string& title);
-
-/// The variables of a smoother in the elimination order of its Bayes tree.
-std::vector<Key> elimination_order(const IncrementalSmoother& smoother);
 
 }  // namespace hybrid

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/output/landmark_metrics.h"
+#include "mrpt_plugins/bridge/provenance.h"
+#include "mrpt_plugins/evaluation/landmark_metrics.h"
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/mode_writer.h"
-#include "mrpt_plugins/output/provenance.h"
-#include "mrpt_plugins/output/result.h"
-#include "mrpt_plugins/output/trajectory_metrics.h"
 
 namespace hybrid {
 

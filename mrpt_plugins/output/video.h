@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "mrpt_plugins/output/image.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace hybrid {
 

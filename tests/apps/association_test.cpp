@@ -16,7 +16,7 @@ TEST_F(AssociationReplay, DemoWithoutIdsGivesTheTwentyLandmarks) {
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"], 0.03);
 }
 
-class Methods : public ReplayTest, public testing::WithParamInterface<const char*> {};
+class Methods : public ReplayTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(Methods, AllFindTheLandmarksOfTheDemo) {
   const std::string ini = write("a.ini", read_file(config("kf_slam_6d_demo_da.ini")) +
@@ -27,7 +27,7 @@ TEST_P(Methods, AllFindTheLandmarksOfTheDemo) {
   EXPECT_LT(summary["truth"]["trajectory"]["rmse_m"], 0.08);
 }
 
-INSTANTIATE_TEST_SUITE_P(Method, Methods, testing::Values("hypotheses", "nearest", "jcbb"));
+INSTANTIATE_TEST_SUITE_P(Method, Methods, ::testing::Values("hypotheses", "nearest", "jcbb"));
 
 }  // namespace
 }  // namespace hybrid

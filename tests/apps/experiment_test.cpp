@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
-#include "mrpt_plugins/output/output_directory.h"
+#include "mrpt_plugins/bridge/output_directory.h"
 #include "tests/apps/run_app.h"
 #include "tests/support/scratch_folder.h"
 

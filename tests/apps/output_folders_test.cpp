@@ -4,8 +4,8 @@
 #include <set>
 
 #include "libhybrid/io/folders.h"
-#include "mrpt_plugins/output/output_directory.h"
-#include "mrpt_plugins/output/sha256.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/bridge/sha256.h"
 #include "tests/apps/replay_runner.h"
 
 namespace hybrid {

@@ -63,7 +63,7 @@ std::string laps_graph(int laps) {
   return text;
 }
 
-class Pgo : public testing::Test {
+class Pgo : public ::testing::Test {
  protected:
   Pgo() { fs::create_directories(folder); }
   ~Pgo() override { fs::remove_all(folder); }

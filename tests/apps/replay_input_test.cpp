@@ -207,7 +207,7 @@ std::string log_with_bad_measurements(const std::string& path, float std_pitch) 
   return path;
 }
 
-class BadMeasurements : public ReplayTest, public testing::WithParamInterface<float> {};
+class BadMeasurements : public ReplayTest, public ::testing::WithParamInterface<float> {};
 
 TEST_P(BadMeasurements, AreDroppedAndCounted) {
   const std::string log = log_with_bad_measurements(at("bad.rawlog"), GetParam());
@@ -225,7 +225,7 @@ TEST_P(BadMeasurements, AreDroppedAndCounted) {
 }
 
 // Planar odometry with a planar sensor, and with one that measures pitch.
-INSTANTIATE_TEST_SUITE_P(Pitch, BadMeasurements, testing::Values(0.0F, 0.01F));
+INSTANTIATE_TEST_SUITE_P(Pitch, BadMeasurements, ::testing::Values(0.0F, 0.01F));
 
 TEST_F(ReplayTest, LogWithoutDetectionsGivesAPathAndIsCalledEmpty) {
   const std::string ini = write(

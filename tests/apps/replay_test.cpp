@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Modes : public ReplayTest, public testing::WithParamInterface<const char*> {};
+class Modes : public ReplayTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
   const std::string ini = write(
@@ -32,9 +32,9 @@ TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
   EXPECT_NEAR(summary["cost"], redundancy / 2, 4 * std::sqrt(redundancy / 2));
 }
 
-INSTANTIATE_TEST_SUITE_P(Solver, Modes, testing::Values("batch", "incremental"));
+INSTANTIATE_TEST_SUITE_P(Solver, Modes, ::testing::Values("batch", "incremental"));
 
-class Windows : public ReplayTest, public testing::WithParamInterface<const char*> {
+class Windows : public ReplayTest, public ::testing::WithParamInterface<const char*> {
  protected:
   nlohmann::json truth_of(const std::string& name) const {
     const std::string ini =
@@ -74,7 +74,7 @@ TEST_P(Windows, ClassesAndLandmarksOutsideTheWindowRemain) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Solver, Windows, testing::Values("fixed_lag", "filter"));
+INSTANTIATE_TEST_SUITE_P(Solver, Windows, ::testing::Values("fixed_lag", "filter"));
 
 TEST_F(ReplayTest, LogInSpaceIsBetterThanFiltered) {
   const auto summary = summary_of("-c " + config("kf_slam_6d_demo.ini"));
@@ -96,7 +96,7 @@ TEST_F(ReplayTest, SensorOffTheCentreIsHonoured) {
   EXPECT_LT(truth["trajectory"]["rmse_m"], 0.0097);
 }
 
-class Classed : public ReplayTest, public testing::WithParamInterface<const char*> {};
+class Classed : public ReplayTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(Classed, EveryClassIsRightWhereSeenFiveTimes) {
   const std::string name = GetParam();
@@ -121,7 +121,7 @@ TEST_P(Classed, EveryClassIsRightWhereSeenFiveTimes) {
   EXPECT_GE(checked, 18);
 }
 
-INSTANTIATE_TEST_SUITE_P(Logs, Classed, testing::Values("classed_demo", "classed_demo_3d"));
+INSTANTIATE_TEST_SUITE_P(Logs, Classed, ::testing::Values("classed_demo", "classed_demo_3d"));
 
 TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
   const Ran ran = run_replay("-c " + config("classed_demo.ini") + " -o " + at("a/b"));

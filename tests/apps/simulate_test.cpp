@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Ran run(const std::string& arguments) {
+Ran simulate(const std::string& arguments) {
   return run_app("hybrid-simulate " + arguments);
 }
 
 class Simulate : public ScratchFolder {
  protected:
   void expect_failure(const std::string& arguments, const std::string& part) const {
-    const Ran result = run(arguments);
+    const Ran result = simulate(arguments);
     EXPECT_NE(result.code, 0) << arguments;
     EXPECT_NE(result.text.find(part), std::string::npos) << result.text;
   }
@@ -29,7 +29,7 @@ class Simulate : public ScratchFolder {
 
 TEST_F(Simulate, WritesLogAndTruthAndNothingElse) {
   write("a.ini", "[world]\nlandmarks = 5\n");
-  const Ran result = run("-c " + at("a.ini") + " -o " + at("new/log.rawlog"));
+  const Ran result = simulate("-c " + at("a.ini") + " -o " + at("new/log.rawlog"));
   EXPECT_EQ(result.code, 0) << result.text;
   EXPECT_TRUE(fs::exists(at("new/log.rawlog")));
   EXPECT_TRUE(fs::exists(at("new/log_ground_truth.txt")));
@@ -38,12 +38,12 @@ TEST_F(Simulate, WritesLogAndTruthAndNothingElse) {
 }
 
 TEST_F(Simulate, ExplainsItself) {
-  EXPECT_EQ(run("--help").code, 0);
-  const Ran keys = run("--print-config");
+  EXPECT_EQ(simulate("--help").code, 0);
+  const Ran keys = simulate("--print-config");
   EXPECT_EQ(keys.code, 0);
   EXPECT_NE(keys.text.find("accuracy = 0.7"), std::string::npos);
   write("printed.ini", keys.text);
-  EXPECT_EQ(run("-c " + at("printed.ini") + " -o " + at("p.rawlog")).code, 0);
+  EXPECT_EQ(simulate("-c " + at("printed.ini") + " -o " + at("p.rawlog")).code, 0);
 }
 
 TEST_F(Simulate, FailsClearly) {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "mrpt_plugins/output/sha256.h"
+#include "mrpt_plugins/bridge/sha256.h"
 #include "tests/faults/injection.h"
 
 namespace hybrid {

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "libhybrid/factors/bearing_range.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/mapping/sighting.h"
-#include "mrpt_plugins/mapping/space.h"
+#include "mrpt_plugins/plugins/sighting.h"
 
 namespace example {
 

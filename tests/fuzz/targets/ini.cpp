@@ -4,9 +4,9 @@
 // INI files: what the mapping reads of them, and the same from what it documents.
 
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/calibration.h"
-#include "mrpt_plugins/mapping/keyframe_source.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
 #include "mrpt_plugins/simulation/scenario.h"

@@ -3,12 +3,12 @@
 
 // Files that tell what is true, and other small tables; the first byte chooses the reader.
 
-#include "libhybrid/io/object_sightings.h"
 #include "libhybrid/io/read_pairs.h"
-#include "mrpt_plugins/input/association_truth.h"
-#include "mrpt_plugins/input/graph_truth.h"
-#include "mrpt_plugins/input/ground_truth.h"
-#include "mrpt_plugins/input/mode_truth.h"
+#include "libhybrid/objects/object_sightings.h"
+#include "mrpt_plugins/evaluation/association_truth.h"
+#include "mrpt_plugins/evaluation/graph_truth.h"
+#include "mrpt_plugins/evaluation/ground_truth.h"
+#include "mrpt_plugins/evaluation/mode_truth.h"
 #include "tests/fuzz/targets/fuzz_input.h"
 
 using namespace hybrid;

@@ -44,8 +44,8 @@ class World {
 
   /// `common` landmarks of both, in the same order, and `more` of each alone. T_a_b is off by what
   /// its covariance says.
-  PlaceQuestion<Pose> question(int common, int more, double drift_m, double drift_rad) {
-    PlaceQuestion<Pose> q;
+  ConstellationMatchProblem<Pose> question(int common, int more, double drift_m, double drift_rad) {
+    ConstellationMatchProblem<Pose> q;
     typename Pose::Tangent variances;
     variances.setConstant(drift_rad * drift_rad);
     variances.template head<kDim>().setConstant(drift_m * drift_m);
@@ -63,7 +63,7 @@ class World {
       add(point(), q.a);
       add(point(), q.b);
     }
-    q.likeness.setZero(common + more, common + more);
+    q.class_log_likelihood_ratio.setZero(common + more, common + more);
     q.log_density = std::log(kDensity);
     return q;
   }
@@ -142,7 +142,7 @@ TEST(Constellation, WhatIsMissingHasItsPrice) {
 TEST(Constellation, LandmarksThatCannotBeOneAreNoPair) {
   World<SE2> world(2);
   auto q = world.question(8, 0, 2.0, 0.05);
-  q.likeness(3, 3) = -std::numeric_limits<double>::infinity();
+  q.class_log_likelihood_ratio(3, 3) = -std::numeric_limits<double>::infinity();
   for (const auto& answer : match_places(q)) {
     for (const auto& [i, j] : answer.pairs) EXPECT_FALSE(i == 3 && j == 3);
   }
@@ -152,8 +152,8 @@ TEST(Constellation, ClassesSpeakForAPlace) {
   World<SE2> world(5);
   auto q = world.question(6, 4, 5.0, 0.1);
   const double before = match_places(q).front().cost;
-  q.likeness.setConstant(-std::log(4.0));
-  q.likeness.diagonal().setConstant(std::log(4.0));
+  q.class_log_likelihood_ratio.setConstant(-std::log(4.0));
+  q.class_log_likelihood_ratio.diagonal().setConstant(std::log(4.0));
   EXPECT_LT(match_places(q).front().cost, before - 5 * std::log(4.0));
 }
 

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
+#include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
 #include "mrpt_plugins/import/stata.h"
-#include "mrpt_plugins/input/ground_truth.h"
 #include "tests/mrpt_plugins/import/import_files.h"
 
 namespace hybrid {

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
+#include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/mrclam.h"
 #include "mrpt_plugins/import/plaza.h"
 #include "mrpt_plugins/import/victoria_park.h"
-#include "mrpt_plugins/input/ground_truth.h"
 #include "tests/mrpt_plugins/import/import_files.h"
 
 namespace hybrid {

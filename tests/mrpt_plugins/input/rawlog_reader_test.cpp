@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <set>
 
+#include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/input/detections.h"
-#include "mrpt_plugins/input/ground_truth.h"
 #include "tests/mrpt_plugins/input/log_files.h"
 
 namespace hybrid {

@@ -86,7 +86,7 @@ struct Case {
   const char* mode;
 };
 
-class Mapping : public testing::TestWithParam<Case> {
+class Mapping : public ::testing::TestWithParam<Case> {
  protected:
   const bool is_3d_ = GetParam().is_3d;
   IniFile ini_{std::string("[solver]\nmode = ") + GetParam().mode + "\n", "test.ini"};
@@ -142,7 +142,7 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
 }
 
 INSTANTIATE_TEST_SUITE_P(DimensionsAndModes, Mapping,
-                         testing::Values(Case{false, "batch"}, Case{true, "batch"},
+                         ::testing::Values(Case{false, "batch"}, Case{true, "batch"},
                                          Case{false, "incremental"}, Case{true, "incremental"},
                                          Case{false, "fixed_lag\nlag = 5"},
                                          Case{true, "fixed_lag\nlag = 5"}, Case{false, "filter"},

@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "tests/mrpt_plugins/mapping/beacon_world.h"
+#include "tests/mrpt_plugins/plugins/beacon_world.h"
 
 namespace hybrid {
 namespace {

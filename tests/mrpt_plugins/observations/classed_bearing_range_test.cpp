@@ -93,7 +93,7 @@ TEST(ClassedBearingRange, RawlogEditReadsItThroughThePlugin) {
   if (output_of("rawlog-edit --version").find("not found") != std::string::npos) {
     GTEST_SKIP() << "rawlog-edit (package mrpt-apps) is not installed";
   }
-  const std::string log = testing::TempDir() + "classed_bearing_range_test.rawlog";
+  const std::string log = ::testing::TempDir() + "classed_bearing_range_test.rawlog";
   {
     mrpt::io::CFileGZOutputStream file(log);
     auto archive = mrpt::serialization::archiveFrom(file);

@@ -14,8 +14,8 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "mrpt_plugins/drawing/matrix_image.h"
 #include "mrpt_plugins/output/graph_image.h"
-#include "mrpt_plugins/output/matrix_image.h"
 
 namespace hybrid {
 namespace {
@@ -63,7 +63,7 @@ TEST(GraphImage, ShowsClosuresApartFromOdometry) {
   EXPECT_GT(pixels_of(graph_image(graph), closure), 20);
 }
 
-class WriteSparsity : public testing::Test {
+class WriteSparsity : public ::testing::Test {
  protected:
   WriteSparsity() {
     graph.emplace<Prior<SE2>>(Key{'x', 0}, SE2(), noise);
@@ -97,7 +97,7 @@ TEST_F(WriteSparsity, TakesTheOrderOfASmoother) {
   graph.continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { delta.continuous.push_back(factor); });
   ASSERT_EQ(smoother.update(delta).status, UpdateReport::Status::kOk);
-  const std::vector<Key> order = elimination_order(smoother);
+  const std::vector<Key> order = smoother.elimination_order();
   EXPECT_EQ(order.size(), 6u);
   EXPECT_TRUE(write_sparsity(OutputDirectory(folder), smoother.graph(), {}, order, "s").empty());
 }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Video : public testing::Test {
+class Video : public ::testing::Test {
  protected:
   Video() { fs::create_directories(folder_); }
   ~Video() override { fs::remove_all(folder_); }

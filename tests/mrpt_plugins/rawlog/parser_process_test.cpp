@@ -39,7 +39,7 @@ class Company {
 };
 
 /// Once by fork, once by the program.
-class ParserProcessTest : public testing::TestWithParam<bool> {
+class ParserProcessTest : public ::testing::TestWithParam<bool> {
  protected:
   ParserProcessTest() {
     static void* const library = dlopen(HYBRID_HOSTILE_OBSERVATIONS, RTLD_NOW | RTLD_GLOBAL);
@@ -61,7 +61,7 @@ class ParserProcessTest : public testing::TestWithParam<bool> {
   std::unique_ptr<Company> company_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Way, ParserProcessTest, testing::Bool(),
+INSTANTIATE_TEST_SUITE_P(Way, ParserProcessTest, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "Program" : "Fork"; });
 
 bool has_children() {

@@ -10,8 +10,8 @@
 #include <filesystem>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/input/detections.h"
-#include "mrpt_plugins/input/ground_truth.h"
 #include "mrpt_plugins/simulation/random.h"
 #include "mrpt_plugins/simulation/robot_path.h"
 #include "tests/mrpt_plugins/input/log_files.h"

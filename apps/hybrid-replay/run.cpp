@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-replay/run.h"
+
+#include <fmt/format.h>
+
+#include "apps/exit_code.h"
+#include "apps/hybrid-replay/progress.h"
+#include "apps/program.h"
+#include "mrpt_plugins/replay/replay.h"
+
+namespace hybrid {
+namespace {
+
+/// Tells what was found of the robot itself, on standard output.
+void report(const CalibrationEstimate& calibration) {
+  say("{}:\n", calibration.name);
+  for (const CalibrationEstimate::Entry& e : calibration.entries) {
+    if (e.observed) {
+      say("  {} {:.4f} +- {:.4f} {} (start {:.4f})\n", e.name, e.value, e.sigma, e.unit, e.start);
+    } else {
+      say("  {} is not determined by the measurements of this log\n", e.name);
+    }
+  }
+}
+
+void report(const Summary& summary, const std::string& folder, Progress& progress) {
+  progress.clear();
+  for (const auto& [reason, count] : summary.dropped) {
+    progress.message(fmt::format("{}: {}", reason, count));
+  }
+  for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
+  if (summary.status != "ok") progress.message("error: " + summary.message);
+  for (const CalibrationEstimate& calibration : summary.calibration) report(calibration);
+  say("{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
+      summary.keyframes, summary.landmarks, summary.objective, summary.total_s, summary.solver_s);
+  if (summary.truth && summary.truth->trajectory) {
+    say(", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
+  }
+  if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
+    say(", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
+  }
+  if (summary.truth && summary.truth->associations && summary.truth->associations->labelled > 0) {
+    say(", associations right {:.2f} %", 100 * summary.truth->associations->accuracy());
+  }
+  if (summary.truth && summary.truth->modes) {
+    say(", modes precision {:.3f} recall {:.3f}", summary.truth->modes->precision(),
+        summary.truth->modes->recall());
+  }
+  say(" -> {}\n", folder);
+}
+
+int exit_code(const ReplayOutcome& outcome) {
+  if (outcome.signal != 0) return kExitInterrupted + outcome.signal;
+  return outcome.summary.status == "ok" ? kExitOk : kExitPartial;
+}
+
+}  // namespace
+
+int run(const ReplayRequest& request) {
+  note_interrupts();
+  Progress progress;
+  const ReplayOutcome outcome = replay(
+      request,
+      [&](const ReplayProgress& so_far) {
+        progress.update(so_far.fraction, so_far.keyframes, so_far.landmarks, so_far.objective);
+      },
+      [](const ReplayOutcome& published) { settle(exit_code(published)); });
+  report(outcome.summary, outcome.folder.string(), progress);
+  return exit_code(outcome);
+}
+
+}  // namespace hybrid

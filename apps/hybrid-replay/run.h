@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "mrpt_plugins/replay/replay_request.h"
+
+namespace hybrid {
+
+/// Replays, with progress, and prints what came of it. Returns the exit code; throws on failure.
+int run(const ReplayRequest& request);
+
+}  // namespace hybrid

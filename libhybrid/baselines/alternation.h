@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include "libhybrid/closures/mixture_graph.h"
+#include "libhybrid/closures/problem.h"
+#include "libhybrid/solvers/alternating.h"
+
+namespace hybrid {
+
+struct AlternationOptions {
+  MixtureOptions mixture;
+  AlternatingOptions alternating;
+};
+
+/// The paper's own solver on eq. 16: alternating minimisation from the initial values, where every
+/// closure is first judged. It ends in the first local minimum.
+RobustResult solve_alternating(const RobustProblem& problem,
+                               const AlternationOptions& options = {});
+
+}  // namespace hybrid

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/closures/mixture_graph.h"
+
+#include <cmath>
+#include <memory>
+
+#include "libhybrid/factors/inflated.h"
+#include "libhybrid/hybrid/mixture.h"
+
+namespace hybrid {
+namespace {
+
+/// -log of the two components of a closure at a cost of its inlier model.
+struct Costs {
+  double inlier = 0.0;
+  double outlier = 0.0;
+};
+
+void check_weights(const MixtureOptions& options) {
+  if (!(options.inlier_weight > 0.0) || !(options.outlier_weight > 0.0)) {
+    throw Error("weights of inliers and outliers must be positive");
+  }
+}
+
+/// -log density of the constant outlier model; nothing where it is the wide Gaussian.
+std::optional<double> null_density(const ContinuousFactor& closure, const MixtureOptions& options) {
+  if (options.null_hypothesis || !options.flat) return options.null_hypothesis;
+  return closure.log_normalizer() + 0.5 * closure.rows() * std::log(options.outlier_variance);
+}
+
+Costs component_costs(const ContinuousFactor& closure, double cost, const MixtureOptions& options) {
+  Costs costs;
+  costs.inlier = cost + closure.log_normalizer() - std::log(options.inlier_weight);
+  const std::optional<double> null = null_density(closure, options);
+  costs.outlier = null ? *null
+                       : cost / options.outlier_variance + closure.log_normalizer() +
+                             0.5 * closure.rows() * std::log(options.outlier_variance);
+  costs.outlier -= std::log(options.outlier_weight);
+  return costs;
+}
+
+}  // namespace
+
+HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
+                                const MixtureOptions& options) {
+  const std::optional<double> null = null_density(*factor, options);
+  if (!null) {
+    return make_outlier_mixture(closure_switch(closure), factor,
+                                std::make_shared<Inflated>(factor, options.outlier_variance),
+                                options.inlier_weight, options.outlier_weight);
+  }
+  check_weights(options);
+  std::vector<MixtureComponent> components;
+  components.push_back({factor, -std::log(options.inlier_weight), false});
+  components.push_back({nullptr, *null - std::log(options.outlier_weight), true});
+  return std::make_shared<Mixture>(std::vector<DiscreteKey>{closure_switch(closure)},
+                                   std::move(components));
+}
+
+OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options) {
+  check_weights(options);
+  const double prior = 2.0 * std::log(options.inlier_weight / options.outlier_weight);
+  if (options.null_hypothesis) {
+    return {INFINITY, 2.0 * (*options.null_hypothesis - closure.log_normalizer()) + prior};
+  }
+  return {options.flat ? INFINITY : options.outlier_variance,
+          closure.rows() * std::log(options.outlier_variance) + prior};
+}
+
+HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& options) {
+  HybridGraph graph;
+  for (const ContinuousFactorPtr& factor : problem.trusted) graph.add(factor);
+  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
+    graph.add(closure_mixture(k, problem.closures[k], options));
+  }
+  return graph;
+}
+
+Assignment to_assignment(const std::vector<bool>& accepted) {
+  Assignment assignment;
+  for (std::size_t k = 0; k < accepted.size(); ++k) {
+    assignment.set(closure_switch(k).key, accepted[k] ? 0 : 1);
+  }
+  return assignment;
+}
+
+JointObjective joint_objective(const RobustProblem& problem, const Values& values,
+                               const std::vector<bool>& accepted, const MixtureOptions& options) {
+  JointObjective joint;
+  for (const ContinuousFactorPtr& factor : problem.trusted) {
+    const double cost = factor->cost(values);
+    joint.cost += cost;
+    joint.objective += cost + factor->log_normalizer();
+  }
+  for (std::size_t k = 0; k < problem.closures.size(); ++k) {
+    const ContinuousFactor& closure = *problem.closures[k];
+    const double cost = closure.cost(values);
+    const Costs costs = component_costs(closure, cost, options);
+    if (accepted[k]) joint.cost += cost;
+    joint.objective += accepted[k] ? costs.inlier : costs.outlier;
+  }
+  return joint;
+}
+
+std::vector<Verdict> judge(const RobustProblem& problem, const Values& values,
+                           const std::vector<bool>& accepted, const MixtureOptions& options) {
+  std::vector<Verdict> verdicts(problem.closures.size());
+  for (std::size_t k = 0; k < verdicts.size(); ++k) {
+    const ContinuousFactor& closure = *problem.closures[k];
+    const double cost = closure.cost(values);
+    const Costs costs = component_costs(closure, cost, options);
+    verdicts[k].accepted = accepted[k];
+    verdicts[k].chi_square = 2.0 * cost;
+    verdicts[k].inlier_probability = 1.0 / (1.0 + std::exp(costs.inlier - costs.outlier));
+  }
+  return verdicts;
+}
+
+RobustProblem to_robust_problem(const PoseGraph& graph, const Values& initial, const Trust& trusted,
+                                const GraphFactorOptions& options) {
+  RobustProblem problem;
+  problem.initial = initial;
+  const std::size_t relative_poses = graph.poses2.size() + graph.poses3.size();
+  std::vector<ContinuousFactorPtr> factors = to_factors(graph, initial, options);
+  for (std::size_t f = 0; f < factors.size(); ++f) {
+    const std::vector<Key>& keys = factors[f]->keys();
+    const bool closure = f < relative_poses && !trusted(keys[0], keys[1]);
+    (closure ? problem.closures : problem.trusted).push_back(std::move(factors[f]));
+  }
+  return problem;
+}
+
+}  // namespace hybrid

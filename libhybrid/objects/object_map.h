@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/closures/mixture_graph.h"
+#include "libhybrid/closures/problem.h"
+#include "libhybrid/objects/object_sightings.h"
+
+namespace hybrid {
+
+/// Noise of the measurements of an ObjectSequence, standard deviations per axis.
+struct ObjectMapOptions {
+  double step_m = 0.0001;  ///< odometry, from frame to frame
+  double step_rad = 0.0001;
+  double sighting_m = 0.01;  ///< a true sighting
+  double sighting_rad = 0.03;
+  MixtureOptions mixture;
+  ObjectMapOptions() {
+    mixture.outlier_variance = 10.0;
+    mixture.flat = true;
+  }
+};
+
+/// The camera in frame i, and object k.
+inline Key camera_key(std::size_t frame) {
+  return {'x', frame};
+}
+inline Key object_key(std::size_t object) {
+  return {'o', object};
+}
+
+/// Objects as landmarks in SE(3): odometry and a prior on the first camera pose are trusted, every
+/// sighting is a candidate, object by object in the order of frames. An object starts at that
+/// sighting, carried along the odometry, which the mixture likes best in sight of all others.
+/// Objects without a sighting are left out. Throws Error for deviations that are not positive.
+RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOptions& options = {});
+
+/// Alternating minimisation over poses, objects and the switch of each sighting.
+RobustResult solve_objects(const RobustProblem& problem, const ObjectMapOptions& options = {});
+
+/// For comparison: all sightings believed under a robust kernel, from the same start.
+RobustResult solve_objects(const RobustProblem& problem, const Loss& loss,
+                           const ObjectMapOptions& options = {});
+
+/// Root mean square error of the camera's positions after the best rigid alignment, and the errors
+/// of each object in the frame so aligned; NaN for an object left out or without truth.
+struct ObjectMapErrors {
+  SE3 T_world_map;                          ///< the alignment
+  std::vector<std::optional<SE3>> objects;  ///< true poses T_world_object
+  double trajectory_m = 0.0;
+  std::vector<double> object_m, object_deg;
+};
+
+/// Compares with the truth of the sequence. Throws Error if it has none for the camera.
+ObjectMapErrors object_map_errors(const ObjectSequence& sequence, const Values& values);
+
+}  // namespace hybrid

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/pose_graph/pose_graph.h"
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <unordered_map>
+
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/sighted_point.h"
+
+namespace hybrid {
+namespace {
+
+/// Keys of all poses, of vertices and edges, in order.
+template <class Pose>
+std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
+                           const std::vector<GraphEdge<typename Pose::Point>>& sightings) {
+  std::vector<Key> keys;
+  for (Key key : graph.values.keys()) {
+    if (graph.values.type(key) == Variable<Pose>::type()) keys.push_back(key);
+  }
+  for (const auto& edge : edges) {
+    keys.push_back(edge.from);
+    keys.push_back(edge.to);
+  }
+  for (const auto& edge : sightings) keys.push_back(edge.from);
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return keys;
+}
+
+/// A spanning tree over poses that leaves odometry only where odometry ends.
+template <class Pose>
+class Spanning {
+ public:
+  Spanning(const std::vector<Key>& keys, const std::vector<GraphEdge<Pose>>& edges)
+      : edges_(edges), incident_(keys.size()) {
+    for (std::size_t i = 0; i < keys.size(); ++i) ids_.emplace(keys[i], i);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      incident_[ids_.at(edges[e].from)].push_back(e);
+      incident_[ids_.at(edges[e].to)].push_back(e);
+    }
+  }
+
+  /// Sets the poses that can be reached from keys[0].
+  void run(const std::vector<Key>& keys, const Pose& start, Values& values) {
+    std::deque<std::size_t> others;
+    std::vector<Key> stack;
+    const auto reach = [&](Key key, Pose pose) {
+      pose.normalize();
+      values.insert(key, pose);
+      stack.push_back(key);
+    };
+    reach(keys[0], start);
+    while (true) {
+      while (!stack.empty()) {
+        const Key key = stack.back();
+        stack.pop_back();
+        for (std::size_t e : incident_[ids_.at(key)]) {
+          const GraphEdge<Pose>& edge = edges_[e];
+          if (!is_odometry(edge.from, edge.to)) {
+            others.push_back(e);
+          } else {
+            cross(edge, values, reach);
+          }
+        }
+      }
+      if (others.empty()) return;
+      cross(edges_[others.front()], values, reach);
+      others.pop_front();
+    }
+  }
+
+ private:
+  /// Sets the end of an edge that has no value yet from the other.
+  template <class Reach>
+  void cross(const GraphEdge<Pose>& edge, const Values& values, Reach& reach) {
+    const bool has_from = values.contains(edge.from);
+    const bool has_to = values.contains(edge.to);
+    if (has_from && !has_to) reach(edge.to, values.at<Pose>(edge.from) * edge.measured);
+    if (has_to && !has_from) reach(edge.from, values.at<Pose>(edge.to) * edge.measured.inverse());
+  }
+
+  const std::vector<GraphEdge<Pose>>& edges_;
+  std::vector<std::vector<std::size_t>> incident_;
+  std::unordered_map<Key, std::size_t> ids_;
+};
+
+void check_connected(const std::vector<Key>& keys, const Values& values) {
+  std::string missing;
+  int count = 0;
+  for (Key key : keys) {
+    if (values.contains(key)) continue;
+    if (++count <= 10) missing += (count == 1 ? "" : ", ") + std::to_string(key.index());
+  }
+  if (count == 0) return;
+  if (count > 10) missing += ", ... (" + std::to_string(count) + " in all)";
+  throw Error("no edge connects vertex " + missing + " to vertex " +
+              std::to_string(keys[0].index()));
+}
+
+template <class Pose>
+void chain(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
+           const std::vector<GraphEdge<typename Pose::Point>>& sightings, Values& values) {
+  using Point = typename Pose::Point;
+  std::vector<Key> keys = pose_keys(graph, edges, sightings);
+  if (keys.empty()) return;
+  const Pose start = graph.values.contains(keys[0]) ? graph.values.at<Pose>(keys[0]) : Pose();
+  Spanning<Pose>(keys, edges).run(keys, start, values);
+  for (const auto& sighting : sightings) {
+    if (!values.contains(sighting.from) || values.contains(sighting.to)) continue;
+    values.insert(sighting.to, Point(values.at<Pose>(sighting.from) * sighting.measured));
+  }
+  for (Key key : graph.values.keys()) {
+    if (graph.values.type(key) == Variable<Point>::type()) keys.push_back(key);
+  }
+  check_connected(keys, values);
+}
+
+template <class Pose, class Factor>
+void add_factors(const std::vector<GraphEdge<Pose>>& edges, const Loss& loss,
+                 std::vector<ContinuousFactorPtr>& factors) {
+  for (const auto& edge : edges) {
+    factors.push_back(
+        std::make_shared<Factor>(edge.from, edge.to, edge.measured, edge.noise, loss));
+  }
+}
+
+template <class T>
+ContinuousFactorPtr anchor(Key key, const Values& values, double sigma) {
+  return std::make_shared<Prior<T>>(key, values.at<T>(key),
+                                    Noise::isotropic(Variable<T>::kDim, sigma));
+}
+
+ContinuousFactorPtr anchor(Key key, const Values& values, double sigma) {
+  const VariableType type = values.type(key);
+  if (type == Variable<SE2>::type()) return anchor<SE2>(key, values, sigma);
+  if (type == Variable<SE3>::type()) return anchor<SE3>(key, values, sigma);
+  if (type.dim == 2) return anchor<Eigen::Vector2d>(key, values, sigma);
+  return anchor<Eigen::Vector3d>(key, values, sigma);
+}
+
+}  // namespace
+
+Values initialize_from_odometry(const PoseGraph& graph) {
+  Values values;
+  chain(graph, graph.poses2, graph.points2, values);
+  chain(graph, graph.poses3, graph.points3, values);
+  return values;
+}
+
+std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
+                                            const GraphFactorOptions& options) {
+  std::vector<ContinuousFactorPtr> factors;
+  factors.reserve(graph.edge_count() + std::max<std::size_t>(1, graph.fixed.size()));
+  if (options.planar_logarithm) {
+    add_factors<SE2, Between<SE2>>(graph.poses2, options.loss, factors);
+  } else {
+    add_factors<SE2, BetweenSE2>(graph.poses2, options.loss, factors);
+  }
+  add_factors<SE3, Between<SE3>>(graph.poses3, options.loss, factors);
+  add_factors<Eigen::Vector2d, SightedPoint<SE2>>(graph.points2, options.loss, factors);
+  add_factors<Eigen::Vector3d, SightedPoint<SE3>>(graph.points3, options.loss, factors);
+  std::vector<Key> anchored = graph.fixed;
+  if (anchored.empty()) {
+    std::vector<Key> keys = pose_keys(graph, graph.poses2, graph.points2);
+    if (keys.empty()) keys = pose_keys(graph, graph.poses3, graph.points3);
+    if (!keys.empty()) anchored.push_back(keys[0]);
+  }
+  for (Key key : anchored) factors.push_back(anchor(key, initial, options.anchor_sigma));
+  return factors;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include "libhybrid/closures/mixture_graph.h"
+
+namespace hybrid {
+
+/// Replaces the inlier probabilities of a result, unless the poses are integrated out already, by
+/// p(inlier | Z) of every closure under the mixture of eq. 17, given the decisions on all others
+/// (see log_evidence_change), where eq. 14 takes the poses as known. Of the other closures, those
+/// that are rejected say nothing of the poses, whatever the outlier model. The poses are those that
+/// are optimal for the decisions. Where what is trusted and accepted leaves some undetermined,
+/// nothing changes.
+void integrate_poses(const RobustProblem& problem, const MixtureOptions& options,
+                     RobustResult& result);
+
+}  // namespace hybrid

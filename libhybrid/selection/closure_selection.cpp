@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/selection/closure_selection.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/selection/readmission.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kBatch = 4;  // larger ones that are refused are cut to a quarter
+constexpr std::size_t kManyClosures = 100;
+constexpr double kNearlyAll = 0.995;
+constexpr double kDoubtedShare = 0.02;  // of a batch that is kept
+
+/// One run of re-admission.
+class Escape {
+ public:
+  Escape(const RobustProblem& problem, const ClosureSelectionOptions& options)
+      : options_(options), map_(problem, options), drops_(problem.closures.size(), 0) {}
+
+  RobustResult run() {
+    map_.begin();
+    RobustResult result;
+    result.objectives.push_back(map_.objective());
+    if (try_all()) result.objectives.push_back(map_.objective());
+    double share = 1.0;
+    int round = 0;
+    for (; round < options_.max_rounds; ++round) {
+      std::vector<Candidate> batch = map_.candidates();
+      if (batch.empty() && options_.pairs) batch = map_.best_pair();
+      if (batch.empty()) break;
+      if (batch.front().partner < 0) {
+        batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
+      }
+      if (macro_step(batch)) {
+        result.objectives.push_back(map_.objective());
+        share = std::min(1.0, 2.0 * share);
+      } else if (batch.size() > kBatch) {
+        share *= 0.25;
+      } else {
+        for (const Candidate& candidate : batch) map_.refuse(candidate.closure);
+      }
+    }
+    result.converged = round < options_.max_rounds;
+    map_.finish(result);
+    if (!result.converged) {
+      result.message = "closures were still admitted after " + std::to_string(options_.max_rounds) +
+                       " macro-steps, the limit";
+    }
+    return result;
+  }
+
+ private:
+  /// Where nearly all closures may well be true, they go in at once.
+  bool try_all() {
+    const std::size_t count = drops_.size();
+    if (count < kManyClosures || options_.trust_start) return false;
+    const std::vector<Candidate> plausible = map_.all_plausible();
+    return double(plausible.size()) >= kNearlyAll * double(count) && macro_step(plausible);
+  }
+
+  /// Admits a batch without those of its members, or of older ones, that contradict it.
+  bool macro_step(const std::vector<Candidate>& batch) {
+    const Readmission::Snapshot before = map_.snapshot();
+    map_.admit(batch);
+    std::vector<int> doubted = map_.doubted();
+    const double allowed = std::max(2.0, kDoubtedShare * double(batch.size()));
+    if (batch.size() > kBatch && double(doubted.size()) > allowed) {
+      // The map may have folded on the way to the new closures rather than contradict them.
+      map_.unfold();
+      doubted = map_.doubted();
+      if (double(doubted.size()) > allowed) {
+        map_.restore(before);
+        return false;
+      }
+    }
+    std::vector<int> dropped;
+    for (; !doubted.empty(); doubted = map_.doubted()) {
+      doubted.resize((doubted.size() + 1) / 2);
+      dropped.insert(dropped.end(), doubted.begin(), doubted.end());
+      map_.drop(doubted);
+    }
+    if (!(map_.objective() < before.objective)) {
+      map_.restore(before);
+      return false;
+    }
+    for (int closure : dropped) {
+      if (++drops_[closure] >= 2) map_.refuse(closure);
+    }
+    return true;
+  }
+
+  const ClosureSelectionOptions& options_;
+  Readmission map_;
+  std::vector<int> drops_;  // how often a closure had to leave
+};
+
+}  // namespace
+
+RobustResult select_closures(const RobustProblem& problem, const ClosureSelectionOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  RobustResult result = Escape(problem, options).run();
+  result.method = "escape";
+  result.seconds = seconds_since(start);
+  return result;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/selection/online_closure_selection.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/infinity.h"
+
+namespace hybrid {
+namespace {
+
+/// Updates that an admitted closure has to bring the objective down.
+constexpr int kSettle = 6;
+/// What an update may leave of the way at most, or the attempt ends.
+constexpr double kProgress = 0.8;
+/// Attempts after which a closure waits until all are judged again.
+constexpr int kAttempts = 1;
+/// Newest closures that are looked at again when the map has changed.
+constexpr std::size_t kReconsidered = 50;
+/// All closures are judged again when there are so many times those of the last time, and more.
+constexpr std::size_t kGrowth = 4;
+constexpr std::size_t kFewClosures = 20;
+
+using Clock = std::chrono::steady_clock;
+
+/// Switches of closures are this library's own.
+void check_names(const Delta& trusted) {
+  const auto check = [](Key key) {
+    if (key.letter() != closure_switch(0).key.letter()) return;
+    throw Error("discrete variable " + to_string(key) + ": the letter " +
+                std::string(1, key.letter()) +
+                " is that of the switches of closures; take another letter for it");
+  };
+  for (const HybridFactorPtr& factor : trusted.hybrid) {
+    if (factor == nullptr) continue;
+    for (const DiscreteKey& key : factor->discrete_keys()) check(key.key);
+  }
+  for (const Table& table : trusted.discrete) {
+    for (const DiscreteKey& key : table.keys()) check(key.key);
+  }
+  for (const auto& [key, value] : trusted.assignment) check(key);
+}
+
+bool is_pose(VariableType type) {
+  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+}
+
+}  // namespace
+
+void SelectionReport::add(const UpdateReport& update) {
+  status = update.status;
+  if (!update.message.empty()) message = update.message;
+  relinearized += update.relinearized;
+  eliminated += update.eliminated;
+  cliques += update.cliques;
+  flips += update.flips;
+  components += update.components;
+  rounds += update.rounds;
+  exact = exact && update.exact;
+}
+
+OnlineClosureSelection::OnlineClosureSelection(const OnlineClosureSelectionOptions& options)
+    : options_(options), smoother_(options.smoother) {}
+
+/// Keeps the path of odometry up to date: a new pose hangs on its first trusted factor with an
+/// earlier one.
+void OnlineClosureSelection::follow(const Delta& trusted) {
+  for (Key key : trusted.values.keys()) {
+    const VariableType type = trusted.values.type(key);
+    if (!is_pose(type)) continue;
+    const ContinuousFactor* step = nullptr;
+    for (const ContinuousFactorPtr& factor : trusted.continuous) {
+      const std::vector<Key>& keys = factor->keys();
+      if (keys.size() == 2 && keys[1] == key && factor->types()[0] == type) step = factor.get();
+      if (step != nullptr) break;
+    }
+    if (step == nullptr) {
+      odometry_.start(key, type, trusted.values.data(key));
+    } else {
+      odometry_.append(step->keys()[0], key, *step, type, trusted.values.data(key));
+    }
+  }
+}
+
+/// Forbids one value of the switch of a closure by a table, or lets it free.
+void OnlineClosureSelection::set_switch(std::size_t k, SwitchState switch_state, Delta& delta) {
+  Closure& closure = closures_[k];
+  if (closure.table.valid()) delta.remove.push_back(closure.table);
+  closure.table = {};
+  closure.switch_state = switch_state;
+  if (switch_state == SwitchState::kFree) return;
+  delta.discrete.emplace_back(std::vector<DiscreteKey>{closure_switch(k)},
+                              switch_state == SwitchState::kFixedInlier
+                                  ? std::vector<double>{0.0, kInfinity}
+                                  : std::vector<double>{kInfinity, 0.0});
+  changed_switches_.push_back(k);
+}
+
+UpdateReport OnlineClosureSelection::apply(Delta delta) {
+  delta.remove.insert(delta.remove.end(), lifted_.begin(), lifted_.end());
+  const UpdateReport report = smoother_.update(delta);
+  if (report.status != UpdateReport::Status::kOk) return report;
+  lifted_.clear();
+  const std::size_t first =
+      delta.continuous.size() + delta.discrete.size() - changed_switches_.size();
+  for (std::size_t i = 0; i < changed_switches_.size(); ++i) {
+    closures_[changed_switches_[i]].table = report.handles[first + i];
+  }
+  changed_switches_.clear();
+  return report;
+}
+
+bool OnlineClosureSelection::accepted(std::size_t k) const {
+  return smoother_.assignment().at(closure_switch(k).key) == 0;
+}
+
+Prediction OnlineClosureSelection::predict(const ContinuousFactor& closure) const {
+  const auto x = gather(closure.keys(), closure.types(), smoother_.values());
+  return predict_measurement(closure, x.data(), smoother_.joint_covariance(closure.keys()));
+}
+
+SelectionReport OnlineClosureSelection::update(const Delta& trusted,
+                                               const std::vector<ContinuousFactorPtr>& closures) {
+  const auto start = Clock::now();
+  check_names(trusted);
+  SelectionReport report;
+  Delta delta = trusted;
+  const std::size_t first = closures_.size();
+  for (const ContinuousFactorPtr& factor : closures) {
+    const std::size_t k = closures_.size();
+    closures_.emplace_back();
+    closures_.back().factor = factor;
+    delta.hybrid.push_back(closure_mixture(k, factor, options_.mixture));
+    delta.assignment.set(closure_switch(k).key, 1);
+    set_switch(k, SwitchState::kFixedOutlier, delta);
+  }
+  const UpdateReport done = [&] {
+    try {
+      return apply(std::move(delta));
+    } catch (...) {
+      closures_.resize(first);
+      changed_switches_.clear();
+      throw;
+    }
+  }();
+  report.add(done);
+  report.handles = done.handles;
+  report.objective_before = done.objective_before;
+  if (done.status != UpdateReport::Status::kOk) {
+    closures_.resize(first);
+    changed_switches_.clear();
+    return report;
+  }
+  verdicts_.clear();
+  follow(trusted);
+  for (std::size_t k = first; k < closures_.size(); ++k) {
+    Closure& closure = closures_[k];
+    closure.alone = odometry_.innovation(*closure.factor);
+    closure.refuted = refuted(closure);
+    if (closure.refuted) continue;
+    open_.push_back(k);
+    if (consider(k, report)) reconsider(report);
+  }
+  expel(report);
+  if (closures_.size() > kGrowth * judged_ + kFewClosures) reevaluate_all(report);
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+/// Whether the odometry alone contradicts a closure.
+bool OnlineClosureSelection::refuted(const Closure& closure) const {
+  return closure.alone &&
+         !factor_alone_.within(options_.gate, *closure.alone, closure.factor->rows(), 0.0);
+}
+
+/// The squared residual at which the mixture of a closure switches.
+double OnlineClosureSelection::switch_at(std::size_t k) const {
+  const MixtureOptions& mixture = options_.mixture;
+  const ContinuousFactor& factor = *closures_[k].factor;
+  const double outlier = mixture.null_hypothesis
+                             ? *mixture.null_hypothesis - factor.log_normalizer()
+                             : 0.5 * factor.rows() * std::log(mixture.outlier_variance);
+  return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
+}
+
+/// Judges a closure by its innovation given the map.
+bool OnlineClosureSelection::consider(std::size_t k, SelectionReport& report) {
+  Closure& closure = closures_[k];
+  closure.innovation = predict(*closure.factor);
+  return factor_.within(options_.gate, closure.innovation, closure.factor->rows(), switch_at(k)) &&
+         admit(k, report);
+}
+
+/// Judges again the newest closures that may have come within their gate: covariances only shrink,
+/// so the last one predicted bounds what a new one can allow.
+void OnlineClosureSelection::reconsider(SelectionReport& report) {
+  const std::size_t first = open_.size() - std::min(open_.size(), kReconsidered);
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t i = first; i < open_.size(); ++i) {
+      const std::size_t k = open_[i];
+      Closure& closure = closures_[k];
+      if (closure.switch_state != SwitchState::kFixedOutlier || closure.failures >= kAttempts)
+        continue;
+      const Eigen::MatrixXd& W = closure.innovation.information;
+      const auto x = gather(closure.factor->keys(), closure.factor->types(), smoother_.values());
+      if (W.size() > 0 && chi_square_under(*closure.factor, x.data(), W) > switch_at(k)) continue;
+      again = consider(k, report) || again;
+    }
+  }
+}
+
+/// Throws out what was accepted while little was known of the noise and is too far from the
+/// odometry now that more is; looked for whenever the number of closures has doubled.
+void OnlineClosureSelection::expel(SelectionReport& report) {
+  if (open_.size() < 2 * expelled_at_ + 5) return;
+  expelled_at_ = open_.size();
+  Delta delta;
+  std::vector<std::size_t> stay;
+  for (std::size_t k : open_) {
+    Closure& closure = closures_[k];
+    closure.refuted = refuted(closure);
+    if (!closure.refuted) {
+      stay.push_back(k);
+    } else if (closure.switch_state != SwitchState::kFixedOutlier) {
+      set_switch(k, SwitchState::kFixedOutlier, delta);
+    }
+  }
+  open_ = std::move(stay);
+  if (changed_switches_.empty()) return;
+  report.add(apply(std::move(delta)));
+  for (std::size_t k : open_) closures_[k].failures = 0;
+  reconsider(report);
+}
+
+void OnlineClosureSelection::free(std::size_t k) {
+  if (closures_[k].table.valid()) lifted_.push_back(closures_[k].table);
+  closures_[k].table = {};
+  closures_[k].switch_state = SwitchState::kFree;
+}
+
+/// Holds a closure in its inlier mode until the map has taken that in, and keeps it so where the
+/// joint objective has fallen.
+bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
+  ++report.tried;
+  const double before = smoother_.objective();
+  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
+  std::vector<bool> standing(closures_.size());
+  for (std::size_t i = 0; i < closures_.size(); ++i) standing[i] = accepted(i);
+  Delta delta;
+  set_switch(k, SwitchState::kFixedInlier, delta);
+  report.add(apply(std::move(delta)));
+  double left = smoother_.objective() - before;
+  for (int i = 1; i < kSettle && left >= 0.0; ++i) {
+    report.add(apply({}));
+    const double now = smoother_.objective() - before;
+    if (now > kProgress * left) break;
+    left = now;
+  }
+  Closure& closure = closures_[k];
+  if (!(smoother_.objective() < before)) {
+    withdraw(k, standing, estimate);
+    ++closure.failures;
+    return false;
+  }
+  free(k);
+  closure.failures = 0;
+  factor_.add(closure.innovation, closure.factor->rows());
+  if (closure.alone) factor_alone_.add(*closure.alone, closure.factor->rows());
+  ++report.admitted;
+  return true;
+}
+
+/// Takes an attempt back: all goes where it stood.
+void OnlineClosureSelection::withdraw(std::size_t k, const std::vector<bool>& before,
+                                      const IncrementalSmoother::Snapshot& estimate) {
+  std::vector<std::size_t> moved;
+  Delta delta;
+  set_switch(k, SwitchState::kFixedOutlier, delta);
+  while (!changed_switches_.empty()) {
+    apply(std::exchange(delta, {}));
+    for (std::size_t i = 0; i < closures_.size(); ++i) {
+      if (closures_[i].switch_state != SwitchState::kFree || accepted(i) == before[i]) continue;
+      set_switch(i, before[i] ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
+      moved.push_back(i);
+    }
+  }
+  smoother_.restore(estimate);
+  for (std::size_t i : moved) free(i);
+}
+
+ClosureStatus OnlineClosureSelection::status(std::size_t closure) const {
+  if (accepted(closure)) return ClosureStatus::kAccepted;
+  return closures_[closure].refuted ? ClosureStatus::kRejectedByOdometry
+                                    : ClosureStatus::kUndecided;
+}
+
+std::vector<Verdict> OnlineClosureSelection::verdicts() const {
+  if (verdicts_.size() == closures_.size()) {
+    std::vector<Verdict> verdicts = verdicts_;
+    for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k].accepted = accepted(k);
+    return verdicts;
+  }
+  RobustProblem problem;
+  std::vector<bool> in;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    problem.closures.push_back(closures_[k].factor);
+    in.push_back(accepted(k));
+  }
+  std::vector<Verdict> verdicts = judge(problem, smoother_.values(), in, options_.mixture);
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    if (closures_[k].refuted) continue;
+    const ContinuousFactor& factor = *closures_[k].factor;
+    const auto x = gather(factor.keys(), factor.types(), smoother_.values());
+    const Eigen::MatrixXd P = smoother_.joint_covariance(factor.keys());
+    verdicts[k].redundancy = in[k] ? joined_redundancy(factor, x.data(), P)
+                                   : predict_measurement(factor, x.data(), P).redundancy;
+    verdicts[k].checkable = verdicts[k].redundancy >= options_.checkable;
+  }
+  return verdicts;
+}
+
+}  // namespace hybrid

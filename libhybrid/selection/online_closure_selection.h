@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "libhybrid/closures/mixture_graph.h"
+#include "libhybrid/closures/problem.h"
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/odometry_path.h"
+#include "libhybrid/selection/prediction.h"
+#include "libhybrid/selection/variance_factor.h"
+#include "libhybrid/smoother/incremental.h"
+
+namespace hybrid {
+
+struct OnlineClosureSelectionOptions {
+  OnlineClosureSelectionOptions() {
+    mixture.flat = true;
+    smoother.relinearize = 3e-2;
+    smoother.wildfire = 1e-3;
+  }
+
+  MixtureOptions mixture;
+  /// Closures are admitted within this quantile of their predicted innovation, given the odometry
+  /// alone and given all that is accepted.
+  double gate = 0.999;
+  /// Closures of less redundancy are reported as uncheckable.
+  double checkable = 0.09;
+  SmootherOptions smoother;
+  ClosureSelectionOptions escape;  ///< of judging all closures again
+};
+
+/// Where a closure stands.
+enum class ClosureStatus {
+  kRejectedByOdometry,  ///< contradicts the odometry
+  kUndecided,           ///< agrees with the odometry, and not with the map
+  kAccepted
+};
+
+/// What one step of the judge did.
+struct SelectionReport : UpdateReport {
+  int admitted = 0;  ///< closures taken in
+  int tried = 0;     ///< attempts at that
+
+  /// Takes in what a further update of the smoother did.
+  void add(const UpdateReport& update);
+};
+
+/// Judges loop closures that arrive pose by pose and may be lies, on the incremental smoother.
+///
+/// A closure enters as a mixture (eq. 16-17) held in its outlier mode, which ties nothing together.
+/// It is admitted where its innovation agrees with the odometry alone, so that closures that agree
+/// with each other but not with the odometry stay out, and with the map, by the predicted
+/// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
+/// variable is free: the discrete half-step throws it out when the later graph contradicts it.
+/// Newest closures that are out are judged again when the map has changed. Whenever their number
+/// has grown fourfold, and in the end, all are judged again from nothing by select_closures, which
+/// can turn any decision; all these judgements together cost about a third of the last one.
+class OnlineClosureSelection {
+ public:
+  explicit OnlineClosureSelection(const OnlineClosureSelectionOptions& options = {});
+
+  /// Applies a change of trusted factors, and judges the closures that come with it. They are
+  /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update,
+  /// and for discrete variables with the letter of the switches of closures (see closure_switch).
+  SelectionReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
+
+  /// Judges all closures again, from nothing and from the present map, and converges.
+  SelectionReport finish();
+
+  const IncrementalSmoother& smoother() const { return smoother_; }
+  ClosureStatus status(std::size_t closure) const;
+  /// By closure, at the present estimate: those of the last judgement of all closures, if that was
+  /// the last thing done, else redundancies are those of closures that are not refuted.
+  std::vector<Verdict> verdicts() const;
+
+ private:
+  enum class SwitchState { kFree, kFixedInlier, kFixedOutlier };
+  struct Closure {
+    ContinuousFactorPtr factor;
+    SwitchState switch_state = SwitchState::kFixedOutlier;
+    Handle table;                     // that holds it
+    bool refuted = false;             // by the odometry
+    int failures = 0;                 // attempts to admit it that did not lower the objective
+    Prediction innovation;            // as last predicted, given the map
+    std::optional<Prediction> alone;  // given the odometry alone
+  };
+
+  void follow(const Delta& trusted);
+  void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
+  UpdateReport apply(Delta delta);
+  bool accepted(std::size_t k) const;
+  Prediction predict(const ContinuousFactor& closure) const;
+  bool refuted(const Closure& closure) const;
+  double switch_at(std::size_t k) const;
+  bool consider(std::size_t k, SelectionReport& report);
+  void reconsider(SelectionReport& report);
+  void expel(SelectionReport& report);
+  bool admit(std::size_t k, SelectionReport& report);
+  void withdraw(std::size_t k, const std::vector<bool>& before,
+                const IncrementalSmoother::Snapshot& estimate);
+  RobustProblem problem() const;
+  double noise(const Values& values, const std::vector<bool>& in) const;
+  void reevaluate_all(SelectionReport& report);
+  void adopt(const RobustResult& result, SelectionReport& report);
+  void free(std::size_t k);
+
+  OnlineClosureSelectionOptions options_;
+  IncrementalSmoother smoother_;
+  OdometryPath odometry_;
+  VarianceFactor factor_alone_, factor_;
+  std::size_t expelled_at_ = 0;  // accepted closures at the last look for those to expel
+  std::vector<Closure> closures_;
+  std::vector<std::size_t> open_;              // not refuted
+  std::vector<std::size_t> changed_switches_;  // with tables in the delta under way
+  std::vector<Handle> lifted_;                 // tables to remove with the next update
+  std::size_t judged_ = 0;                     // closures when all were judged last
+  std::vector<Verdict> verdicts_;              // of then, as long as they hold
+};
+
+}  // namespace hybrid

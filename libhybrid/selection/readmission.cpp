@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/selection/readmission.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libhybrid/closures/closure_problem.h"
+#include "libhybrid/solvers/chordal.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+#include "libhybrid/solvers/null_space.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
+constexpr double kSurelyBelow = 3.0;     // short of the threshold, by a bound: not computed
+constexpr double kRedundant = 0.3;       // closures that tell the variance factor
+constexpr double kFarBelow = 8.0;        // short of the threshold: looked at when none is left
+constexpr double kHopeless = -5.0;       // evidence below which no partner helps
+constexpr std::size_t kPartners = 120;   // closures among which pairs are sought
+constexpr std::size_t kLeastSample = 20;
+constexpr double kSampleShare = 0.05;
+constexpr double kSampleQuantile = 0.2;
+constexpr double kRounding = 1e-12;
+
+const double kNone = -std::numeric_limits<double>::infinity();
+
+MixtureOptions without_outliers() {
+  MixtureOptions options;
+  options.null_hypothesis = 0.0;
+  return options;
+}
+
+bool by_evidence(const Candidate& a, const Candidate& b) {
+  return a.evidence != b.evidence ? a.evidence > b.evidence : a.closure < b.closure;
+}
+
+}  // namespace
+
+Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOptions& options)
+    : closure_problem_(problem),
+      options_(options),
+      graph_(mixture_graph(problem, without_outliers())),
+      pool_(options.solver.threads),
+      values_(problem.initial),
+      accepted_(problem.closures.size(), false),
+      refused_(accepted_),
+      evidence_(accepted_.size(), kNone),
+      redundancy_(accepted_.size(), 1.0),
+      innovation_(accepted_.size()),
+      predicted_(accepted_.size()) {
+  for (const auto& factor : problem.trusted) trusted_normalizer_ += factor->log_normalizer();
+  for (const auto& closure : problem.closures) {
+    const double normalizer = closure->log_normalizer();
+    const MixtureOptions& mixture = options.mixture;
+    inlier_constant_.push_back(normalizer - std::log(mixture.inlier_weight));
+    outlier_constant_.push_back(
+        mixture.null_hypothesis.value_or(normalizer + 0.5 * closure->rows() *
+                                                          std::log(mixture.outlier_variance)) -
+        std::log(mixture.outlier_weight));
+  }
+  model_.degrees = options.degrees;
+  model_.gate = options.gate;
+  problem_ =
+      std::make_unique<Problem>(graph_, values_, to_assignment(accepted_), options.solver.threads,
+                                WeakComponents::kUncoupled, Elimination::kPlain);
+  state_ = problem_->load(values_);
+}
+
+void Readmission::begin() {
+  SolverOptions rough = options_.solver;
+  rough.relative_decrease = kRoughDecrease;
+  settle(rough);
+  model_.radius = map_radius(values_);
+  if (options_.trust_start) {
+    const Values& start = closure_problem_.initial;
+    for (std::size_t k = 0; k < accepted_.size(); ++k) {
+      const ContinuousFactor& closure = *closure_problem_.closures[k];
+      accepted_[k] = 2.0 * closure.cost(start) < gate_quantile(closure.rows());
+    }
+    state_ = problem_->load(start);
+    settle(rough);
+    for (std::vector<int> doubted = this->doubted(); !doubted.empty(); doubted = this->doubted()) {
+      doubted.resize((doubted.size() + 1) / 2);
+      drop(doubted);
+    }
+  }
+}
+
+/// Solves for the poses given what is accepted, and what follows from the solution.
+void Readmission::settle(const SolverOptions& solver) {
+  accepted_count_ = static_cast<int>(std::count(accepted_.begin(), accepted_.end(), true));
+  problem_->set_assignment(to_assignment(accepted_));
+  const SolverReport report = levenberg_marquardt(*problem_, state_, solver);
+  iterations_ += report.iterations;
+  converged_ = report.status == SolverStatus::kConverged;
+  message_ = report.message;
+  problem_->linearize(state_);
+  problem_->assemble();
+  const Undamped undamped = factorize_undamped(*problem_);
+  if (!undamped.free.empty()) {
+    throw Error("without the closures, " + under_constrained_message(undamped.free) +
+                ": closures can only be judged against a connected trajectory");
+  }
+  if (!undamped.usable) {
+    throw Error("without the closures, the trajectory is conditioned too badly to be factorised");
+  }
+  predictor_ = std::make_unique<InnovationPredictor>(*problem_, state_);
+  problem_->store(state_, values_);
+  objective_ = problem_->cost(state_) + trusted_normalizer_;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    objective_ += accepted_[k] ? inlier_constant_[k] : outlier_constant_[k];
+  }
+  assess_accepted();
+}
+
+/// Evidence and redundancy of each accepted closure given the others, from its residual r and the
+/// reduced identity R = I - A P A': its innovation without itself is R^-1 r, of covariance R^-1.
+void Readmission::assess_accepted() {
+  if (accepted_count_ == 0) return;
+  const SelectedInverse inverse(problem_->system().cholesky(), pool_);
+  std::vector<double> chi_squares;
+  std::vector<int> degrees;
+  std::vector<Eigen::MatrixXd> covariance(accepted_.size());
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (!accepted_[k]) continue;
+    const Innovation fit = predictor_->predict_joined(*closure_problem_.closures[k], inverse);
+    const auto d = fit.b.size();
+    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(d, d);
+    const Eigen::MatrixXd reduced = identity - fit.APAt;
+    redundancy_[k] = std::clamp(reduced.trace() / double(d), 0.0, 1.0);
+    covariance[k] = (reduced + kRounding * identity).ldlt().solve(identity);
+    covariance[k] = 0.5 * (covariance[k] + covariance[k].transpose().eval());
+    innovation_[k] = covariance[k] * fit.b;
+    if (redundancy_[k] > kRedundant) {
+      chi_squares.push_back(fit.b.squaredNorm() / redundancy_[k]);
+      degrees.push_back(static_cast<int>(d));
+    }
+  }
+  if (!chi_squares.empty()) model_.variance_factor = variance_factor(chi_squares, degrees);
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (!accepted_[k]) continue;
+    evidence_[k] = model_.log_ratio(innovation_[k], covariance[k], *closure_problem_.closures[k]);
+  }
+}
+
+double Readmission::threshold() const {
+  return std::log(1.0 + double(accepted_.size()) - accepted_count_) + options_.margin;
+}
+
+std::vector<int> Readmission::doubted() const {
+  std::vector<Candidate> found;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    const bool unchecked = options_.refuse_uncheckable && redundancy_[k] < options_.checkable;
+    if (!accepted_[k]) continue;
+    if (unchecked || evidence_[k] < threshold() - options_.doubt) {
+      found.push_back({-evidence_[k], static_cast<int>(k)});
+    }
+  }
+  std::sort(found.begin(), found.end(), by_evidence);
+  std::vector<int> closures;
+  for (const Candidate& candidate : found) closures.push_back(candidate.closure);
+  return closures;
+}
+
+void Readmission::restore(const Snapshot& snapshot) {
+  accepted_ = snapshot.accepted;
+  state_ = snapshot.state;
+  SolverOptions rough = options_.solver;
+  rough.relative_decrease = kRoughDecrease;
+  settle(rough);
+}
+
+void Readmission::admit(const std::vector<Candidate>& batch) {
+  for (const Candidate& candidate : batch) accepted_[candidate.closure] = true;
+  SolverOptions rough = options_.solver;
+  rough.relative_decrease = kRoughDecrease;
+  settle(rough);
+}
+
+void Readmission::drop(const std::vector<int>& closures) {
+  for (int closure : closures) accepted_[closure] = false;
+  for (Eigen::MatrixXd& covariance : predicted_) covariance.resize(0, 0);
+  SolverOptions rough = options_.solver;
+  rough.relative_decrease = kRoughDecrease;
+  settle(rough);
+}
+
+void Readmission::unfold() {
+  const Snapshot folded = snapshot();
+  std::vector<ContinuousFactorPtr> factors = closure_problem_.trusted;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (accepted_[k]) factors.push_back(closure_problem_.closures[k]);
+  }
+  state_ = problem_->load(chordal_initialization(factors, values_));
+  SolverOptions rough = options_.solver;
+  rough.relative_decrease = kRoughDecrease;
+  settle(rough);
+  if (objective_ > folded.objective) restore(folded);
+}
+
+/// Innovations, evidence and redundancy of the closures that are not in.
+void Readmission::predict_others(bool all) {
+  std::vector<bool> fresh(accepted_.size(), false);
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (accepted_[k] || refused_[k]) continue;
+    if (!all && evidence_[k] < threshold() - kFarBelow) continue;
+    fresh[k] = true;
+    const ContinuousFactor& closure = *closure_problem_.closures[k];
+    if (predicted_[k].size() > 0 && accepted_count_ > 0) {
+      const double most =
+          model_.largest_log_ratio(predictor_->residual(closure), predicted_[k], closure);
+      if (most < threshold() - kSurelyBelow) {
+        innovation_[k].resize(0);
+        evidence_[k] = most;
+        continue;
+      }
+    }
+    Innovation innovation = predictor_->predict(closure);
+    const auto d = innovation.b.size();
+    predicted_[k] = Eigen::MatrixXd::Identity(d, d) + innovation.APAt;
+    innovation_[k] = std::move(innovation.b);
+    redundancy_[k] = predicted_[k].inverse().trace() / double(d);
+  }
+  if (accepted_count_ == 0) first_variance_factor();
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (!fresh[k] || innovation_[k].size() == 0) continue;
+    evidence_[k] = model_.log_ratio(innovation_[k], predicted_[k], *closure_problem_.closures[k]);
+  }
+}
+
+/// With none accepted yet: from the closures that the trusted factors predict best, most of which
+/// must be true, or a low quantile would not fit them either. Only downwards: a factor above one
+/// may come from false closures.
+void Readmission::first_variance_factor() {
+  std::vector<std::pair<double, int>> spread;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (refused_[k] || innovation_[k].size() == 0) continue;
+    spread.emplace_back(std::log(predicted_[k].determinant()) +
+                            2.0 * closure_problem_.closures[k]->log_normalizer(),
+                        static_cast<int>(k));
+  }
+  std::sort(spread.begin(), spread.end());
+  const auto share = static_cast<std::size_t>(kSampleShare * double(spread.size()));
+  spread.resize(std::min(spread.size(), std::max(kLeastSample, share)));
+  std::vector<double> chi_squares;
+  std::vector<int> degrees;
+  for (const auto& [size, k] : spread) {
+    chi_squares.push_back(predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm());
+    degrees.push_back(static_cast<int>(innovation_[k].size()));
+  }
+  model_.variance_factor = std::min(1.0, variance_factor(chi_squares, degrees, kSampleQuantile));
+}
+
+std::vector<Candidate> Readmission::candidates() {
+  predict_others(accepted_count_ == 0);
+  std::vector<Candidate> found = above_threshold();
+  if (!found.empty() || accepted_count_ == 0) return found;
+  predict_others(true);
+  return above_threshold();
+}
+
+std::vector<Candidate> Readmission::above_threshold() const {
+  std::vector<Candidate> found;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (accepted_[k] || refused_[k] || evidence_[k] <= threshold()) continue;
+    if (options_.refuse_uncheckable && redundancy_[k] < options_.checkable) continue;
+    found.push_back({evidence_[k], static_cast<int>(k)});
+  }
+  std::sort(found.begin(), found.end(), by_evidence);
+  return found;
+}
+
+std::vector<Candidate> Readmission::all_plausible() {
+  predict_others(true);
+  std::vector<Candidate> found;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (accepted_[k] || innovation_[k].size() == 0) continue;
+    const double limit = model_.gate * gate_quantile(static_cast<int>(innovation_[k].size()));
+    if (predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm() <=
+        limit * model_.variance_factor) {
+      found.push_back({evidence_[k], static_cast<int>(k)});
+    }
+  }
+  std::sort(found.begin(), found.end(), by_evidence);
+  return found;
+}
+
+/// Evidence of a, and of b once a is in.
+double Readmission::pair_evidence(const Candidate& a, const Candidate& b) {
+  const ContinuousFactor& first = *closure_problem_.closures[a.closure];
+  const ContinuousFactor& second = *closure_problem_.closures[b.closure];
+  const Eigen::MatrixXd cross = predictor_->cross(first, second);
+  const Eigen::LLT<Eigen::MatrixXd> llt(predicted_[a.closure]);
+  const Eigen::VectorXd b_given_a =
+      innovation_[b.closure] - cross.transpose() * llt.solve(innovation_[a.closure]);
+  const Eigen::MatrixXd S = predicted_[b.closure] - cross.transpose() * llt.solve(cross);
+  return a.evidence + model_.log_ratio(b_given_a, 0.5 * (S + S.transpose()), second);
+}
+
+std::vector<Candidate> Readmission::best_pair() {
+  std::vector<Candidate> hopeful;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (accepted_[k] || refused_[k] || evidence_[k] < kHopeless) continue;
+    if (innovation_[k].size() == 0) continue;
+    hopeful.push_back({evidence_[k], static_cast<int>(k)});
+  }
+  std::sort(hopeful.begin(), hopeful.end(), by_evidence);
+  hopeful.resize(std::min(hopeful.size(), kPartners));
+  const double needed = 2.0 * threshold() - options_.margin;
+  std::vector<Candidate> passing;
+  for (std::size_t j = 0; j < hopeful.size(); ++j) {
+    for (std::size_t i = 0; i < j; ++i) {
+      const double evidence = pair_evidence(hopeful[i], hopeful[j]);
+      if (evidence > needed) passing.push_back({evidence, hopeful[i].closure, hopeful[j].closure});
+    }
+  }
+  std::stable_sort(passing.begin(), passing.end(), by_evidence);
+  std::vector<Candidate> best;
+  std::vector<bool> taken(accepted_.size(), false);
+  for (const Candidate& pair : passing) {
+    if (best.size() >= 2) break;
+    if (taken[pair.closure] || taken[pair.partner]) continue;
+    taken[pair.closure] = taken[pair.partner] = true;
+    best.push_back(pair);
+    best.push_back({pair.evidence, pair.partner, pair.closure});
+  }
+  return best;
+}
+
+void Readmission::finish(RobustResult& result) {
+  settle(options_.solver);
+  predict_others(true);
+  result.values = values_;
+  hybrid::finish(closure_problem_, accepted_, options_.mixture, result);
+  result.iterations = iterations_;
+  result.variance_factor = model_.variance_factor;
+  result.converged = result.converged && converged_;
+  result.message = message_;
+  result.poses_integrated = true;
+  const double share = (1.0 + accepted_count_) / (2.0 + double(accepted_.size()));
+  const double log_odds = std::log(share / (1.0 - share));
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    Verdict& verdict = result.verdicts[k];
+    verdict.redundancy = redundancy_[k];
+    verdict.checkable = redundancy_[k] >= options_.checkable;
+    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence_[k] - log_odds));
+    verdict.margin = evidence_[k] - threshold();
+  }
+}
+
+}  // namespace hybrid

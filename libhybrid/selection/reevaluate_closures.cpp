@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// How the online judge looks at all closures again.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/selection/evidence.h"
+#include "libhybrid/selection/online_closure_selection.h"
+
+namespace hybrid {
+namespace {
+
+/// Ratio of variance factors of two answers that tells that one of them has lies.
+constexpr double kMoreNoise = 10.0;
+
+}  // namespace
+
+/// Everything so far, with the trusted hybrid factors in the modes that they have.
+RobustProblem OnlineClosureSelection::problem() const {
+  RobustProblem problem;
+  problem.initial = smoother_.values();
+  smoother_.graph().continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { problem.trusted.push_back(factor); });
+  smoother_.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    if (factor->discrete_keys()[0].key.letter() == closure_switch(0).key.letter()) return;
+    const Component component = factor->given(smoother_.assignment());
+    if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
+  });
+  for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
+  return problem;
+}
+
+/// The variance factor, at most one, that the closures of an answer show.
+double OnlineClosureSelection::noise(const Values& values, const std::vector<bool>& in) const {
+  std::vector<double> chi_squares;
+  std::vector<int> rows;
+  for (std::size_t k = 0; k < in.size(); ++k) {
+    if (!in[k]) continue;
+    chi_squares.push_back(2.0 * closures_[k].factor->cost(values));
+    rows.push_back(closures_[k].factor->rows());
+  }
+  return std::min(1.0, variance_factor(chi_squares, rows));
+}
+
+/// Judges all closures from nothing; or from the present map, where they were judged from nothing
+/// not long ago, or where they show far less noise in it: lies inside overstated noise are then
+/// what makes the difference.
+void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
+  const RobustProblem problem = this->problem();
+  ClosureSelectionOptions present = options_.escape;
+  present.trust_start = true;
+  RobustResult best;
+  if (closures_.size() > judged_ + judged_ / 8) {
+    best = select_closures(problem, options_.escape);
+    judged_ = closures_.size();
+    std::vector<bool> now, then;
+    for (std::size_t k = 0; k < closures_.size(); ++k) {
+      now.push_back(accepted(k));
+      then.push_back(best.verdicts[k].accepted);
+    }
+    if (kMoreNoise * noise(smoother_.values(), now) < noise(best.values, then)) {
+      best = select_closures(problem, present);
+    }
+  } else {
+    best = select_closures(problem, present);
+  }
+  adopt(best, report);
+  factor_.limit(best.variance_factor);
+  verdicts_ = std::move(best.verdicts);
+}
+
+/// Goes to an answer of select_closures.
+void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& report) {
+  Delta delta;
+  std::vector<std::size_t> in;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    Closure& closure = closures_[k];
+    const bool accept = result.verdicts[k].accepted;
+    if (accept && closure.refuted) {
+      closure.refuted = false;
+      open_.push_back(k);
+    }
+    if (accept) in.push_back(k);
+    if (closure.switch_state == (accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier))
+      continue;
+    if (accept && !accepted(k)) ++report.admitted;
+    set_switch(k, accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
+  }
+  std::sort(open_.begin(), open_.end());
+  report.add(apply(std::move(delta)));
+  IncrementalSmoother::Snapshot estimate{smoother_.values().keys(), {}};
+  for (Key key : estimate.keys) {
+    const double* x = result.values.data(key);
+    estimate.numbers.insert(estimate.numbers.end(), x, x + result.values.type(key).size);
+  }
+  smoother_.restore(estimate);
+  for (std::size_t k : in) {
+    if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
+  }
+  for (std::size_t k : open_) {
+    Closure& closure = closures_[k];
+    closure.failures = 0;
+    closure.innovation.information.resize(0, 0);  // covariances may have grown
+  }
+}
+
+SelectionReport OnlineClosureSelection::finish() {
+  const auto start = std::chrono::steady_clock::now();
+  SelectionReport report;
+  report.objective_before = smoother_.objective();
+  reevaluate_all(report);
+  report.add(apply({}));
+  report.add(smoother_.converge());
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/selection/solve_online.h"
+
+#include <unordered_map>
+#include <utility>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/pose_graph/pose_feed.h"
+
+namespace hybrid {
+
+RobustResult solve_online(const PoseGraph& graph, const Values& initial, const Trust& trusted,
+                          const OnlineClosureSelectionOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  PoseFeed feed(graph, initial);
+  const std::size_t relative_poses = graph.poses2.size() + graph.poses3.size();
+  std::unordered_map<const ContinuousFactor*, std::size_t> number;  // among the closures
+  for (std::size_t f = 0; f < relative_poses; ++f) {
+    const ContinuousFactor& factor = *feed.factors()[f];
+    if (!trusted(factor.keys()[0], factor.keys()[1])) number.emplace(&factor, number.size());
+  }
+  OnlineClosureSelection judge(options);
+  RobustResult result;
+  result.method = "online";
+  std::vector<std::size_t> order;  // numbers of the closures, as they arrive
+  while (!feed.done()) {
+    const Key pose = feed.pose();
+    Delta delta = feed.next(judge.smoother().values());
+    std::vector<ContinuousFactorPtr> believed, closures;
+    for (const ContinuousFactorPtr& factor : delta.continuous) {
+      const auto closure = number.find(factor.get());
+      (closure == number.end() ? believed : closures).push_back(factor);
+      if (closure != number.end()) order.push_back(closure->second);
+    }
+    delta.continuous = std::move(believed);
+    const SelectionReport report = judge.update(delta, closures);
+    if (report.status != UpdateReport::Status::kOk) {
+      throw Error("at pose " + std::to_string(pose.index()) + ": " + report.message);
+    }
+    result.iterations += report.rounds;
+  }
+  result.iterations += judge.finish().rounds;
+  result.values = judge.smoother().values();
+  result.cost = judge.smoother().cost();
+  result.objective = judge.smoother().objective();
+  const std::vector<Verdict> verdicts = judge.verdicts();
+  result.verdicts.resize(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) result.verdicts[order[k]] = verdicts[k];
+  result.poses_integrated = true;  // by the last judgement of all
+  result.seconds = seconds_since(start);
+  return result;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/selection/online_closure_selection.h"
+
+namespace hybrid {
+
+/// A pose graph met pose by pose, its closures judged by OnlineClosureSelection; verdicts are in
+/// the order of `to_robust_problem`. `initial` tells where the first pose is. Throws Error where
+/// the trusted measurements do not connect a pose to those before it.
+RobustResult solve_online(const PoseGraph& graph, const Values& initial,
+                          const Trust& trusted = is_odometry,
+                          const OnlineClosureSelectionOptions& options = {});
+
+}  // namespace hybrid

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/drawing/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "mrpt_plugins/drawing/axes.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLegendSize = 14;
+constexpr double kLegendRow = 30;
+constexpr double kSample = 46;  // length of the line sample in the legend
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+void check(const Series& s) {
+  const auto fits = [&s](std::size_t n) { return n == 0 || n == s.x.size(); };
+  if (s.x.size() != s.y.size() || !fits(s.lower.size()) || !fits(s.upper.size()) ||
+      !fits(s.notes.size()) || s.lower.size() != s.upper.size()) {
+    throw std::invalid_argument(fmt::format(
+        "series '{}': lists of different lengths ({} x, {} y, {} lower, {} upper, {} notes)",
+        s.label, s.x.size(), s.y.size(), s.lower.size(), s.upper.size(), s.notes.size()));
+  }
+}
+
+bool usable(double value, Scale scale) {
+  return std::isfinite(value) && (scale == Scale::kLinear || value > 0);
+}
+
+/// The axis with a range: the given one, or one that shows `values` with a little room.
+Axis fitted(Axis axis, const std::vector<double>& values) {
+  if (axis.range) {
+    const auto [low, high] = *axis.range;
+    if (!usable(low, axis.scale) || !std::isfinite(high) || !(high > low)) {
+      throw std::invalid_argument(
+          fmt::format("axis '{}': range [{}, {}] cannot be drawn", axis.label, low, high));
+    }
+    return axis;
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const double v : values) {
+    if (!usable(v, axis.scale)) continue;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  const bool log = axis.scale == Scale::kLog;
+  if (!(low <= high)) low = high = 1;
+  if (log) {
+    const double room = std::max(1.15, std::pow(high / low, 0.04));
+    axis.range = {{low / room, high * room}};
+  } else {
+    const double room = high > low ? 0.04 * (high - low) : std::max(1.0, 0.1 * std::abs(high));
+    const bool from_zero = low >= 0 && low <= 0.3 * high && high > low;
+    axis.range = {{from_zero ? 0 : low - room, high + room}};
+  }
+  return axis;
+}
+
+struct LegendEntry {
+  const Series* series;
+  Pixel at;
+};
+
+/// Places the legend's entries in rows between `left` and `right`; returns the height used.
+double place_legend(const PlotSpec& spec, double left, double right, double top,
+                    std::vector<LegendEntry>& entries) {
+  TextStyle style;
+  style.size = kLegendSize;
+  double x = left;
+  double y = top;
+  for (const Series& s : spec.series) {
+    if (s.label.empty()) continue;
+    const double width = kSample + 10 + Canvas::text_extent(s.label, style).x() + 36;
+    if (x > left && x + width > right) {
+      x = left;
+      y += kLegendRow;
+    }
+    entries.push_back({&s, {x, y}});
+    x += width;
+  }
+  return entries.empty() ? 0 : y - top + kLegendRow;
+}
+
+void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
+  TextStyle style;
+  style.size = kLegendSize;
+  for (const LegendEntry& e : entries) {
+    const Series& s = *e.series;
+    canvas.line(e.at, e.at + Pixel(kSample, 0), {s.color, s.width, s.line});
+    canvas.marker(e.at + Pixel(kSample / 2, 0), s.marker, std::max(5.0, s.marker_radius), s.color);
+    canvas.text(e.at + Pixel(kSample + 10, 0), s.label, style);
+  }
+}
+
+/// Beside each point, to the left where the frame leaves no room on the right.
+void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points, const Series& s) {
+  TextStyle note;
+  note.size = 12;
+  note.halo = true;
+  for (std::size_t i = 0; i < s.notes.size(); ++i) {
+    if (!box.contains(points[i])) continue;
+    const double offset = s.marker_radius + 6;
+    const double width = Canvas::text_extent(s.notes[i], note).x();
+    const bool left = points[i].x() + offset + width > box.right;
+    note.horizontal = left ? Align::kEnd : Align::kStart;
+    canvas.text(points[i] + Pixel(left ? -offset : offset, offset), s.notes[i], note);
+  }
+}
+
+/// The area between the ends of the error bars, one quadrilateral per stretch of the line.
+void draw_band(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
+  constexpr double kOpacity = 0.15;
+  const auto drawn = [&](std::size_t i) {
+    return usable(s.x[i], spec.x.scale) && usable(s.lower[i], spec.y.scale) &&
+           usable(s.upper[i], spec.y.scale);
+  };
+  for (std::size_t i = 1; i < s.lower.size(); ++i) {
+    if (!drawn(i - 1) || !drawn(i)) continue;
+    canvas.fill({axes.pixel(s.x[i - 1], s.lower[i - 1]), axes.pixel(s.x[i], s.lower[i]),
+                 axes.pixel(s.x[i], s.upper[i]), axes.pixel(s.x[i - 1], s.upper[i - 1])},
+                s.color, kOpacity);
+  }
+}
+
+void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
+  canvas.clip(axes.box());
+  std::vector<Pixel> points;
+  for (std::size_t i = 0; i < s.x.size(); ++i) {
+    const bool seen = usable(s.x[i], spec.x.scale) && usable(s.y[i], spec.y.scale);
+    points.push_back(seen ? axes.pixel(s.x[i], s.y[i]) : Pixel(kNan, kNan));
+  }
+  const double edge = axes.pixel(0, spec.y.scale == Scale::kLog ? 1 : 0).y();
+  if (s.band) draw_band(canvas, axes, spec, s);
+  for (std::size_t i = 0; i < s.lower.size() && !s.band; ++i) {
+    if (!points[i].allFinite() || !std::isfinite(s.upper[i])) continue;
+    const double x = points[i].x();
+    const double high = axes.pixel(s.x[i], s.upper[i]).y();
+    const double low = usable(s.lower[i], spec.y.scale) ? axes.pixel(s.x[i], s.lower[i]).y() : edge;
+    const Stroke bar{s.color, std::max(1.5, 0.6 * s.width)};
+    canvas.line({x, low}, {x, high}, bar);
+    canvas.line({x - 5, low}, {x + 5, low}, bar);
+    canvas.line({x - 5, high}, {x + 5, high}, bar);
+  }
+  canvas.polyline(points, {s.color, s.width, s.line});
+  canvas.unclip();
+  for (const Pixel& p : points) {
+    if (!axes.box().contains(p)) continue;
+    canvas.marker(p, s.marker, s.marker_radius, s.color, s.marker_radius > 2.5);
+  }
+  draw_notes(canvas, axes.box(), points, s);
+}
+
+}  // namespace
+
+Image render(const PlotSpec& spec) {
+  std::vector<double> xs;
+  std::vector<double> ys;
+  for (const Series& s : spec.series) {
+    check(s);
+    xs.insert(xs.end(), s.x.begin(), s.x.end());
+    for (const auto* list : {&s.y, &s.lower, &s.upper})
+      ys.insert(ys.end(), list->begin(), list->end());
+  }
+  Axis x = fitted(spec.x, xs);
+  Axis y = fitted(spec.y, ys);
+  Canvas canvas(spec.width, spec.height);
+  Box box{0, 40, spec.width - 45.0, spec.height - 90.0};
+  box.left = std::max(80.0, Axes(box, x, y).left_room());
+  TextStyle title;
+  title.size = 21;
+  title.bold = true;
+  canvas.text({box.left, box.top}, spec.title, title);
+  box.top += spec.title.empty() ? 0 : 38;
+  TextStyle subtitle;
+  subtitle.size = kLegendSize;
+  subtitle.color = {90, 90, 90};
+  canvas.text({box.left, box.top}, spec.subtitle, subtitle);
+  box.top += spec.subtitle.empty() ? 0 : 34;
+  std::vector<LegendEntry> legend;
+  box.top += place_legend(spec, box.left, box.right, box.top, legend);
+  draw_legend(canvas, legend);
+  if (spec.equal_aspect) Axes::equalize(box, x, y);
+  const Axes axes(box, x, y, spec.y_down);
+  axes.draw(canvas);
+  for (const Series& s : spec.series) draw_series(canvas, axes, spec, s);
+  return canvas.image();
+}
+
+}  // namespace hybrid

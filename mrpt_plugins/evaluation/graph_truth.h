@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "libhybrid/core/values.h"
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
+
+namespace hybrid {
+
+/// The true poses of a graph, in the frame of the file. Without `times_file`, all poses: the file
+/// is a graph (poses by id, from its VERTEX lines or its chained edges), a TUM file (.tum), or has
+/// rows `x y angle` or `x y z yaw pitch roll` [m, rad], row i for poses[i]. With it, the file has
+/// rows `time x y angle` and `times_file` the time of each pose [s]: poses within the times of the
+/// file, and not in a gap of more than 2 s, are interpolated. Throws Error for a missing or
+/// malformed file, or one that lacks poses.
+std::map<Key, mrpt::poses::CPose3D> read_true_poses(const std::string& file,
+                                                    const std::string& times_file,
+                                                    const std::vector<Key>& poses);
+
+/// The estimated poses with the true ones, moved so that the first ones coincide.
+std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
+                                      const Values& estimate);
+
+/// The pose variable `key`, of type SE2 or SE3, as T_map_robot.
+mrpt::poses::CPose3D to_mrpt(const Values& values, Key key);
+
+}  // namespace hybrid

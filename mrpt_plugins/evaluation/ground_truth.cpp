@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/evaluation/ground_truth.h"
+
+#include <fmt/format.h>
+#include <mrpt/math/CQuaternion.h>
+
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "libhybrid/io/parse_number.h"
+#include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/ini_text.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kBeaconColumns = 12;
+
+std::string class_of(const TextRow& row, const std::vector<std::string>& names) {
+  const std::size_t last = row.size() - 1;
+  std::uint64_t index = 0;
+  if (!parse_number(row[last], index)) return std::string(row[last]);
+  if (index < names.size()) return names[index];
+  if (names.empty()) {
+    row.fail(last, fmt::format("class {}, but no line `% classes: NAME...` names them", index));
+  }
+  row.fail(last, fmt::format("class {} but only {} classes are named", index, names.size()));
+}
+
+Eigen::Vector3d point_of(const TextRow& row, std::size_t i) {
+  return {row.coordinate(i), row.coordinate(i + 1), row.coordinate(i + 2)};
+}
+
+/// Throws Error where times go backwards.
+void append(TimedPose pose, const TextRow& row, std::vector<TimedPose>& poses) {
+  if (!poses.empty() && pose.time < poses.back().time) {
+    row.fail(fmt::format("time {} is before the one above", pose.time));
+  }
+  poses.push_back(std::move(pose));
+}
+
+}  // namespace
+
+std::vector<LandmarkTruth> read_true_landmarks(const std::string& path) {
+  std::vector<LandmarkTruth> landmarks;
+  std::vector<std::string> class_names;
+  std::set<std::int64_t> seen;
+  TextReader table(path);
+  table.on_comment = [&](std::string_view text) {
+    std::vector<std::string> found = ini::words(text);
+    if (found.empty() || found.front() != "classes:") return;
+    class_names.assign(found.begin() + 1, found.end());
+  };
+  while (const auto row = table.next()) {
+    const bool beacons = row->size() == kBeaconColumns;
+    if (!beacons) row->expect(7, 8, "x y z 5 0 0 ID [class], or ID x y z and 8 zeros");
+    const std::size_t first = beacons ? 1 : 0;
+    LandmarkTruth landmark{row->id(beacons ? 0 : 6), point_of(*row, first), ""};
+    row->numbers(3, 6);
+    if (row->size() == 8) landmark.class_name = class_of(*row, class_names);
+    if (!seen.insert(landmark.id).second) {
+      row->fail(beacons ? 0 : 6, fmt::format("landmark {} is listed twice", landmark.id));
+    }
+    landmarks.push_back(std::move(landmark));
+  }
+  return landmarks;
+}
+
+std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path) {
+  std::vector<mrpt::poses::CPose3D> poses;
+  TextReader table(path);
+  while (const auto row = table.next()) {
+    row->expect(6, "x y z yaw pitch roll");
+    const Eigen::Vector3d p = point_of(*row, 0);
+    poses.emplace_back(p.x(), p.y(), p.z(), row->coordinate(3), row->coordinate(4),
+                       row->coordinate(5));
+  }
+  return poses;
+}
+
+std::vector<TimedPose> read_tum(const std::string& path) {
+  std::vector<TimedPose> poses;
+  TextReader table(path);
+  while (const auto row = table.next()) {
+    row->expect(8, "time x y z qx qy qz qw");
+    const double x = row->number(4), y = row->number(5), z = row->number(6), w = row->number(7);
+    const double norm = std::sqrt(x * x + y * y + z * z + w * w);
+    if (std::abs(norm - 1) > 0.01) {
+      row->fail(4, fmt::format("quaternion of norm {:.3f}; expected 1", norm));
+    }
+    const mrpt::math::CQuaternionDouble q(w / norm, x / norm, y / norm, z / norm);
+    const Eigen::Vector3d p = point_of(*row, 1);
+    append({row->time(0), mrpt::poses::CPose3D(q, p.x(), p.y(), p.z())}, *row, poses);
+  }
+  return poses;
+}
+
+std::vector<TimedPose> read_positions(const std::string& path) {
+  std::vector<TimedPose> poses;
+  TextReader table(path);
+  while (const auto row = table.next()) {
+    row->expect(4, "time x y z");
+    const Eigen::Vector3d p = point_of(*row, 1);
+    append({row->time(0), mrpt::poses::CPose3D(p.x(), p.y(), p.z(), 0, 0, 0)}, *row, poses);
+  }
+  return poses;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mrpt_plugins/mapping/association_decision.h"
+#include "mrpt_plugins/mapping/map_result.h"
+
+namespace hybrid {
+
+/// Which estimated landmark is which true one, as indices into the two lists.
+using LandmarkMatching = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// Matches equal ids; a second estimate with the same id stays unmatched.
+LandmarkMatching match_by_id(const std::vector<LandmarkEstimate>& estimates,
+                             const std::vector<TrueLandmark>& truth);
+
+/// Matches one to one, nearest pairs first, at most `radius` metres apart.
+LandmarkMatching match_by_distance(const std::vector<LandmarkEstimate>& estimates,
+                                   const std::vector<TrueLandmark>& truth, double radius);
+
+/// Errors of the matched landmarks, and how many estimates and truths have no partner.
+struct LandmarkErrors {
+  std::size_t matched = 0, spurious = 0, missed = 0;
+  double mean_m = 0, max_m = 0;  ///< NaN when nothing is matched
+  /// Fractions of the estimates and of the truths that are matched; NaN without any.
+  double precision() const { return share(matched, matched + spurious); }
+  double recall() const { return share(matched, matched + missed); }
+
+ private:
+  static double share(std::size_t part, std::size_t all) {
+    return all == 0 ? std::numeric_limits<double>::quiet_NaN()
+                    : static_cast<double>(part) / static_cast<double>(all);
+  }
+};
+
+LandmarkErrors landmark_errors(const LandmarkMatching& matching,
+                               const std::vector<LandmarkEstimate>& estimates,
+                               const std::vector<TrueLandmark>& truth);
+
+/// Fraction of the matched landmarks with a true class whose estimated class is right; empty when
+/// the truth has no classes.
+std::optional<double> class_accuracy(const LandmarkMatching& matching,
+                                     const std::vector<LandmarkEstimate>& estimates,
+                                     const std::vector<TrueLandmark>& truth);
+
+/// Mean of e' P^-1 e over the matched landmarks with a covariance and their coordinates, 1 when
+/// honest; empty where there are none.
+std::optional<double> landmark_nees(const LandmarkMatching& matching,
+                                    const std::vector<LandmarkEstimate>& estimates,
+                                    const std::vector<TrueLandmark>& truth);
+
+/// How often measurements were attributed rightly.
+struct AssociationReport {
+  std::size_t labelled = 0;             ///< measurements with a true id
+  std::size_t right = 0;                ///< of them, attributed to the landmark that stands for it
+  std::size_t rejected = 0;             ///< of them, taken for clutter
+  std::size_t unlabelled = 0;           ///< measurements without a true id
+  std::size_t unlabelled_rejected = 0;  ///< of them, taken for clutter
+  double accuracy() const { return static_cast<double>(right) / static_cast<double>(labelled); }
+};
+
+/// Landmarks of the map stand for true ones, one to one, so that most measurements agree, the
+/// clearest pairs first: what belongs to a second copy of a landmark is wrong.
+AssociationReport association_report(const std::vector<AssociationDecision>& decisions);
+
+}  // namespace hybrid

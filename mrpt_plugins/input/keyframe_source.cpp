@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/keyframe_source.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "mrpt_plugins/bridge/pose_conversions.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kLookAhead = 100;  // keyframes
+
+/// How often something was of the plane or of space.
+struct Votes {
+  std::size_t plane = 0, space = 0;
+  void add(bool is_space) { ++(is_space ? space : plane); }
+  bool is_space() const { return space > plane; }
+};
+
+Dimension parse_dimension(const std::string& text) {
+  if (text == "2") return Dimension::kPlane;
+  return text == "3" ? Dimension::kSpace : Dimension::kAuto;
+}
+
+IdSource parse_ids(const std::string& text) {
+  if (text == "none") return IdSource::kNone;
+  return text == "truth" ? IdSource::kTruth : IdSource::kLog;
+}
+
+}  // namespace
+
+SourceOptions read_source_options(IniFile& ini) {
+  SourceOptions options;
+  IniSection map = ini.section("map", "What kind of map is made");
+  options.dimension = parse_dimension(map.choice(
+      "dimension", "auto", {"auto", "2", "3"},
+      "2: poses x, y, yaw and points x, y; 3: poses and points in space; auto: as the log needs"));
+
+  IniSection keyframes =
+      ini.section("keyframes",
+                  "A frame becomes a pose of the map once any threshold that is set is reached; "
+                  "with all at 0 every frame does");
+  KeyframeOptions& k = options.keyframes;
+  k.min_distance =
+      keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
+  k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", IniRange{0, 360});
+  k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kDuration);
+  options.gather = keyframes.get(
+      "gather", options.gather,
+      "follow detections between keyframes by odometry and hand each thing on as one detection; "
+      "otherwise what is seen between keyframes is left out");
+  options.gathering.common = keyframes.get(
+      "common_noise", options.gathering.common,
+      "gather: share of the variance that all detections of one thing have in common, so that it "
+      "does not average out",
+      kProbability);
+
+  IniSection sensor =
+      ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
+  DetectionOptions& d = options.detections;
+  d.max_range =
+      sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositiveLength);
+  d.sigma_range =
+      sensor.get("sigma_range", d.sigma_range,
+                 "standard deviation of ranges [m]; 0: as the log says", or_zero(kSigmaMetres));
+  d.sigma_yaw =
+      sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", or_zero(kSigmaDegrees));
+  d.sigma_pitch = sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says",
+                                 or_zero(kSigmaDegrees));
+
+  d.ids = parse_ids(sensor.choice(
+      "ids", "log", {"log", "none", "truth"},
+      "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
+      "association; truth: the true ones where the log has them, for comparison"));
+
+  IniSection log = ini.section("log", "What a log may not say by itself");
+  MotionModel& m = options.reader.motion_model;
+  m.minStdXY = log.get("odometry_sigma_m", m.minStdXY,
+                       "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
+  m.minStdPHI = log.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
+                            "the same for the angle", kSigmaDegrees);
+  options.reader.period = log.get("period", options.reader.period,
+                                  "between frames without a time stamp [s]", kPositiveDuration);
+  options.reader.max_speed =
+      log.get("max_speed", options.reader.max_speed,
+              "odometry that leads farther in the time between frames, or in a period where that "
+              "is longer, is dropped as damaged [m/s]",
+              IniRange{1e-3, 1e4});
+  return options;
+}
+
+KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& options)
+    : options_(options),
+      reader_(rawlog, options.reader),
+      policy_(options.keyframes),
+      tracker_(options.gathering) {}
+
+std::optional<Keyframe> KeyframeSource::next() {
+  if (ahead_.empty()) {
+    std::optional<Keyframe> keyframe = read();
+    progress_ = reader_.progress();
+    return keyframe;
+  }
+  Ahead first = std::move(ahead_.front());
+  ahead_.pop_front();
+  progress_ = first.progress;
+  return std::move(first.keyframe);
+}
+
+bool KeyframeSource::is_3d() {
+  if (options_.dimension != Dimension::kAuto) return options_.dimension == Dimension::kSpace;
+  while (ahead_.size() < kLookAhead) {
+    std::optional<Keyframe> keyframe = read();
+    if (!keyframe) break;
+    ahead_.push_back({std::move(*keyframe), reader_.progress()});
+  }
+  Votes odometry;
+  std::map<std::string, Votes> sensors;
+  for (const auto& [keyframe, progress] : ahead_) {
+    if (keyframe.odometry) odometry.add(!keyframe.odometry->is_planar);
+    for (const DetectionFrame& frame : keyframe.detections) {
+      if (frame.detections.empty()) continue;
+      sensors[frame.sensor_label].add(frame.is_3d || is_tilted(frame.T_robot_sensor));
+    }
+  }
+  return odometry.is_space() || std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) {
+           return sensor.second.is_space();
+         });
+}
+
+/// Adds the detections of a step; at a keyframe, gives back all since the one before.
+void KeyframeSource::gather(const LogStep& step, bool is_keyframe,
+                            std::vector<DetectionFrame>& detections) {
+  if (step.odometry) {
+    tracker_.move(*step.odometry);
+  } else {
+    const std::size_t lost = tracker_.forget();
+    if (lost > 0) dropped_["detection dropped: no odometry from there to a keyframe"] += lost;
+  }
+  for (const DetectionFrame& frame : detections) tracker_.take(frame);
+  if (is_keyframe) detections = tracker_.release();
+}
+
+std::optional<Keyframe> KeyframeSource::read() {
+  while (std::optional<LogStep> step = reader_.next()) {
+    const bool is_keyframe = policy_.is_keyframe(*step);
+    if (!is_keyframe && !options_.gather) continue;
+    Keyframe keyframe;
+    for (const auto& observation : step->observations) {
+      auto frame = detections_in(*observation, options_.detections, dropped_);
+      if (frame) keyframe.detections.push_back(std::move(*frame));
+    }
+    if (options_.gather) gather(*step, is_keyframe, keyframe.detections);
+    if (!is_keyframe) continue;
+    keyframe.row = step->index;
+    keyframe.time = step->time;
+    keyframe.odometry = policy_.odometry();
+    keyframe.observations = std::move(step->observations);
+    return keyframe;
+  }
+  return std::nullopt;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/input/detection_tracker.h"
+#include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/keyframe_policy.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace hybrid {
+
+/// A place of the robot that becomes a pose of the map.
+struct Keyframe {
+  std::size_t row = 0;  ///< step of the log, which is the row of MRPT's ground truth of the path
+  double time = 0;      ///< s
+  std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
+  std::vector<DetectionFrame> detections;
+  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
+};
+
+enum class Dimension { kAuto, kPlane, kSpace };
+
+struct SourceOptions {
+  RawlogOptions reader;
+  KeyframeOptions keyframes;
+  bool gather = false;  ///< detections between keyframes, see DetectionTracker; left out otherwise
+  DetectionTrackerOptions gathering;
+  DetectionOptions detections;
+  Dimension dimension = Dimension::kAuto;
+};
+
+/// Reads sections [map], [keyframes], [sensor] and [log].
+SourceOptions read_source_options(IniFile& ini);
+
+/// A rawlog as a stream of keyframes.
+class KeyframeSource {
+ public:
+  /// Throws Error if the file is missing or cannot be opened.
+  KeyframeSource(const std::string& rawlog, const SourceOptions& options);
+
+  std::optional<Keyframe> next();
+
+  /// Whether the map must be in space, unless chosen: odometry is of space, or a sensor is tilted
+  /// or measures pitch, each in more than half of the first 100 keyframes where it says something.
+  /// So no single damaged entry decides; plugins leave out, and count, what does not fit the map.
+  bool is_3d();
+
+  LogStatus status() const { return reader_.status(); }
+  /// How the log ended; empty if complete.
+  const std::string& message() const { return reader_.message(); }
+  /// Share of the log up to the newest keyframe.
+  double progress() const { return progress_; }
+  /// Measurements dropped or repaired, by reason.
+  const DropReport& dropped() const { return dropped_; }
+  /// Odd things in the log that were got over, by kind.
+  DropReport warnings() const { return reader_.warnings(); }
+
+ private:
+  std::optional<Keyframe> read();
+  void gather(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
+
+  SourceOptions options_;
+  RawlogReader reader_;
+  KeyframePolicy policy_;
+  DetectionTracker tracker_;
+  DropReport dropped_;
+  struct Ahead {
+    Keyframe keyframe;
+    double progress;  ///< of the reader behind it
+  };
+  std::deque<Ahead> ahead_;
+  double progress_ = 0;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/graph_export.h"
+
+#include <algorithm>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/calibrated_bearing_range.h"
+#include "libhybrid/factors/calibrated_motion.h"
+#include "libhybrid/factors/prior.h"
+#include "mrpt_plugins/mapping/calibration.h"
+
+namespace hybrid {
+namespace {
+
+template <class Factor>
+Noise noise_of(const Factor& factor) {
+  return Noise::information(factor.sqrt_information().transpose() * factor.sqrt_information());
+}
+
+template <class Factor, class Edge>
+bool add_motion(const ContinuousFactor& factor, std::vector<Edge>& edges) {
+  const auto* between = dynamic_cast<const Factor*>(&factor);
+  if (between == nullptr) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1], between->measured(), noise_of(*between)});
+  return true;
+}
+
+template <class Pose, class Edge>
+bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
+  const auto* sighting = dynamic_cast<const BearingRange<Pose>*>(&factor);
+  if (sighting == nullptr) return false;
+  const auto seen =
+      locate(Pose(), sighting->measured(), noise_of(*sighting), sighting->T_robot_sensor());
+  edges.push_back(
+      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
+  return true;
+}
+
+/// With the place of the sensor as estimated.
+template <class Pose, class Edge>
+bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
+                             std::vector<Edge>& edges) {
+  const auto* sighting = dynamic_cast<const CalibratedBearingRange<Pose>*>(&factor);
+  if (sighting == nullptr) return false;
+  const auto seen =
+      locate(Pose(), sighting->measured(), noise_of(*sighting), values.at<Pose>(factor.keys()[2]));
+  edges.push_back(
+      {factor.keys()[0], factor.keys()[1], seen.mean, Noise::covariance(seen.covariance)});
+  return true;
+}
+
+/// With the calibration of the odometry as estimated.
+template <class Factor, class Calibration, class Edge>
+bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
+                           std::vector<Edge>& edges) {
+  const auto* motion = dynamic_cast<const Factor*>(&factor);
+  if (motion == nullptr) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1],
+                   calibrated(motion->measured(), values.at<Calibration>(factor.keys()[2])),
+                   noise_of(*motion)});
+  return true;
+}
+
+template <class Pose>
+bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
+  if (dynamic_cast<const Prior<Pose>*>(&factor) == nullptr) return false;
+  fixed.push_back(factor.keys()[0]);
+  return true;
+}
+
+/// Whether the factor has a form in g2o. Throws Error where its noise has none there, as that of a
+/// point seen at range 0.
+bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
+  const Values& at = g.values;
+  return add_motion<BetweenSE2>(factor, g.poses2) || add_motion<Between<SE2>>(factor, g.poses2) ||
+         add_motion<Between<SE3>>(factor, g.poses3) || add_sighting<SE2>(factor, g.points2) ||
+         add_sighting<SE3>(factor, g.points3) ||
+         add_calibrated_sighting<SE2>(factor, at, g.points2) ||
+         add_calibrated_sighting<SE3>(factor, at, g.points3) ||
+         add_calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, at, g.poses2) ||
+         add_calibrated_motion<CalibratedMotion3, OdometryCalibration3>(factor, at, g.poses3) ||
+         add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);
+}
+
+void add(const ContinuousFactor& factor, ExportedGraph& out) {
+  if (factor.keys().size() == 1 && is_calibration(factor.keys()[0])) return;
+  bool known = false;
+  try {
+    known = add_known(factor, out.graph);
+  } catch (const Error&) {
+    // left out like a factor without a form
+  }
+  const std::string name = factor.name();
+  if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {
+    out.left_out.push_back(name);
+  }
+}
+
+}  // namespace
+
+ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate) {
+  ExportedGraph out;
+  out.graph.values = estimate.values;
+  graph.continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { add(*factor, out); });
+  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    const Component component = factor->given(estimate.assignment);
+    if (component.factor != nullptr) add(*component.factor, out);
+  });
+  for (const Key key : out.graph.values.keys()) {
+    if (is_calibration(key)) out.graph.values.erase(key);
+  }
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/plugins/beacon_ranges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "libhybrid/factors/range.h"
+#include "libhybrid/hybrid/mixture.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
+
+HYBRID_REGISTER_PLUGIN(BeaconRanges, hybrid)
+
+namespace hybrid {
+namespace {
+
+using mrpt::obs::CObservationBeaconRanges;
+
+Key beacon_key(std::int64_t id) {
+  return {'l', static_cast<std::uint64_t>(id)};
+}
+
+ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigma,
+                                 const Eigen::Vector3d& antenna, bool is_3d) {
+  const Noise noise = Noise::isotropic(1, sigma);
+  if (is_3d) {
+    return std::make_shared<hybrid::Range<SE3, Eigen::Vector3d>>(pose, beacon, range, noise,
+                                                                 antenna);
+  }
+  return std::make_shared<hybrid::Range<SE2, Eigen::Vector2d>>(pose, beacon, range, noise,
+                                                               Eigen::Vector2d(antenna.head<2>()));
+}
+
+/// Whether a sigma [m] can be that of ranges up to `max_range`.
+bool is_plausible(double sigma, double max_range) {
+  constexpr double kLeast = 1e-6;
+  return sigma >= kLeast && sigma <= max_range;
+}
+
+/// Why a range is unusable, or null. The antenna is on the robot, nearer than what it measures.
+const char* fault(double range, const Eigen::Vector3d& antenna, double max_range) {
+  if (!std::isfinite(range)) return "range dropped: not finite";
+  if (!(antenna.norm() <= max_range)) return "range dropped: antenna not finite or too far";
+  if (range <= 0) return "range dropped: not positive";
+  return range > max_range ? "range dropped: above limit" : nullptr;
+}
+
+}  // namespace
+
+void BeaconRanges::configure(IniSection section) {
+  sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
+  sigma_ = section.get("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
+                       or_zero(kSigmaMetres));
+  max_range_ = section.get("max_range", max_range_,
+                           "longer ranges are dropped, false ones are anything up to it [m]",
+                           kPositiveLength);
+  circle_places_ = section.get("circle_places", circle_places_,
+                               "places tried on the circle of a first range", IniRange{4, 10000});
+  sphere_places_ = section.get("sphere_places", sphere_places_,
+                               "and on the sphere, for a map in space", IniRange{8, 10000});
+  delay_ = section.get("delay", delay_,
+                       "keyframes that a range to an unknown beacon waits before it is used",
+                       IniRange{0, 10000});
+  bank_ = read_bank_options(section);
+}
+
+Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
+  Contribution out;
+  known_before_ = known_.size();
+  identified_before_ = identified_.size();
+  for (const auto& observation : frame.observations) {
+    const auto* seen = dynamic_cast<const CObservationBeaconRanges*>(observation.get());
+    if (seen == nullptr) continue;
+    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
+                                                      seen->sensorLabel) != sensors_.end();
+    if (wanted) take(*seen, frame, map, out);
+  }
+  const FrameValues values(frame, map);
+  for (const PlacedLandmark& landmark : unplaced_.place(frame, map, bank_)) {
+    place(landmark, values, map.is_3d, out);
+  }
+  // A range may be to a beacon that is just finding its place.
+  if (!unplaced_.measured_lately(static_cast<std::size_t>(delay_))) {
+    settle_ambiguous(values, map.is_3d, static_cast<std::size_t>(delay_), out);
+  }
+  ++frames_;
+  measurements_ = 0;
+  return out;
+}
+
+Contribution BeaconRanges::conclude(const MapView& map) {
+  Contribution out;
+  known_before_ = known_.size();
+  identified_before_ = identified_.size();
+  settle_ambiguous(FrameValues(map), map.is_3d, 0, out);
+  if (!ambiguous_.empty()) {
+    out.dropped["range dropped: its beacon is not known, and none has a place"] +=
+        ambiguous_.size();
+    ambiguous_.clear();
+  }
+  return out;
+}
+
+/// The beacons and choices of the last contribution are not in the map; its ranges are lost.
+void BeaconRanges::refused() {
+  known_.resize(known_before_);
+  identified_.resize(identified_before_);
+}
+
+std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) const {
+  std::vector<AssociationDecision> out;
+  const auto add = [&out](std::size_t pose, std::size_t measurement) -> AssociationDecision& {
+    out.push_back({std::nullopt, std::nullopt, pose, measurement});
+    return out.back();
+  };
+  for (const Choice& choice : identified_) {
+    AssociationDecision& decision = add(choice.pose, choice.measurement);
+    const int value = map.assignment.find(choice.key);
+    if (value >= 0 && value < choice.beacons) {
+      decision.estimated_id = known_[static_cast<std::size_t>(value)];
+    }
+  }
+  for (const Range& range : ambiguous_) add(range.pose.index(), range.measurement);
+  return out;
+}
+
+void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame& frame,
+                        const MapView& map, Contribution& out) {
+  const double logged = observation.stdError;
+  const double sigma = sigma_ > 0 ? sigma_ : logged;
+  if (!is_plausible(sigma, max_range_)) {
+    out.dropped["range dropped: no sigma in the log that can be, nor in [BeaconRanges] sigma"] +=
+        observation.sensedData.size();
+    return;
+  }
+  for (const auto& m : observation.sensedData) {
+    const auto& p = m.sensorLocationOnRobot;
+    const Range range{frame.pose, m.sensedDistance, sigma, {p.x(), p.y(), p.z()},
+                      frames_,    measurements_++};
+    if (const char* reason = fault(range.range, range.antenna, max_range_)) {
+      ++out.dropped[reason];
+    } else if (m.beaconID < 0) {
+      ambiguous_.push_back(range);
+    } else if (map.landmarks.find(m.beaconID) != nullptr) {
+      add_choice({range_factor(range.pose, beacon_key(m.beaconID), range.range, sigma,
+                               range.antenna, map.is_3d)},
+                 FrameValues(frame, map), out);
+    } else {
+      add_unplaced(m.beaconID, range, frame, map);
+    }
+  }
+}
+
+void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame& frame,
+                                const MapView& map) {
+  const Key beacon = beacon_key(id);
+  const double drifted = std::hypot(range.sigma, bank_.drift);
+  const auto candidates = [&] {
+    const auto a =
+        frame.T_map_robot.composePoint({range.antenna.x(), range.antenna.y(), range.antenna.z()});
+    if (map.is_3d) {
+      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_places_);
+    }
+    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_places_);
+  };
+  unplaced_.add(
+      id,
+      {range_factor(range.pose, beacon, range.range, drifted, range.antenna, map.is_3d),
+       range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, map.is_3d),
+       1 / max_range_},
+      bank_, candidates);
+}
+
+/// A range as a mixture of these beacons and of a false range, which can be any up to the limit.
+/// Returns the variable that says which.
+Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
+                             const FrameValues& values, Contribution& out) {
+  const DiscreteKey choice{Key('b', choices_++), static_cast<int>(hypotheses.size()) + 1};
+  const double false_share = bank_.outlier_share;
+  const double weight = -std::log((1 - false_share) / static_cast<double>(hypotheses.size()));
+  std::vector<MixtureComponent> components;
+  for (const ContinuousFactorPtr& factor : hypotheses) components.push_back({factor, weight});
+  components.push_back({nullptr, -std::log(false_share / max_range_)});
+  std::size_t best = hypotheses.size();
+  double least = components.back().constant;
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    const ContinuousFactor& factor = *hypotheses[i];
+    const Key beacon = factor.keys()[1];
+    const bool is_new = out.delta.values.contains(beacon);
+    const double* const x[2] = {values(factor.keys()[0]),
+                                is_new ? out.delta.values.data(beacon) : values(beacon)};
+    const double cost = factor.cost(x) + factor.log_normalizer() + weight;
+    if (cost >= least) continue;
+    least = cost;
+    best = i;
+  }
+  if (best < hypotheses.size()) {
+    out.sighted.push_back(static_cast<std::int64_t>(hypotheses[best]->keys()[1].index()));
+  }
+  out.delta.assignment.set(choice.key, static_cast<int>(best));
+  out.delta.hybrid.push_back(
+      std::make_shared<Mixture>(std::vector<DiscreteKey>{choice}, std::move(components)));
+  return choice.key;
+}
+
+void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& values, bool is_3d,
+                         Contribution& out) {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  point.head(landmark.point.size()) = landmark.point;
+  insert_point(out.delta.values, beacon_key(landmark.id), point, is_3d);
+  out.landmarks.push_back({landmark.id, beacon_key(landmark.id), std::nullopt, 0});
+  known_.push_back(landmark.id);
+  for (const auto& measurement : landmark.measurements) add_choice({measurement.real}, values, out);
+}
+
+void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::size_t delay,
+                                    Contribution& out) {
+  if (known_.empty()) return;
+  while (!ambiguous_.empty() && frames_ >= ambiguous_.front().frame + delay) {
+    const Range range = ambiguous_.front();
+    ambiguous_.pop_front();
+    std::vector<ContinuousFactorPtr> hypotheses;
+    for (const std::int64_t id : known_) {
+      hypotheses.push_back(
+          range_factor(range.pose, beacon_key(id), range.range, range.sigma, range.antenna, is_3d));
+    }
+    const Key key = add_choice(hypotheses, values, out);
+    identified_.push_back(
+        {range.pose.index(), range.measurement, key, static_cast<int>(known_.size())});
+  }
+}
+
+}  // namespace hybrid

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/plugins/bearing_range_plugins.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "libhybrid/hybrid/semantic.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/register_plugin.h"
+#include "mrpt_plugins/plugins/sighting.h"
+
+HYBRID_REGISTER_PLUGIN(BearingRangeKnownIds, hybrid)
+HYBRID_REGISTER_PLUGIN(ClassedBearingRangeKnownIds, hybrid)
+
+namespace hybrid {
+namespace {
+
+std::vector<std::string> read_sensors(IniSection& section) {
+  return section.get("sensors", std::vector<std::string>{},
+                     "labels of the sensors to use; empty: all");
+}
+
+/// Calls use(frame, detection, id) for each detection of these sensors that has an id and fits the
+/// map, and counts the others.
+template <class Use>
+void for_each_identified(const Frame& frame, bool is_3d, const std::vector<std::string>& sensors,
+                         Contribution& out, Use&& use) {
+  for (const DetectionFrame& seen : frame.detections) {
+    const bool wanted = sensors.empty() || std::find(sensors.begin(), sensors.end(),
+                                                     seen.sensor_label) != sensors.end();
+    if (!wanted || seen.detections.empty()) continue;
+    const std::string reason = misfit(seen, is_3d);
+    if (!reason.empty()) {
+      out.dropped["detection dropped: " + reason] += seen.detections.size();
+      continue;
+    }
+    for (const Detection& detection : seen.detections) {
+      if (detection.id) {
+        use(seen, detection, *detection.id);
+      } else {
+        ++out.dropped["detection dropped: no landmark id"];
+      }
+    }
+  }
+}
+
+bool is_new(std::int64_t id, const MapView& map, const Contribution& out) {
+  const auto same = [id](const Landmark& landmark) { return landmark.id == id; };
+  return map.landmarks.find(id) == nullptr &&
+         std::none_of(out.landmarks.begin(), out.landmarks.end(), same);
+}
+
+/// Adds the position of a landmark not seen before, where the detection puts it.
+void add_position(std::int64_t id, const Frame& frame, const DetectionFrame& seen,
+                  const Detection& detection, bool is_3d, Delta& delta) {
+  insert_point(delta.values, position_key(id), sighted_point(frame.T_map_robot, seen, detection),
+               is_3d);
+}
+
+int most_probable(const std::vector<double>& prior, const std::vector<double>& likelihood) {
+  std::size_t best = 0;
+  for (std::size_t s = 1; s < prior.size(); ++s) {
+    if (prior[s] * likelihood[s] > prior[best] * likelihood[best]) best = s;
+  }
+  return static_cast<int>(best);
+}
+
+}  // namespace
+
+void BearingRangeKnownIds::configure(IniSection section) {
+  sensors_ = read_sensors(section);
+  huber_width_ =
+      section.get("huber_width", huber_width_,
+                  "for ids that are sometimes misread: beyond so many sigmas the cost of "
+                  "a sighting grows only linearly; 0: none is wrong",
+                  or_zero(IniRange{1e-3, 1e3}));
+}
+
+Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
+  Contribution out;
+  const Loss loss = huber_width_ > 0 ? Loss::huber(huber_width_) : Loss();
+  for_each_identified(frame, map.is_3d, sensors_, out,
+                      [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
+                        if (is_new(id, map, out)) {
+                          out.landmarks.push_back({id, position_key(id), std::nullopt, 0});
+                          add_position(id, frame, seen, detection, map.is_3d, out.delta);
+                        }
+                        out.sighted.push_back(id);
+                        out.delta.continuous.push_back(sighting_factor(
+                            frame.pose, position_key(id), seen, detection, map.is_3d, loss));
+                      });
+  return out;
+}
+
+void ClassedBearingRangeKnownIds::configure(IniSection section) {
+  sensors_ = read_sensors(section);
+  classes_ = ClassModel(section);
+}
+
+Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
+  Contribution out;
+  for_each_identified(
+      frame, map.is_3d, sensors_, out,
+      [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
+        classes_.learn_names(seen.class_names);
+        const DiscreteKey class_key{Key('s', position_key(id).index()),
+                                    static_cast<int>(classes_.names().size())};
+        const std::vector<double> phi =
+            classes_.likelihood(detection.class_probabilities, seen.class_names);
+        if (is_new(id, map, out)) {
+          out.landmarks.push_back({id, position_key(id), class_key, 0});
+          add_position(id, frame, seen, detection, map.is_3d, out.delta);
+          out.delta.discrete.push_back(prior_table(class_key, classes_.prior()));
+          out.delta.assignment.set(class_key.key, most_probable(classes_.prior(), phi));
+        }
+        out.sighted.push_back(id);
+        ContinuousFactorPtr psi =
+            sighting_factor(frame.pose, position_key(id), seen, detection, map.is_3d);
+        if (detection.class_probabilities.empty()) {
+          out.delta.continuous.push_back(std::move(psi));
+        } else {
+          out.delta.hybrid.push_back(
+              std::make_shared<WeightedFactor>(std::move(psi), likelihood_table(class_key, phi)));
+        }
+      });
+  return out;
+}
+
+}  // namespace hybrid

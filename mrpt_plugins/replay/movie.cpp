@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/replay/movie.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/map_style.h"
+
+namespace hybrid {
+void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
+  const auto frames = static_cast<std::size_t>(frames_);
+  const std::size_t due = std::min(frames - 1, keyframes * frames / keyframes_);
+  if (scenes_.size() >= due) return;
+  MapResult scene = mapper.result();
+  scene.dead_reckoning.clear();
+  scene.steps.clear();
+  scenes_.resize(due, scene);
+}
+
+void Movie::finish(const MapResult& result) {
+  scenes_.resize(frames_, result);
+}
+
+Image Movie::frame(int i, const GroundTruth& truth) const {
+  MapResult scene = scenes_.at(i);
+  const MapResult& last = scenes_.back();
+  scene.title = last.title;
+  const auto poses = static_cast<std::ptrdiff_t>(scene.trajectory.size());
+  scene.dead_reckoning.assign(last.dead_reckoning.begin(), last.dead_reckoning.begin() + poses);
+  return map_image(scene, truth, 1600, 1200, map_extent(last, truth));
+}
+
+void Movie::write_frames(const OutputDirectory& out, const GroundTruth& truth) const {
+  for (int i = 0; i < frames_; ++i) {
+    out.write(fmt::format("frames/frame_{:04}.png", i + 1), png(frame(i, truth)));
+  }
+}
+
+}  // namespace hybrid

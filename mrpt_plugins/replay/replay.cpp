@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/replay/replay.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/evaluation/mode_truth.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/sparsity.h"
+#include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/replay/film.h"
+#include "mrpt_plugins/replay/movie.h"
+#include "mrpt_plugins/replay/result_files.h"
+#include "mrpt_plugins/replay/settings.h"
+#include "mrpt_plugins/replay/truth.h"
+
+namespace hybrid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kVideoFrames = 100;  // where --frames does not say
+
+std::size_t count_keyframes(const ReplaySettings& settings) {
+  KeyframeSource source(settings.rawlog, settings.source);
+  std::size_t count = 0;
+  while (source.next()) {
+    throw_if_interrupted();
+    ++count;
+  }
+  return count;
+}
+
+/// The pictures of the growing map that are asked for, or none.
+Movie make_movie(const ReplayRequest& request, const ReplaySettings& settings) {
+  const bool asked = request.frames > 0 || !request.video.empty();
+  if (!asked) return {0, 0};
+  return {request.frames > 0 ? request.frames : kVideoFrames, count_keyframes(settings)};
+}
+
+/// How a replay ended.
+struct Ending {
+  BackendReport last;
+  int signal = 0;  ///< that stopped it with keyframes left; 0: none did
+};
+
+/// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
+Ending map_log(KeyframeSource& source, Mapper& mapper,
+               const std::function<void(const ReplayProgress&)>& progress, Movie& movie) {
+  int signal = 0;
+  std::size_t keyframes = 0;
+  while (const auto keyframe = source.next()) {
+    signal = interrupted();
+    if (signal != 0) break;
+    const StepRecord& step = mapper.add(*keyframe);
+    ++keyframes;
+    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective});
+    if (movie.size() > 0) movie.watch(keyframes, mapper);
+  }
+  if (keyframes == 0) {
+    throw_if_interrupted();
+    throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
+  }
+  return {mapper.finish(), signal};
+}
+
+/// Whether something odd in a log was dropped, repaired or missing; the rest is for information.
+bool is_loss(const std::string& what) {
+  const auto has = [&](const char* word) { return what.find(word) != std::string::npos; };
+  return has(" dropped: ") || has(" repaired: ") || has(" missing: a gap");
+}
+
+/// What of the log could not become part of the map, and why; "" where all could.
+std::string refusals(const Mapper& mapper) {
+  if (mapper.warnings().empty()) return "";
+  std::size_t count = 0;
+  for (const auto& [reason, times] : mapper.dropped()) {
+    if (reason.find(" dropped: not ") != std::string::npos) count += times;
+  }
+  return fmt::format("left out as not usable {} time{}, first in {}", count, count == 1 ? "" : "s",
+                     mapper.warnings().front());
+}
+
+/// Sets status and message; `signal` is what stopped the replay, or 0.
+void set_status(const KeyframeSource& source, const Mapper& mapper, const MapResult& result,
+                int signal, Summary& summary) {
+  const std::string refused = refusals(mapper);
+  if (signal != 0) {
+    summary.status = "interrupted";
+    summary.message =
+        fmt::format("stopped by {} after {} keyframes, {:.1f} % of the log", signal_name(signal),
+                    result.trajectory.size(), 100 * source.progress());
+  } else if (source.status() != LogStatus::kComplete) {
+    summary.status = "partial";
+    summary.message = source.message();
+  } else if (result.landmarks.empty() && refused.empty()) {
+    summary.status = "empty";
+    summary.message = "no landmark was mapped: no plugin found a detection to use";
+  } else if (!refused.empty()) {
+    summary.status = "partial";
+  }
+  if (refused.empty()) return;
+  summary.message += (summary.message.empty() ? "" : "; ") + refused;
+}
+
+Summary summarize(const KeyframeSource& source, const Mapper& mapper, const BackendReport& last,
+                  const MapResult& result, int signal) {
+  Summary summary;
+  set_status(source, mapper, result, signal, summary);
+  summary.mode = mapper.backend().mode();
+  summary.keyframes = result.trajectory.size();
+  summary.landmarks = result.landmarks.size();
+  summary.objective = last.objective;
+  summary.cost = last.cost;
+  summary.steps = step_statistics(result.steps);
+  summary.plugins = plugin_statistics(result.steps);
+  summary.statistics = mapper.statistics();
+  summary.solver_s = summary.steps.total_s + last.seconds;
+  summary.dropped = source.dropped();
+  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
+  for (const auto& [what, count] : source.warnings()) {
+    if (is_loss(what)) {
+      summary.dropped[what] += count;
+      continue;
+    }
+    summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
+  }
+  for (const auto& more : {mapper.warnings(), last.warnings}) {
+    summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
+  }
+  summary.calibration = result.calibration;
+  for (const int mode : result.motion_modes) {
+    if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
+  }
+  return summary;
+}
+
+/// What only the command line asks for: matrices, frames, video. Returns warnings.
+std::vector<std::string> write_extras(const ReplayRequest& request, const OutputDirectory& out,
+                                      const MapResult& result, const GroundTruth& truth,
+                                      const Mapper& mapper, Movie& movie, const Film& film) {
+  std::vector<std::string> warnings;
+  if (request.sparsity) {
+    const Backend& backend = mapper.backend();
+    warnings = write_sparsity(out, backend.graph(), backend.assignment(),
+                              backend.elimination_order(), result.title);
+  }
+  if (movie.size() > 0) movie.finish(result);
+  if (request.frames > 0) movie.write_frames(out, truth);
+  if (film.wanted()) film.encode(movie.size(), [&](int i) { return movie.frame(i, truth); });
+  return warnings;
+}
+
+/// How well slip was found, where the true modes are known.
+std::optional<ModeScore> mode_score(const ReplaySettings& settings, const MapResult& result,
+                                    const Mapper& mapper) {
+  if (settings.truth_modes.empty()) return std::nullopt;
+  const std::vector<int> truth = read_true_modes(settings.truth_modes);
+  if (result.mode_names.empty()) return std::nullopt;
+  return score_modes(result, mapper.log_rows(), truth);
+}
+
+/// All files that a replay reads.
+Provenance provenance(const ReplayRequest& request, const ReplaySettings& settings,
+                      const IniFile& ini) {
+  Provenance provenance = request.provenance;
+  provenance.configuration = ini.settings();
+  for (const std::string& path :
+       {settings.rawlog, request.config, settings.truth_path, settings.truth_map,
+        settings.truth_associations, settings.truth_modes}) {
+    provenance.add_input(path);
+  }
+  for (const std::string& path : request.plugin_libraries) provenance.add_input(path);
+  return provenance;
+}
+
+/// Shows film and result, both or none; returns warnings.
+std::vector<std::string> publish(const Summary& summary, OutputDirectory& out, Film& film) {
+  film.commit();
+  try {
+    return out.publish(summary_json(summary));
+  } catch (...) {
+    film.undo();
+    throw;
+  }
+}
+
+}  // namespace
+
+ReplayOutcome replay(const ReplayRequest& request,
+                     const std::function<void(const ReplayProgress&)>& progress,
+                     const std::function<void(const ReplayOutcome&)>& published) {
+  const auto start = Clock::now();
+  IniFile ini(request.config);
+  ReplaySettings settings = read_settings(ini, request);
+  if (settings.rawlog.empty()) {
+    ini.section("log").fail("rawlog", "names no log, and neither does --rawlog");
+  }
+  Truth truth(settings.truth_path, settings.truth_map, settings.truth_point);
+  if (!settings.truth_associations.empty()) truth.read_associations(settings.truth_associations);
+  KeyframeSource source(settings.rawlog, settings.source);
+  OutputDirectory out(request.output);
+  Film film(request.video, out);
+  Movie movie = make_movie(request, settings);
+
+  Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
+                source.is_3d(), settings.calibration);
+  const auto [last, signal] =
+      about({settings.rawlog}, [&] { return map_log(source, mapper, progress, movie); });
+
+  MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
+  result.title = settings.title;
+  ReplayOutcome outcome{summarize(source, mapper, last, result, signal), out.folder(), signal};
+  Summary& summary = outcome.summary;
+  truth.adapt_to(result, mapper.log_rows());
+  summary.truth = compare(truth, result, mapper, settings.match_radius);
+  summary.truth->modes = mode_score(settings, result, mapper);
+  if (truth.empty() && !summary.truth->associations && !summary.truth->modes) summary.truth.reset();
+  summary.provenance = provenance(request, settings, ini);
+  const auto warn = [&](const std::vector<std::string>& warnings) {
+    summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
+  };
+  for (const Provenance::Input& input : summary.provenance.inputs) {
+    if (!input.warning.empty()) warn({input.path + ": " + input.warning});
+  }
+  warn(write_texts(out, result, mapper.backend()));
+  summary.total_s = seconds_since(start);
+  if (request.pictures) {
+    warn(write_pictures(out, result, truth.get()));
+    write_error_plot(out, result, truth, mapper.log_rows());
+  }
+  warn(write_extras(request, out, result, truth.get(), mapper, movie, film));
+  const std::vector<std::string> told = publish(summary, out, film);
+  if (published) published(outcome);
+  warn(told);
+  return outcome;
+}
+
+}  // namespace hybrid

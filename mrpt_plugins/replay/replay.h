@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+
+#include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/replay/replay_request.h"
+
+namespace hybrid {
+
+/// How far a replay is.
+struct ReplayProgress {
+  double fraction = 0;  ///< of the log
+  std::size_t keyframes = 0, landmarks = 0;
+  double objective = 0;
+};
+
+/// What a replay wrote.
+struct ReplayOutcome {
+  Summary summary;               ///< the content of summary.json
+  std::filesystem::path folder;  ///< where the files are
+  int signal = 0;                ///< that stopped it with keyframes left; 0: none did
+};
+
+/// Maps a log: reads INI, log and truth, feeds keyframe after keyframe to the mapper, and writes
+/// trajectories, landmarks, pictures and summary.json into the folder asked for, all of them or
+/// none. Once a signal was noted (see interrupted()) it ends after the keyframe under way with a
+/// partial result. `progress` is called after every keyframe; `published` once the files are there,
+/// before anything else may fail. Throws Error, which names file, section or key, where there is
+/// nothing to write.
+ReplayOutcome replay(const ReplayRequest& request,
+                     const std::function<void(const ReplayProgress&)>& progress = {},
+                     const std::function<void(const ReplayOutcome&)>& published = {});
+
+}  // namespace hybrid

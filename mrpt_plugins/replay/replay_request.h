@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/provenance.h"
+
+namespace hybrid {
+
+/// What a replay is asked to do, beside what its INI says.
+struct ReplayRequest {
+  Provenance provenance;  ///< version and command; the replay adds inputs and configuration
+  std::string config;     ///< the INI
+  std::string rawlog, truth_path, truth_map;  ///< override the INI where not empty
+  std::vector<std::string> plugin_libraries;  ///< loaded already; the parser of rawlogs loads them
+  std::vector<std::string> settings;          ///< section.key=value, instead of what the INI says
+  std::string output = "hybrid-replay-out";
+  bool pictures = true;
+  bool sparsity = false;
+  int frames = 0;     ///< pictures of the growing map, each a file; 0: none
+  std::string video;  ///< film of them; empty: none
+};
+
+}  // namespace hybrid

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/replay/truth.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/evaluation/ground_truth.h"
+#include "mrpt_plugins/evaluation/landmark_metrics.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kMaxTimeDifference = 0.05;  // s, between a pose and its truth in a TUM file
+
+}  // namespace
+
+Truth::Truth(const std::string& path_file, const std::string& map_file,
+             const Eigen::Vector3d& point)
+    : path_file_(path_file), map_file_(map_file) {
+  if (!path_file.empty()) {
+    const auto extension = std::filesystem::path(path_file).extension();
+    has_times_ = extension == ".tum" || extension == ".xyz";
+    if (extension == ".xyz") {
+      truth_.path = read_positions(path_file);
+      content_ = TruthContent::kPositions;
+      T_robot_point_ = {point.x(), point.y(), point.z(), 0, 0, 0};
+    } else if (has_times_) {
+      truth_.path = read_tum(path_file);
+    } else {
+      for (const auto& pose : read_true_path(path_file)) {
+        truth_.path.push_back({static_cast<double>(truth_.path.size()), pose});
+      }
+    }
+  }
+  if (map_file.empty()) return;
+  for (LandmarkTruth& row : read_true_landmarks(map_file)) {
+    truth_.landmarks.push_back({row.id, row.position, std::nullopt});
+    landmark_classes_.push_back(std::move(row.class_name));
+  }
+}
+
+void Truth::label(std::vector<AssociationDecision>& decisions,
+                  const std::vector<std::size_t>& log_rows) const {
+  for (AssociationDecision& decision : decisions) {
+    if (decision.true_id || decision.pose >= log_rows.size()) continue;
+    const auto it = associations_.find({log_rows[decision.pose], decision.measurement});
+    if (it != associations_.end()) decision.true_id = it->second;
+  }
+}
+
+void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows) {
+  const std::vector<std::string>& names = result.class_names;
+  for (std::size_t i = 0; i < landmark_classes_.size() && !names.empty(); ++i) {
+    if (landmark_classes_[i].empty()) continue;
+    const auto it = std::find(names.begin(), names.end(), landmark_classes_[i]);
+    if (it == names.end()) {
+      throw Error(fmt::format("{}: landmark {} is of class '{}', which the log does not know",
+                              map_file_, truth_.landmarks[i].id, landmark_classes_[i]));
+    }
+    truth_.landmarks[i].class_index = static_cast<int>(it - names.begin());
+  }
+  if (truth_.path.empty() || result.trajectory.empty()) return;
+  const mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
+  for (TimedPose& pose : truth_.path) pose.pose = pose.pose - origin;
+  for (TrueLandmark& landmark : truth_.landmarks) {
+    const auto p = origin.inverseComposePoint(
+        {landmark.position.x(), landmark.position.y(), landmark.position.z()});
+    landmark.position = {p.x, p.y, p.z};
+  }
+}
+
+mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,
+                                          const std::vector<std::size_t>& log_rows) const {
+  const bool all = content_ == TruthContent::kPositions;
+  const std::vector<PosePair> known =
+      (all ? pairs(estimate, log_rows) : pairs({estimate.front()}, {log_rows.front()})).poses;
+  if (known.empty()) {
+    throw Error(fmt::format("{}: has no pose within {} s of {} pose of the log", path_file_,
+                            kMaxTimeDifference, all ? "any" : "the first"));
+  }
+  return all ? alignment(known) : known.front().truth;
+}
+
+Truth::Pairs Truth::pairs(const Trajectory& estimate,
+                          const std::vector<std::size_t>& log_rows) const {
+  Pairs out;
+  if (has_times_) {
+    for (const TimedPose& pose : estimate) {
+      const auto pair =
+          pair_by_time({{pose.time, pose.pose + T_robot_point_}}, truth_.path, kMaxTimeDifference);
+      if (pair.empty()) continue;
+      out.times.push_back(pose.time);
+      out.poses.push_back(pair.front());
+    }
+    return out;
+  }
+  const std::size_t last = *std::max_element(log_rows.begin(), log_rows.end());
+  if (last >= truth_.path.size()) {
+    throw Error(fmt::format("{}: has {} poses, but the log has a frame for row {}", path_file_,
+                            truth_.path.size(), last));
+  }
+  for (const TimedPose& pose : estimate) out.times.push_back(pose.time);
+  out.poses = pair_by_index(estimate, truth_.path, log_rows);
+  return out;
+}
+
+namespace {
+
+/// Mean NEES of the poses, where all have a covariance and a true orientation.
+std::optional<double> pose_nees(const Truth& truth, const std::vector<PosePair>& pairs,
+                                const Mapper& mapper) {
+  if (truth.content() == TruthContent::kPositions) return std::nullopt;
+  const auto covariances = mapper.pose_covariances();
+  const bool complete = std::all_of(covariances.begin(), covariances.end(),
+                                    [](const auto& P) { return P.rows() > 0; });
+  if (!complete || pairs.size() != covariances.size()) return std::nullopt;
+  return mean_nees(pairs, covariances);
+}
+
+/// Moves landmarks, not their covariances.
+void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& T) {
+  for (LandmarkEstimate& landmark : landmarks) {
+    const auto p =
+        T.composePoint({landmark.position.x(), landmark.position.y(), landmark.position.z()});
+    landmark.position = {p.x, p.y, p.z};
+  }
+}
+
+}  // namespace
+
+TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper,
+                     double radius) {
+  TruthSummary summary;
+  std::vector<LandmarkEstimate> aligned = result.landmarks;
+  if (!truth.get().path.empty()) {
+    const auto pairs = truth.pairs(result.trajectory, mapper.log_rows()).poses;
+    summary.trajectory = trajectory_report(pairs, truth.content());
+    summary.dead_reckoning = trajectory_report(
+        truth.pairs(result.dead_reckoning, mapper.log_rows()).poses, truth.content());
+    summary.nees_pose = pose_nees(truth, pairs, mapper);
+    move(aligned, alignment(pairs));
+  }
+  std::vector<AssociationDecision> decisions = mapper.decisions();
+  truth.label(decisions, mapper.log_rows());
+  if (!decisions.empty()) summary.associations = association_report(decisions);
+  if (!truth.get().landmarks.empty()) {
+    const auto& landmarks = truth.get().landmarks;
+    const auto matching = decisions.empty() ? match_by_id(result.landmarks, landmarks)
+                                            : match_by_distance(aligned, landmarks, radius);
+    summary.landmarks = landmark_errors(matching, result.landmarks, landmarks);
+    summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
+    summary.class_accuracy = class_accuracy(matching, result.landmarks, landmarks);
+    summary.nees_landmark = landmark_nees(matching, result.landmarks, landmarks);
+  }
+  return summary;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/detection_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "mrpt_plugins/plugins/sighting.h"
+
+namespace hybrid {
+namespace {
+
+using mrpt::poses::CPose3D;
+
+constexpr int kFrames = 10;
+constexpr double kSigma = 0.1;  // [m], [rad] a tenth of it
+
+/// A robot that drives ahead, turning, and sees points from a sensor in front.
+struct Drive {
+  bool is_3d = false;
+  std::mt19937 random{7};
+  CPose3D T_robot_sensor{0.5, 0.1, 0, 0.2, 0, 0};
+  CPose3D step{0.5, 0, 0, 0.02, 0, 0};
+
+  double gauss(double sigma) { return sigma * std::normal_distribution<double>()(random); }
+
+  OdometryIncrement motion() const {
+    OdometryIncrement out;
+    out.mean = step;
+    out.covariance.diagonal() << 1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8;
+    out.is_planar = !is_3d;
+    return out;
+  }
+
+  DetectionFrame frame() const {
+    DetectionFrame out;
+    out.sensor_label = "CAMERA";
+    out.T_robot_sensor = T_robot_sensor;
+    out.is_3d = is_3d;
+    out.max_range = 30;
+    return out;
+  }
+
+  Detection seen(const CPose3D& T_map_robot, const Eigen::Vector3d& p) {
+    Detection d;
+    (T_map_robot + T_robot_sensor)
+        .sphericalCoordinates({p.x(), p.y(), p.z()}, d.range, d.yaw, d.pitch);
+    d.range += gauss(kSigma);
+    d.yaw += gauss(0.1 * kSigma);
+    d.pitch = is_3d ? d.pitch + gauss(0.1 * kSigma) : 0;
+    d.covariance.diagonal() << kSigma * kSigma, 0.01 * kSigma * kSigma,
+        is_3d ? 0.01 * kSigma * kSigma : 0;
+    return d;
+  }
+};
+
+TEST(DetectionTracker, AThingIsHandedOnOnce) {
+  for (const bool is_3d : {false, true}) {
+    Drive drive{is_3d};
+    const Eigen::Vector3d near(9, 3, is_3d ? 1 : 0), far(14, -2, is_3d ? 2 : 0);
+    DetectionTracker gathering;
+    CPose3D robot;
+    for (int i = 0; i < kFrames; ++i) {
+      if (i > 0) {
+        gathering.move(drive.motion());
+        robot = robot + drive.step;
+      }
+      DetectionFrame frame = drive.frame();
+      frame.detections = {drive.seen(robot, near), drive.seen(robot, far)};
+      if (i % 2 == 1) std::swap(frame.detections[0], frame.detections[1]);
+      frame.detections[0].true_id = i % 2;
+      frame.detections[1].true_id = 1 - i % 2;
+      gathering.take(frame);
+    }
+    const std::vector<DetectionFrame> out = gathering.release();
+    ASSERT_EQ(out.size(), 1U);
+    EXPECT_GT(out[0].max_range, 30);
+    ASSERT_EQ(out[0].detections.size(), 2U);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Detection& d = out[0].detections[k];
+      EXPECT_EQ(d.members.size(), static_cast<std::size_t>(kFrames));
+      for (const auto& id : d.members) EXPECT_EQ(*id, static_cast<std::int64_t>(k));
+      EXPECT_FALSE(d.moving);
+      const Eigen::Vector3d p = sighted_point(robot, out[0], d);
+      EXPECT_LT((p - (k == 0 ? near : far)).norm(), 3 * kSigma);
+      // A quarter of the variance is common to all.
+      EXPECT_NEAR(d.covariance(0, 0) / (kSigma * kSigma), 0.25 + 0.75 / kFrames, 0.15);
+    }
+    EXPECT_TRUE(gathering.release().empty());
+  }
+}
+
+TEST(DetectionTracker, WhatMovesIsMarked) {
+  Drive drive;
+  DetectionTracker gathering;
+  CPose3D robot;
+  for (int i = 0; i < kFrames; ++i) {
+    if (i > 0) {
+      gathering.move(drive.motion());
+      robot = robot + drive.step;
+    }
+    DetectionFrame frame = drive.frame();
+    frame.detections = {drive.seen(robot, {12, 4, 0}), drive.seen(robot, {10, 0.05 * i, 0})};
+    gathering.take(frame);
+  }
+  const std::vector<DetectionFrame> out = gathering.release();
+  ASSERT_GE(out[0].detections.size(), 2U);
+  EXPECT_FALSE(out[0].detections[0].moving);
+  EXPECT_EQ(out[0].detections[0].members.size(), static_cast<std::size_t>(kFrames));
+  std::size_t marked = 0;  // it may be lost in between
+  for (std::size_t k = 1; k < out[0].detections.size(); ++k) {
+    if (out[0].detections[k].moving) marked += out[0].detections[k].members.size();
+  }
+  EXPECT_GE(marked, static_cast<std::size_t>(kFrames) / 2);
+}
+
+// However near two things with ids are, each keeps its own.
+TEST(DetectionTracker, IdsDecide) {
+  Drive drive;
+  DetectionTracker gathering;
+  for (int i = 0; i < 4; ++i) {
+    DetectionFrame frame = drive.frame();
+    frame.detections = {drive.seen({}, {10, 0, 0}), drive.seen({}, {10, 0.05, 0})};
+    frame.detections[0].id = i % 2 == 0 ? 5 : 6;
+    frame.detections[1].id = i % 2 == 0 ? 6 : 5;
+    gathering.take(frame);
+  }
+  const std::vector<Detection> out = gathering.release().at(0).detections;
+  ASSERT_EQ(out.size(), 2U);
+  EXPECT_EQ(out[0].id, 5);
+  EXPECT_EQ(out[1].id, 6);
+  EXPECT_EQ(out[0].members.size(), 4U);
+}
+
+TEST(DetectionTracker, ClassScoresOfAllCount) {
+  Drive drive;
+  DetectionTracker gathering;
+  for (int i = 0; i < 8; ++i) {
+    DetectionFrame frame = drive.frame();
+    frame.class_names = {"car", "van"};
+    frame.detections = {drive.seen({}, {10, 0, 0})};
+    frame.detections[0].class_probabilities = {0.7, 0.3};
+    gathering.take(frame);
+  }
+  const std::vector<double> p = gathering.release().at(0).detections.at(0).class_probabilities;
+  EXPECT_GT(p.at(0), 0.9);   // more certain than one alone,
+  EXPECT_LT(p.at(0), 0.97);  // less than eight that know nothing of each other
+  EXPECT_NEAR(p.at(0) + p.at(1), 1, 1e-12);
+}
+
+TEST(DetectionTracker, WhatIsForgottenIsCounted) {
+  Drive drive;
+  DetectionTracker gathering;
+  DetectionFrame frame = drive.frame();
+  frame.detections = {drive.seen({}, {10, 0, 0}), drive.seen({}, {5, 5, 0})};
+  gathering.take(frame);
+  gathering.take(frame);
+  EXPECT_EQ(gathering.forget(), 4U);
+  EXPECT_TRUE(gathering.release().empty());
+}
+
+}  // namespace
+}  // namespace hybrid
