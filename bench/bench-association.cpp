@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <random>
 #include <string>
@@ -137,7 +138,9 @@ std::vector<Bin> grow(std::size_t sightings, Mapper& mapper, World& world) {
     bins.back().ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     bins.back().sightings = seen;
     bins.back().landmarks = mapper.landmarks().size();
-    if (bins.back().ms.size() == kKeyframesPerBin) bins.emplace_back();
+    if (bins.back().ms.size() < kKeyframesPerBin) continue;
+    std::fprintf(stderr, "%zu sightings, %.2f ms a keyframe\n", seen, bins.back().mean());
+    bins.emplace_back();
   }
   if (bins.back().ms.empty()) bins.pop_back();
   return bins;

@@ -98,11 +98,15 @@ void IncrementalSmoother::enter_tree(int t) {
 }
 
 void IncrementalSmoother::leave_tree(int t) {
-  Term& term = terms_.edit(t);
-  if (term.tree_factor >= 0) {
-    tree_.remove_factor(term.tree_factor);
-    lost_factors_ = true;
+  if (terms_[t].tree_factor >= 0) {
+    lost_.push_back({terms_[t].component.factor, active_slots(terms_[t])});
   }
+  take_out_of_tree(t);
+}
+
+void IncrementalSmoother::take_out_of_tree(int t) {
+  Term& term = terms_.edit(t);
+  if (term.tree_factor >= 0) tree_.remove_factor(term.tree_factor);
   for (int f : term.pulls) tree_.remove_factor(f);
   term.tree_factor = -1;
   term.pulls.clear();
@@ -126,7 +130,7 @@ void IncrementalSmoother::enter_pulls() {
 void IncrementalSmoother::set_component(int t, const Component& component) {
   Term& term = terms_.edit(t);
   const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
-  const int previous = term.component.index;
+  const Component previous = term.component;
   term_constant_.subtract(constant_of(term.component));
   term_constant_.add(constant_of(component));
   term.component = component;
@@ -135,13 +139,13 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   term_cost_.add(term.cost);
   const bool same_place =
       term.tree_factor >= 0 && belongs_in_tree(component) && active_slots(term) == before;
-  if (same_place && component.index == previous) return;
+  if (same_place && component.index == previous.index) return;
+  if (term.tree_factor >= 0) lost_.push_back({previous.factor, before});
   if (same_place) {
     linearize(term, theta_.get(), tree_);
-    lost_factors_ = true;
     return;
   }
-  leave_tree(t);
+  take_out_of_tree(t);
   enter_tree(t);
 }
 

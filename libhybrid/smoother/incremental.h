@@ -160,6 +160,7 @@ class IncrementalSmoother {
   void refresh_tables();
   void enter_tree(int t);
   void leave_tree(int t);
+  void take_out_of_tree(int t);
   void enter_pulls();
   void record(UpdateReport& report) const { report.objectives.push_back(objective()); }
 
@@ -172,6 +173,8 @@ class IncrementalSmoother {
   // determination.cpp
   bool is_determined(const std::vector<int>& slots) const;
   bool new_variables_are_determined(const std::vector<Key>& keys) const;
+  bool others_say_what_was_lost() const;
+  bool others_say_what_was_lost(int most_dims) const;
 
   // continuous_half.cpp
   void continuous_step(UpdateReport& report, double wildfire);
@@ -217,7 +220,11 @@ class IncrementalSmoother {
   bool changing_ = false;
   Committed committed_;
   std::vector<GraphChange> graph_changes_;  // since the last commit
-  bool lost_factors_ = false;  // a factor has left the tree or changed its component since then
+  struct Lost {                             // a factor that has left the tree since then
+    const ContinuousFactor* factor = nullptr;
+    std::vector<int> slots;  // of its variables
+  };
+  std::vector<Lost> lost_;
 
   // Scratch of an update.
   std::vector<int> last_;                  // slots to eliminate last

@@ -161,7 +161,7 @@ void IncrementalSmoother::make_permanent() noexcept {
 }
 
 void IncrementalSmoother::end_change() noexcept {
-  lost_factors_ = false;
+  lost_.clear();
   changing_ = false;
   in_transaction_ = false;
 }
