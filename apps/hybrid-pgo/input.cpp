@@ -7,6 +7,7 @@
 
 #include "apps/hybrid-pgo/solution.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/solvers/chordal.h"
 
@@ -35,7 +36,7 @@ std::string missing_text(const std::vector<Key>& keys, const Values& values) {
 std::vector<Key> Input::poses() const {
   std::vector<Key> poses;
   for (Key key : initial.keys()) {
-    if (key.letter() == 'x') poses.push_back(key);
+    if (key.letter() == key_letter::kPose) poses.push_back(key);
   }
   std::sort(poses.begin(), poses.end());
   return poses;

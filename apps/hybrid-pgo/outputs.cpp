@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
 #include "mrpt_plugins/output/graph_image.h"
 
@@ -89,7 +90,7 @@ Image draw_graph(const std::string& title, const Input& input, const Solution& s
   const Values& values = solution.values;
   for (Key key : input.poses()) drawing.poses.push_back(position(values, key));
   for (Key key : values.keys()) {
-    if (key.letter() == 'l') drawing.landmarks.push_back(position(values, key));
+    if (key.letter() == key_letter::kLandmark) drawing.landmarks.push_back(position(values, key));
   }
   for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
     if (!is_odometry(from, to)) return;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/range.h"
@@ -49,9 +50,9 @@ class RangeProblem {
 
   Key pose(double time) const {
     const auto it = std::lower_bound(times_.begin(), times_.end(), time);
-    return {'x', static_cast<std::uint64_t>(it - times_.begin())};
+    return {key_letter::kPose, static_cast<std::uint64_t>(it - times_.begin())};
   }
-  static Key anchor(int id) { return {'a', static_cast<std::uint64_t>(id)}; }
+  static Key anchor(int id) { return {key_letter::kAnchor, static_cast<std::uint64_t>(id)}; }
 
   /// Dead reckoning from the middle of the anchors.
   Values start(double heading) const {
@@ -64,7 +65,7 @@ class RangeProblem {
     SE2 T(middle.x(), middle.y(), heading);
     for (std::size_t i = 0; i < times_.size(); ++i) {
       if (i > 0) T = T * steps_[i - 1];
-      values.insert(Key('x', i), T);
+      values.insert(Key(key_letter::kPose, i), T);
     }
     return values;
   }
@@ -80,7 +81,7 @@ class RangeProblem {
  private:
   void add_motion() {
     const Eigen::Vector3d wide = Eigen::Vector3d::Constant(kWidePrior);
-    base_.emplace<Prior<SE2>>(Key('x', 0), SE2(), Noise::diagonal(wide));
+    base_.emplace<Prior<SE2>>(Key(key_letter::kPose, 0), SE2(), Noise::diagonal(wide));
     std::size_t row = 0;
     for (std::size_t i = 0; i + 1 < times_.size(); ++i) {
       while (row + 1 < log_.odometry.size() && log_.odometry[row + 1].time <= times_[i]) ++row;
@@ -92,8 +93,8 @@ class RangeProblem {
       steps_.push_back(SE2::exp({forward, 0.0, turn}));
       const Eigen::Vector3d sigmas(0.5 * wheels * dt, std::sqrt(w.variance_side) * dt,
                                    wheels / (2.0 * w.half_base) * dt);
-      base_.emplace<BetweenSE2>(Key('x', i), Key('x', i + 1), steps_.back(),
-                                Noise::diagonal(sigmas));
+      base_.emplace<BetweenSE2>(Key(key_letter::kPose, i), Key(key_letter::kPose, i + 1),
+                                steps_.back(), Noise::diagonal(sigmas));
     }
   }
 
@@ -124,7 +125,7 @@ AlternatingResult solve(const RangeProblem& problem, const HybridGraph& graph,
 }
 
 DiscreteKey range_mode(std::size_t i) {
-  return {Key('m', i), 2};
+  return {Key(key_letter::kMotionMode, i), 2};
 }
 
 /// Ranges as mixtures, modes chained by anchor.
@@ -203,7 +204,7 @@ Located make_located(const std::string& method, const RangeProblem& problem,
   out.times = problem.times();
   out.objective = result.report.objective;
   for (std::size_t i = 0; i < out.times.size(); ++i) {
-    out.path.push_back(result.estimate.values.at<SE2>(Key('x', i)));
+    out.path.push_back(result.estimate.values.at<SE2>(Key(key_letter::kPose, i)));
   }
   return out;
 }

@@ -14,49 +14,39 @@
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/relative_pose.h"
 
 namespace hybrid {
 namespace {
 
+/// A relative pose with the covariance over its tangent.
 template <class Group>
-struct RelativePose {
+struct UncertainMotion {
   Group measured;
   typename Group::Jacobian covariance;
 };
 
-template <class Group, class Factor>
-RelativePose<Group> relative_pose_of(const Factor& factor) {
-  const typename Group::Jacobian root = factor.sqrt_information().inverse();
-  return {factor.measured(), root * root.transpose()};
-}
-
 template <class Group>
-std::optional<RelativePose<Group>> relative_pose(const ContinuousFactor& factor) {
-  if (const auto* between = dynamic_cast<const Between<Group>*>(&factor)) {
-    return relative_pose_of<Group>(*between);
-  }
-  if constexpr (std::is_same_v<Group, SE2>) {
-    if (const auto* between = dynamic_cast<const BetweenSE2*>(&factor)) {
-      return relative_pose_of<SE2>(*between);
-    }
-  }
-  return std::nullopt;
+std::optional<UncertainMotion<Group>> motion_of(const ContinuousFactor& factor) {
+  const auto motion = relative_pose<Group>(factor);
+  if (!motion) return std::nullopt;
+  return UncertainMotion<Group>{motion->measured, motion->information.inverse()};
 }
 
 /// A relative pose followed by another, with the sum of their uncertainties.
 template <class Group>
-RelativePose<Group> followed_by(const RelativePose<Group>& a, const RelativePose<Group>& b) {
+UncertainMotion<Group> followed_by(const UncertainMotion<Group>& a,
+                                   const UncertainMotion<Group>& b) {
   const typename Group::Jacobian back = b.measured.inverse().adjoint();
-  RelativePose<Group> both{a.measured * b.measured,
-                           back * a.covariance * back.transpose() + b.covariance};
+  UncertainMotion<Group> both{a.measured * b.measured,
+                              back * a.covariance * back.transpose() + b.covariance};
   both.measured.normalize();
   return both;
 }
 
 /// The same relative pose driven backwards.
 template <class Group>
-RelativePose<Group> reversed(const RelativePose<Group>& a) {
+UncertainMotion<Group> reversed(const UncertainMotion<Group>& a) {
   const typename Group::Jacobian adjoint = a.measured.adjoint();
   return {a.measured.inverse(), adjoint * a.covariance * adjoint.transpose()};
 }
@@ -70,13 +60,13 @@ struct Odometry {
   };
 
   explicit Odometry(const std::vector<ContinuousFactorPtr>& trusted) {
-    std::unordered_map<Key, RelativePose<Group>> next;
+    std::unordered_map<Key, UncertainMotion<Group>> next;
     std::vector<Key> starts;
     for (const ContinuousFactorPtr& factor : trusted) {
       if (factor->keys().size() != 2) continue;
       const Key from = factor->keys()[0], to = factor->keys()[1];
       if (from.letter() != to.letter() || to.index() != from.index() + 1) continue;
-      if (const auto step = relative_pose<Group>(*factor)) {
+      if (const auto step = motion_of<Group>(*factor)) {
         if (next.emplace(from, *step).second) starts.push_back(from);
       }
     }
@@ -88,10 +78,10 @@ struct Odometry {
   }
 
   std::unordered_map<Key, Place> places;
-  std::vector<std::vector<RelativePose<Group>>> steps;  // by chain
+  std::vector<std::vector<UncertainMotion<Group>>> steps;  // by chain
 
  private:
-  void follow(Key key, const std::unordered_map<Key, RelativePose<Group>>& next) {
+  void follow(Key key, const std::unordered_map<Key, UncertainMotion<Group>>& next) {
     const int chain = static_cast<int>(steps.size());
     auto& own = steps.emplace_back();
     while (true) {
@@ -109,7 +99,7 @@ struct Odometry {
 template <class Group>
 class Track {
  public:
-  using Way = RelativePose<Group>;
+  using Way = UncertainMotion<Group>;
 
   Track(const std::vector<Way>& steps, std::vector<int> indices) : stops_(std::move(indices)) {
     std::sort(stops_.begin(), stops_.end());
@@ -154,16 +144,16 @@ template <class Group>
 struct Closure {
   int chain;
   int from, to;  // indices on the chain
-  RelativePose<Group> relative;
+  UncertainMotion<Group> relative;
   std::size_t index;  // among the closures of the problem
 };
 
 /// Squared whitened error of the loop a -> c -> d -> b -> a of closures x = (a, b), y = (c, d).
 template <class Group>
-double loop_error(const RelativePose<Group>& x, const RelativePose<Group>& y,
-                  const RelativePose<Group>& a_to_c, const RelativePose<Group>& d_to_b) {
+double loop_error(const UncertainMotion<Group>& x, const UncertainMotion<Group>& y,
+                  const UncertainMotion<Group>& a_to_c, const UncertainMotion<Group>& d_to_b) {
   using Matrix = typename Group::Jacobian;
-  const RelativePose<Group> around = followed_by(followed_by(a_to_c, y), d_to_b);
+  const UncertainMotion<Group> around = followed_by(followed_by(a_to_c, y), d_to_b);
   const auto error = x.measured.between(around.measured).log();
   const Eigen::LLT<Matrix> factor(Matrix(x.covariance + around.covariance));
   return factor.matrixL().solve(error).squaredNorm();
@@ -176,7 +166,7 @@ std::vector<Closure<Group>> closures_on(const Odometry<Group>& odometry,
   std::vector<Closure<Group>> closures;
   for (std::size_t k = 0; k < problem.closures.size(); ++k) {
     const ContinuousFactor& factor = *problem.closures[k];
-    const auto relative = relative_pose<Group>(factor);
+    const auto relative = motion_of<Group>(factor);
     if (!relative) continue;
     const auto from = odometry.places.find(factor.keys()[0]);
     const auto to = odometry.places.find(factor.keys()[1]);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "libhybrid/closures/closure_problem.h"
+#include "libhybrid/core/key_letters.h"
 
 namespace hybrid {
 
@@ -34,7 +35,7 @@ double best_switch(double chi_square, double phi);
 
 /// The name of the switch of a closure.
 inline Key real_switch(std::size_t closure) {
-  return {'s', closure};
+  return {key_letter::kClosureWeight, closure};
 }
 
 /// Switchable constraints: switches are unknowns beside the poses, each with a prior at one, where

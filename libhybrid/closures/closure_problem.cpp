@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
@@ -15,7 +16,7 @@ constexpr int kRounds = 50;  // of roles
 constexpr int kIterationsPerRound = 10;
 
 DiscreteKey role_key(std::size_t closure) {
-  return {Key('r', closure), 3};
+  return {Key(key_letter::kClosureChoice, closure), 3};
 }
 
 std::vector<ClosureRole> roles_of(const RobustProblem& problem, const std::vector<Kernel>& kernels,

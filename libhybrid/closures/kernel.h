@@ -26,6 +26,13 @@ class KernelFactor : public ContinuousFactor {
   double linearize(const double* const* x, double* r, double* J) const override;
   double log_normalizer() const override { return factor_->log_normalizer(); }
   std::string name() const override { return factor_->name() + " under a kernel"; }
+  /// That of the factor, without the kernel.
+  std::optional<RelativePose<SE2>> relative_pose_2d() const override {
+    return factor_->relative_pose_2d();
+  }
+  std::optional<RelativePose<SE3>> relative_pose_3d() const override {
+    return factor_->relative_pose_3d();
+  }
   using ContinuousFactor::cost;
 
  private:

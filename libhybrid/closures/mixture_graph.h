@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
@@ -28,7 +29,7 @@ struct MixtureOptions {
 
 /// The switch of a closure: value 0 is inlier, 1 outlier.
 inline DiscreteKey closure_switch(std::size_t closure) {
-  return {Key('d', closure), 2};
+  return {Key(key_letter::kClosureSwitch, closure), 2};
 }
 
 /// The mixture of eq. 17 for one closure, whose outlier component is weak (see Component::weak).

@@ -27,7 +27,7 @@ struct Verdict {
   /// tr(I - A P A') / d in [0, 1], with A the whitened Jacobian and P the covariance: how far the
   /// other factors can check this one. Near 0 nothing but the closure itself speaks for it.
   double redundancy = 1.0;
-  bool checkable = true;  ///< false where the redundancy is too small to tell a lie from the truth
+  bool checkable = true;  ///< false where the redundancy is too small to tell false from true
   /// By how much the logarithm of the evidence exceeds what was asked for; 0 if the method has
   /// none.
   double margin = 0.0;

@@ -3,7 +3,6 @@
 #include "libhybrid/core/values.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <new>
 
@@ -16,12 +15,12 @@ void Values::insert(Key key, VariableType type, const double* x) {
     return std::all_of(x, x + type.size, [](double v) { return std::isfinite(v); });
   };
   if (!finite()) throw Error("initial value of " + to_string(key) + " is not finite");
-  std::array<double, SE3::kSize> unit;  // the largest of the groups
+  std::vector<double> unit;
   if (type.kind != VariableKind::kVector) {
-    std::copy(x, x + type.size, unit.begin());
+    unit.assign(x, x + type.size);
     normalize(type, unit.data());
     x = unit.data();
-    if (!finite()) throw Error("the rotation of " + to_string(key) + " has norm zero");
+    if (!finite()) throw Error("initial value of " + to_string(key) + " is no " + to_string(type));
   }
   auto& reusable = free_[type.size];
   const bool fresh = reusable.empty();
@@ -42,6 +41,12 @@ void Values::insert(Key key, VariableType type, const double* x) {
   entries_[slot].key = key;
   entries_[slot].type = type;
   std::copy(x, x + type.size, data(slot));
+}
+
+Eigen::VectorXd Values::vector(Key key) const {
+  const VariableType type = this->type(key);
+  return Eigen::Map<const Eigen::VectorXd>(data(checked_slot(key, vector_type(type.dim))),
+                                           type.dim);
 }
 
 void Values::erase(Key key) {

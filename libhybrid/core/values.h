@@ -24,6 +24,10 @@ class Values {
     insert(key, Variable<T>::type(), x);
   }
   void insert(Key key, VariableType type, const double* x);
+  /// A vector whose length is known at run time only.
+  void insert(Key key, const Eigen::VectorXd& value) {
+    insert(key, vector_type(static_cast<int>(value.size())), value.data());
+  }
 
   /// Replaces the value of a variable that is there, of the same type.
   template <class T>
@@ -35,6 +39,9 @@ class Values {
   T at(Key key) const {
     return Variable<T>::load(data(checked_slot(key, Variable<T>::type())));
   }
+
+  /// A vector of any length; throws Error for another variable.
+  Eigen::VectorXd vector(Key key) const;
 
   bool contains(Key key) const { return index_.count(key) != 0; }
   void erase(Key key);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <type_traits>
 
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -12,8 +13,16 @@
 
 namespace hybrid {
 
-/// The closed set of continuous variables: vectors (points, biases, calibrations) and the groups.
-enum class VariableKind : unsigned char { kVector, kSO2, kSE2, kSO3, kSE3 };
+/// Vectors (points, biases, calibrations), the groups of this library, and manifolds of users.
+enum class VariableKind : unsigned char { kVector, kSO2, kSE2, kSO3, kSE3, kManifold };
+
+/// What a manifold of a user can do, on flat storage; made by manifold_type().
+struct Manifold {
+  const char* name;
+  void (*retract)(const double* x, const double* delta, double* out);
+  void (*local)(const double* x, const double* y, double* delta);
+  void (*normalize)(double* x);
+};
 
 /// What a variable is at run time: its kind, the size of its tangent and of its storage (in
 /// doubles).
@@ -21,12 +30,23 @@ struct VariableType {
   VariableKind kind = VariableKind::kVector;
   int dim = 0;
   int size = 0;
+  const Manifold* manifold = nullptr;  ///< of kManifold
 
   friend bool operator==(VariableType a, VariableType b) {
-    return a.kind == b.kind && a.dim == b.dim;
+    return a.kind == b.kind && a.dim == b.dim &&
+           (a.manifold == b.manifold || same_manifold(*a.manifold, *b.manifold));
   }
   friend bool operator!=(VariableType a, VariableType b) { return !(a == b); }
+
+ private:
+  /// By name: two shared libraries may each have a copy.
+  static bool same_manifold(const Manifold& a, const Manifold& b);
 };
+
+/// The type of vectors whose length is known at run time only.
+inline VariableType vector_type(int dim) {
+  return {VariableKind::kVector, dim, dim};
+}
 
 /// "SE2", "SE3", "vector of 2", ... for messages.
 std::string to_string(VariableType type);
@@ -41,14 +61,38 @@ void normalize(VariableType type, double* x);
 /// delta = y boxminus x, so that retract(x, delta) gives y.
 void local(VariableType type, const double* x, const double* y, double* delta);
 
-/// Compile-time view of a variable: how a C++ type sits in flat storage.
+/// Derivative of y boxminus x with respect to the tangent at y (dim x dim); of manifolds of users
+/// by central differences.
+Eigen::MatrixXd local_jacobian(VariableType type, const double* x, const double* y);
+
+/// Derivative of the storage of x boxplus delta with respect to delta at zero (size x dim,
+/// column-major); of manifolds of users by central differences.
+void retract_jacobian(VariableType type, const double* x, double* jacobian);
+
+/// The type of a manifold with these traits: kName, kDim, kSize, load, store,
+/// retract(value, tangent) and local(value, other). `load` of what `store` wrote gives the value
+/// again, and brings numbers that are slightly off back onto the manifold.
+template <class Traits>
+VariableType manifold_type();
+
+/// Compile-time view of a variable: how a C++ type sits in flat storage, and how it moves.
+///
+/// A class of your own becomes a variable everywhere (values, factors, marginals, windows) if it
+/// has kName, kDim, kSize, `static T load(const double*)`, `void store(double*) const`,
+/// `T retract(const Tangent&) const` and `Tangent local(const T&) const`, where Tangent is
+/// Eigen::Matrix<double, kDim, 1> and x.retract(x.local(y)) is y. For a class that you cannot
+/// change, specialise this struct with the same names.
 template <class T>
 struct Variable {
+  static constexpr const char* kName = T::kName;
   static constexpr int kDim = T::kDim;
   static constexpr int kSize = T::kSize;
+  using Tangent = Eigen::Matrix<double, kDim, 1>;
   static T load(const double* x) { return T::load(x); }
   static void store(const T& value, double* x) { value.store(x); }
-  static VariableType type();
+  static T retract(const T& x, const Tangent& delta) { return x.retract(delta); }
+  static Tangent local(const T& x, const T& y) { return x.local(y); }
+  static VariableType type() { return manifold_type<Variable<T>>(); }
 };
 
 template <>
@@ -78,5 +122,36 @@ struct Variable<Eigen::Matrix<double, N, 1>> {
   static void store(const T& value, double* x) { Eigen::Map<T>{x} = value; }
   static VariableType type() { return {VariableKind::kVector, N, N}; }
 };
+
+/// Whether T is a group of this library, with between() and log().
+template <class T>
+inline constexpr bool is_group = std::is_same_v<T, SO2> || std::is_same_v<T, SE2> ||
+                                 std::is_same_v<T, SO3> || std::is_same_v<T, SE3>;
+
+/// A number: a vector of length 1.
+template <>
+struct Variable<double> {
+  static constexpr int kDim = 1;
+  static constexpr int kSize = 1;
+  static double load(const double* x) { return *x; }
+  static void store(double value, double* x) { *x = value; }
+  static VariableType type() { return vector_type(1); }
+};
+
+template <class Traits>
+VariableType manifold_type() {
+  using Tangent = Eigen::Map<const Eigen::Matrix<double, Traits::kDim, 1>>;
+  static constexpr Manifold kManifold{Traits::kName,
+                                      [](const double* x, const double* delta, double* out) {
+                                        Traits::store(
+                                            Traits::retract(Traits::load(x), Tangent(delta)), out);
+                                      },
+                                      [](const double* x, const double* y, double* delta) {
+                                        Eigen::Map<Eigen::Matrix<double, Traits::kDim, 1>>{delta} =
+                                            Traits::local(Traits::load(x), Traits::load(y));
+                                      },
+                                      [](double* x) { Traits::store(Traits::load(x), x); }};
+  return {VariableKind::kManifold, Traits::kDim, Traits::kSize, &kManifold};
+}
 
 }  // namespace hybrid

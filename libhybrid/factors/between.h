@@ -2,9 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <optional>
 #include <string>
+#include <type_traits>
 
 #include "libhybrid/factors/factor_of.h"
+#include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
@@ -25,6 +28,18 @@ class Between : public FactorOf<Group::kDim, Group, Group> {
 
   const Group& measured() const { return measured_; }
   std::string name() const override { return "between"; }
+  std::optional<RelativePose<SE2>> relative_pose_2d() const override {
+    if constexpr (std::is_same_v<Group, SE2>) {
+      return relative_pose_of(measured_, this->sqrt_information());
+    }
+    return std::nullopt;
+  }
+  std::optional<RelativePose<SE3>> relative_pose_3d() const override {
+    if constexpr (std::is_same_v<Group, SE3>) {
+      return relative_pose_of(measured_, this->sqrt_information());
+    }
+    return std::nullopt;
+  }
 
   typename Base::Residual evaluate(const Group& a, const Group& b, Matrix* Ja,
                                    Matrix* Jb) const override {
@@ -36,6 +51,33 @@ class Between : public FactorOf<Group::kDim, Group, Group> {
 
  private:
   Group measured_;
+};
+
+/// A measured difference of two vectors: residual b - a - z.
+template <int N>
+class Between<Eigen::Matrix<double, N, 1>>
+    : public FactorOf<N, Eigen::Matrix<double, N, 1>, Eigen::Matrix<double, N, 1>> {
+ public:
+  using Vector = Eigen::Matrix<double, N, 1>;
+  using Matrix = Eigen::Matrix<double, N, N>;
+
+  /// Throws Error for a difference that is not finite.
+  Between(Key a, Key b, const Vector& measured, const Noise& noise, Loss loss = {})
+      : FactorOf<N, Vector, Vector>({a, b}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "difference");
+  }
+
+  const Vector& measured() const { return measured_; }
+  std::string name() const override { return "between"; }
+
+  Vector evaluate(const Vector& a, const Vector& b, Matrix* Ja, Matrix* Jb) const override {
+    if (Ja != nullptr) *Ja = -Matrix::Identity();
+    if (Jb != nullptr) Jb->setIdentity();
+    return b - a - measured_;
+  }
+
+ private:
+  Vector measured_;
 };
 
 /// A measured planar motion with the residual of translation in the measured frame and plain angle
@@ -52,6 +94,9 @@ class BetweenSE2 : public FactorOf<3, SE2, SE2> {
 
   const SE2& measured() const { return measured_; }
   std::string name() const override { return "between"; }
+  std::optional<RelativePose<SE2>> relative_pose_2d() const override {
+    return relative_pose_of(measured_, sqrt_information());
+  }
 
   Residual evaluate(const SE2& a, const SE2& b, Jacobian<SE2>* Ja,
                     Jacobian<SE2>* Jb) const override;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,14 @@
 #include "libhybrid/core/variable.h"
 
 namespace hybrid {
+
+/// A measured motion of the second pose seen from the first one, and its information over the
+/// tangent.
+template <class Pose>
+struct RelativePose {
+  Pose measured;
+  Eigen::Matrix<double, Pose::kDim, Pose::kDim> information;
+};
 
 /// A factor over continuous variables, f_k(C_k) of eq. 2: -log f = cost + log_normalizer, with the
 /// cost half the squared norm of a whitened residual (under a robust loss if it has one).
@@ -43,6 +52,12 @@ class ContinuousFactor {
 
   /// Name for messages, e.g. "between".
   virtual std::string name() const = 0;
+
+  /// The motion from keys()[0] to keys()[1] that the factor measures, for what builds on relative
+  /// poses: chordal initialisation, consistency of closures, export to pose graphs. Nothing where
+  /// it measures something else.
+  virtual std::optional<RelativePose<SE2>> relative_pose_2d() const { return std::nullopt; }
+  virtual std::optional<RelativePose<SE3>> relative_pose_3d() const { return std::nullopt; }
 
   /// Cost at the given values; throws Error if a variable is missing or of another type.
   double cost(const Values& values) const;

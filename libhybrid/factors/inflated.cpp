@@ -45,4 +45,16 @@ double Inflated::log_normalizer() const {
   return factor_->log_normalizer() + 0.5 * rows() * std::log(variance_factor_);
 }
 
+std::optional<RelativePose<SE2>> Inflated::relative_pose_2d() const {
+  auto motion = factor_->relative_pose_2d();
+  if (motion) motion->information /= variance_factor_;
+  return motion;
+}
+
+std::optional<RelativePose<SE3>> Inflated::relative_pose_3d() const {
+  auto motion = factor_->relative_pose_3d();
+  if (motion) motion->information /= variance_factor_;
+  return motion;
+}
+
 }  // namespace hybrid

@@ -21,22 +21,6 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys, const Values& p
   return types;
 }
 
-/// Derivative of x boxminus x0 with respect to the tangent at x, where it has the value e.
-Eigen::MatrixXd boxminus_jacobian(VariableType type, const double* e) {
-  switch (type.kind) {
-    case VariableKind::kSE2:
-      return SE2::right_jacobian_inverse(Eigen::Map<const SE2::Tangent>(e));
-    case VariableKind::kSO3:
-      return SO3::right_jacobian_inverse(Eigen::Map<const SO3::Tangent>(e));
-    case VariableKind::kSE3:
-      return SE3::right_jacobian_inverse(Eigen::Map<const SE3::Tangent>(e));
-    case VariableKind::kVector:
-    case VariableKind::kSO2:
-      break;
-  }
-  return Eigen::MatrixXd::Identity(type.dim, type.dim);
-}
-
 bool is_pose(VariableType type) {
   return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
 }
@@ -146,7 +130,7 @@ Eigen::VectorXd LinearPrior::coordinates(const double* const* x, double* J) cons
       local(type, origin, x[i], e.data() + column);
       if (J != nullptr && type.kind != VariableKind::kVector) {
         const auto R = R_.middleCols(column, type.dim);
-        jacobian.middleCols(column, type.dim) += R * boxminus_jacobian(type, e.data() + column) - R;
+        jacobian.middleCols(column, type.dim) += R * local_jacobian(type, origin, x[i]) - R;
       }
     }
     origin += type.size;

@@ -8,7 +8,8 @@
 
 namespace hybrid {
 
-/// A direct measurement z of a variable: residual x boxminus z.
+/// A direct measurement z of a variable, of a group or of a manifold of a user: residual
+/// x boxminus z.
 template <class Group>
 class Prior : public FactorOf<Variable<Group>::kDim, Group> {
  public:
@@ -25,7 +26,15 @@ class Prior : public FactorOf<Variable<Group>::kDim, Group> {
 
   typename Base::Residual evaluate(const Group& x,
                                    typename Base::template Jacobian<Group>* J) const override {
-    return measured_.between(x).log(J);
+    if constexpr (is_group<Group>) {
+      return measured_.between(x).log(J);
+    } else {
+      double z[Variable<Group>::kSize], y[Variable<Group>::kSize];
+      Variable<Group>::store(measured_, z);
+      Variable<Group>::store(x, y);
+      if (J != nullptr) *J = local_jacobian(Variable<Group>::type(), z, y);
+      return Variable<Group>::local(measured_, x);
+    }
   }
 
  private:
@@ -54,6 +63,28 @@ class Prior<Eigen::Matrix<double, N, 1>> : public FactorOf<N, Eigen::Matrix<doub
 
  private:
   Vector measured_;
+};
+
+/// The same for numbers.
+template <>
+class Prior<double> : public FactorOf<1, double> {
+ public:
+  /// Throws Error for a value that is not finite.
+  Prior(Key key, double measured, const Noise& noise, Loss loss = {})
+      : FactorOf({key}, noise, loss), measured_(measured) {
+    check_measurement(*this, measured, "value");
+  }
+
+  double measured() const { return measured_; }
+  std::string name() const override { return "prior"; }
+
+  Residual evaluate(const double& x, Jacobian<double>* J) const override {
+    if (J != nullptr) J->setOnes();
+    return Residual(x - measured_);
+  }
+
+ private:
+  double measured_;
 };
 
 }  // namespace hybrid

@@ -7,13 +7,14 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
 
 namespace hybrid {
 namespace {
 
 /// The variables of all components, checked by a mixture over the same.
 Mixture as_mixture(const std::vector<MixtureComponent>& components) {
-  return {{{Key('k', 0), static_cast<int>(components.size())}}, components};
+  return {{{Key(key_letter::kComponent, 0), static_cast<int>(components.size())}}, components};
 }
 
 int stacked_rows(const std::vector<MixtureComponent>& components) {

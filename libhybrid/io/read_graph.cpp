@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
 
@@ -124,8 +125,8 @@ class Parser {
     (this->*tag->read)(row);
   }
 
-  /// The key of vertex `number`, word `at` of the row, which must be a pose ('x') or a landmark
-  /// ('l') throughout the file.
+  /// The key of vertex `number`, word `at` of the row, which must be a pose (key_letter::kPose) or
+  /// a landmark (key_letter::kLandmark) throughout the file.
   Key key(char letter, std::uint64_t number, const TextRow& row, std::size_t at) {
     const auto [it, is_new] = letters_.emplace(number, letter);
     if (it->second != letter) {
@@ -160,9 +161,9 @@ class Parser {
     const bool to_point = Variable<T>::type().kind == VariableKind::kVector;
     const std::uint64_t i = id(row, 1), j = id(row, to);
     if (i == j) row.fail(to, "an edge from vertex " + std::to_string(i) + " to itself");
-    const Key from = key('x', i, row, 1);
-    edges.push_back(
-        {from, key(to_point ? 'l' : 'x', j, row, to), measured, noise(information, row)});
+    const Key from = key(key_letter::kPose, i, row, 1);
+    edges.push_back({from, key(to_point ? key_letter::kLandmark : key_letter::kPose, j, row, to),
+                     measured, noise(information, row)});
   }
 
   static Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
@@ -173,11 +174,21 @@ class Parser {
     }
   }
 
-  void vertex_se2(const TextRow& row) { add_vertex(2, 'x', planar_pose(row, 2), row); }
-  void vertex_se3(const TextRow& row) { add_vertex(3, 'x', pose_from_quaternion(row, 2), row); }
-  void vertex3(const TextRow& row) { add_vertex(3, 'x', pose_from_angles(row, 2), row); }
-  void vertex_xy(const TextRow& row) { add_vertex(2, 'l', point<2>(row, 2), row); }
-  void vertex_xyz(const TextRow& row) { add_vertex(3, 'l', point<3>(row, 2), row); }
+  void vertex_se2(const TextRow& row) {
+    add_vertex(2, key_letter::kPose, planar_pose(row, 2), row);
+  }
+  void vertex_se3(const TextRow& row) {
+    add_vertex(3, key_letter::kPose, pose_from_quaternion(row, 2), row);
+  }
+  void vertex3(const TextRow& row) {
+    add_vertex(3, key_letter::kPose, pose_from_angles(row, 2), row);
+  }
+  void vertex_xy(const TextRow& row) {
+    add_vertex(2, key_letter::kLandmark, point<2>(row, 2), row);
+  }
+  void vertex_xyz(const TextRow& row) {
+    add_vertex(3, key_letter::kLandmark, point<3>(row, 2), row);
+  }
 
   void edge_se2(const TextRow& row) {
     add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric<3>(row, 6), row);

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_file.h"
 
 namespace hybrid {
@@ -49,7 +50,8 @@ class Writer {
   void shift_landmarks(std::vector<Key>& keys) {
     std::sort(keys.begin(), keys.end());
     std::vector<std::uint64_t> poses, landmarks;
-    for (Key key : keys) (key.letter() == 'l' ? landmarks : poses).push_back(key.index());
+    for (Key key : keys)
+      (key.letter() == key_letter::kLandmark ? landmarks : poses).push_back(key.index());
     std::vector<std::uint64_t> both;
     std::set_intersection(poses.begin(), poses.end(), landmarks.begin(), landmarks.end(),
                           std::back_inserter(both));
@@ -57,7 +59,8 @@ class Writer {
   }
 
   void id(Key key) {
-    text_ += ' ' + std::to_string(key.index() + (key.letter() == 'l' ? shift_ : 0));
+    text_ +=
+        ' ' + std::to_string(key.index() + (key.letter() == key_letter::kLandmark ? shift_ : 0));
   }
 
   void number(double x) {
@@ -92,13 +95,13 @@ class Writer {
   void vertex(Key key) {
     const VariableType type = graph_.values.type(key);
     const bool is_vector = type.kind == VariableKind::kVector;
-    if (type == Variable<SE2>::type() && key.letter() == 'x') {
+    if (type == Variable<SE2>::type() && key.letter() == key_letter::kPose) {
       vertex<SE2>("VERTEX_SE2", key);
-    } else if (type == Variable<SE3>::type() && key.letter() == 'x') {
+    } else if (type == Variable<SE3>::type() && key.letter() == key_letter::kPose) {
       vertex<SE3>("VERTEX_SE3:QUAT", key);
-    } else if (is_vector && type.dim == 2 && key.letter() == 'l') {
+    } else if (is_vector && type.dim == 2 && key.letter() == key_letter::kLandmark) {
       vertex<Eigen::Vector2d>("VERTEX_XY", key);
-    } else if (is_vector && type.dim == 3 && key.letter() == 'l') {
+    } else if (is_vector && type.dim == 3 && key.letter() == key_letter::kLandmark) {
       vertex<Eigen::Vector3d>("VERTEX_TRACKXYZ", key);
     } else {
       throw Error("g2o has no vertex for " + to_string(key) + ", a " + to_string(type) +

@@ -6,6 +6,7 @@
 
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/objects/object_sightings.h"
 
 namespace hybrid {
@@ -25,10 +26,10 @@ struct ObjectMapOptions {
 
 /// The camera in frame i, and object k.
 inline Key camera_key(std::size_t frame) {
-  return {'x', frame};
+  return {key_letter::kPose, frame};
 }
 inline Key object_key(std::size_t object) {
-  return {'o', object};
+  return {key_letter::kObject, object};
 }
 
 /// Objects as landmarks in SE(3): odometry and a prior on the first camera pose are trusted, every

@@ -8,13 +8,15 @@
 #include <string>
 #include <unordered_map>
 
+#include "libhybrid/core/key_letters.h"
+
 namespace hybrid {
 namespace {
 
 using Neighbours = std::unordered_map<Key, std::vector<Key>>;
 
 bool is_pose(Key key) {
-  return key.letter() == 'x';
+  return key.letter() == key_letter::kPose;
 }
 
 /// All vertices, poses by their relative measurements connected to each other.
@@ -55,7 +57,7 @@ Key first_pose(const std::vector<ContinuousFactorPtr>& factors, std::size_t prio
   for (std::size_t f = priors; f < factors.size(); ++f) {
     if (is_pose(factors[f]->keys()[0])) return factors[f]->keys()[0];
   }
-  Key first{'x', ~std::uint64_t{0}};
+  Key first{key_letter::kPose, ~std::uint64_t{0}};
   for (const auto& [key, list] : neighbours) {
     if (is_pose(key)) first = std::min(first, key);
   }

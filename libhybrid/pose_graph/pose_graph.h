@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/loss.h"
 #include "libhybrid/core/noise.h"
 #include "libhybrid/core/values.h"
@@ -77,11 +78,11 @@ std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values
                                             const GraphFactorOptions& options = {});
 
 /// The mixture over the hypotheses of an edge (eq. 3), all equally likely before: the discrete
-/// variable Key{'h', index} chooses. Throws Error for an index that is out of range.
+/// variable hypothesis_key(index) chooses. Throws Error for an index that is out of range.
 HybridFactorPtr make_hypotheses(const PoseGraph& graph, std::size_t index,
                                 const GraphFactorOptions& options = {});
 inline Key hypothesis_key(std::size_t index) {
-  return Key('h', index);
+  return Key(key_letter::kHypothesis, index);
 }
 
 /// Puts the hypotheses of every edge in a random order, the same for the same seed on every

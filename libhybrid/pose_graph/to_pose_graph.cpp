@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
@@ -16,6 +17,15 @@ template <class Factor>
 Noise noise_of(const Factor& factor) {
   const Eigen::MatrixXd R = factor.sqrt_information();
   return Noise::information(R.transpose() * R);
+}
+
+template <class Pose>
+bool add_motion(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
+  const auto motion = relative_pose<Pose>(factor);
+  if (!motion) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
+                   Noise::information(motion->information)});
+  return true;
 }
 
 /// Appends the edge if the factor is of the type that measures it so.
@@ -45,7 +55,7 @@ bool add_bearing_range(const ContinuousFactor& factor,
 template <class Pose>
 bool add_edge(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& poses,
               std::vector<GraphEdge<typename Pose::Point>>& points) {
-  return add_as<Between<Pose>>(factor, poses) || add_as<SightedPoint<Pose>>(factor, points) ||
+  return add_motion(factor, poses) || add_as<SightedPoint<Pose>>(factor, points) ||
          add_bearing_range<Pose>(factor, points);
 }
 
@@ -57,10 +67,11 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
     const VariableType type = estimate.values.type(key);
     const bool is_pose = type == Variable<SE2>::type() || type == Variable<SE3>::type();
     const bool is_point = type.kind == VariableKind::kVector && (type.dim == 2 || type.dim == 3);
-    if ((is_pose && key.letter() == 'x') || (is_point && key.letter() == 'l')) {
+    if ((is_pose && key.letter() == key_letter::kPose) ||
+        (is_point && key.letter() == key_letter::kLandmark)) {
       result.values.insert(key, type, estimate.values.data(key));
     }
-    if (!is_pose || key.letter() != 'x') continue;
+    if (!is_pose || key.letter() != key_letter::kPose) continue;
     if (result.fixed.empty()) result.fixed.push_back(key);
     result.fixed[0] = std::min(result.fixed[0], key);
   }
@@ -68,8 +79,7 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
     for (Key key : factor.keys()) {
       if (!result.values.contains(key)) return;
     }
-    add_as<BetweenSE2>(factor, result.poses2) ||
-        add_edge<SE2>(factor, result.poses2, result.points2) ||
+    add_edge<SE2>(factor, result.poses2, result.points2) ||
         add_edge<SE3>(factor, result.poses3, result.points3);
   };
   graph.continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) { add(*factor); });

@@ -22,7 +22,7 @@ struct ClosureSelectionOptions {
   bool pairs = true;
   /// Start with the closures that agree with the initial values, instead of none.
   bool trust_start = false;
-  /// Below this redundancy a closure is flagged: no other measurement would reveal a lie.
+  /// Below this redundancy a closure is flagged: no other measurement would reveal a false one.
   double checkable = 0.09;
   /// Refuse closures so flagged, unless the evidence of the odometry alone carries them.
   bool refuse_uncheckable = false;

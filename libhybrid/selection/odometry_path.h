@@ -18,7 +18,7 @@ namespace hybrid {
 /// What odometry alone says about relative motions, however long, in constant time: the adjoint is
 /// a homomorphism, so the covariance of the motion from pose i to pose j is
 /// Ad(T_j^-1) (M_j - M_i) Ad(T_j^-1)' with M the running sum of Ad(T_k) Q_k Ad(T_k)', where Q_k is
-/// the covariance of step k. Closures are never part of it, so no lie can bend it.
+/// the covariance of step k. Closures are never part of it, so false ones cannot bend it.
 class OdometryPath {
  public:
   /// Begins a path at a pose (of type SE2 or SE3; others are ignored). What is known of one path

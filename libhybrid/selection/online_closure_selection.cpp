@@ -10,6 +10,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/core/key_letters.h"
 
 namespace hybrid {
 namespace {
@@ -31,7 +32,7 @@ using Clock = std::chrono::steady_clock;
 /// Switches of closures are this library's own.
 void check_names(const Delta& trusted) {
   const auto check = [](Key key) {
-    if (key.letter() != closure_switch(0).key.letter()) return;
+    if (key.letter() != key_letter::kClosureSwitch) return;
     throw Error("discrete variable " + to_string(key) + ": the letter " +
                 std::string(1, key.letter()) +
                 " is that of the switches of closures; take another letter for it");

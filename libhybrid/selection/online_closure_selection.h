@@ -48,7 +48,8 @@ struct SelectionReport : UpdateReport {
   void add(const UpdateReport& update);
 };
 
-/// Judges loop closures that arrive pose by pose and may be lies, on the incremental smoother.
+/// Selects among loop closures that arrive pose by pose and may be false, on the incremental
+/// smoother.
 ///
 /// A closure enters as a mixture (eq. 16-17) held in its outlier mode, which ties nothing together.
 /// It is admitted where its innovation agrees with the odometry alone, so that closures that agree

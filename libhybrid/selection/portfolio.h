@@ -19,7 +19,7 @@ struct PortfolioMember {
   RobustResult result;
   /// Joint objective once the closures that the evidence contradicts, or does not carry, have been
   /// dropped from the member's answer: members are compared by this, for the objective alone would
-  /// reward lies that agree with each other.
+  /// reward false closures that agree with each other.
   double objective = 0.0;
 };
 

@@ -7,13 +7,14 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/selection/evidence.h"
 #include "libhybrid/selection/online_closure_selection.h"
 
 namespace hybrid {
 namespace {
 
-/// Ratio of variance factors of two answers that tells that one of them has lies.
+/// Ratio of variance factors of two answers that tells that one of them has false closures.
 constexpr double kMoreNoise = 10.0;
 
 }  // namespace
@@ -25,7 +26,7 @@ RobustProblem OnlineClosureSelection::problem() const {
   smoother_.graph().continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { problem.trusted.push_back(factor); });
   smoother_.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
-    if (factor->discrete_keys()[0].key.letter() == closure_switch(0).key.letter()) return;
+    if (factor->discrete_keys()[0].key.letter() == key_letter::kClosureSwitch) return;
     const Component component = factor->given(smoother_.assignment());
     if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
   });
@@ -46,7 +47,7 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
 }
 
 /// Judges all closures from nothing; or from the present map, where they were judged from nothing
-/// not long ago, or where they show far less noise in it: lies inside overstated noise are then
+/// not long ago, or where they show far less noise in it: false closures inside overstated noise are then
 /// what makes the difference.
 void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   const RobustProblem problem = this->problem();

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/selection/segment_transforms.h"
 
-#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/factor.h"
 
 namespace hybrid {
 
@@ -14,9 +14,9 @@ std::optional<SE2> motion_of(const HybridFactor& choice, int value) {
   Assignment assignment;
   assignment.set(choice.discrete_keys()[0].key, value);
   const ContinuousFactor* component = choice.given(assignment).factor;
-  if (const auto* plain = dynamic_cast<const BetweenSE2*>(component)) return plain->measured();
-  if (const auto* group = dynamic_cast<const Between<SE2>*>(component)) return group->measured();
-  return std::nullopt;
+  const auto motion = component == nullptr ? std::nullopt : component->relative_pose_2d();
+  if (!motion) return std::nullopt;
+  return motion->measured;
 }
 
 void SegmentTransforms::add(const HybridFactor& choice, int value, const Values& values) {

@@ -11,8 +11,8 @@
 namespace hybrid {
 namespace {
 
-/// The factor is what this quantile of the samples says: lies inside overstated noise, that were
-/// believed, lie above it.
+/// The factor is what this quantile of the samples says: false closures inside overstated
+/// noise, that were believed, are above it.
 constexpr double kQuantile = 0.25;
 /// The newest samples count.
 constexpr std::size_t kSamples = 200;

@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {
@@ -53,17 +53,16 @@ struct Relation {
   double rotation_sigma = 1.0;
 };
 
-template <class Pose, class Factor>
+template <class Pose>
 bool add_relation(const ContinuousFactor& factor, std::vector<Relation<Pose>>& relations) {
-  const auto* between = dynamic_cast<const Factor*>(&factor);
-  if (between == nullptr) return false;
+  const std::optional<RelativePose<Pose>> motion = relative_pose<Pose>(factor);
+  if (!motion) return false;
   constexpr int kPosition = Pose::Point::RowsAtCompileTime;
   constexpr int kRotation = Pose::kDim - kPosition;
-  const auto R = between->sqrt_information();
-  const auto information = (R.transpose() * R).eval();
+  const auto& information = motion->information;
   const double t = information.template topLeftCorner<kPosition, kPosition>().trace();
   const double r = information.template bottomRightCorner<kRotation, kRotation>().trace();
-  relations.push_back({factor.keys()[0], factor.keys()[1], between->measured(),
+  relations.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
                        std::sqrt(kPosition / t), std::sqrt(kRotation / r)});
   return true;
 }
@@ -219,9 +218,7 @@ Values chordal_initialization(const std::vector<ContinuousFactorPtr>& factors,
   std::vector<Relation<SE3>> spatial;
   std::vector<Key> priors;
   for (const ContinuousFactorPtr& factor : factors) {
-    const bool relative = add_relation<SE2, BetweenSE2>(*factor, planar) ||
-                          add_relation<SE2, Between<SE2>>(*factor, planar) ||
-                          add_relation<SE3, Between<SE3>>(*factor, spatial);
+    const bool relative = add_relation(*factor, planar) || add_relation(*factor, spatial);
     if (!relative && factor->keys().size() == 1) priors.push_back(factor->keys()[0]);
   }
   Values values = initial;

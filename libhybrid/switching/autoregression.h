@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/discrete/table.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/switching/markov.h"
@@ -39,7 +40,7 @@ std::vector<Table> switching_tables(const SwitchingModel& model, const Series& s
 
 /// The mode variable of an instant.
 inline DiscreteKey mode_key(int t, int modes) {
-  return {Key('m', static_cast<std::uint64_t>(t)), modes};
+  return {Key(key_letter::kMotionMode, static_cast<std::uint64_t>(t)), modes};
 }
 
 /// What a series says about its modes.

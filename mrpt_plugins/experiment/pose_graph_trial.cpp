@@ -13,6 +13,7 @@
 
 #include "libhybrid/baselines/least_squares.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/pose_graph/false_closures.h"
@@ -28,7 +29,7 @@ using KeyPair = std::pair<Key, Key>;
 std::vector<Key> poses_of(const Values& values) {
   std::vector<Key> poses;
   for (Key key : values.keys()) {
-    if (key.letter() == 'x') poses.push_back(key);
+    if (key.letter() == key_letter::kPose) poses.push_back(key);
   }
   std::sort(poses.begin(), poses.end());
   return poses;
@@ -49,7 +50,7 @@ std::vector<bool> known_true(const std::vector<ClosureLabel>& labels, std::size_
 std::set<KeyPair> read_labels(const std::string& path) {
   std::set<KeyPair> pairs;
   for (const VertexPair& pair : read_pairs(path, false)) {
-    pairs.insert(std::minmax(Key('x', pair.i), Key('x', pair.j)));
+    pairs.insert(std::minmax(Key(key_letter::kPose, pair.i), Key(key_letter::kPose, pair.j)));
   }
   return pairs;
 }

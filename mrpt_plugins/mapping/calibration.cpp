@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -21,7 +22,7 @@ namespace hybrid {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-const Key kOdometryKey{'o', 0};
+const Key kOdometryKey{key_letter::kOdometryCalibration, 0};
 
 /// A direction in which the variance is more than this share of the prior's was not observed: the
 /// measurements tell less about it than the prior does.
@@ -160,7 +161,7 @@ void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values
     if (!is_3d_ && is_tilted(frame.T_robot_sensor)) continue;
     auto it = sensors_.find(frame.sensor_label);
     if (it == sensors_.end()) {
-      const Sensor sensor{Key('c', sensors_.size()),
+      const Sensor sensor{Key(key_letter::kSensorPose, sensors_.size()),
                           options_.sensor_start.value_or(frame.T_robot_sensor),
                           frame.T_robot_sensor};
       it = sensors_.emplace(frame.sensor_label, sensor).first;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/odometry.h"
@@ -33,7 +34,8 @@ struct CalibrationOptions {
 
 /// Whether a variable is a calibration, of a sensor or of the odometry.
 inline bool is_calibration(Key key) {
-  return key.letter() == 'c' || key.letter() == 'o';
+  return key.letter() == key_letter::kSensorPose ||
+         key.letter() == key_letter::kOdometryCalibration;
 }
 
 /// Reads section [calibration].

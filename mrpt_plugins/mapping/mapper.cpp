@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
@@ -130,7 +131,8 @@ void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool mea
   if (options_.modes.empty() || !measured) {
     delta.continuous.push_back(odometry_factor(from, to, motion, options_, is_3d_, calibration));
   } else {
-    const DiscreteKey mode{Key('m', i), static_cast<int>(options_.modes.size())};
+    const DiscreteKey mode{Key(key_letter::kMotionMode, i),
+                           static_cast<int>(options_.modes.size())};
     delta.hybrid.push_back(switching_factor(mode, from, to, motion, options_, is_3d_, calibration));
     delta.discrete.push_back(last_mode_ ? chain_step(options_.chain, *last_mode_, mode)
                                         : chain_tables(options_.chain, {mode}).front());

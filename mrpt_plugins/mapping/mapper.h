@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/calibration.h"
@@ -88,7 +89,7 @@ class Mapper {
   BackendReport solve();
   BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
-  Key pose_key(std::size_t i) const { return Key('x', i); }
+  Key pose_key(std::size_t i) const { return Key(key_letter::kPose, i); }
   std::vector<std::string> class_names() const;
 
   MotionOptions options_;

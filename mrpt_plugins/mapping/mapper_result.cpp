@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
@@ -84,7 +85,7 @@ void Mapper::add_modes(MapResult& result) const {
   if (options_.modes.empty()) return;
   std::vector<DiscreteKey> keys;
   for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const DiscreteKey key{Key('m', i), static_cast<int>(options_.modes.size())};
+    const DiscreteKey key{Key(key_letter::kMotionMode, i), static_cast<int>(options_.modes.size())};
     const int mode = backend_->assignment().find(key.key);
     result.motion_modes.push_back(mode);
     if (mode >= 0) keys.push_back(key);
@@ -92,7 +93,8 @@ void Mapper::add_modes(MapResult& result) const {
   for (const MotionMode& mode : options_.modes) result.mode_names.push_back(mode.name);
   Uncertainty uncertainty = backend_->uncertainty({}, keys);
   for (std::size_t i = 0; i < steps_.size(); ++i) {
-    result.mode_probabilities.push_back(std::move(uncertainty.probabilities[Key('m', i)]));
+    result.mode_probabilities.push_back(
+        std::move(uncertainty.probabilities[Key(key_letter::kMotionMode, i)]));
   }
 }
 

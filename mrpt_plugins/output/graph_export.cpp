@@ -7,10 +7,10 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/factors/between.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/relative_pose.h"
 #include "mrpt_plugins/mapping/calibration.h"
 
 namespace hybrid {
@@ -21,11 +21,12 @@ Noise noise_of(const Factor& factor) {
   return Noise::information(factor.sqrt_information().transpose() * factor.sqrt_information());
 }
 
-template <class Factor, class Edge>
-bool add_motion(const ContinuousFactor& factor, std::vector<Edge>& edges) {
-  const auto* between = dynamic_cast<const Factor*>(&factor);
-  if (between == nullptr) return false;
-  edges.push_back({factor.keys()[0], factor.keys()[1], between->measured(), noise_of(*between)});
+template <class Pose>
+bool add_motion(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
+  const auto motion = relative_pose<Pose>(factor);
+  if (!motion) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
+                   Noise::information(motion->information)});
   return true;
 }
 
@@ -76,9 +77,8 @@ bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
 /// point seen at range 0.
 bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
   const Values& at = g.values;
-  return add_motion<BetweenSE2>(factor, g.poses2) || add_motion<Between<SE2>>(factor, g.poses2) ||
-         add_motion<Between<SE3>>(factor, g.poses3) || add_sighting<SE2>(factor, g.points2) ||
-         add_sighting<SE3>(factor, g.points3) ||
+  return add_motion(factor, g.poses2) || add_motion(factor, g.poses3) ||
+         add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
          add_calibrated_sighting<SE2>(factor, at, g.points2) ||
          add_calibrated_sighting<SE3>(factor, at, g.points3) ||
          add_calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, at, g.poses2) ||

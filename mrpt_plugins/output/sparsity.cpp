@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/drawing/matrix_image.h"
 
 namespace hybrid {
@@ -29,7 +30,7 @@ std::vector<int> reading_order(const JacobianPattern& jacobian) {
   std::vector<int> order(jacobian.variables.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_partition(order.begin(), order.end(),
-                        [&](int v) { return jacobian.variables[v].letter() == 'x'; });
+                        [&](int v) { return jacobian.variables[v].letter() == key_letter::kPose; });
   return order;
 }
 
@@ -65,7 +66,7 @@ Blocks whole_matrix(const BlockPattern& pattern) {
 
 std::string variables_text(const JacobianPattern& jacobian) {
   const auto poses = std::count_if(jacobian.variables.begin(), jacobian.variables.end(),
-                                   [](Key key) { return key.letter() == 'x'; });
+                                   [](Key key) { return key.letter() == key_letter::kPose; });
   const std::size_t others = jacobian.variables.size() - poses;
   if (others == 0) return fmt::format("{} poses", poses);
   return fmt::format("{} poses, then {} landmarks and others", poses, others);
@@ -123,7 +124,7 @@ Image factor_picture(const BlockPattern& information, const std::vector<int>& or
 /// Marks the older half of the poses, which stand first.
 std::vector<char> older_half(const JacobianPattern& jacobian) {
   const auto poses = std::count_if(jacobian.variables.begin(), jacobian.variables.end(),
-                                   [](Key key) { return key.letter() == 'x'; });
+                                   [](Key key) { return key.letter() == key_letter::kPose; });
   std::vector<char> removed(jacobian.variables.size(), 0);
   std::fill(removed.begin(), removed.begin() + poses / 2, 1);
   return removed;

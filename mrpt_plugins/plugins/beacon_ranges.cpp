@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -21,7 +22,7 @@ namespace {
 using mrpt::obs::CObservationBeaconRanges;
 
 Key beacon_key(std::int64_t id) {
-  return {'l', static_cast<std::uint64_t>(id)};
+  return {key_letter::kLandmark, static_cast<std::uint64_t>(id)};
 }
 
 ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigma,
@@ -179,7 +180,8 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
 /// Returns the variable that says which.
 Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
                              const FrameValues& values, Contribution& out) {
-  const DiscreteKey choice{Key('b', choices_++), static_cast<int>(hypotheses.size()) + 1};
+  const DiscreteKey choice{Key(key_letter::kRangeChoice, choices_++),
+                           static_cast<int>(hypotheses.size()) + 1};
   const double false_share = bank_.outlier_share;
   const double weight = -std::log((1 - false_share) / static_cast<double>(hypotheses.size()));
   std::vector<MixtureComponent> components;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -91,7 +92,8 @@ void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& dete
 }
 
 DiscreteKey BearingOnlyKnownIds::class_key(std::int64_t id) const {
-  return {Key('s', position_key(id).index()), static_cast<int>(classes_.names().size())};
+  return {Key(key_letter::kLandmarkClass, position_key(id).index()),
+          static_cast<int>(classes_.names().size())};
 }
 
 void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measurement,
@@ -103,7 +105,7 @@ void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measu
   if (!measurement.class_likelihood.empty()) {
     right.classes = likelihood_table(class_key(id), measurement.class_likelihood);
   }
-  const DiscreteKey choice{Key('v', choices_++), 2};
+  const DiscreteKey choice{Key(key_letter::kBearingChoice, choices_++), 2};
   out.delta.hybrid.push_back(
       std::make_shared<AssociationFactor>(choice, std::vector<AssociationOption>{right, wrong}));
   change_.sightings.push_back({id, {measurement, choice.key, {}}});

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -167,10 +168,11 @@ void BearingRangeAssociation::doubt(std::vector<FrameHypothesis> hypotheses,
 void BearingRangeAssociation::leave_open(const Doubt& doubt, const MapView& map,
                                          Contribution& out) {
   const std::size_t n = doubt.hypotheses.size();
-  OpenFrame open{keyframe_,
-                 {Key('a', static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
-                 doubt.sightings,
-                 std::vector<std::vector<int>>(n)};
+  OpenFrame open{
+      keyframe_,
+      {Key(key_letter::kAssociation, static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
+      doubt.sightings,
+      std::vector<std::vector<int>>(n)};
   for (std::size_t i = 0; i < doubt.rows.size(); ++i) {
     const int s = doubt.sightings[i];
     const Sighting& sighting = landmarks_.sighting(s);

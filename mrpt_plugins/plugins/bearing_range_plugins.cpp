@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -106,7 +107,7 @@ Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapV
       frame, map.is_3d, sensors_, out,
       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
         classes_.learn_names(seen.class_names);
-        const DiscreteKey class_key{Key('s', position_key(id).index()),
+        const DiscreteKey class_key{Key(key_letter::kLandmarkClass, position_key(id).index()),
                                     static_cast<int>(classes_.names().size())};
         const std::vector<double> phi =
             classes_.likelihood(detection.class_probabilities, seen.class_names);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/plugins/sighting.h"
@@ -39,14 +40,15 @@ int LandmarkTracks::create(int s, const mrpt::poses::CPose3D& T_map_robot,
   const int t = static_cast<int>(tracks_.size());
   const Sighting& sighting = sightings_[s];
   Track track;
-  track.position = Key('l', static_cast<std::uint64_t>(t));
+  track.position = Key(key_letter::kLandmark, static_cast<std::uint64_t>(t));
   const Eigen::Vector3d point = sighted_point(T_map_robot, *sighting.sensor, sighting.detection);
   Values position;
   insert_point(position, track.position, point, is_3d);
   const std::size_t n = classes.names().size();
   Assignment assignment;
   if (n > 1) {
-    track.class_key = DiscreteKey{Key('s', static_cast<std::uint64_t>(t)), static_cast<int>(n)};
+    track.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, static_cast<std::uint64_t>(t)),
+                                  static_cast<int>(n)};
     track.class_evidence.assign(n, 0.0);
     std::vector<double> p = classes.prior();
     for (std::size_t k = 0; k < sighting.phi.size(); ++k) p[k] *= sighting.phi[k];

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
@@ -62,7 +63,7 @@ ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& fr
 }
 
 Key position_key(std::int64_t id) {
-  return {'l', static_cast<std::uint64_t>(id)};
+  return {key_letter::kLandmark, static_cast<std::uint64_t>(id)};
 }
 
 Eigen::Vector3d sighted_point(const mrpt::poses::CPose3D& T_map_robot, const DetectionFrame& frame,

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "libhybrid/baselines/dcs.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/corrupted_graph.h"
-#include "tests/support/expect_jacobians.h"
 
 namespace hybrid {
 namespace {

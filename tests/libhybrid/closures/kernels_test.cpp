@@ -7,8 +7,8 @@
 #include "libhybrid/baselines/dcs.h"
 #include "libhybrid/baselines/least_squares.h"
 #include "libhybrid/baselines/max_mixture.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "tests/support/corrupted_graph.h"
-#include "tests/support/expect_jacobians.h"
 
 namespace hybrid {
 namespace {

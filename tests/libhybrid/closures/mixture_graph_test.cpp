@@ -8,9 +8,9 @@
 #include <set>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/pose_graph/false_closures.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

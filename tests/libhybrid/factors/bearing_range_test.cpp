@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/expect_jacobians.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -6,10 +6,10 @@
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/factors/calibrated_motion.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/steady_motion.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -8,11 +8,11 @@
 
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/factors/relative_poses.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/hybrid/graph.h"
 #include "tests/libhybrid/factors/user_factor_example.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -9,12 +9,12 @@
 #include <memory>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/weighted.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/alternating.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string>
 
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/write_graph.h"
-#include "tests/support/expect_jacobians.h"
 #include "tests/support/random.h"
 
 namespace hybrid {

@@ -264,13 +264,13 @@ TEST(OnlineClosureSelection, SwitchesOfTheUserHaveLettersOfTheirOwn) {
   };
   const std::vector<ContinuousFactorPtr> closures = {
       std::make_shared<BetweenSE2>(pose(0), pose(2), SE2(2, 0, 0), Noise::isotropic(3, 0.1))};
-  for (const Key key : {Key('d', 0), Key('d', 900)}) {
+  for (const Key key : {Key('D', 0), Key('D', 900)}) {
     OnlineClosureSelection judge;
     try {
       judge.update(delta(key), closures);
       ADD_FAILURE() << "accepted";
     } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(to_string(key) + ": the letter d"),
+      EXPECT_NE(std::string(error.what()).find(to_string(key) + ": the letter D"),
                 std::string::npos)
           << error.what();
     }

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/factors/expect_jacobians.h"
 #include "libhybrid/factors/linear_motion.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"
@@ -15,7 +16,6 @@
 #include "libhybrid/solvers/alternating.h"
 #include "libhybrid/solvers/exhaustive.h"
 #include "tests/libhybrid/switching/switching_systems.h"
-#include "tests/support/expect_jacobians.h"
 
 namespace hybrid {
 namespace {
