@@ -19,23 +19,26 @@ if(HYBRID_WITH_MRPT)
       install(TARGETS ${app} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     endif()
   endforeach()
-  if(EXISTS ${PROJECT_SOURCE_DIR}/config)
-    install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/hybrid)
-  endif()
+  install(DIRECTORY config rawlogs DESTINATION ${CMAKE_INSTALL_DATADIR}/hybrid PATTERN imported EXCLUDE)
 endif()
 
 foreach(target ${targets})
   target_include_directories(${target} INTERFACE $<INSTALL_INTERFACE:${HYBRID_INSTALL_INCLUDEDIR}>)
 endforeach()
-install(TARGETS ${targets} EXPORT hybridTargets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS hybrid EXPORT hybridTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT hybridTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
+if(HYBRID_WITH_MRPT)
+  install(TARGETS hybrid_mrpt EXPORT hybridMrptTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT hybridMrptTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
+endif()
 install(DIRECTORY ${headers} DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${HYBRID_INSTALL_INCLUDEDIR})
-install(EXPORT hybridTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
 
 configure_package_config_file(cmake/hybridConfig.cmake.in ${PROJECT_BINARY_DIR}/hybridConfig.cmake
                               INSTALL_DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/hybridConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/hybridConfig.cmake ${PROJECT_BINARY_DIR}/hybridConfigVersion.cmake
         DESTINATION ${HYBRID_INSTALL_CMAKEDIR})
-install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -20,6 +20,7 @@ ROOMS = {
     "apps": {"libhybrid", "mrpt_plugins", "apps"},
     "tests": {"libhybrid", "mrpt_plugins", "apps", "tests"},
     "bench": {"libhybrid", "mrpt_plugins", "tests", "bench"},
+    "examples": {"libhybrid", "mrpt_plugins"},
 }
 
 # Rooms of the two libraries from the ground up: a room includes itself and rooms of lower floors.
@@ -175,7 +176,7 @@ def check_rooms(files):
 
 
 def files_of(root):
-    tops = [*ROOMS, "cmake", "scripts", "config", "docs", ".ci"]
+    tops = [*ROOMS, "cmake", "scripts", "config", "docs", ".ci", ".github", ".devcontainer"]
     for top in tops:
         yield from sorted((root / top).rglob("*"))
     yield from sorted(f for f in root.glob("*") if f.name not in NOT_OURS)

@@ -5,6 +5,7 @@
 // ids under Huber's loss, for maps in the plane. Load it with `hybrid-replay -p` and name it in
 // [plugins] classes.
 
+#include <algorithm>
 #include <memory>
 
 #include "libhybrid/factors/bearing_range.h"
@@ -38,12 +39,19 @@ class RobustBearingRange : public hybrid::MappingPlugin {
   }
 
  private:
+  /// Neither in the map nor seen by another sensor of the same keyframe.
+  static bool is_new(std::int64_t id, const hybrid::MapView& map, const hybrid::Contribution& out) {
+    return map.landmarks.find(id) == nullptr &&
+           std::none_of(out.landmarks.begin(), out.landmarks.end(),
+                        [id](const hybrid::Landmark& landmark) { return landmark.id == id; });
+  }
+
   void add(const hybrid::Frame& frame, const hybrid::MapView& map,
            const hybrid::DetectionFrame& seen, const hybrid::Detection& detection,
            hybrid::Contribution& out) const {
     const std::int64_t id = *detection.id;
     const hybrid::Key point('l', static_cast<std::uint64_t>(id));
-    if (map.landmarks.find(id) == nullptr) {
+    if (is_new(id, map, out)) {
       out.landmarks.push_back({id, point, std::nullopt, 0});
       hybrid::insert_point(out.delta.values, point,
                            hybrid::sighted_point(frame.T_map_robot, seen, detection), map.is_3d);
