@@ -340,7 +340,8 @@ bool DelayedDecisionSmoother::try_value(const Choice& choice, int value) {
   const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
   const Assignment assignment = smoother_.assignment();
   if (!hold(choice.key, value)) return false;
-  for (int i = 1; i < kDelayedSettle && !(smoother_.objective() < before); ++i) smoother_.update({});
+  for (int i = 1; i < kDelayedSettle && !(smoother_.objective() < before); ++i)
+    smoother_.update({});
   const bool better = smoother_.objective() < before;
   if (!better) {
     hold(choice.key, assignment.at(choice.key.key));

@@ -47,8 +47,8 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
 }
 
 /// Judges all closures from nothing; or from the present map, where they were judged from nothing
-/// not long ago, or where they show far less noise in it: false closures inside overstated noise are then
-/// what makes the difference.
+/// not long ago, or where they show far less noise in it: false closures inside overstated noise
+/// are then what makes the difference.
 void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   const RobustProblem problem = this->problem();
   ClosureSelectionOptions present = options_.escape;

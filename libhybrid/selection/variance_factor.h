@@ -11,9 +11,9 @@ namespace hybrid {
 
 /// How far real noise is below what measurements claim: the lower quartile of the squared
 /// innovations of closures that were believed, over that of the chi-square distribution.
-/// Covariances that are overstated, as many published graphs have them, would let false closures through any
-/// gate. The quartile is that of innovations of about the same predicted size, since drift over a
-/// long path and noise of neighbouring measurements are stated by different people.
+/// Covariances that are overstated, as many published graphs have them, would let false closures
+/// through any gate. The quartile is that of innovations of about the same predicted size, since
+/// drift over a long path and noise of neighbouring measurements are stated by different people.
 class VarianceFactor {
  public:
   /// A believed closure, with the innovation that it had before it was.
