@@ -86,6 +86,16 @@ class LocalJacobian {
   int columns_ = 0, rows_ = 0;
 };
 
+/// What rows say of other variables once those of `out` are free: the combinations of `rows` in
+/// which the columns of `out` cancel.
+Eigen::MatrixXd without(const Eigen::MatrixXd& out, const Eigen::MatrixXd& rows) {
+  if (out.cols() == 0) return rows;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(out);
+  qr.setThreshold(kRankTolerance);
+  const Eigen::MatrixXd turned = qr.householderQ().transpose() * rows;
+  return turned.bottomRows(rows.rows() - qr.rank());
+}
+
 }  // namespace
 
 /// The whitened Jacobian of the tree's factors by the variables that are new, each scaled to unit
@@ -120,7 +130,7 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
 /// rows that remain. Then what was determined still is. The answer does not depend on how far away
 /// the rest of the graph is.
 bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
-  std::vector<int> slots, terms;
+  std::vector<int> slots, removed, terms;
   std::unordered_set<int> has_slot, has_term;
   int dims = 0;
   const auto take = [&](int slot) {
@@ -129,7 +139,13 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
     dims += theta_->type(slot).dim;
   };
   for (const Lost& lost : lost_) {
-    for (int slot : lost.slots) take(slot);
+    for (int slot : lost.slots) {
+      if (theta_.is_removed(theta_->key(slot))) {
+        removed.push_back(slot);
+      } else {
+        take(slot);
+      }
+    }
   }
   for (std::size_t next = 0; next < slots.size(); ++next) {
     for (int t : terms_.of_variable(slots[next])) {
@@ -145,9 +161,14 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
     }
   }
   LocalJacobian remaining(theta_.get(), slots), gone(theta_.get(), slots);
+  LocalJacobian by_removed(theta_.get(), removed);
   for (int t : terms) remaining.append(*terms_[t].component.factor, active_slots(terms_[t]));
-  for (const Lost& lost : lost_) gone.append(*lost.factor, lost.slots);
-  Eigen::MatrixXd J = remaining.matrix(), L = gone.matrix();
+  for (const Lost& lost : lost_) {
+    gone.append(*lost.factor, lost.slots);
+    by_removed.append(*lost.factor, lost.slots);
+  }
+  Eigen::MatrixXd J = remaining.matrix();
+  Eigen::MatrixXd L = without(by_removed.matrix(), gone.matrix());
   Eigen::VectorXd scale = remaining.scales(J);
   if (!(scale.minCoeff() > 0.0) || !scale.allFinite() || !L.allFinite()) return false;
   J *= scale.cwiseInverse().asDiagonal();
@@ -167,7 +188,7 @@ bool IncrementalSmoother::others_say_what_was_lost() const {
   for (const Lost& lost : lost_) {
     if (lost.factor == nullptr) return false;
     for (int slot : lost.slots) {
-      if (!theta_->occupied(slot) || theta_.is_removed(theta_->key(slot))) return false;
+      if (!theta_->occupied(slot)) return false;
     }
   }
   return others_say_what_was_lost(kNear) || others_say_what_was_lost(kSmall);
