@@ -20,8 +20,8 @@ INK, BOXES, LINES, WRONG = "#22313f", {"libhybrid": "#dbe9f6", "mrpt_plugins": "
 
 
 def room(path):
-    parts = path.split("/")
-    return (parts[0], parts[1]) if parts[0] in check.FLOORS and len(parts) > 2 else None
+    top, name = path.split("/")[0], check.room_of(path)
+    return (top, name) if top in check.FLOORS and name else None
 
 
 def edges():

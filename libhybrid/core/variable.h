@@ -43,6 +43,11 @@ struct VariableType {
   static bool same_manifold(const Manifold& a, const Manifold& b);
 };
 
+/// Whether it is a pose, SE2 or SE3.
+inline bool is_pose(VariableType type) {
+  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+}
+
 /// The type of vectors whose length is known at run time only.
 inline VariableType vector_type(int dim) {
   return {VariableKind::kVector, dim, dim};
@@ -127,6 +132,12 @@ struct Variable<Eigen::Matrix<double, N, 1>> {
 template <class T>
 inline constexpr bool is_group = std::is_same_v<T, SO2> || std::is_same_v<T, SE2> ||
                                  std::is_same_v<T, SO3> || std::is_same_v<T, SE3>;
+
+/// Whether T is a vector of fixed length, or a number.
+template <class T>
+inline constexpr bool is_vector = std::is_same_v<T, double>;
+template <int N>
+inline constexpr bool is_vector<Eigen::Matrix<double, N, 1>> = true;
 
 /// A number: a vector of length 1.
 template <>

@@ -13,71 +13,49 @@
 
 namespace hybrid {
 
-/// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15.
-template <class Group>
-class Between : public FactorOf<Group::kDim, Group, Group> {
+/// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15; of vectors and
+/// numbers b - a - z.
+template <class T>
+class Between : public FactorOf<Variable<T>::kDim, T, T> {
  public:
-  using Base = FactorOf<Group::kDim, Group, Group>;
-  using Matrix = typename Group::Jacobian;
+  using Base = FactorOf<Variable<T>::kDim, T, T>;
+  using Matrix = typename Base::template Jacobian<T>;
 
   /// Throws Error for a motion that is not finite.
-  Between(Key a, Key b, const Group& measured, const Noise& noise, Loss loss = {})
+  Between(Key a, Key b, const T& measured, const Noise& noise, Loss loss = {})
       : Base({a, b}, noise, loss), measured_(measured) {
-    check_measurement(*this, measured, "motion");
+    check_measurement(*this, measured, is_vector<T> ? "difference" : "motion");
   }
 
-  const Group& measured() const { return measured_; }
+  const T& measured() const { return measured_; }
   std::string name() const override { return "between"; }
-  std::optional<RelativePose<SE2>> relative_pose_2d() const override {
-    if constexpr (std::is_same_v<Group, SE2>) {
-      return relative_pose_of(measured_, this->sqrt_information());
-    }
-    return std::nullopt;
-  }
-  std::optional<RelativePose<SE3>> relative_pose_3d() const override {
-    if constexpr (std::is_same_v<Group, SE3>) {
-      return relative_pose_of(measured_, this->sqrt_information());
-    }
-    return std::nullopt;
-  }
+  std::optional<RelativePose<SE2>> relative_pose_2d() const override { return motion<SE2>(); }
+  std::optional<RelativePose<SE3>> relative_pose_3d() const override { return motion<SE3>(); }
 
-  typename Base::Residual evaluate(const Group& a, const Group& b, Matrix* Ja,
-                                   Matrix* Jb) const override {
-    const Group h = a.between(b);
-    const auto e = measured_.between(h).log(Jb);
-    if (Ja != nullptr) *Ja = -h.times_inverse_adjoint(*Jb);
-    return e;
+  typename Base::Residual evaluate(const T& a, const T& b, Matrix* Ja, Matrix* Jb) const override {
+    if constexpr (is_vector<T>) {
+      if (Ja != nullptr) *Ja = -Matrix::Identity();
+      if (Jb != nullptr) Jb->setIdentity();
+      return typename Base::Residual(b - a - measured_);
+    } else {
+      const T h = a.between(b);
+      const auto e = measured_.between(h).log(Jb);
+      if (Ja != nullptr) *Ja = -h.times_inverse_adjoint(*Jb);
+      return e;
+    }
   }
 
  private:
-  Group measured_;
-};
-
-/// A measured difference of two vectors: residual b - a - z.
-template <int N>
-class Between<Eigen::Matrix<double, N, 1>>
-    : public FactorOf<N, Eigen::Matrix<double, N, 1>, Eigen::Matrix<double, N, 1>> {
- public:
-  using Vector = Eigen::Matrix<double, N, 1>;
-  using Matrix = Eigen::Matrix<double, N, N>;
-
-  /// Throws Error for a difference that is not finite.
-  Between(Key a, Key b, const Vector& measured, const Noise& noise, Loss loss = {})
-      : FactorOf<N, Vector, Vector>({a, b}, noise, loss), measured_(measured) {
-    check_measurement(*this, measured, "difference");
+  template <class Pose>
+  std::optional<RelativePose<Pose>> motion() const {
+    if constexpr (std::is_same_v<T, Pose>) {
+      return relative_pose_of(measured_, this->sqrt_information());
+    } else {
+      return std::nullopt;
+    }
   }
 
-  const Vector& measured() const { return measured_; }
-  std::string name() const override { return "between"; }
-
-  Vector evaluate(const Vector& a, const Vector& b, Matrix* Ja, Matrix* Jb) const override {
-    if (Ja != nullptr) *Ja = -Matrix::Identity();
-    if (Jb != nullptr) Jb->setIdentity();
-    return b - a - measured_;
-  }
-
- private:
-  Vector measured_;
+  T measured_;
 };
 
 /// A measured planar motion with the residual of translation in the measured frame and plain angle

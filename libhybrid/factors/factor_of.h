@@ -130,4 +130,11 @@ class FactorOf : public ContinuousFactor {
   bool diagonal_;
 };
 
+/// The noise of a factor.
+template <int kRows, class... Variables>
+Noise noise_of(const FactorOf<kRows, Variables...>& factor) {
+  const auto& R = factor.sqrt_information();
+  return Noise::information(R.transpose() * R);
+}
+
 }  // namespace hybrid

@@ -21,10 +21,6 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys, const Values& p
   return types;
 }
 
-bool is_pose(VariableType type) {
-  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
-}
-
 }  // namespace
 
 LinearPrior::LinearPrior(const std::vector<Key>& keys, const Values& points, Eigen::MatrixXd R,

@@ -9,7 +9,7 @@
 #include "libhybrid/core/loss.h"
 #include "libhybrid/core/noise.h"
 #include "libhybrid/core/values.h"
-#include "libhybrid/factors/factor.h"
+#include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/hybrid/graph.h"
 
 namespace hybrid {
@@ -23,6 +23,16 @@ struct GraphEdge {
   T measured;
   Noise noise;
 };
+
+/// Appends the relative pose that the factor measures; false where it measures none.
+template <class Pose>
+bool add_relative_pose(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
+  const auto motion = relative_pose<Pose>(factor);
+  if (!motion) return false;
+  edges.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
+                   Noise::information(motion->information)});
+  return true;
+}
 
 /// Further hypotheses of what a planar edge measured, of which one is true.
 struct EdgeAlternatives {

@@ -6,27 +6,11 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/factors/sighted_point.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 namespace {
-
-template <class Factor>
-Noise noise_of(const Factor& factor) {
-  const Eigen::MatrixXd R = factor.sqrt_information();
-  return Noise::information(R.transpose() * R);
-}
-
-template <class Pose>
-bool add_motion(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
-  const auto motion = relative_pose<Pose>(factor);
-  if (!motion) return false;
-  edges.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
-                   Noise::information(motion->information)});
-  return true;
-}
 
 /// Appends the edge if the factor is of the type that measures it so.
 template <class Factor, class T>
@@ -55,7 +39,7 @@ bool add_bearing_range(const ContinuousFactor& factor,
 template <class Pose>
 bool add_edge(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& poses,
               std::vector<GraphEdge<typename Pose::Point>>& points) {
-  return add_motion(factor, poses) || add_as<SightedPoint<Pose>>(factor, points) ||
+  return add_relative_pose(factor, poses) || add_as<SightedPoint<Pose>>(factor, points) ||
          add_bearing_range<Pose>(factor, points);
 }
 
@@ -65,13 +49,12 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
   PoseGraph result;
   for (Key key : estimate.values.keys()) {
     const VariableType type = estimate.values.type(key);
-    const bool is_pose = type == Variable<SE2>::type() || type == Variable<SE3>::type();
-    const bool is_point = type.kind == VariableKind::kVector && (type.dim == 2 || type.dim == 3);
-    if ((is_pose && key.letter() == key_letter::kPose) ||
-        (is_point && key.letter() == key_letter::kLandmark)) {
-      result.values.insert(key, type, estimate.values.data(key));
-    }
-    if (!is_pose || key.letter() != key_letter::kPose) continue;
+    const bool is_robot = is_pose(type) && key.letter() == key_letter::kPose;
+    const bool is_landmark = type.kind == VariableKind::kVector &&
+                             (type.dim == 2 || type.dim == 3) &&
+                             key.letter() == key_letter::kLandmark;
+    if (is_robot || is_landmark) result.values.insert(key, type, estimate.values.data(key));
+    if (!is_robot) continue;
     if (result.fixed.empty()) result.fixed.push_back(key);
     result.fixed[0] = std::min(result.fixed[0], key);
   }

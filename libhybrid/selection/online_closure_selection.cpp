@@ -47,10 +47,6 @@ void check_names(const Delta& trusted) {
   for (const auto& [key, value] : trusted.assignment) check(key);
 }
 
-bool is_pose(VariableType type) {
-  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
-}
-
 }  // namespace
 
 void SelectionReport::add(const UpdateReport& update) {

@@ -68,8 +68,7 @@ class LocalJacobian {
     return all;
   }
 
-  /// Root mean square of the entries of each variable's columns, one number a column; zero where
-  /// nothing moves with it.
+  /// The norm of each variable's columns, one number a column; zero where nothing moves with it.
   Eigen::VectorXd scales(const Eigen::MatrixXd& matrix) const {
     Eigen::VectorXd scale(columns_);
     for (const auto& [slot, first] : column_) {
@@ -126,9 +125,9 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
 }
 
 /// Whether the factors of the tree about the variables of the factors that have left, the nearest
-/// with at most so many dimensions, say all that those said: their rows are combinations of the
-/// rows that remain. Then what was determined still is. The answer does not depend on how far away
-/// the rest of the graph is.
+/// with about so many dimensions at most, say all that those said: their rows are combinations of
+/// the rows that remain. Then what was determined still is. The answer does not depend on how far
+/// away the rest of the graph is.
 bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
   std::vector<int> slots, removed, terms;
   std::unordered_set<int> has_slot, has_term;
@@ -147,6 +146,7 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
       }
     }
   }
+  if (dims > most_dims) return false;
   for (std::size_t next = 0; next < slots.size(); ++next) {
     for (int t : terms_.of_variable(slots[next])) {
       if (terms_[t].tree_factor < 0 || !has_term.insert(t).second) continue;

@@ -10,10 +10,6 @@
 namespace hybrid {
 namespace {
 
-bool is_pose(VariableKind kind) {
-  return kind == VariableKind::kSE2 || kind == VariableKind::kSE3;
-}
-
 template <class T>
 T& at_index(std::vector<T>& list, std::size_t index) {
   if (index >= list.size()) list.resize(index + 1);
@@ -99,7 +95,7 @@ void IncrementalSmoother::add_variable(Key key, const Values& initial) {
   const int slot = theta_->slot(key);
   tree_.add_variable(slot, type.dim);
   terms_.reserve_variable(slot);
-  if (is_pose(type.kind)) recent_.push_back(key);
+  if (is_pose(type)) recent_.push_back(key);
 }
 
 template <class Factor>

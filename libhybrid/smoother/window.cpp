@@ -124,7 +124,7 @@ void WindowSmoother::touch(const Delta& delta, const std::vector<Handle>& handle
 
 bool WindowSmoother::is_state(Key key, VariableType type) const {
   if (!window_.states.empty()) return names(window_.states, key);
-  return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
+  return is_pose(type);
 }
 
 /// The variables that leave the window now, in a fixed order.

@@ -10,25 +10,10 @@
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
-#include "libhybrid/factors/relative_pose.h"
 #include "mrpt_plugins/mapping/calibration.h"
 
 namespace hybrid {
 namespace {
-
-template <class Factor>
-Noise noise_of(const Factor& factor) {
-  return Noise::information(factor.sqrt_information().transpose() * factor.sqrt_information());
-}
-
-template <class Pose>
-bool add_motion(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
-  const auto motion = relative_pose<Pose>(factor);
-  if (!motion) return false;
-  edges.push_back({factor.keys()[0], factor.keys()[1], motion->measured,
-                   Noise::information(motion->information)});
-  return true;
-}
 
 template <class Pose, class Edge>
 bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
@@ -77,7 +62,7 @@ bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
 /// point seen at range 0.
 bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
   const Values& at = g.values;
-  return add_motion(factor, g.poses2) || add_motion(factor, g.poses3) ||
+  return add_relative_pose(factor, g.poses2) || add_relative_pose(factor, g.poses3) ||
          add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
          add_calibrated_sighting<SE2>(factor, at, g.points2) ||
          add_calibrated_sighting<SE3>(factor, at, g.points3) ||

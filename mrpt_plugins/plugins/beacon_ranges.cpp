@@ -13,6 +13,7 @@
 #include "libhybrid/hybrid/mixture.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
+#include "mrpt_plugins/plugins/sighting.h"
 
 HYBRID_REGISTER_PLUGIN(BeaconRanges, hybrid)
 
@@ -20,10 +21,6 @@ namespace hybrid {
 namespace {
 
 using mrpt::obs::CObservationBeaconRanges;
-
-Key beacon_key(std::int64_t id) {
-  return {key_letter::kLandmark, static_cast<std::uint64_t>(id)};
-}
 
 ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigma,
                                  const Eigen::Vector3d& antenna, bool is_3d) {
@@ -147,7 +144,7 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     } else if (m.beaconID < 0) {
       ambiguous_.push_back(range);
     } else if (map.landmarks.find(m.beaconID) != nullptr) {
-      add_choice({range_factor(range.pose, beacon_key(m.beaconID), range.range, sigma,
+      add_choice({range_factor(range.pose, position_key(m.beaconID), range.range, sigma,
                                range.antenna, map.is_3d)},
                  FrameValues(frame, map), out);
     } else {
@@ -158,7 +155,7 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
 
 void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame& frame,
                                 const MapView& map) {
-  const Key beacon = beacon_key(id);
+  const Key beacon = position_key(id);
   const double drifted = std::hypot(range.sigma, bank_.drift);
   const auto candidates = [&] {
     const auto a =
@@ -213,8 +210,8 @@ void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& valu
                          Contribution& out) {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   point.head(landmark.point.size()) = landmark.point;
-  insert_point(out.delta.values, beacon_key(landmark.id), point, is_3d);
-  out.landmarks.push_back({landmark.id, beacon_key(landmark.id), std::nullopt, 0});
+  insert_point(out.delta.values, position_key(landmark.id), point, is_3d);
+  out.landmarks.push_back({landmark.id, position_key(landmark.id), std::nullopt, 0});
   known_.push_back(landmark.id);
   for (const auto& measurement : landmark.measurements) add_choice({measurement.real}, values, out);
 }
@@ -227,8 +224,8 @@ void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::
     ambiguous_.pop_front();
     std::vector<ContinuousFactorPtr> hypotheses;
     for (const std::int64_t id : known_) {
-      hypotheses.push_back(
-          range_factor(range.pose, beacon_key(id), range.range, range.sigma, range.antenna, is_3d));
+      hypotheses.push_back(range_factor(range.pose, position_key(id), range.range, range.sigma,
+                                        range.antenna, is_3d));
     }
     const Key key = add_choice(hypotheses, values, out);
     identified_.push_back(

@@ -15,6 +15,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "tests/apps/run_app.h"
+#include "tests/apps/trial_rows.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hybrid {
@@ -51,21 +52,8 @@ class Experiment : public ScratchFolder {
     return write("e.ini", "[experiment]\ndata_dir = .\ngraphs = laps\n" + experiment +
                               "\n[laps]\nfile = laps.g2o\nstart = odometry\n");
   }
-  /// Rows of results.csv without the columns of times, by key.
   std::map<std::string, std::string> rows(const std::string& out) const {
-    std::map<std::string, std::string> result;
-    std::istringstream lines(read(out + "/results.csv"));
-    std::string line;
-    std::getline(lines, line);
-    while (std::getline(lines, line)) {
-      std::istringstream cells(line);
-      std::string cell, kept;
-      for (int c = 0; std::getline(cells, cell, ','); ++c) {
-        if (c != 7 && c != 8) kept += cell + ",";
-      }
-      EXPECT_TRUE(result.emplace(line.substr(0, line.find(',')), kept).second) << line;
-    }
-    return result;
+    return trial_rows(read(out + "/results.csv"));
   }
 };
 

@@ -40,6 +40,7 @@ foreach(flags ${ways})
     string(APPEND flags " -fsanitize=${SANITIZE}")
   endif()
   run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE_DIR} -B ${build} -DCMAKE_PREFIX_PATH=${prefix} -DWITH_MRPT=${WITH_MRPT}
+      -DEXAMPLES=${HYBRID_SOURCE_DIR}/examples
       -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
   run(${CMAKE_COMMAND} --build ${build} --parallel 2)
   run(${build}/example)
@@ -47,6 +48,14 @@ foreach(flags ${ways})
     run(${build}/example_mrpt)
   endif()
 endforeach()
+
+# The plugin that docs/writing_a_plugin.md tells to copy.
+if(WITH_MRPT)
+  file(REMOVE_RECURSE ${build})
+  run(${CMAKE_COMMAND} -G Ninja -S ${HYBRID_SOURCE_DIR}/examples/plugin -B ${build} -DCMAKE_PREFIX_PATH=${prefix}
+      -DCMAKE_CXX_COMPILER=${CXX})
+  run(${CMAKE_COMMAND} --build ${build} --parallel 2)
+endif()
 
 # Without the flags of the target, a program in which Eigen would allocate otherwise does not compile, whatever it
 # includes.

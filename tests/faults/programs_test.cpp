@@ -4,8 +4,8 @@
 // What a failing disk, a signal and kill -9 leave of the results of other programs than the replay.
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "tests/apps/trial_rows.h"
 #include "tests/faults/injection.h"
 
 namespace hybrid {
@@ -151,21 +151,8 @@ class ExperimentFaults : public ProgramFaults {
     graph("ring.g2o", 40);
     return "hybrid-experiment -j 2 -c " + at("e.ini") + " -o " + at(out);
   }
-  /// Rows of results.csv without times, by trial.
-  Files rows(const std::string& out) const {
-    Files found;
-    std::istringstream lines(read(out + "/results.csv"));
-    std::string line;
-    std::getline(lines, line);
-    while (std::getline(lines, line)) {
-      std::istringstream cells(line);
-      std::string cell, kept;
-      for (int c = 0; std::getline(cells, cell, ','); ++c) {
-        if (c != 7 && c != 8) kept += cell + ",";
-      }
-      EXPECT_TRUE(found.emplace(line.substr(0, line.find(',')), kept).second) << line;
-    }
-    return found;
+  std::map<std::string, std::string> rows(const std::string& out) const {
+    return trial_rows(read(out + "/results.csv"));
   }
 };
 

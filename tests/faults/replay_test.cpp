@@ -89,6 +89,13 @@ class ReplayFaults : public InjectionTest {
     }
     leftovers(fault);
   }
+  /// The same at all calls, or at `most` of them.
+  void expect_old_or_new_at_calls(Fault fault, std::size_t most, const Files& others = {}) const {
+    for (const long number : numbers(count(fault, command("long")), most)) {
+      fault.at = number;
+      expect_old_or_new(fault, others);
+    }
+  }
   /// Nothing temporary survives the next run.
   void leftovers(const Fault& fault) const {
     const auto has_hidden = [&] {
@@ -108,37 +115,20 @@ class ReplayFaults : public InjectionTest {
 };
 
 TEST_F(ReplayFaults, ACallOfTheDiskThatFails) {
-  Fault fault{"disk", "once"};
-  for (const long number : numbers(count(fault, command("long")), 60)) {
-    fault.at = number;
-    expect_old_or_new(fault);
-  }
+  expect_old_or_new_at_calls({"disk", "once"}, 60);
 }
 
 TEST_F(ReplayFaults, ACallOfTheDiskThatFailsBesideFilesOfOthers) {
-  Fault fault{"disk", "once"};
-  const Files others{{"notes.txt", "mine"}};
   set_files("out", {{"notes.txt", "mine"}});
-  for (const long number : numbers(count(fault, command("long")), 60)) {
-    fault.at = number;
-    expect_old_or_new(fault, others);
-  }
+  expect_old_or_new_at_calls({"disk", "once"}, 60, {{"notes.txt", "mine"}});
 }
 
 TEST_F(ReplayFaults, ADiskThatStaysFull) {
-  Fault fault{"space", "on"};
-  for (const long number : numbers(count(fault, command("long")), 40)) {
-    fault.at = number;
-    expect_old_or_new(fault);
-  }
+  expect_old_or_new_at_calls({"space", "on"}, 40);
 }
 
 TEST_F(ReplayFaults, AnAllocationThatFails) {
-  Fault fault{"memory", "once"};
-  for (const long number : numbers(count(fault, command("long")), 100)) {
-    fault.at = number;
-    expect_old_or_new(fault);
-  }
+  expect_old_or_new_at_calls({"memory", "once"}, 100);
 }
 
 TEST_F(ReplayFaults, KilledAtAnyCallOfTheDiskItIsTheOldResultOrTheNewOne) {
