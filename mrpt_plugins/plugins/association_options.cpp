@@ -17,7 +17,8 @@ AssociationOptions read_association_options(IniSection& section) {
   o.use_ids = section.get("use_ids", o.use_ids, "take the ids of the log where it has them");
   o.gate = section.get("gate", o.gate, "probability of the chi-square gate of an innovation",
                        IniRange{0.5, 0.999999});
-  o.caution = section.get("caution", o.caution,
+  section.replaces("information_penalty", "caution");
+  o.caution = section.get("information_penalty", o.caution,
                           "price of a match, in -log odds, for each nat that it would tell of pose "
                           "and landmark: the less these are known, the better it must fit",
                           IniRange{0, 1e3});

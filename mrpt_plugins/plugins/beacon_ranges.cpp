@@ -56,10 +56,12 @@ void BeaconRanges::configure(IniSection section) {
   max_range_ = section.get("max_range", max_range_,
                            "longer ranges are dropped, false ones are anything up to it [m]",
                            kPositiveLength);
-  circle_places_ = section.get("circle_places", circle_places_,
-                               "places tried on the circle of a first range", IniRange{4, 10000});
-  sphere_places_ = section.get("sphere_places", sphere_places_,
-                               "and on the sphere, for a map in space", IniRange{8, 10000});
+  section.replaces("circle_hypotheses", "circle_places");
+  section.replaces("sphere_hypotheses", "sphere_places");
+  circle_hypotheses_ = section.get("circle_hypotheses", circle_hypotheses_,
+                                   "hypotheses on the circle of a first range", IniRange{4, 10000});
+  sphere_hypotheses_ = section.get("sphere_hypotheses", sphere_hypotheses_,
+                                   "and on the sphere, for a map in space", IniRange{8, 10000});
   delay_ = section.get("delay", delay_,
                        "keyframes that a range to an unknown beacon waits before it is used",
                        IniRange{0, 10000});
@@ -161,9 +163,9 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
     const auto a =
         frame.T_map_robot.composePoint({range.antenna.x(), range.antenna.y(), range.antenna.z()});
     if (map.is_3d) {
-      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_places_);
+      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_hypotheses_);
     }
-    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_places_);
+    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_hypotheses_);
   };
   unplaced_.add(
       id,

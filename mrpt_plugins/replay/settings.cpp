@@ -5,27 +5,11 @@
 
 #include <filesystem>
 
-#include "libhybrid/core/error.h"
-
 namespace hybrid {
 namespace {
 
 std::string chosen(const std::string& from_command_line, const std::string& from_ini) {
   return from_command_line.empty() ? from_ini : from_command_line;
-}
-
-/// The values of --set; a section name may hold no dot.
-void override_values(IniFile& ini, const std::vector<std::string>& settings) {
-  for (const std::string& setting : settings) {
-    const std::size_t equals = setting.find('=');
-    const std::size_t dot = setting.find('.');
-    if (equals == std::string::npos || dot == std::string::npos || dot > equals || dot == 0 ||
-        dot + 1 == equals) {
-      throw Error("--set " + setting + ": expected SECTION.KEY=VALUE");
-    }
-    ini.override_value(setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1),
-                       setting.substr(equals + 1));
-  }
 }
 
 void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
@@ -58,7 +42,7 @@ void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settin
 
 ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   ReplaySettings settings;
-  override_values(ini, request.settings);
+  ini.override_values(request.settings);
   read_log(ini, request, settings);
   settings.match_radius =
       ini.section("evaluation", "Comparison with the truth")

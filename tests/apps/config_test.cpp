@@ -24,7 +24,8 @@ class Configuration : public ScratchFolder {
 
 // An absurd number is named by its key, and not by what it does to the equations later.
 TEST_F(Configuration, EveryNumberHasBounds) {
-  for (const char* program : {"hybrid-replay", "hybrid-simulate", "hybrid-experiment"}) {
+  for (const char* program :
+       {"hybrid-replay", "hybrid-simulate", "hybrid-experiment", "hybrid-pgo"}) {
     std::istringstream lines(run_app(std::string(program) + " --print-config").text);
     int numbers = 0;
     for (std::string line; std::getline(lines, line);) {

@@ -61,11 +61,11 @@ TEST(DetectionTracker, AThingIsHandedOnOnce) {
   for (const bool is_3d : {false, true}) {
     Drive drive{is_3d};
     const Eigen::Vector3d near(9, 3, is_3d ? 1 : 0), far(14, -2, is_3d ? 2 : 0);
-    DetectionTracker gathering;
+    DetectionTracker tracker;
     CPose3D robot;
     for (int i = 0; i < kFrames; ++i) {
       if (i > 0) {
-        gathering.move(drive.motion());
+        tracker.move(drive.motion());
         robot = robot + drive.step;
       }
       DetectionFrame frame = drive.frame();
@@ -73,9 +73,9 @@ TEST(DetectionTracker, AThingIsHandedOnOnce) {
       if (i % 2 == 1) std::swap(frame.detections[0], frame.detections[1]);
       frame.detections[0].true_id = i % 2;
       frame.detections[1].true_id = 1 - i % 2;
-      gathering.take(frame);
+      tracker.take(frame);
     }
-    const std::vector<DetectionFrame> out = gathering.release();
+    const std::vector<DetectionFrame> out = tracker.release();
     ASSERT_EQ(out.size(), 1U);
     EXPECT_GT(out[0].max_range, 30);
     ASSERT_EQ(out[0].detections.size(), 2U);
@@ -89,24 +89,24 @@ TEST(DetectionTracker, AThingIsHandedOnOnce) {
       // A quarter of the variance is common to all.
       EXPECT_NEAR(d.covariance(0, 0) / (kSigma * kSigma), 0.25 + 0.75 / kFrames, 0.15);
     }
-    EXPECT_TRUE(gathering.release().empty());
+    EXPECT_TRUE(tracker.release().empty());
   }
 }
 
 TEST(DetectionTracker, WhatMovesIsMarked) {
   Drive drive;
-  DetectionTracker gathering;
+  DetectionTracker tracker;
   CPose3D robot;
   for (int i = 0; i < kFrames; ++i) {
     if (i > 0) {
-      gathering.move(drive.motion());
+      tracker.move(drive.motion());
       robot = robot + drive.step;
     }
     DetectionFrame frame = drive.frame();
     frame.detections = {drive.seen(robot, {12, 4, 0}), drive.seen(robot, {10, 0.05 * i, 0})};
-    gathering.take(frame);
+    tracker.take(frame);
   }
-  const std::vector<DetectionFrame> out = gathering.release();
+  const std::vector<DetectionFrame> out = tracker.release();
   ASSERT_GE(out[0].detections.size(), 2U);
   EXPECT_FALSE(out[0].detections[0].moving);
   EXPECT_EQ(out[0].detections[0].members.size(), static_cast<std::size_t>(kFrames));
@@ -120,15 +120,15 @@ TEST(DetectionTracker, WhatMovesIsMarked) {
 // However near two things with ids are, each keeps its own.
 TEST(DetectionTracker, IdsDecide) {
   Drive drive;
-  DetectionTracker gathering;
+  DetectionTracker tracker;
   for (int i = 0; i < 4; ++i) {
     DetectionFrame frame = drive.frame();
     frame.detections = {drive.seen({}, {10, 0, 0}), drive.seen({}, {10, 0.05, 0})};
     frame.detections[0].id = i % 2 == 0 ? 5 : 6;
     frame.detections[1].id = i % 2 == 0 ? 6 : 5;
-    gathering.take(frame);
+    tracker.take(frame);
   }
-  const std::vector<Detection> out = gathering.release().at(0).detections;
+  const std::vector<Detection> out = tracker.release().at(0).detections;
   ASSERT_EQ(out.size(), 2U);
   EXPECT_EQ(out[0].id, 5);
   EXPECT_EQ(out[1].id, 6);
@@ -137,15 +137,15 @@ TEST(DetectionTracker, IdsDecide) {
 
 TEST(DetectionTracker, ClassScoresOfAllCount) {
   Drive drive;
-  DetectionTracker gathering;
+  DetectionTracker tracker;
   for (int i = 0; i < 8; ++i) {
     DetectionFrame frame = drive.frame();
     frame.class_names = {"car", "van"};
     frame.detections = {drive.seen({}, {10, 0, 0})};
     frame.detections[0].class_probabilities = {0.7, 0.3};
-    gathering.take(frame);
+    tracker.take(frame);
   }
-  const std::vector<double> p = gathering.release().at(0).detections.at(0).class_probabilities;
+  const std::vector<double> p = tracker.release().at(0).detections.at(0).class_probabilities;
   EXPECT_GT(p.at(0), 0.9);   // more certain than one alone,
   EXPECT_LT(p.at(0), 0.97);  // less than eight that know nothing of each other
   EXPECT_NEAR(p.at(0) + p.at(1), 1, 1e-12);
@@ -153,13 +153,13 @@ TEST(DetectionTracker, ClassScoresOfAllCount) {
 
 TEST(DetectionTracker, WhatIsForgottenIsCounted) {
   Drive drive;
-  DetectionTracker gathering;
+  DetectionTracker tracker;
   DetectionFrame frame = drive.frame();
   frame.detections = {drive.seen({}, {10, 0, 0}), drive.seen({}, {5, 5, 0})};
-  gathering.take(frame);
-  gathering.take(frame);
-  EXPECT_EQ(gathering.forget(), 4U);
-  EXPECT_TRUE(gathering.release().empty());
+  tracker.take(frame);
+  tracker.take(frame);
+  EXPECT_EQ(tracker.forget(), 4U);
+  EXPECT_TRUE(tracker.release().empty());
 }
 
 }  // namespace
