@@ -67,7 +67,7 @@ std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& v
                                    const std::vector<bool>& accepted,
                                    const MixtureOptions& options = {});
 
-/// Whether a relative pose is believed as it is.
+/// Whether a relative pose is trusted as it is.
 using Trust = std::function<bool(Key from, Key to)>;
 
 /// A pose graph as a robust problem: relative poses that are not trusted are the closures, in the

@@ -10,7 +10,7 @@
 
 namespace hybrid {
 
-/// A pose graph whose loop closures may be false (section V-A): factors that are believed as they
+/// A pose graph whose loop closures may be false (section V-A): factors that are trusted as they
 /// are, and candidates, each of which a binary variable switches between inlier and outlier
 /// (eq. 16).
 struct RobustProblem {

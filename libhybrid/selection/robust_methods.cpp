@@ -45,7 +45,7 @@ RobustResult solve_filtered(const Task& task, const Options& options, const Robu
 
 std::vector<RobustMethod> make_table() {
   return {
-      {"odometry", "", "no closure is believed", solve_dead_reckoning},
+      {"odometry", "", "no closure is accepted", solve_dead_reckoning},
       {"oracle", "", "Levenberg-Marquardt with the true closures only", solve_oracle},
       {"lm", "", "Levenberg-Marquardt with all closures",
        [](const Task& t, const Options& o) { return solve_lm(t.problem, o.common); }},

@@ -57,11 +57,11 @@ void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
       s.get("refuse_uncheckable", o.refuse_uncheckable,
             "refuse closures so flagged, unless the odometry alone carries them");
   o.max_rounds = s.get("max_rounds", o.max_rounds, "macro-steps tried", kCount);
-  o.solver.relative_decrease =
-      s.get("relative_decrease", o.solver.relative_decrease,
-            "the last solve ends once an iteration promises to lower the cost by less than this "
-            "share",
-            IniRange{1e-15, 1e-2});
+  o.solver.relative_decrease = s.get("relative_decrease", o.solver.relative_decrease,
+                                     "in batch: the last solve ends once an iteration promises to "
+                                     "lower the cost by less than this "
+                                     "share",
+                                     IniRange{1e-15, 1e-2});
 }
 
 void read_online(IniFile& ini, OnlineClosureSelectionOptions& o) {
