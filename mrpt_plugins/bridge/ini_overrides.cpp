@@ -51,7 +51,7 @@ void IniSection::replaces(const std::string& key, const std::string& old_key,
   if (old == nullptr) return;
   IniFile::Entry entry = *old;
   entry.key = key;
-  entry.old_name = fmt::format("[{}] {}", source->name, old_key);
+  entry.old_name = fmt::format("[{}] {}", source->name, old->key);
   file_->warnings_.push_back(
       fmt::format("{}: {} is now [{}] {}", entry.where, entry.old_name, name(), key));
   const IniFile::Entry* present = find(key);

@@ -57,6 +57,8 @@ TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
 }
 
 TEST_F(ReplayTest, OldNamesOfKeysWorkWithAWarning) {
+  const std::string both = "[log]\nrawlog = " + kDemoLog + "\nperiod = 1\n[reader]\nperiod = 1\n";
+  expect_failure("-c " + write("both.ini", both), "[reader] period is given twice");
   const auto replay_of = [&](const std::string& text) {
     return summary_of("-c " + write("a.ini", "[log]\nrawlog = " + kDemoLog + "\n" + text));
   };
@@ -73,8 +75,6 @@ TEST_F(ReplayTest, OldNamesOfKeysWorkWithAWarning) {
       run_replay("-c " + at("a.ini") + " --set keyframes.gather=yes --no-pictures -o " + at("out"));
   EXPECT_NE(ran.text.find("warning: command line: [keyframes] gather is now"), std::string::npos)
       << ran.text;
-  const std::string both = "[log]\nrawlog = " + kDemoLog + "\nperiod = 1\n[reader]\nperiod = 1\n";
-  expect_failure("-c " + write("both.ini", both), "[reader] period is given twice");
 }
 
 TEST_F(ReplayTest, OldNamesOfKeysOfPlugins) {

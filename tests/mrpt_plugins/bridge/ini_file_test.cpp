@@ -208,7 +208,7 @@ TEST(IniFile, OldNamesCountUnderTheNewOneWithAWarning) {
   EXPECT_NO_THROW(ini.reject_unknown());
   ASSERT_EQ(ini.warnings().size(), 2u);
   EXPECT_EQ(ini.warnings()[0], "old.ini:3:1: [log] period is now [reader] period");
-  EXPECT_EQ(ini.warnings()[1], "old.ini:6:1: [Frames] gather is now [frames] tracklets");
+  EXPECT_EQ(ini.warnings()[1], "old.ini:6:1: [Frames] gather is now [Frames] tracklets");
   EXPECT_EQ(ini.documentation().find("gather"), std::string::npos);
   EXPECT_FALSE(log.has("period"));
 }
