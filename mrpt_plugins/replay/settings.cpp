@@ -12,13 +12,24 @@ std::string chosen(const std::string& from_command_line, const std::string& from
   return from_command_line.empty() ? from_ini : from_command_line;
 }
 
+/// The path of a file; fails where it is that of a folder, which the one who reads the file could
+/// not say the key of.
+std::string file_path(IniSection& section, const std::string& key, const std::string& meaning) {
+  const std::string path = section.path(key, "", meaning);
+  std::error_code unknown;
+  if (!path.empty() && std::filesystem::is_directory(path, unknown)) {
+    section.fail(key, "'" + path + "' is a folder, not a file");
+  }
+  return path;
+}
+
 void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
   IniSection log = ini.section("log", "What is replayed; paths are relative to this file");
-  settings.rawlog = chosen(request.rawlog, log.path("rawlog", "", "the log"));
+  settings.rawlog = chosen(request.rawlog, file_path(log, "rawlog", "the log"));
   settings.truth_path = chosen(
-      request.truth_path, log.path("truth_path", "",
-                                   "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
-                                   "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
+      request.truth_path, file_path(log, "truth_path",
+                                    "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
+                                    "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
                              "as the antenna [m]",
@@ -26,14 +37,14 @@ void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settin
   if (point.size() != 3) log.fail("truth_point", "needs three numbers");
   settings.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
-      chosen(request.truth_map, log.path("truth_map", "",
-                                         "true landmarks, MRPT's _ground_truth.txt; empty: "
-                                         "unknown"));
+      chosen(request.truth_map, file_path(log, "truth_map",
+                                          "true landmarks, MRPT's _ground_truth.txt; empty: "
+                                          "unknown"));
   settings.truth_associations =
-      log.path("truth_associations", "",
-               "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
+      file_path(log, "truth_associations",
+                "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
   settings.truth_modes =
-      log.path("truth_modes", "", "true modes of motion, a number per frame; empty: unknown");
+      file_path(log, "truth_modes", "true modes of motion, a number per frame; empty: unknown");
   settings.title = log.get("title", std::filesystem::path(settings.rawlog).stem().string(),
                            "heading of the pictures");
 }

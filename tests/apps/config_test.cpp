@@ -54,6 +54,14 @@ TEST_F(Configuration, AbsurdNumbersAreRefusedByName) {
             std::string::npos);
 }
 
+TEST_F(Configuration, AFolderInPlaceOfAFileIsNamedByItsKey) {
+  for (const char* key : {"rawlog", "truth_path", "truth_map", "truth_associations"}) {
+    const std::string text = refusal(std::string("log.") + key + "=" + at(""));
+    EXPECT_NE(text.find(std::string("] ") + key), std::string::npos) << text;
+    EXPECT_NE(text.find("is a folder, not a file"), std::string::npos) << text;
+  }
+}
+
 TEST_F(Configuration, PathsOfSimulationsAreOfBoundedLength) {
   const std::string ini = write("s.ini", "[path]\nstep = 1e-6\nradius = 1e6\n");
   const Ran ran = run_app("hybrid-simulate -c " + ini + " -o " + at("s.rawlog"));
