@@ -141,10 +141,11 @@ void LandmarkTracks::detach(int s, Contribution& out) {
 void LandmarkTracks::remove(int t, Contribution& out) {
   Track& track = tracks_[t];
   out.delta.remove.insert(out.delta.remove.end(), track.prior.begin(), track.prior.end());
-  undo_.emplace_back([t, prior = track.prior](LandmarkTracks& all) {
+  undo_.emplace_back([t, prior = track.prior, at = grid_.middle(t)](LandmarkTracks& all) {
     all.tracks_[t].prior = prior;
     all.tracks_[t].alive = true;
     ++all.alive_;
+    all.grid_.put(t, at[0], at[1]);
   });
   track.prior.clear();
   out.delta.remove_values.push_back(track.position);
@@ -160,6 +161,11 @@ void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
     detach(s, out);
     attach(s, into, is_3d, out);
   }
+  undo_.emplace_back([into, existence = tracks_[into].existence,
+                      last = tracks_[into].last_keyframe](LandmarkTracks& all) {
+    all.tracks_[into].existence = existence;
+    all.tracks_[into].last_keyframe = last;
+  });
   tracks_[into].existence = std::max(tracks_[into].existence, tracks_[from].existence);
   tracks_[into].last_keyframe = std::max(tracks_[into].last_keyframe, tracks_[from].last_keyframe);
   remove(from, out);
