@@ -143,7 +143,7 @@ bool KeyframeSource::is_3d() {
 void KeyframeSource::track(const LogStep& step, bool is_keyframe,
                            std::vector<DetectionFrame>& detections) {
   if (step.odometry) {
-    tracker_.move(*step.odometry);
+    tracker_.move(to_isometry(step.odometry->mean), step.odometry->covariance);
   } else {
     const std::size_t lost = tracker_.forget();
     if (lost > 0) dropped_["detection dropped: no odometry from there to a keyframe"] += lost;

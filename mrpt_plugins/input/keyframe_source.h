@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/detection_tracker.h"
 #include "mrpt_plugins/bridge/ini_file.h"
-#include "mrpt_plugins/input/detection_tracker.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/rawlog_reader.h"

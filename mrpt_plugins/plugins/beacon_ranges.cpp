@@ -11,9 +11,10 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/plugins/sighting.h"
+#include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BeaconRanges, hybrid)
 
@@ -79,8 +80,8 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
                                                       seen->sensorLabel) != sensors_.end();
     if (wanted) take(*seen, frame, map, out);
   }
-  const FrameValues values(frame, map);
-  for (const PlacedLandmark& landmark : unplaced_.place(frame, map, bank_)) {
+  const FrameValues values(frame.view(), map);
+  for (const PlacedLandmark& landmark : unplaced_.place(frame.view(), map, bank_)) {
     place(landmark, values, map.is_3d, out);
   }
   // A range may be to a beacon that is just finding its place.
@@ -148,7 +149,7 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     } else if (map.landmarks.find(m.beaconID) != nullptr) {
       add_choice({range_factor(range.pose, position_key(m.beaconID), range.range, sigma,
                                range.antenna, map.is_3d)},
-                 FrameValues(frame, map), out);
+                 FrameValues(frame.view(), map), out);
     } else {
       add_unplaced(m.beaconID, range, frame, map);
     }

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/pending_landmarks.h"
 
 namespace hybrid {
 

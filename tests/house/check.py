@@ -35,7 +35,7 @@ FLOORS = {
         {"marginals"},
         {"smoother"},
         {"association", "registration", "switching", "closures"},
-        {"baselines"},
+        {"baselines", "landmarks"},
         {"selection"},
         {"objects"},
     ],

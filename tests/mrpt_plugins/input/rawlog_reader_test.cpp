@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/input/detections.h"
 #include "tests/mrpt_plugins/input/log_files.h"
@@ -50,7 +51,7 @@ LogSummary summarise(const std::string& name) {
     for (const auto& observation : step->observations) {
       const auto frame = detections_in(*observation, {}, summary.dropped);
       if (!frame) continue;
-      const CPose3D T_map_sensor = path.at(step->index) + frame->T_robot_sensor;
+      const CPose3D T_map_sensor = path.at(step->index) + to_mrpt(frame->T_robot_sensor);
       for (const Detection& d : frame->detections) {
         ++summary.detections;
         if (!d.id) continue;
