@@ -269,7 +269,7 @@ void DelayedDecisionSmoother::take(const Group& group) {
   const UpdateReport held = smoother_.update(holds);
   if (held.status != UpdateReport::Status::kOk) return;
   Delta lifts;
-  lifts.remove = held.handles;
+  lifts.remove = held.handles.discrete;
   smoother_.restore(estimate);
   smoother_.update(lifts);
 }
@@ -323,7 +323,7 @@ bool DelayedDecisionSmoother::hold(DiscreteKey key, int value) {
   delta.discrete.push_back(only(key, value));
   const UpdateReport report = smoother_.update(delta);
   if (report.status != UpdateReport::Status::kOk) return false;
-  held_ = report.handles[0];
+  held_ = report.handles.discrete[0];
   return true;
 }
 

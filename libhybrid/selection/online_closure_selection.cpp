@@ -103,10 +103,9 @@ UpdateReport OnlineClosureSelection::apply(Delta delta) {
   const UpdateReport report = smoother_.update(delta);
   if (report.status != UpdateReport::Status::kOk) return report;
   lifted_.clear();
-  const std::size_t first =
-      delta.continuous.size() + delta.discrete.size() - changed_switches_.size();
+  const std::size_t first = delta.discrete.size() - changed_switches_.size();
   for (std::size_t i = 0; i < changed_switches_.size(); ++i) {
-    closures_[changed_switches_[i]].table = report.handles[first + i];
+    closures_[changed_switches_[i]].table = report.handles.discrete[first + i];
   }
   changed_switches_.clear();
   return report;

@@ -29,7 +29,7 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   }
   if (report.status != UpdateReport::Status::kOk) {
     take_back();
-    report.handles.clear();
+    report.handles = {};
   } else if (own) {
     make_permanent();
   }

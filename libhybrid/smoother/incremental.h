@@ -140,7 +140,7 @@ class IncrementalSmoother {
   template <class Factor>
   Handle add_to_graph(Factor factor);
   int add_term(Term term, UpdateReport& report);
-  void enter_new_terms(const std::vector<Handle>& handles);
+  void enter_new_terms(const AddedHandles& handles);
   int& number_of(Handle handle) { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
   int term_of(Handle handle) const { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
   void start_change();

@@ -57,7 +57,7 @@ void IncrementalSmoother::stage(const Delta& delta, UpdateReport& report) {
   }
   for (const Table& table : delta.discrete) {
     const Handle handle = add_to_graph(table);
-    report.handles.push_back(handle);
+    report.handles.discrete.push_back(handle);
     const int f = number_of(handle) = discrete_.add(table.keys(), -1, delta.assignment);
     discrete_.set_tables(f, {table});
   }
@@ -110,8 +110,8 @@ Handle IncrementalSmoother::add_to_graph(Factor factor) {
 /// Returns the number of the term.
 int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   for (Key key : term.keys()) term.slots.push_back(theta_->slot(key));
-  report.handles.push_back(term.handle);
   const Handle handle = term.handle;
+  (term.hybrid ? report.handles.hybrid : report.handles.continuous).push_back(handle);
   const int t = number_of(handle) = terms_.add(std::move(term));
   at_index(term_stamp_, t) = 0;
   at_index(table_of_term_, t) = -1;
@@ -130,14 +130,15 @@ int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
 
 /// Enters new hybrid terms with the components that the discrete half-step has chosen, so that a
 /// measurement rejected at once never touches the tree; and lists what to eliminate last.
-void IncrementalSmoother::enter_new_terms(const std::vector<Handle>& handles) {
+void IncrementalSmoother::enter_new_terms(const AddedHandles& handles) {
   last_.clear();
-  for (Handle handle : handles) {
-    if (handle.kind == FactorKind::kDiscrete) continue;
-    const int t = term_of(handle);
-    if (terms_[t].tree_factor < 0) enter_tree(t);
-    if (terms_[t].tree_factor < 0) continue;
-    last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+  for (const std::vector<Handle>* list : {&handles.continuous, &handles.hybrid}) {
+    for (Handle handle : *list) {
+      const int t = term_of(handle);
+      if (terms_[t].tree_factor < 0) enter_tree(t);
+      if (terms_[t].tree_factor < 0) continue;
+      last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+    }
   }
   for (Key key : recent_) {
     if (theta_->contains(key) && !theta_.is_removed(key)) last_.push_back(theta_->slot(key));

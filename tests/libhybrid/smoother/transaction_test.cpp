@@ -92,7 +92,7 @@ TEST(Transaction, OneAtATime) {
 TEST(Transaction, WhatWasRemovedInItIsGone) {
   World world(1);
   IncrementalSmoother smoother;
-  std::vector<Handle> handles = world.step(smoother).handles;
+  std::vector<Handle> handles = world.step(smoother).handles.all();
   Transaction trial(smoother);
   Delta removal;
   removal.remove = handles;
