@@ -27,7 +27,8 @@ void IncrementalSmoother::begin() {
 /// Notes what small things are before the first change since the last commit.
 void IncrementalSmoother::start_change() {
   if (changing_) return;
-  committed_ = {term_cost_, term_constant_, moved_, stale_, recent_, weak_left_out_, couple_weak_};
+  committed_ = {term_cost_, term_constant_, moved_,         stale_,      last_,
+                recent_,    kept_last_,     weak_left_out_, couple_weak_};
   changing_ = true;
 }
 
@@ -187,7 +188,9 @@ void IncrementalSmoother::take_back() noexcept {
   term_constant_ = committed_.term_constant;
   moved_ = std::move(committed_.moved);
   stale_ = std::move(committed_.stale);
+  last_ = std::move(committed_.last);
   recent_ = std::move(committed_.recent);
+  kept_last_ = std::move(committed_.kept_last);
   weak_left_out_ = committed_.weak_left_out;
   couple_weak_ = committed_.couple_weak;
   end_change();

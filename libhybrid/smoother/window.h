@@ -70,6 +70,8 @@ class WindowSmoother {
     return smoother_.converge(max_rounds, tolerance);
   }
 
+  UpdateReport keep_last(const std::vector<Key>& keys) { return smoother_.keep_last(keys); }
+
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
   const Estimate& past() const { return past_; }
