@@ -15,7 +15,7 @@ struct AssociationOptions {
   Method method = Method::kHypotheses;
   bool use_ids = true;                 ///< known-id override: ids of the log, where it has them
   double gate = 0.9999;                ///< chi-square probability of an innovation
-  double caution = 1.0;                ///< price of a match per nat of what it would tell
+  double information_penalty = 1.0;    ///< price of a match per nat of what it would tell
   int hypotheses = 8;                  ///< at most, per frame
   double open_odds = 20;               ///< a hypothesis this much less probable is not kept open
   int window = 20;                     ///< keyframes until an open decision is taken

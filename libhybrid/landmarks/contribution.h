@@ -60,7 +60,7 @@ void enter(const Contribution& contribution, LandmarkRegistry& landmarks);
 
 /// What became of a contribution.
 struct Outcome {
-  std::vector<Handle> handles;  ///< of its factors: continuous, discrete, hybrid, as in its delta
+  AddedHandles handles;         ///< of its factors, in the order of its delta
   double objective_before = 0;  ///< of the graph before the update it was part of
   double objective_after = 0;   ///< and after
   bool exact = true;            ///< false where local search stood in for exact discrete inference

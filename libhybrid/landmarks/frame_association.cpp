@@ -150,7 +150,7 @@ double information(const FrameCandidates& c, const Matching& matching) {
 }
 
 /// The evidence of a matching with all correlations, in place of the sum over its pairs.
-double joint_cost(const FrameCandidates& c, const Matching& matching, double caution) {
+double joint_cost(const FrameCandidates& c, const Matching& matching, double information_penalty) {
   double cost = 0;
   bool any = false;
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
@@ -160,7 +160,8 @@ double joint_cost(const FrameCandidates& c, const Matching& matching, double cau
     any = any || j >= 0;
   }
   if (!any) return cost;
-  return cost + c.predicted.score(c.measured, matching).cost + caution * information(c, matching);
+  return cost + c.predicted.score(c.measured, matching).cost +
+         information_penalty * information(c, matching);
 }
 
 /// Matchings grown pair by pair under the joint covariance: these find what the sum over pairs
@@ -195,9 +196,10 @@ void add_grown(const FrameCandidates& c, double gate, std::vector<Matching>& mat
   }
 }
 
-FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching, double caution) {
+FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching,
+                              double information_penalty) {
   FrameHypothesis out;
-  out.cost = joint_cost(c, matching, caution);
+  out.cost = joint_cost(c, matching, information_penalty);
   const int dim = c.predicted.dim;
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
     const int j = matching.column[i];
@@ -215,7 +217,7 @@ FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching
   return out;
 }
 
-std::vector<Matching> nearest(const FrameCandidates& c, double caution) {
+std::vector<Matching> nearest(const FrameCandidates& c, double information_penalty) {
   Matching matching{std::vector<int>(c.measured.size(), -1), 0};
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -225,7 +227,7 @@ std::vector<Matching> nearest(const FrameCandidates& c, double caution) {
     if (!std::isfinite(cost)) continue;
     Matching alone{std::vector<int>(c.measured.size(), -1), 0};
     alone.column[i] = static_cast<int>(j);
-    if (cost + caution * information(c, alone) < c.problem.unmatched[row]) {
+    if (cost + information_penalty * information(c, alone) < c.problem.unmatched[row]) {
       matching.column[i] = static_cast<int>(j);
     }
   }
@@ -277,7 +279,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   std::vector<Matching> matchings;
   const double margin = std::log(options.open_odds);
   if (options.method == Method::kNearest) {
-    matchings = nearest(candidates, options.caution);
+    matchings = nearest(candidates, options.information_penalty);
   } else if (options.method == Method::kJcbb) {
     matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
@@ -290,7 +292,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   }
   std::vector<FrameHypothesis> out;
   for (const Matching& matching : matchings) {
-    FrameHypothesis hypothesis = as_hypothesis(candidates, matching, options.caution);
+    FrameHypothesis hypothesis = as_hypothesis(candidates, matching, options.information_penalty);
     const bool known = std::any_of(out.begin(), out.end(), [&](const FrameHypothesis& other) {
       return other.track == hypothesis.track;
     });

@@ -69,8 +69,7 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
 template <class Pose>
 bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& motion) {
   Delta delta = contribution.delta;
-  const auto own = static_cast<std::ptrdiff_t>(delta.continuous.size());
-  const auto further = static_cast<std::ptrdiff_t>(motion.continuous.size());
+  const std::size_t own = delta.continuous.size();
   delta.continuous.insert(delta.continuous.end(), motion.continuous.begin(),
                           motion.continuous.end());
   for (const Key key : motion.values.keys()) {
@@ -93,7 +92,7 @@ bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& 
   }
   landmarks_.commit();
   if (contribution.settle) smoother_.converge();
-  report.handles.erase(report.handles.begin() + own, report.handles.begin() + own + further);
+  report.handles.continuous.resize(own);  // those of the motion come behind
   association_.applied({report.handles, before, smoother_.objective(), report.exact});
   return true;
 }

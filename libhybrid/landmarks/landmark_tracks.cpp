@@ -171,11 +171,13 @@ void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
   remove(from, out);
 }
 
-void LandmarkTracks::take_handles(const std::vector<Handle>& handles) {
-  std::size_t next = 0;
-  for (std::vector<Slot>& slots : slots_) {
+void LandmarkTracks::take_handles(const AddedHandles& handles) {
+  auto next =
+      std::array{handles.continuous.begin(), handles.discrete.begin(), handles.hybrid.begin()};
+  for (std::size_t kind = 0; kind < slots_.size(); ++kind) {
+    std::vector<Slot>& slots = slots_[kind];
     for (const Slot& slot : slots) {
-      const Handle handle = handles.at(next++);
+      const Handle handle = *next[kind]++;
       if (slot.sighting >= 0) sightings_[slot.sighting].factors.push_back(handle);
       if (slot.track >= 0) tracks_[slot.track].prior.push_back(handle);
     }

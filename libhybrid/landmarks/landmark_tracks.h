@@ -78,7 +78,7 @@ class LandmarkTracks {
   void merge(int from, int into, bool is_3d, Contribution& out);
 
   /// Notes the handles of the last contribution.
-  void take_handles(const std::vector<Handle>& handles);
+  void take_handles(const AddedHandles& handles);
   /// Takes back what was done since the handles of a contribution were noted; sightings noted since
   /// then belong to no track, and tracks made since then are not alive.
   void take_back();

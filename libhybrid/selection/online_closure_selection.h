@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/selection/attempts.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/odometry_path.h"
 #include "libhybrid/selection/prediction.h"
@@ -59,6 +62,9 @@ struct SelectionReport : UpdateReport {
 /// Newest closures that are out are tested again when the map has changed. Whenever their number
 /// has grown fourfold, and in the end, all are evaluated again from nothing by select_closures,
 /// which can turn any decision; all these evaluations together cost about a third of the last one.
+///
+/// Every change is all or nothing, as those of IncrementalSmoother: where it throws, or its report
+/// says that the system is singular, all is as it was before.
 class OnlineClosureSelection {
  public:
   explicit OnlineClosureSelection(const OnlineClosureSelectionOptions& options = {});
@@ -89,6 +95,23 @@ class OnlineClosureSelection {
     std::optional<Prediction> alone;  // given the odometry alone
   };
 
+  /// What a change moves beside the smoother and closures that were there before.
+  struct State {
+    std::size_t poses = 0, closures = 0;
+    VarianceFactor factor_alone, factor;
+    std::size_t expelled_at = 0, evaluated = 0;
+    std::vector<std::size_t> open;
+    std::vector<Handle> lifted;
+    std::vector<Verdict> verdicts;
+  };
+
+  template <class Change>
+  SelectionReport all_or_nothing(const Change& change);
+  State save();
+  void restore(State&& before);
+  Closure& edit(std::size_t k);
+  void take_in(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures,
+               SelectionReport& report);
   void follow(const Delta& trusted);
   void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
   UpdateReport apply(Delta delta);
@@ -100,6 +123,7 @@ class OnlineClosureSelection {
   void reconsider(SelectionReport& report);
   void expel(SelectionReport& report);
   bool admit(std::size_t k, SelectionReport& report);
+  bool is_better_with(std::size_t k, SelectionReport& report);
   void withdraw(std::size_t k, const std::vector<bool>& before,
                 const IncrementalSmoother::Snapshot& estimate);
   RobustProblem problem() const;
@@ -119,6 +143,8 @@ class OnlineClosureSelection {
   std::vector<Handle> lifted_;                 // tables to remove with the next update
   std::size_t evaluated_ = 0;                  // closures when all were evaluated last
   std::vector<Verdict> verdicts_;              // of then, as long as they hold
+  Attempts attempts_;
+  std::unordered_map<std::size_t, Closure> saved_;  // closures before the change under way
 };
 
 }  // namespace hybrid

@@ -2,11 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 // Evaluation of all closures anew by the online selection.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/selection/evidence.h"
 #include "libhybrid/selection/online_closure_selection.h"
@@ -78,7 +76,7 @@ void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& 
   Delta delta;
   std::vector<std::size_t> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
-    Closure& closure = closures_[k];
+    Closure& closure = edit(k);
     const bool accept = result.verdicts[k].accepted;
     if (accept && closure.refuted) {
       closure.refuted = false;
@@ -97,27 +95,15 @@ void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& 
     const double* x = result.values.data(key);
     estimate.numbers.insert(estimate.numbers.end(), x, x + result.values.type(key).size);
   }
-  smoother_.restore(estimate);
+  taken(smoother_.restore(estimate));
   for (std::size_t k : in) {
     if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
   }
   for (std::size_t k : open_) {
-    Closure& closure = closures_[k];
+    Closure& closure = edit(k);
     closure.failures = 0;
     closure.innovation.information.resize(0, 0);  // covariances may have grown
   }
-}
-
-SelectionReport OnlineClosureSelection::finish() {
-  const auto start = std::chrono::steady_clock::now();
-  SelectionReport report;
-  report.objective_before = smoother_.objective();
-  reevaluate_all(report);
-  report.add(apply({}));
-  report.add(smoother_.converge());
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
 }
 
 }  // namespace hybrid

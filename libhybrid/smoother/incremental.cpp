@@ -29,7 +29,7 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   }
   if (report.status != UpdateReport::Status::kOk) {
     take_back();
-    report.handles.clear();
+    report.handles = {};
   } else if (own) {
     make_permanent();
   }
@@ -204,8 +204,12 @@ void IncrementalSmoother::refresh_tables() {
 }
 
 bool IncrementalSmoother::eliminate(UpdateReport& report) {
+  behind_.clear();
+  for (Key key : kept_last_) {
+    if (theta_->contains(key)) behind_.push_back(theta_->slot(key));
+  }
   const EliminationReport done = tree_.eliminate(
-      last_, [this](const std::vector<int>& slots) { return is_determined(slots); });
+      last_, [this](const std::vector<int>& slots) { return is_determined(slots); }, behind_);
   report.eliminated += done.variables;
   report.cliques += done.cliques;
   if (done.singular < 0) return true;
@@ -214,6 +218,18 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
   report.message = "the factors do not determine " + to_string(report.under_constrained) +
                    "; give it a prior or more measurements";
   return false;
+}
+
+UpdateReport IncrementalSmoother::keep_last(const std::vector<Key>& keys) {
+  return all_or_nothing([&](UpdateReport& report) {
+    kept_last_ = keys;
+    for (Key key : keys) {
+      if (theta_->contains(key) && !theta_.is_removed(key)) {
+        tree_.eliminate_again(theta_->slot(key));
+      }
+    }
+    eliminate(report);
+  });
 }
 
 IncrementalSmoother::Snapshot IncrementalSmoother::snapshot() const {

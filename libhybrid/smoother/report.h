@@ -18,8 +18,7 @@ struct UpdateReport {
   std::string message;    ///< what is wrong and where, if anything is
   Key under_constrained;  ///< a variable that the factors do not determine, where singular
 
-  std::vector<Handle>
-      handles;  ///< of the added factors: continuous, discrete, hybrid, as in the delta
+  AddedHandles handles;  ///< of the factors that the update has added
 
   int relinearized = 0;  ///< variables whose linearisation point moved
   int eliminated = 0;    ///< variables eliminated again, over all rounds

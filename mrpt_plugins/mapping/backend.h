@@ -25,7 +25,7 @@ struct BackendReport {
   double cost = 0;                    ///< half the weighted squared error afterwards
   bool exact = true;                  ///< false where local search stood in for exact inference
   std::vector<double> half_steps;     ///< objective after every half-step (eq. 8)
-  std::vector<Handle> handles;        ///< of the added factors: continuous, discrete, hybrid
+  AddedHandles handles;               ///< of the factors that the change has added
   std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
 };
 

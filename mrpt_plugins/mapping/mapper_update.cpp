@@ -103,8 +103,6 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
     return update_one_by_one(delta, contributions);
   }
   landmarks_.commit();
-  first[1] += all.continuous.size();
-  first[2] += all.continuous.size() + all.discrete.size();
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
     add_work(report, solve());
@@ -129,8 +127,7 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
       enter(own, landmarks_);
       BackendReport one = backend_->update(own.delta);
       landmarks_.commit();
-      std::array<std::size_t, 3> first = {0, own.delta.continuous.size(),
-                                          own.delta.continuous.size() + own.delta.discrete.size()};
+      std::array<std::size_t, 3> first{};
       tell(p, own, one, first);
       count(one);
       add_work(report, one);
@@ -149,15 +146,17 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
 /// those of the report by kind of factor, and move on behind them.
 void Mapper::tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
                   std::array<std::size_t, 3>& first) {
-  Outcome outcome{{}, objective_, report.objective, report.exact};
+  const auto next = [](const std::vector<Handle>& all, std::size_t count, std::size_t& from) {
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(from);
+    from += count;
+    return std::vector<Handle>(begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
   const Delta& own = contribution.delta;
-  const std::array<std::size_t, 3> sizes = {own.continuous.size(), own.discrete.size(),
-                                            own.hybrid.size()};
-  for (std::size_t kind = 0; kind < 3; ++kind) {
-    for (std::size_t i = 0; i < sizes[kind]; ++i) {
-      outcome.handles.push_back(report.handles.at(first[kind]++));
-    }
-  }
+  const AddedHandles& all = report.handles;
+  Outcome outcome{{}, objective_, report.objective, report.exact};
+  outcome.handles.continuous = next(all.continuous, own.continuous.size(), first[0]);
+  outcome.handles.discrete = next(all.discrete, own.discrete.size(), first[1]);
+  outcome.handles.hybrid = next(all.hybrid, own.hybrid.size(), first[2]);
   plugins_[plugin]->applied(outcome);
 }
 

@@ -113,13 +113,14 @@ void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measu
 }
 
 void BearingOnlyKnownIds::applied(const Outcome& outcome) {
-  auto handle = outcome.handles.begin();
+  auto prior = outcome.handles.discrete.begin();
+  auto factor = outcome.handles.hybrid.begin();
   if (!classes_.names().empty()) {
     for (const PlacedLandmark& landmark : change_.placed)
-      placed_[landmark.id].class_prior = *handle++;
+      placed_[landmark.id].class_prior = *prior++;
   }
   for (auto& [id, sighting] : change_.sightings) {
-    sighting.factor = *handle++;
+    sighting.factor = *factor++;
     placed_[id].sightings.push_back(std::move(sighting));
     touched_.insert(id);
   }

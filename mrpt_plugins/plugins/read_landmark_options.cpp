@@ -45,10 +45,11 @@ AssociationOptions read_association_options(IniSection& section) {
   o.gate = section.get("gate", o.gate, "probability of the chi-square gate of an innovation",
                        IniRange{0.5, 0.999999});
   section.replaces("information_penalty", "caution");
-  o.caution = section.get("information_penalty", o.caution,
-                          "price of a match, in -log odds, for each nat that it would tell of pose "
-                          "and landmark: the less these are known, the better it must fit",
-                          IniRange{0, 1e3});
+  o.information_penalty =
+      section.get("information_penalty", o.information_penalty,
+                  "price of a match, in -log odds, for each nat that it would tell of pose "
+                  "and landmark: the less these are known, the better it must fit",
+                  IniRange{0, 1e3});
   o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
                              IniRange{1, 64});
   o.open_odds = section.get("open_odds", o.open_odds,

@@ -60,7 +60,7 @@ TEST(ReadLandmarkOptions, AnEmptySectionGivesTheDefaultsOfTheLibrary) {
   EXPECT_EQ(read.method, own.method);
   EXPECT_EQ(read.use_ids, own.use_ids);
   EXPECT_EQ(read.gate, own.gate);
-  EXPECT_EQ(read.caution, own.caution);
+  EXPECT_EQ(read.information_penalty, own.information_penalty);
   EXPECT_EQ(read.hypotheses, own.hypotheses);
   EXPECT_EQ(read.open_odds, own.open_odds);
   EXPECT_EQ(read.window, own.window);
@@ -84,7 +84,7 @@ TEST(ReadLandmarkOptions, EveryKeyIsRead) {
   EXPECT_EQ(o.method, AssociationOptions::Method::kJcbb);
   EXPECT_FALSE(o.use_ids || o.merge);
   EXPECT_EQ(o.gate, 0.9);
-  EXPECT_EQ(o.caution, 2);
+  EXPECT_EQ(o.information_penalty, 2);
   EXPECT_EQ(o.hypotheses, 3);
   EXPECT_EQ(o.open_odds, 4);
   EXPECT_EQ(o.window, 5);
