@@ -7,7 +7,9 @@
 // library frees it does not compile.
 #include <Eigen/Core>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 static_assert(
     EIGEN_DEFAULT_ALIGN_BYTES <= 16,

@@ -4,9 +4,10 @@
 
 #include <vector>
 
+#include "libhybrid/export.h"
 #include "libhybrid/linear/kernels/kernels.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Scratch for the frontal matrix of one clique: symmetric, lower triangle, column-major, with rows
 /// and columns padded by zeros so that the kernels need no remainder loops.

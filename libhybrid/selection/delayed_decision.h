@@ -7,7 +7,7 @@
 
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct DelayedDecisionOptions {
   DelayedDecisionOptions() {

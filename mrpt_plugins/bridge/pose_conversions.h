@@ -11,7 +11,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Conversions between MRPT's poses and the variables of a map in the plane or in space.
 SE2 to_se2(const mrpt::poses::CPose3D& pose);

@@ -15,7 +15,7 @@
 #include "libhybrid/selection/portfolio.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Settings of all robust methods.
 struct MethodOptions {

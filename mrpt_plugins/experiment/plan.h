@@ -12,7 +12,7 @@
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/experiment/methods.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pose graph of an experiment, or a family of graphs whose file names differ in one word.
 struct GraphPlan {

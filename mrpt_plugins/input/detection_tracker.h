@@ -12,7 +12,7 @@
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/odometry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct DetectionTrackerOptions {
   /// Share of the variance of a detection that all detections of one thing have in common, so that

@@ -15,7 +15,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One sighting of a landmark. The point lies at CPose3D(0, 0, 0, yaw, pitch, 0) * (range, 0, 0) in
 /// the frame of the sensor: positive pitch points down.

@@ -20,7 +20,7 @@
 #include "mrpt_plugins/mapping/association_decision.h"
 #include "mrpt_plugins/mapping/landmark_registry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The keyframe that a plugin turns into factors.
 struct Frame {

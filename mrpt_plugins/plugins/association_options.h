@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How detections without an id find their landmarks. One set of defaults serves all sensors: what
 /// differs between them is taken from their range, field of view and noise.

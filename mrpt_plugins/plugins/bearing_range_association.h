@@ -15,7 +15,7 @@
 #include "mrpt_plugins/plugins/landmark_tracks.h"
 #include "mrpt_plugins/plugins/loop_closing.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Range and bearing to landmarks that the sensor does not identify, with or without classes: which
 /// sighting belongs to which landmark is part of what is estimated (eq. 18-19). Landmarks are

@@ -8,7 +8,7 @@
 
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The classes a landmark can have and what a detector says about them: phi(s) of eq. 19.
 class ClassModel {

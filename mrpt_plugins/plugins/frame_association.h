@@ -12,7 +12,7 @@
 #include "mrpt_plugins/plugins/landmark_tracks.h"
 #include "mrpt_plugins/plugins/sensor_coverage.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One way to see all detections of a frame.
 struct FrameHypothesis {

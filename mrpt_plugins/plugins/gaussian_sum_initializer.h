@@ -13,7 +13,7 @@
 #include "libhybrid/factors/factor.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// When a landmark that no single measurement places is taken into the map.
 struct BankOptions {

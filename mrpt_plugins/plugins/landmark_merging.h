@@ -12,7 +12,7 @@
 #include "mrpt_plugins/plugins/association_options.h"
 #include "mrpt_plugins/plugins/landmark_tracks.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Landmarks to be made one, the first of a pair into the second.
 struct Merge {

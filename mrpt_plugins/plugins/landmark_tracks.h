@@ -15,7 +15,7 @@
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/plugins/class_model.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A detection and what it is taken for.
 struct Sighting {

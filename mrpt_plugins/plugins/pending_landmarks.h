@@ -12,7 +12,7 @@
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/plugins/gaussian_sum_initializer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A landmark that has just got its place.
 struct PlacedLandmark {

@@ -14,7 +14,7 @@
 #include "libhybrid/factors/factor.h"
 #include "mrpt_plugins/input/detections.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Why a map of this dimension cannot use the ranges and directions of a frame; empty if it can.
 std::string misfit(const DetectionFrame& frame, bool is_3d);
