@@ -10,7 +10,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Points by number in square cells of the x-y plane, to find those near a place at a cost that
 /// depends on how many there are near it, not on how many there are.

@@ -6,7 +6,7 @@
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/solvers/alternating.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct AlternationOptions {
   MixtureOptions mixture;

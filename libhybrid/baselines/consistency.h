@@ -8,7 +8,7 @@
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct ConsistencyOptions {
   /// Two closures agree where the squared whitened error of their loop is below the chi-square

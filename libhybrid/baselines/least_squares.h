@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Levenberg-Marquardt that accepts every closure.
 RobustResult solve_lm(const RobustProblem& problem, const ComparisonOptions& options = {});

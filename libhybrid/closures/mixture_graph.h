@@ -11,7 +11,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a false closure looks like (eq. 17).
 struct MixtureOptions {

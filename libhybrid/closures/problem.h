@@ -8,7 +8,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pose graph whose loop closures may be false (section V-A): factors that are trusted as they
 /// are, and candidates, each of which a binary variable switches between inlier and outlier

@@ -9,7 +9,7 @@
 
 /// Poses and points of a map in the plane (SE2, vectors of 2) or in space (SE3, vectors of 3), seen
 /// in space: in the plane z, pitch and roll are zero.
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The pose variable `key`, of type SE2 or SE3.
 Eigen::Isometry3d isometry_at(const Values& values, Key key);

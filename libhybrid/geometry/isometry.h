@@ -10,7 +10,7 @@
 
 /// Poses of robots and sensors as rotation matrix and translation, whether they move in the plane
 /// or in space. Sums run in one fixed order, so that results do not depend on the processor.
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// x, y and yaw of a pose.
 SE2 to_se2(const Eigen::Isometry3d& pose);

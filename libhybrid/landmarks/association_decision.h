@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <optional>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// What one measurement was attributed to and what it really came from. No estimated id: it was
 /// taken for clutter. No true id: clutter, or nobody knows.

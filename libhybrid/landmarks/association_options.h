@@ -3,7 +3,7 @@
 
 #pragma once
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How detections without an id find their landmarks. One set of defaults serves all sensors: what
 /// differs between them is taken from their range, field of view and noise.

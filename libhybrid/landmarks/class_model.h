@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What is known beforehand of the classes of landmarks.
 struct ClassOptions {

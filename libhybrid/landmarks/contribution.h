@@ -15,7 +15,7 @@
 #include "libhybrid/landmarks/detection.h"
 #include "libhybrid/landmarks/landmark_registry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A keyframe whose detections are to become factors.
 struct KeyframeView {

@@ -12,7 +12,7 @@
 #include "libhybrid/core/key.h"
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One sighting of a landmark. In the frame of the sensor the point lies at from_polar(range, yaw,
 /// pitch): positive pitch points down.

@@ -12,7 +12,7 @@
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/landmarks/detection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct DetectionTrackerOptions {
   /// Share of the variance of a detection that all detections of one thing have in common, so that

@@ -12,7 +12,7 @@
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/sensor_coverage.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One way to see all detections of a frame.
 struct FrameHypothesis {

@@ -12,7 +12,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// When a landmark that no single measurement places is taken into the map.
 struct BankOptions {

@@ -16,7 +16,7 @@
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/loop_closing.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Range and bearing to landmarks that the sensor does not identify, with or without classes: which
 /// sighting belongs to which landmark is part of what is estimated (eq. 18-19). Landmarks are

@@ -10,7 +10,7 @@
 #include "libhybrid/landmarks/landmark_association.h"
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Maps landmarks in the plane (SE2) or in space (SE3) from odometry and detections that nobody has
 /// identified: the loop between LandmarkAssociation and a smoother in its smallest form. The map

@@ -12,7 +12,7 @@
 #include "libhybrid/landmarks/association_options.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Landmarks to be made one, the first of a pair into the second.
 struct Merge {

@@ -13,7 +13,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A landmark of the map: the names of its variables and how often it was seen.
 struct Landmark {

@@ -15,7 +15,7 @@
 #include "libhybrid/landmarks/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A detection and what it is taken for.
 struct Sighting {

@@ -12,7 +12,7 @@
 #include "libhybrid/landmarks/landmark_merging.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Recognises places: the landmarks first seen on the last stretch of the way, as a constellation,
 /// among those about earlier poses, with all the drift between the two that the joint covariance

@@ -10,7 +10,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Joint covariance of a pose that is not in the graph yet and of some variables that are, in that
 /// order. `motion` ties the new pose, its last key, to the one before, or is its prior; as many

@@ -12,7 +12,7 @@
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/gaussian_sum_initializer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A landmark that has just got its place.
 struct PlacedLandmark {

@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/landmarks/detection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a sensor can see, which gives the densities of new landmarks and clutter their units.
 struct SensorCoverage {

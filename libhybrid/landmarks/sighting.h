@@ -12,7 +12,7 @@
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/landmarks/detection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Why a map of this dimension cannot use the ranges and directions of a frame; empty if it can.
 std::string misfit(const DetectionFrame& frame, bool is_3d);

@@ -6,7 +6,7 @@
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/solvers/options.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct ClosureSelectionOptions {
   MixtureOptions mixture;  ///< the model of the joint objective

@@ -16,7 +16,7 @@
 #include "libhybrid/selection/variance_factor.h"
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct OnlineClosureSelectionOptions {
   OnlineClosureSelectionOptions() {

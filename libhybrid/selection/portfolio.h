@@ -5,7 +5,7 @@
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/selection/closure_selection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct PortfolioOptions {
   ClosureSelectionOptions selection;

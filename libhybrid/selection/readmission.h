@@ -11,7 +11,7 @@
 #include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A closure that might be admitted.
 struct Candidate {

@@ -15,7 +15,7 @@
 #include "libhybrid/selection/online_closure_selection.h"
 #include "libhybrid/selection/portfolio.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Settings of all robust methods.
 struct MethodOptions {

@@ -10,7 +10,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/hybrid/hybrid_factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The motion that a value of a choice (a hybrid factor of one discrete variable) measures, if it
 /// is one from a planar pose to the next.

@@ -7,7 +7,7 @@
 
 #include "libhybrid/selection/prediction.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How far real noise is below what measurements claim: the lower quartile of the squared
 /// innovations of closures that were accepted, over that of the chi-square distribution.

@@ -16,7 +16,7 @@
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/terms.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct SmootherOptions {
   /// The variables of a factor are linearised again when its linear model is off by more than this,

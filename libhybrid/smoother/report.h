@@ -8,7 +8,7 @@
 #include "libhybrid/core/key.h"
 #include "libhybrid/hybrid/handle.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What one update of the incremental smoother did.
 struct UpdateReport {

@@ -14,7 +14,9 @@
 #include <utility>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 class IniSection;
 

@@ -6,7 +6,7 @@
 #include "libhybrid/selection/robust_methods.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Declares and reads the sections of the robust methods: [mixture], [selection],
 /// [online_selection], [portfolio], [alternation], [gnc], [dcs], [switchable], [consistency]. What

@@ -9,7 +9,7 @@
 
 #include "libhybrid/core/spatial_values.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Conversions between MRPT's poses and those of the library, in the plane or in space.
 Eigen::Isometry3d to_isometry(const mrpt::poses::CPose3D& pose);

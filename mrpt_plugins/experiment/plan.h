@@ -12,7 +12,7 @@
 #include "mrpt_plugins/bridge/method_options.h"
 #include "mrpt_plugins/bridge/provenance.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pose graph of an experiment, or a family of graphs whose file names differ in one word.
 struct GraphPlan {

@@ -10,7 +10,7 @@
 #include "libhybrid/landmarks/detection.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Which landmark ids a mapper gets to see.
 enum class IdSource {

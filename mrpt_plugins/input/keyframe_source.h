@@ -15,7 +15,7 @@
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A place of the robot that becomes a pose of the map.
 struct Keyframe {

@@ -13,7 +13,7 @@
 #include "libhybrid/marginals/posterior.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a back-end did with one change of the graph.
 struct BackendReport {

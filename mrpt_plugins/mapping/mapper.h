@@ -21,7 +21,7 @@
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The main loop of mapping: one keyframe in, one Delta to the back-end, one record out.
 class Mapper {

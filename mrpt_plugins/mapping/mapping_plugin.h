@@ -20,7 +20,7 @@
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The keyframe that a plugin turns into factors.
 struct Frame {

@@ -16,7 +16,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/mode_writer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Distribution of a time per step.
 struct StepStatistics {

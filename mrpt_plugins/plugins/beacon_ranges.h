@@ -12,7 +12,7 @@
 #include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Ranges to beacons (CObservationBeaconRanges) at unknown places. A beacon starts as a mixture of
 /// places on the ring, or sphere, of its first range and enters the map once one place dominates.

@@ -15,7 +15,7 @@
 #include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Directions, without ranges, to landmarks that the sensor identifies and may classify. A landmark
 /// starts as a mixture of depths along the ray of its first sighting and enters the map once one

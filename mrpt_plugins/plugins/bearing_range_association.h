@@ -10,7 +10,7 @@
 #include "libhybrid/landmarks/landmark_association.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Range and bearing to landmarks that the sensor does not identify, with or without classes:
 /// LandmarkAssociation as a plugin.

@@ -9,7 +9,7 @@
 #include "libhybrid/landmarks/class_model.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, under
 /// Huber's loss where ids are sometimes misread.

@@ -13,7 +13,7 @@
 
 /// Options of what maps landmarks, declared and read from the section of a plugin. All throw Error
 /// as said at IniFile.
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// `sensors`: the labels of those to use; empty: all.
 std::vector<std::string> read_sensors(IniSection& section);
