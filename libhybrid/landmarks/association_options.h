@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include "libhybrid/export.h"
+
 namespace HYBRID_API hybrid {
 
 /// How detections without an id find their landmarks. One set of defaults serves all sensors: what

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/export.h"
+
 namespace HYBRID_API hybrid {
 
 /// What is known beforehand of the classes of landmarks.
