@@ -2,12 +2,15 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // Time of one cost evaluation and of one linearisation of every factor, over a working set of 256
-// factors that fits the second-level cache.
+// factors that fits the second-level cache. Two of them once more by AutoDiffFactor.
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
+#include "libhybrid/factors/auto_diff_factor.h"
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
@@ -24,6 +27,40 @@ using Eigen::Vector3d;
 using hybrid::testing::Random;
 
 constexpr int kCount = 256;
+
+/// The residual of BetweenSE2 on poses as they are stored: x, y, cos, sin.
+struct Motion {
+  SE2 z;
+
+  template <class S>
+  Eigen::Matrix<S, 3, 1> operator()(const Eigen::Matrix<S, 4, 1>& a,
+                                    const Eigen::Matrix<S, 4, 1>& b) const {
+    using std::atan2;
+    const S dx = b[0] - a[0], dy = b[1] - a[1];
+    const S x = a[2] * dx + a[3] * dy - z.x(), y = a[2] * dy - a[3] * dx - z.y();
+    const S cos = a[2] * b[2] + a[3] * b[3], sin = a[2] * b[3] - a[3] * b[2];
+    const double c = z.rotation().cos(), s = z.rotation().sin();
+    return {c * x + s * y, c * y - s * x, atan2(c * sin - s * cos, c * cos + s * sin)};
+  }
+};
+using AutoBetween = AutoDiffFactor<3, Motion, SE2, SE2>;
+
+/// That of BearingRange<SE2>.
+struct Sighting {
+  Vector2d z;
+
+  template <class S>
+  Eigen::Matrix<S, 2, 1> operator()(const Eigen::Matrix<S, 4, 1>& pose,
+                                    const Eigen::Matrix<S, 2, 1>& point) const {
+    using std::atan2;
+    using std::sqrt;
+    const S dx = point[0] - pose[0], dy = point[1] - pose[1];
+    const S x = pose[2] * dx + pose[3] * dy, y = pose[2] * dy - pose[3] * dx;
+    const double c = std::cos(z[1]), s = std::sin(z[1]);
+    return {sqrt(x * x + y * y) - z[0], atan2(c * y - s * x, c * x + s * y)};
+  }
+};
+using AutoSighting = AutoDiffFactor<2, Sighting, SE2, Vector2d>;
 
 /// Factors and the storage of their variables, gathered as a solver does.
 struct Workload {
@@ -120,6 +157,23 @@ void add_sensors(const std::string& suffix) {
       }));
 }
 
+void add_auto_diff() {
+  const Key a('a', 0);
+  const Key b('b', 0);
+  add("between-plain/SE2/auto-diff",
+      workload<SE2, SE2>([=](Random& random, const SE2& from, const SE2& to) {
+        const SE2 z = from.inverse() * to * SE2::exp(random.vector<3>(0.1));
+        return std::make_shared<AutoBetween>(std::array<Key, 2>{a, b}, Motion{z},
+                                             Noise::isotropic(3, 0.1));
+      }));
+  add("bearing-range/SE2/auto-diff", workload<SE2, Vector2d>([=](Random& random, auto&, auto&) {
+        Vector2d z = random.vector<2>();
+        z[0] = std::abs(z[0]);
+        return std::make_shared<AutoSighting>(std::array<Key, 2>{a, b}, Sighting{z},
+                                              Noise::isotropic(2, 0.1));
+      }));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -130,6 +184,7 @@ int main(int argc, char** argv) {
   }
   add_sensors<SE2>("SE2");
   add_sensors<SE3>("SE3");
+  add_auto_diff();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

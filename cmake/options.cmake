@@ -17,8 +17,22 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
+# Of a library: only what libhybrid/export.h marks is seen from outside.
+function(hybrid_hide target)
+  set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
+endfunction()
+
+# Of a shared library: before version 1 each minor version has an interface of its own.
+function(hybrid_number target)
+  set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION}
+                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+endfunction()
+
 function(hybrid_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic $<$<BOOL:${HYBRID_WERROR}>:-Werror>)
+  # A fused multiply-add rounds differently from a multiplication and an addition: without it, results are the same on
+  # every processor.
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # gcc 12 sees these in dead branches of Eigen's vectorised code.
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)

@@ -5,12 +5,7 @@
 #include <iostream>
 #include <memory>
 
-#include "libhybrid/factors/between.h"
-#include "libhybrid/factors/prior.h"
-#include "libhybrid/hybrid/mixture.h"
-#include "libhybrid/marginals/continuous.h"
-#include "libhybrid/marginals/posterior.h"
-#include "libhybrid/solvers/alternating.h"
+#include "libhybrid/hybrid.h"
 
 int main() {
   using namespace hybrid;

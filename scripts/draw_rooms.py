@@ -21,7 +21,7 @@ INK, BOXES, LINES, WRONG = "#22313f", {"libhybrid": "#dbe9f6", "mrpt_plugins": "
 
 def room(path):
     top, name = path.split("/")[0], check.room_of(path)
-    return (top, name) if top in check.FLOORS and name else None
+    return (top, name) if top in check.FLOORS and name and not name.endswith(".h") else None
 
 
 def edges():

@@ -8,7 +8,7 @@
 
 #include "libhybrid/hybrid/hybrid_factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What one detection is in one hypothesis about its frame: a sighting of a landmark, or none.
 struct AssociationOption {

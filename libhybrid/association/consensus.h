@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Supposed identities between two groups of landmarks: pair k says that a[k] of the one group and
 /// b[k] of the other are the same thing, so that their difference, a Gaussian with the given mean

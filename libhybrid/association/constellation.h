@@ -8,7 +8,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Landmarks about a place, in the frame of a pose there, each with its own noise: what they have
 /// in common is the place of the frame.

@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a zero-mean Gaussian of covariance S judges a residual.
 struct GaussianScore {

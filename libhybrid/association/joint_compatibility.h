@@ -6,7 +6,7 @@
 
 #include "libhybrid/association/prediction.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Joint compatibility branch and bound (Neira and Tardos, IEEE Transactions on Robotics and
 /// Automation 17(6), 2001): of the matchings whose innovations, each detection with its own noise,

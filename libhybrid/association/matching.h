@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Which landmark (column) each detection (row) of a frame is a sighting of: -1 for none of them.
 /// No landmark is taken twice.

@@ -10,7 +10,7 @@
 #include "libhybrid/core/noise.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured range and direction and its noise: (range, bearing) or (range, yaw, pitch).
 struct MeasuredPoint {

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// An undirected graph as rows of bits.
 class Adjacency {

@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct DcsOptions : ComparisonOptions {
   double phi = 1.0;  ///< squared whitened norms beyond it are scaled down

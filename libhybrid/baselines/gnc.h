@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 enum class GncLoss { kTruncatedLeastSquares, kGemanMcClure };
 

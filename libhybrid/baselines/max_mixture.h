@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A closure under the likelier of its two components at every evaluation (Olson and Agarwal, 2013,
 /// eq. 6): rho(s) = min(s, s / variance + offset), where `offset` is twice what the outlier

@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A closure under the sum of its two components: rho(s) = -2 log(exp(-s / 2) +
 /// exp(-(s / variance + offset) / 2)), less its value at zero, where `offset` is twice what the

@@ -7,7 +7,7 @@
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/core/key_letters.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct SwitchableOptions : ComparisonOptions {
   double phi = 1.0;  ///< 1 / variance of the prior that holds a switch at one

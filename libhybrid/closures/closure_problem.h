@@ -13,7 +13,7 @@
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a closure enters the linear systems of a method that weighs closures.
 enum class ClosureRole {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A robust cost rho(s) / 2 of the squared whitened norm s, as the comparison methods give it to a
 /// closure.

@@ -7,7 +7,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The values of discrete variables, D in the paper.
 class Assignment {

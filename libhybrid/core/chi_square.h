@@ -2,7 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Probability that the sum of `degrees` squared standard normal numbers is at most x. Throws Error
 /// for degrees below 1 or an x that is not a number.

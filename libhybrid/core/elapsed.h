@@ -4,7 +4,9 @@
 
 #include <chrono>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Wall time since `start` [s].
 inline double seconds_since(std::chrono::steady_clock::time_point start) {

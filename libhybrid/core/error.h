@@ -6,7 +6,9 @@
 #include <string>
 #include <system_error>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Misuse or bad input; the message says what is wrong, where, and what to do about it.
 /// Numerical trouble is not an error: solvers return a status.

@@ -4,7 +4,9 @@
 
 #include <limits>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

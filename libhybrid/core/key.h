@@ -8,7 +8,9 @@
 #include <ostream>
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Name of a variable: a letter and an index below 2^56, e.g. Key{'x', 3} prints as "x3".
 class Key {

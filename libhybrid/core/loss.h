@@ -2,7 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A robust loss rho(s) of the squared whitened norm s = ||r||^2, with rho(s) ~ s near zero, so
 /// that the cost of a factor is rho / 2. `parameter` is the usual tuning constant in whitened units

@@ -80,4 +80,8 @@ Noise Noise::inflated(double factor) const {
   return Noise(sqrt_information_ / std::sqrt(factor));
 }
 
+Eigen::MatrixXd Noise::information() const {
+  return sqrt_information_.transpose() * sqrt_information_;
+}
+
 }  // namespace hybrid

@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Zero-mean Gaussian noise of a measurement, held as an upper-triangular square-root information
 /// matrix R with R'R = inverse covariance, so that the whitened residual is R e.
@@ -20,7 +20,7 @@ class Noise {
 
   int dim() const { return static_cast<int>(sqrt_information_.rows()); }
   const Eigen::MatrixXd& sqrt_information() const { return sqrt_information_; }
-  Eigen::MatrixXd information() const { return sqrt_information_.transpose() * sqrt_information_; }
+  Eigen::MatrixXd information() const;
   Eigen::MatrixXd covariance() const;
 
   /// -log of the density at zero: log((2 pi)^(n/2) |Sigma|^(1/2)).

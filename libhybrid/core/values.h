@@ -9,7 +9,7 @@
 #include "libhybrid/core/key.h"
 #include "libhybrid/core/variable.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The values of continuous variables, C in the paper: one flat array of doubles and an index by
 /// key. A variable has a slot, a small integer that stays the same until the variable is erased.

@@ -11,7 +11,7 @@
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/geometry/so3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Vectors (points, biases, calibrations), the groups of this library, and manifolds of users.
 enum class VariableKind : unsigned char { kVector, kSO2, kSE2, kSO3, kSE3, kManifold };

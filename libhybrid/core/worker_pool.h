@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A limit on how many threads share a loop; the threads are those of oneTBB, which all pools and
 /// the program itself have in common, so that loops inside loops start no more of them. Which

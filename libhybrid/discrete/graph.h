@@ -8,7 +8,7 @@
 #include "libhybrid/core/key.h"
 #include "libhybrid/discrete/table.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A run of integers inside a longer array.
 struct IntSpan {

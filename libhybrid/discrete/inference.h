@@ -10,7 +10,7 @@
 #include "libhybrid/discrete/table.h"
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How far exact inference may go, and what happens beyond.
 struct DiscreteOptions : TableLimits {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/discrete/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Limits on the memory of exact inference, in table entries (doubles).
 struct TableLimits {

@@ -6,7 +6,7 @@
 
 #include "libhybrid/discrete/junction_forest.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Lowers the cost of one component by block coordinate descent, from `values` (by variable id, all
 /// given): the variables of an induced forest move together, exactly, while the others stand

@@ -6,7 +6,7 @@
 
 #include "libhybrid/discrete/table.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// -log f of a potential, which need not be normalised: +infinity for zero, the impossible. Throws
 /// Error unless it is finite and not negative.

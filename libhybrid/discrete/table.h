@@ -8,7 +8,7 @@
 #include "libhybrid/core/assignment.h"
 #include "libhybrid/core/key.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A discrete factor f_k(D_k) of eq. 2 as a table of costs -log f, dense over the joint values of
 /// its variables, the first variable varying slowest. An entry may be +infinity (impossible), never

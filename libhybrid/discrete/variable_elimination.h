@@ -6,7 +6,7 @@
 
 #include "libhybrid/discrete/junction_forest.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Costs to be added into, or summed out of, a table of another scope: how far one step along each
 /// variable of that table moves in these costs (0 where they do not depend on it).

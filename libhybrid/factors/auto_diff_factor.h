@@ -11,7 +11,7 @@
 
 #include "libhybrid/factors/factor_of.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A factor of which only the residual is written: dual numbers (ceres::Jet, header only; Debian:
 /// libceres-dev) give the Jacobian. It costs several times an analytic one: see bench-factors.

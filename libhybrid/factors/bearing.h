@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The direction of a point seen by a sensor on a robot, without its distance: residual h(T, p) - z
 /// wrapped to [-pi, pi], where z is the bearing in the plane and (yaw, pitch) in space [rad], with

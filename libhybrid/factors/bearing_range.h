@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A point seen by a range-bearing sensor on a robot, psi of eq. 19: residual h(T, p) - z with
 /// angles wrapped to [-pi, pi], where z is (range, bearing) in the plane and (range, yaw, pitch) in

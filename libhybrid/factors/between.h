@@ -11,7 +11,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15; of vectors and
 /// numbers b - a - z.

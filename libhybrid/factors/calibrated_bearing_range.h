@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// BearingRange with the place of the sensor on the robot, T_robot_sensor, as a third variable that
 /// all sightings of the sensor share.

@@ -9,7 +9,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How odometry errs on and on, a variable that all motions share: (scale of translation, scale of
 /// rotation, drift of the rotation [rad per metre driven]), the drift a number in the plane and a

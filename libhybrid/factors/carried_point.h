@@ -7,7 +7,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Where the point `offset` (in the frame of a pose, e.g. an antenna on a robot) lies in the map,
 /// with its Jacobian with respect to the pose where asked.

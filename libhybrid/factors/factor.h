@@ -11,7 +11,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/core/variable.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured motion of the second pose seen from the first one, and its information over the
 /// tangent.

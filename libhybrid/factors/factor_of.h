@@ -13,7 +13,7 @@
 #include "libhybrid/core/noise.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Throws Error, which names the factor, unless all numbers of a measured vector or group element
 /// are finite.

@@ -6,7 +6,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A factor with the covariance of its noise multiplied by a number: the outlier model of eq. 17
 /// for a measurement of any kind.

@@ -9,7 +9,7 @@
 #include "libhybrid/core/noise.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A linear measurement of vectors whose lengths are known at run time: residual sum A_i x_i - b.
 class LinearFactor : public ContinuousFactor {

@@ -6,7 +6,7 @@
 
 #include "libhybrid/factors/factor_of.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Linear motion of a state, one mode of a switching linear system (Fig. 1a): residual
 /// x_b - (F x_a + c), with the noise of the process.

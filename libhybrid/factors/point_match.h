@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Two points that are one: `p` of a source cloud and `q` of a target cloud, with the residual
 /// T_target_source p - q in the axes and unit of the target. An isotropic noise makes it the

@@ -8,7 +8,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured position [m] in the map of a point fixed on a robot, e.g. its satellite antenna at
 /// `lever_arm` in the robot frame: residual T lever_arm - z, in the axes of the map.

@@ -6,7 +6,7 @@
 
 #include "libhybrid/factors/factor_of.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A direct measurement z of a variable of any type: residual x boxminus z, of vectors and numbers
 /// x - z.

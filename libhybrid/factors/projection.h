@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pinhole camera with square pixels and radial distortion, as a variable: focal length and
 /// principal point [pixels], and the coefficients k1, k2 of radius^2 and radius^4.

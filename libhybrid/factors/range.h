@@ -8,7 +8,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measured distance [m] between two things that have a position, each a pose or a point:
 /// Range<SE2, Eigen::Vector2d>, Range<SE3, SE3>, Range<Eigen::Vector3d, Eigen::Vector3d>. The

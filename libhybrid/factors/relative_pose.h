@@ -8,7 +8,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The motion that a factor measures, and its information matrix over the tangent at it.
 template <class Pose>

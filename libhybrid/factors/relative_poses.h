@@ -9,7 +9,7 @@
 #include "libhybrid/core/noise.h"
 #include "libhybrid/factors/factor_of.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Poses b_i known as seen from a pose a, with one joint covariance: residuals log(z_i^-1 a^-1 b_i)
 /// one below the other. What marginalisation leaves of a part of a pose graph that may move as a

@@ -11,7 +11,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Derivative of R' p with respect to the right perturbation of R, given q = R' p.
 inline Eigen::Vector2d rotation_derivative(const Eigen::Vector2d& q) {

@@ -7,7 +7,7 @@
 #include "libhybrid/factors/factor_of.h"
 #include "libhybrid/factors/sensor_view.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Three poses in a row, equally far apart in time, of a robot whose speed changes little: residual
 /// R_b' (t_c - t_b) - R_a' (t_b - t_a), the change of its step in its own axes [m].

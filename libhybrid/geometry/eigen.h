@@ -7,12 +7,14 @@
 // library frees it does not compile.
 #include <Eigen/Core>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 static_assert(
     EIGEN_DEFAULT_ALIGN_BYTES <= 16,
     "Eigen would align memory otherwise than the library: use hybrid::hybrid of CMake, or "
-    "compile with -U__AVX__ -U__AVX2__ -U__AVX512F__ -U__FMA__");
+    "compile with -DEIGEN_MAX_ALIGN_BYTES=16");
 static_assert(
     EIGEN_MALLOC_ALREADY_ALIGNED == 1,
     "Eigen would allocate memory otherwise than the library, as it does under the address "

@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A point cloud: positions in one frame and one unit of length.
 using Points = std::vector<Eigen::Vector3d>;

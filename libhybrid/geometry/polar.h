@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Distances below this [m] are replaced by it in the denominators of derivatives of angles, so
 /// that these stay finite at the sensor itself and, for yaw, on the axis through its poles.

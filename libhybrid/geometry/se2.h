@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/so2.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Rigid motion in the plane. Tangent: (x, y [m], angle [rad]), in the local (right) frame.
 class SE2 {

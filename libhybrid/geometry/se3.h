@@ -7,7 +7,7 @@
 
 #include "libhybrid/geometry/so3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Rigid motion in space. Tangent: (translation [m], rotation vector [rad]), in the local (right)
 /// frame.

@@ -7,7 +7,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/normalize.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The angle in [-pi, pi] that equals `angle` modulo 2 pi.
 inline double wrap_angle(double angle) {

@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/normalize.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The 3 x 3 matrix with hat(a) b = a x b.
 inline Eigen::Matrix3d hat(const Eigen::Vector3d& v) {

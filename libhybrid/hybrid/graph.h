@@ -12,7 +12,7 @@
 #include "libhybrid/hybrid/handle.h"
 #include "libhybrid/hybrid/hybrid_factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A discrete-continuous factor graph (eq. 2): three lists of factors by stable handle.
 class HybridGraph {

@@ -10,7 +10,7 @@
 
 #include "libhybrid/core/error.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 enum class FactorKind : std::uint8_t { kContinuous, kDiscrete, kHybrid };
 

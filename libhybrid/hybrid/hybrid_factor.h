@@ -10,7 +10,7 @@
 #include "libhybrid/discrete/table.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a hybrid factor is once its discrete variables have values: -log f = factor + constant.
 struct Component {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/hybrid/hybrid_factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One component of a mixture: its continuous factor (null for a constant hypothesis) and -log of
 /// its weight. For a null factor the constant is the whole -log density.

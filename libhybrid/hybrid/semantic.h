@@ -10,7 +10,7 @@
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/hybrid/weighted.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// phi(s) of eq. 19 as a table: -log of the likelihood p(what the detector said | true class s) for
 /// each class. Not normalised over s, since it is a likelihood; zero makes a class impossible.

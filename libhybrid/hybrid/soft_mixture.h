@@ -8,7 +8,7 @@
 
 #include "libhybrid/hybrid/mixture.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A mixture with its discrete variable summed out (footnote 4 of the paper):
 /// -log f = -T log sum_k exp(-c_k / T), where c_k is -log of component k, normaliser and weight

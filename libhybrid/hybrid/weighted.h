@@ -7,7 +7,7 @@
 
 #include "libhybrid/hybrid/hybrid_factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The product of a continuous factor and a table over discrete variables, f(C, D) = psi(C) phi(D),
 /// of which eq. 19 is one. D weighs the factor but does not change it, so its linearisation stays

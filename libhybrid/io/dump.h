@@ -6,7 +6,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A graph as text for a reader, one line per factor: its handle, name, variables and, given an
 /// estimate, its cost (a hybrid factor also the component chosen). The form may change.

@@ -5,10 +5,12 @@
 #include <string>
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Text of a file as a message may show it: control characters and bytes that are not UTF-8 as
-/// \xNN, and no more than its first 200 characters.
+/// `\xNN`, and no more than its first 200 characters.
 std::string escaped(std::string_view text);
 
 /// The same between single quotes, and no more than 40 characters.

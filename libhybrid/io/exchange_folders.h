@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <optional>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Puts the folder `fresh` in the place of `folder` in one atomic step, with the permissions of
 /// that. Returns where the old one is now, a hidden name `.FOLDER.part-XXXXXX` beside it. Nothing,

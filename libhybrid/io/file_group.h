@@ -9,7 +9,7 @@
 
 #include "libhybrid/io/write_lock.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Files that appear in a folder together or not at all. Without the main one the others mean
 /// nothing.

@@ -4,7 +4,9 @@
 
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// What the first bytes of a file say that it is, if it is not text, and what to do with it, as the
 /// end of the sentence "this file is ..."; empty for text and for what is not known.

@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A file written from front to back through a buffer. All functions throw SystemError that names
 /// the file and the reason, such as a full disk.

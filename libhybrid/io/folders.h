@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 // Unlike those of the standard library here, these may run out of memory without ending the
 // program.

@@ -6,7 +6,9 @@
 #include <string_view>
 #include <system_error>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Whether the whole of `text` is one number, whatever the locale: decimal, with a point, `+` or
 /// `-` before it; of floating types also nan, inf, and exponents. What is out of the range of T is

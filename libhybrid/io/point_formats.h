@@ -8,7 +8,7 @@
 #include "libhybrid/io/read_points.h"
 #include "libhybrid/io/text_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Adds the point whose x, y and z stand in these words, or counts it where one is NaN or infinite,
 /// as for a ray without return. Throws Error for what is no number or beyond kLargestCoordinate.

@@ -7,7 +7,7 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Reads a g2o or TORO file; the tag of a line tells which it is:
 ///   VERTEX_SE2, VERTEX2             id x y angle

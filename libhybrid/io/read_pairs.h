@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// An edge of a graph as a file names it.
 struct VertexPair {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/geometry/points.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The points of a file.
 struct PointFile {

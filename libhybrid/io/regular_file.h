@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A regular file, open for reading from its start. Opening never waits, as it would for the other
 /// end of a pipe.

@@ -12,7 +12,7 @@
 #include "libhybrid/io/regular_file.h"
 #include "libhybrid/io/text_row.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How the lines of a text are cut.
 struct TextFormat {

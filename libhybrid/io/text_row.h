@@ -10,7 +10,9 @@
 #include <string_view>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Largest coordinate [unit of the file] that is read: doubles beyond it are 0.1 and more apart,
 /// and its square is far from the end of their range.

@@ -5,7 +5,9 @@
 #include <string>
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Writes a file, which appears when it is complete and on the disk. Throws Error that names the
 /// path if that fails; an older file of that name then stays as it was.

@@ -6,7 +6,7 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Writes a graph as g2o, with the fewest digits that read back as the same number, under a
 /// temporary name that is renamed when complete. g2o has one space of ids: where a landmark has

@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// The right to write something, which one process has at a time: a locked file `lock` in a folder
 /// made for it. It ends with the process, however that ends; what is then left of the folder is

@@ -14,7 +14,7 @@
 #include "libhybrid/linear/front.h"
 #include "libhybrid/linear/pool.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What one elimination did.
 struct EliminationReport {

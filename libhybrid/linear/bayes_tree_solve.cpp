@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "libhybrid/linear/bayes_tree.h"
-#include "libhybrid/linear/dot.h"
+#include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
 namespace {
@@ -50,6 +50,7 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
   }
   const int s = n - 1 - f;
   rhs_.resize(f);
+  const auto dot = kernels().dot;
   double gain = 0.0;
   for (int j = 0; j < f; ++j) {
     const double* column = clique.columns() + static_cast<std::size_t>(j) * n;

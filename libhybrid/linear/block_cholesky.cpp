@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "libhybrid/linear/front_kernels.h"
+#include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
 namespace {
@@ -60,7 +60,7 @@ class Arena {
 };
 
 std::size_t update_size(const BlockCholesky::Supernode& s) {
-  const std::size_t n = front::round_up(s.below());
+  const std::size_t n = round_up(s.below());
   return n * n;
 }
 
@@ -90,9 +90,9 @@ void BlockCholesky::build_supernodes(const BlockMatrix& matrix, const BlockOrder
     node.height = static_cast<int>(rows_.size()) - node.row_begin;
     node.first = matrix.start(ordering.supernodes[s]);
     node.columns = matrix.start(ordering.supernodes[s + 1]) - node.first;
-    node.stride = node.height + front::kRowPadding;
+    node.stride = node.height + kRowPadding;
     node.panel = panel;
-    panel += std::size_t(node.stride) * node.columns + front::kPacket;
+    panel += std::size_t(node.stride) * node.columns + kPacket;
     std::fill_n(supernode_of_.begin() + node.first, node.columns, s);
   }
   panels_.assign(panel, 0.0);
@@ -216,7 +216,7 @@ void BlockCholesky::load_panel(int s, const BlockMatrix& matrix, const double* e
 }
 
 void BlockCholesky::add_to_panel(const Supernode& child, const Supernode& parent) {
-  const int size = front::round_up(child.below());
+  const int size = round_up(child.below());
   const double* update = workspace_.data() + child.update;
   double* panel = panels_.data() + parent.panel;
   for (int a = child.run_begin; a < child.run_end; ++a) {
@@ -235,8 +235,8 @@ void BlockCholesky::add_to_panel(const Supernode& child, const Supernode& parent
 }
 
 void BlockCholesky::add_to_update(const Supernode& child, const Supernode& parent) {
-  const int size = front::round_up(child.below());
-  const int parent_size = front::round_up(parent.below());
+  const int size = round_up(child.below());
+  const int parent_size = round_up(parent.below());
   const double* update = workspace_.data() + child.update;
   double* target = workspace_.data() + parent.update;
   for (int a = child.run_begin; a < child.run_end; ++a) {
@@ -263,21 +263,21 @@ int BlockCholesky::process(int s, const BlockMatrix& matrix, const double* extra
     add_to_panel(supernodes_[children_[c]], node);
   }
   double* panel = panels_.data() + node.panel;
-  const int failed = front::factorize_panel(panel, node.stride, node.height, node.columns);
+  const int failed = kernels().factorize_panel(panel, node.stride, node.height, node.columns);
   for (int c = 0; c < node.columns; ++c) {
     inverse_diagonal_[node.first + c] = 1.0 / panel[std::size_t(c) * (node.stride + 1)];
   }
   if (node.below() > 0) {
     double* update = workspace_.data() + node.update;
-    const int size = front::round_up(node.below());
+    const int size = round_up(node.below());
     if (pool != nullptr && front_flops(node) > kParallelFlops) {
       pool->run((size + kStripColumns - 1) / kStripColumns, [&](int strip) {
         const int end = std::min(size, (strip + 1) * kStripColumns);
-        front::update_columns(panel, node.stride, node.columns, update, size, strip * kStripColumns,
-                              end);
+        kernels().update_columns(panel, node.stride, node.columns, update, size,
+                                 strip * kStripColumns, end);
       });
     } else {
-      front::update_columns(panel, node.stride, node.columns, update, size, 0, size);
+      kernels().update_columns(panel, node.stride, node.columns, update, size, 0, size);
     }
     for (int c = node.child_begin; c < node.child_end; ++c) {
       add_to_update(supernodes_[children_[c]], node);
@@ -300,12 +300,8 @@ void BlockCholesky::solve_lower_step(const Supernode& node, double* x,
                                      std::vector<double>& buffer) const {
   buffer.assign(node.stride, 0.0);
   std::copy_n(x + node.first, node.columns, buffer.begin());
-  for (int first = 0; first < node.columns; first += front::kTileColumns) {
-    front::with_tile_columns(node.columns, first, [&](auto n) {
-      front::forward_columns<n()>(panel(node), node.stride, node.height, first,
-                                  inverse_diagonal_.data() + node.first, buffer.data());
-    });
-  }
+  kernels().forward(panel(node), node.stride, node.height, node.columns,
+                    inverse_diagonal_.data() + node.first, buffer.data());
   std::copy_n(buffer.begin(), node.columns, x + node.first);
   const int* row = rows(node);
   for (int r = node.columns; r < node.height; ++r) x[row[r]] += buffer[r];
@@ -329,13 +325,8 @@ void BlockCholesky::solve_upper(double* x) const {
     const int* row = rows(*node);
     buffer.assign(node->stride, 0.0);
     for (int r = 0; r < node->height; ++r) buffer[r] = x[row[r]];
-    const int last = (node->columns - 1) / front::kTileColumns * front::kTileColumns;
-    for (int first = last; first >= 0; first -= front::kTileColumns) {
-      front::with_tile_columns(node->columns, first, [&](auto n) {
-        front::backward_columns<n()>(panel(*node), node->stride, node->height, first,
-                                     inverse_diagonal_.data() + node->first, buffer.data());
-      });
-    }
+    kernels().backward(panel(*node), node->stride, node->height, node->columns,
+                       inverse_diagonal_.data() + node->first, buffer.data());
     std::copy_n(buffer.begin(), node->columns, x + node->first);
   }
 }

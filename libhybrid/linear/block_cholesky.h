@@ -8,7 +8,7 @@
 #include "libhybrid/core/worker_pool.h"
 #include "libhybrid/linear/block_matrix.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Cholesky factorisation L L' of a BlockMatrix (lower triangle) by the multifrontal method on
 /// supernodes of whole blocks: analysed once, then factorised without allocation. Independent

@@ -7,7 +7,7 @@
 
 #include "libhybrid/linear/block_pattern.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One triangle of a symmetric sparse matrix of dense blocks, its rows and columns already in
 /// elimination order, as compressed scalar columns that CHOLMOD reads in place. Diagonal blocks are

@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Sparsity of a symmetric matrix made of dense blocks, one block row per variable.
 struct BlockPattern {

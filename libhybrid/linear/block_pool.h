@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Uninitialised arrays of doubles that come and go often: freed ones are kept by size class (four
 /// to the octave), so that memory is neither zeroed nor handed back to the system in between.

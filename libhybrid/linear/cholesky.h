@@ -7,7 +7,7 @@
 
 #include "libhybrid/linear/block_matrix.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Cholesky factorisation M = L L' of a BlockMatrix by CHOLMOD, in the order of the matrix.
 /// Analysed once, factorised as often as the values change.

@@ -4,7 +4,9 @@
 
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A hypergraph over variables 0 .. count - 1, for ordering and symbolic elimination: an edge is
 /// the set of variables of one factor or of one separator.

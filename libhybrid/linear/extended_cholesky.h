@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/normal_equations.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Cholesky factorisation of J'J in extended precision that finds the null space of J. It is the
 /// one definition of "not determined": a variable is not determined by the residuals where it can

@@ -7,7 +7,7 @@
 
 #include "libhybrid/linear/extended_cholesky.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The factorisation under way.
 class ExtendedCholesky::Builder {

@@ -6,7 +6,9 @@
 #include <new>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Numbers 0, 1, ... that are handed out and come back, those that came back last first. What
 /// happened since the last `commit` can be rolled back, at the cost of what happened.

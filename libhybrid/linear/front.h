@@ -4,12 +4,17 @@
 
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+#include "libhybrid/linear/kernels/kernels.h"
+
+namespace HYBRID_API hybrid {
 
 /// Scratch for the frontal matrix of one clique: symmetric, lower triangle, column-major, with rows
 /// and columns padded by zeros so that the kernels need no remainder loops.
 class Front {
  public:
+  explicit Front(const Kernels& kernels = hybrid::kernels()) : kernels_(&kernels) {}
+
   /// Makes it an all-zero matrix of order n.
   void reset(int n);
 
@@ -29,13 +34,11 @@ class Front {
   int factorize(int f, const double* least, std::vector<int>& lifted);
 
  private:
-  template <class Pivot>
-  int eliminate(int f, const Pivot& accept);
-
+  const Kernels* kernels_;
   int n_ = 0;
   int stride_ = 0;
   std::vector<double> data_;
-  std::vector<double> diagonal_;
+  std::vector<double> least_;
 };
 
 }  // namespace hybrid

@@ -11,7 +11,7 @@
 #include "libhybrid/linear/block_matrix.h"
 #include "libhybrid/linear/schur.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Where the linearised residuals of a problem stand in one buffer r and one buffer J, and which
 /// variable blocks they touch.

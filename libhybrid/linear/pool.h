@@ -6,7 +6,9 @@
 #include <new>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Arrays of T in one block of memory, by offset; freed arrays are reused by others of the same
 /// length. Offsets stay valid, pointers do not, when the pool grows.

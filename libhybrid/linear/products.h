@@ -4,7 +4,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// out += A' B for small column-major A (rows x m) and B (rows x n) at compile-time sizes.
 template <int kRows, int kM, int kN>

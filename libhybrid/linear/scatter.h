@@ -7,7 +7,7 @@
 
 #include "libhybrid/linear/front.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A run of consecutive rows of a symmetric matrix that stay consecutive in the front.
 struct Run {

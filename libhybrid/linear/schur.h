@@ -9,7 +9,7 @@
 #include "libhybrid/linear/block_cholesky.h"
 #include "libhybrid/linear/block_matrix.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a system is eliminated.
 enum class Elimination {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/linear/front_kernels.h"
+#include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
 
@@ -31,63 +31,23 @@ void SelectedInverse::invert(const Supernode& node, Scratch& scratch) {
   }
 }
 
-/// With the panel (L11; L21), B = L21 L11^-1 and the inverse Z22 of the rows below:
-/// Z21 = -Z22 B and Z11 = (L11 L11')^-1 - B' Z21.
 void SelectedInverse::invert_columns(const Supernode& node, Scratch& scratch) {
-  const int k = node.columns;
-  const int m = node.below();
-  const int wide = front::round_up(k);
-  const int tall = front::round_up(m);
-  const double* l = factor_->panel(node);
-  const auto entry = [&](int row, int col) { return l[std::ptrdiff_t(col) * node.stride + row]; };
-
-  // L11^-1, column by column; lower triangular.
-  std::vector<double>& inverse = scratch.inverse;
-  inverse.assign(std::size_t(wide) * wide, 0.0);
-  for (int j = 0; j < k; ++j) {
-    double* column = inverse.data() + std::size_t(j) * wide;
-    column[j] = 1.0;
-    for (int i = j; i < k; ++i) {
-      column[i] /= entry(i, i);
-      front::add_scaled(-column[i], &l[std::ptrdiff_t(i) * node.stride + i + 1], column + i + 1,
-                        k - i - 1);
-    }
-  }
-  // B' (k x m) = L11^-T L21': entry (c, r) sums the inverse's column c against row r.
-  std::vector<double>& gain = scratch.gain;
-  gain.assign(std::size_t(wide) * (tall + 1), 0.0);
-  for (int r = 0; r < m; ++r) {
-    double* out = gain.data() + std::size_t(r) * wide;
-    for (int c = 0; c < k; ++c) {
-      double sum = 0.0;
-      for (int d = c; d < k; ++d) sum += inverse[std::size_t(c) * wide + d] * entry(k + r, d);
-      out[c] = sum;
-    }
-  }
-  std::vector<double>& coupling = scratch.coupling;
-  coupling.assign(std::size_t(wide) * (tall + 1), 0.0);
-  const double* below = workspace_.data() + node.update;
-  front::product(gain.data(), wide, below, tall, m, -1.0, coupling.data(), wide, wide, tall);
-  std::vector<double>& own = scratch.own;
-  own.assign(std::size_t(wide) * wide, 0.0);
-  front::product(gain.data(), wide, coupling.data(), wide, m, -1.0, own.data(), wide, wide, wide);
-
-  double* z = panels_.data() + node.panel;
-  for (int c = 0; c < k; ++c) {
-    double* column = z + std::ptrdiff_t(c) * node.stride;
-    for (int r = c; r < k; ++r) {
-      column[r] =
-          own[std::size_t(c) * wide + r] + front::dot(&inverse[std::size_t(c) * wide + r],
-                                                      &inverse[std::size_t(r) * wide + r], k - r);
-    }
-    for (int r = 0; r < m; ++r) column[k + r] = coupling[std::size_t(r) * wide + c];
-  }
+  const std::size_t wide = round_up(node.columns);
+  const std::size_t tall = round_up(node.below());
+  scratch.inverse.assign(wide * wide, 0.0);
+  scratch.own.assign(wide * wide, 0.0);
+  scratch.gain.assign(wide * (tall + 1), 0.0);
+  scratch.coupling.assign(wide * (tall + 1), 0.0);
+  kernels().invert_panel({factor_->panel(node), node.stride, node.columns, node.below(),
+                          workspace_.data() + node.update, scratch.inverse.data(),
+                          scratch.own.data(), scratch.gain.data(), scratch.coupling.data(),
+                          panels_.data() + node.panel});
 }
 
 /// Copies the inverse of the child's rows from the parent's front, and mirrors it.
 void SelectedInverse::hand_down(const Supernode& child, const Supernode& parent) {
-  const int size = front::round_up(child.below());
-  const int parent_size = front::round_up(parent.below());
+  const int size = round_up(child.below());
+  const int parent_size = round_up(parent.below());
   double* target = workspace_.data() + child.update;
   std::fill_n(target, std::size_t(size) * size, 0.0);
   for (int a = child.run_begin; a < child.run_end; ++a) {

@@ -10,7 +10,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/linear/block_pattern.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Which blocks of a matrix are not zero, as (row, column).
 using Blocks = std::vector<std::pair<int, int>>;

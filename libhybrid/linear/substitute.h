@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Forward substitution with a panel of a Cholesky factor L (`height` x `columns`, column-major
 /// with `stride` between columns, the diagonal block on top) for one right-hand side w of `height`

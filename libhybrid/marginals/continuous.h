@@ -11,7 +11,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Covariance blocks of many variables, by key.
 class Covariances {

@@ -5,7 +5,7 @@
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Exact marginals of the discrete variables given the continuous estimate (eq. 11a). Throws Error
 /// over the limits, and for a variable without a value.

@@ -7,7 +7,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The factors of a graph by discrete variable. The graph must outlive it unchanged.
 class DiscreteIndex {

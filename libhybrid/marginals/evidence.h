@@ -8,7 +8,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What the data say of an assignment of the discrete variables, whatever the continuous ones are.
 struct Evidence {

@@ -8,7 +8,7 @@
 
 #include "libhybrid/marginals/site.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Evidence of exchanging factors of a graph, all linearised at one estimate.
 ///

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Means of vectors that come one after the other, correlated, with their standard errors from the
 /// means of batches that grow with their number.

@@ -8,7 +8,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The entries of a vector variable, as a calibration: value and standard deviation of those that
 /// the factors determine. For the others both are NaN: there is no number to return. An entry is

@@ -6,7 +6,7 @@
 
 #include "libhybrid/marginals/site.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What the rest of a graph says of some variables, once the present factors of the sites are taken
 /// out of their joint Gaussian: a linear prior, which may leave directions undetermined. Exact

@@ -11,7 +11,7 @@
 #include "libhybrid/discrete/junction_forest.h"
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How far enumeration goes, and how well sampling estimates.
 struct PosteriorOptions {

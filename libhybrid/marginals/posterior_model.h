@@ -14,7 +14,7 @@
 #include "libhybrid/marginals/posterior.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The log evidence, up to a common constant, of the joint values of some variables that choose
 /// components ("selectors"). All other selectors are held at the estimate; variables that choose

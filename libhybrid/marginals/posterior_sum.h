@@ -4,7 +4,7 @@
 
 #include "libhybrid/marginals/posterior_model.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The posterior of a model by the sum over all joint values of its selectors.
 AssignmentPosterior enumerate_posterior(PosteriorModel& model);

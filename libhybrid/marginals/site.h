@@ -9,7 +9,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A place in a graph where one of several factors stands.
 struct Site {

@@ -9,7 +9,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/objects/object_sightings.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Noise of the measurements of an ObjectSequence, standard deviations per axis.
 struct ObjectMapOptions {

@@ -8,7 +8,7 @@
 
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a detector says of one object that stands still, frame by frame.
 struct ObjectTrack {

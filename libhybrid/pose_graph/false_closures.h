@@ -6,7 +6,7 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The graph with false closures behind its own edges, by the protocol of section V-A: between
 /// random pairs of poses that are not neighbours, translation uniform in a cube (square in the

@@ -7,7 +7,7 @@
 
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Hands out a graph pose by pose, as a robot would have met it: with each pose come the
 /// measurements between it and earlier poses and its sightings of landmarks. Poses come in the

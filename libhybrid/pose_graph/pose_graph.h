@@ -12,7 +12,7 @@
 #include "libhybrid/factors/relative_pose.h"
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A measurement of `to` in the frame of `from`: a relative pose, or the position of a landmark.
 /// The noise is over its tangent (translation [m], rotation [rad]).

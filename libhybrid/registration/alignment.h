@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/registration/target_cloud.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Point-cloud registration as a hybrid problem (Fig. 1c of the paper): one continuous variable,
 /// T_target_source, and one discrete variable per source point, its counterpart in the target or

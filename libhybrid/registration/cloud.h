@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/points.h"
 #include "libhybrid/registration/target_cloud.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Where a cloud is and how far it extends.
 struct CloudSpread {

@@ -5,7 +5,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/registration/target_cloud.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The factor graph that `Alignment` solves, written out: T_target_source is x0, and d0, d1, ...
 /// the counterpart of each source point, with target.size() for the outlier state. Each is a

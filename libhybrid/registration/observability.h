@@ -8,7 +8,7 @@
 
 #include "libhybrid/registration/alignment.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A motion of the source that matches do not resist, in the frame of the target.
 struct FreeMotion {

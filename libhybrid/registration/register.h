@@ -11,7 +11,7 @@
 #include "libhybrid/registration/observability.h"
 #include "libhybrid/registration/target_cloud.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a match between a source and a target point measures.
 enum class MatchMetric {

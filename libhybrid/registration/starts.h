@@ -6,7 +6,7 @@
 
 #include "libhybrid/geometry/se3.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Starts around a given one, for clouds whose overlap does not show: turned about the centre of
 /// the source in fourteen directions, each with the centre where the start puts it and with both

@@ -9,7 +9,7 @@
 #include "libhybrid/core/worker_pool.h"
 #include "libhybrid/geometry/points.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Points that one task treats: fixed, so that sums do not depend on the number of threads.
 inline constexpr int kPointsPerTask = 1024;

@@ -8,7 +8,7 @@
 
 #include "libhybrid/smoother/transaction.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// An update on the way of a larger change that the smoother has refused, and with it all of the
 /// transaction.

@@ -6,7 +6,7 @@
 
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What joint values of open choices (odometry steps with several hypotheses) cost, given closures
 /// that span them. Nothing but the choices themselves connects the pieces of trajectory between

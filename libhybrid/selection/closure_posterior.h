@@ -4,7 +4,7 @@
 
 #include "libhybrid/closures/mixture_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Replaces the inlier probabilities of a result, unless the poses are integrated out already, by
 /// p(inlier | Z) of every closure under the mixture of eq. 17, given the decisions on all others

@@ -8,7 +8,7 @@
 #include "libhybrid/selection/attempts.h"
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct DelayedDecisionOptions {
   DelayedDecisionOptions() {

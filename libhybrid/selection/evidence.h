@@ -8,7 +8,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What speaks for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
 /// with the Laplace approximation of eq. 11b), against that of a false one, which may ask for any

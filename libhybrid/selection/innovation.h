@@ -9,7 +9,7 @@
 #include "libhybrid/linear/selected_inverse.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What an estimate and its covariance P say of one whitened residual b with Jacobian A.
 struct Innovation {

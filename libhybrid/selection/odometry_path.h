@@ -13,7 +13,7 @@
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/selection/prediction.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What odometry alone says about relative motions, however long, in constant time: the adjoint is
 /// a homomorphism, so the covariance of the motion from pose i to pose j is

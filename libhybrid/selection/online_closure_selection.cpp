@@ -19,11 +19,11 @@ namespace {
 constexpr int kSettle = 6;
 /// What an update may leave of the way at most, or the attempt ends.
 constexpr double kProgress = 0.8;
-/// Attempts after which a closure waits until all are judged again.
+/// Attempts after which a closure waits until all are evaluated again.
 constexpr int kAttempts = 1;
 /// Newest closures that are looked at again when the map has changed.
 constexpr std::size_t kReconsidered = 50;
-/// All closures are judged again when there are so many times those of the last time, and more.
+/// All closures are evaluated again when there are so many times those of the last time, and more.
 constexpr std::size_t kGrowth = 4;
 constexpr std::size_t kFewClosures = 20;
 
@@ -75,8 +75,9 @@ SelectionReport OnlineClosureSelection::all_or_nothing(const Change& change) {
 
 OnlineClosureSelection::State OnlineClosureSelection::save() {
   saved_.clear();
-  return {odometry_.size(), closures_.size(), factor_alone_, factor_, expelled_at_, judged_, open_,
-          lifted_,          verdicts_};
+  return {odometry_.size(), closures_.size(), factor_alone_, factor_,
+          expelled_at_,     evaluated_,       open_,         lifted_,
+          verdicts_};
 }
 
 void OnlineClosureSelection::restore(State&& before) {
@@ -88,7 +89,7 @@ void OnlineClosureSelection::restore(State&& before) {
   factor_alone_ = std::move(before.factor_alone);
   factor_ = std::move(before.factor);
   expelled_at_ = before.expelled_at;
-  judged_ = before.judged;
+  evaluated_ = before.evaluated;
   open_ = std::move(before.open);
   lifted_ = std::move(before.lifted);
   verdicts_ = std::move(before.verdicts);
@@ -200,7 +201,7 @@ void OnlineClosureSelection::take_in(const Delta& trusted,
     if (consider(k, report)) reconsider(report);
   }
   attempts_.attempt(kExpel, [&] { expel(report); });
-  if (closures_.size() > kGrowth * judged_ + kFewClosures) {
+  if (closures_.size() > kGrowth * evaluated_ + kFewClosures) {
     attempts_.attempt(kReevaluate, [&] { reevaluate_all(report); });
   }
 }
@@ -221,7 +222,7 @@ double OnlineClosureSelection::switch_at(std::size_t k) const {
   return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
 }
 
-/// Judges a closure by its innovation given the map.
+/// Tests a closure by its innovation given the map.
 bool OnlineClosureSelection::consider(std::size_t k, SelectionReport& report) {
   Closure& closure = edit(k);
   closure.innovation = predict(*closure.factor);
@@ -229,7 +230,7 @@ bool OnlineClosureSelection::consider(std::size_t k, SelectionReport& report) {
          admit(k, report);
 }
 
-/// Judges again the newest closures that may have come within their gate: covariances only shrink,
+/// Tests again the newest closures that may have come within their gate: covariances only shrink,
 /// so the last one predicted bounds what a new one can allow.
 void OnlineClosureSelection::reconsider(SelectionReport& report) {
   const std::size_t first = open_.size() - std::min(open_.size(), kReconsidered);
@@ -297,8 +298,8 @@ bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
 bool OnlineClosureSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
   const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  std::vector<bool> standing(closures_.size());
-  for (std::size_t i = 0; i < closures_.size(); ++i) standing[i] = accepted(i);
+  std::vector<bool> accepted_before(closures_.size());
+  for (std::size_t i = 0; i < closures_.size(); ++i) accepted_before[i] = accepted(i);
   Delta delta;
   set_switch(k, SwitchState::kFixedInlier, delta);
   report.add(apply(std::move(delta)));
@@ -310,7 +311,7 @@ bool OnlineClosureSelection::is_better_with(std::size_t k, SelectionReport& repo
     left = now;
   }
   const bool better = smoother_.objective() < before;
-  better ? free(k) : withdraw(k, standing, estimate);
+  better ? free(k) : withdraw(k, accepted_before, estimate);
   return better;
 }
 
@@ -350,7 +351,7 @@ std::vector<Verdict> OnlineClosureSelection::verdicts() const {
     problem.closures.push_back(closures_[k].factor);
     in.push_back(accepted(k));
   }
-  std::vector<Verdict> verdicts = judge(problem, smoother_.values(), in, options_.mixture);
+  std::vector<Verdict> verdicts = make_verdicts(problem, smoother_.values(), in, options_.mixture);
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     if (closures_[k].refuted) continue;
     const ContinuousFactor& factor = *closures_[k].factor;
@@ -358,7 +359,7 @@ std::vector<Verdict> OnlineClosureSelection::verdicts() const {
     const Eigen::MatrixXd P = smoother_.joint_covariance(factor.keys());
     verdicts[k].redundancy = in[k] ? joined_redundancy(factor, x.data(), P)
                                    : predict_measurement(factor, x.data(), P).redundancy;
-    verdicts[k].checkable = verdicts[k].redundancy >= options_.checkable;
+    verdicts[k].checkable = verdicts[k].redundancy >= options_.min_redundancy;
   }
   return verdicts;
 }

@@ -6,7 +6,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a measurement that is not part of an estimate agrees with it: the whitened residual b and
 /// its predicted covariance S = I + A P A', with A the whitened Jacobian and P the joint covariance

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// How the online judge looks at all closures again.
+// Evaluation of all closures anew by the online selection.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -44,17 +44,17 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
   return std::min(1.0, variance_factor(chi_squares, rows));
 }
 
-/// Judges all closures from nothing; or from the present map, where they were judged from nothing
+/// Evaluates all closures from nothing; or from the present map, where they were so
 /// not long ago, or where they show far less noise in it: false closures inside overstated noise
 /// are then what makes the difference.
 void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   const RobustProblem problem = this->problem();
-  ClosureSelectionOptions present = options_.escape;
+  ClosureSelectionOptions present = options_.selection;
   present.trust_start = true;
   RobustResult best;
-  if (closures_.size() > judged_ + judged_ / 8) {
-    best = select_closures(problem, options_.escape);
-    judged_ = closures_.size();
+  if (closures_.size() > evaluated_ + evaluated_ / 8) {
+    best = select_closures(problem, options_.selection);
+    evaluated_ = closures_.size();
     std::vector<bool> now, then;
     for (std::size_t k = 0; k < closures_.size(); ++k) {
       now.push_back(accepted(k));

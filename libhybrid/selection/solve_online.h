@@ -5,9 +5,9 @@
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/online_closure_selection.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
-/// A pose graph met pose by pose, its closures judged by OnlineClosureSelection; verdicts are in
+/// A pose graph met pose by pose, with OnlineClosureSelection on its closures; verdicts are in
 /// the order of `to_robust_problem`. `initial` tells where the first pose is. Throws Error where
 /// the trusted measurements do not connect a pose to those before it.
 RobustResult solve_online(const PoseGraph& graph, const Values& initial,

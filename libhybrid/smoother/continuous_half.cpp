@@ -36,7 +36,10 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
 /// where it does not lower the objective as its linear model promised, some more of them with all
-/// that moved linearised again; and where that does not help, damped steps.
+/// that moved linearised again; and where that does not help, damped steps. A step that raises the
+/// objective is not taken where its linear model promises less than linear models may be off by:
+/// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
+/// objective by less than that, part of it is enough.
 void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
   ++report.rounds;
   const double before = term_cost_.value();
@@ -51,6 +54,15 @@ void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire)
     const double gained = before - term_cost_.value();
     if (tries == 0) promised = gained + model_error_;
     if (gained >= 0.0 && !falls_short(gained, promised)) break;
+    const Place start{old_slots_, old_};
+    if (gained < 0.0 && gained + model_error_ <= options_.relinearize) {
+      go_along(start, way_from(start), 0.0);
+      break;
+    }
+    if (gained >= -options_.relinearize && !falls_short(gained, promised)) {
+      go_part_of_the_way(start, before);
+      break;
+    }
     if (tries == kMoreSteps) {
       fall_back(before, promised, report);
       break;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A running sum of costs that come and go. Those that are not finite (impossible values) are
 /// counted, so that the sum is finite again once they are gone, and rounding is compensated, so

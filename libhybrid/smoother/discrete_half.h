@@ -12,7 +12,7 @@
 #include "libhybrid/linear/free_list.h"
 #include "libhybrid/smoother/cost_sum.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The discrete half of the smoother: tables by number, and of them only the components that were
 /// touched are solved again (eq. 4, 5, 8a). A number belongs to a discrete factor (one table) or to

@@ -16,7 +16,7 @@
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/terms.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct SmootherOptions {
   /// The variables of a factor are linearised again when its linear model is off by more than this,
@@ -202,6 +202,8 @@ class IncrementalSmoother {
   static bool falls_short(double gained, double promised);
   Place place_of(std::vector<int> slots) const;
   void go_to(const Place& place, UpdateReport& report);
+  std::vector<double> way_from(const Place& start) const;
+  void go_along(const Place& start, const std::vector<double>& way, double share);
   void go_part_of_the_way(const Place& start, double before);
   void fall_back(double before, double promised, UpdateReport& report);
   void damped_steps(const Place& start, UpdateReport& report);

@@ -7,7 +7,7 @@
 
 #include "libhybrid/core/values.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Values whose changes since the last `commit` can be rolled back, at the cost of what changed.
 /// Variables that are removed stay until the commit.

@@ -7,7 +7,7 @@
 
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Which variables of a factor have a place in the map, as the factor itself tells: two or more
 /// poses and points that can move together, by any rigid motion, without a change of the residual.

@@ -7,7 +7,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How some variables are taken out of a graph without loss of (linearised) information.
 struct Marginalization {

@@ -8,7 +8,7 @@
 #include "libhybrid/core/key.h"
 #include "libhybrid/hybrid/handle.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The work of one update, or of several, and what it came to. What is counted here is counted in
 /// every report, and in the records of a run.

@@ -9,7 +9,7 @@
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/free_list.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen
 /// component.

@@ -4,7 +4,7 @@
 
 #include "libhybrid/smoother/incremental.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A change on trial: what is done to a smoother during its life is rolled back at its end, unless
 /// it was committed.

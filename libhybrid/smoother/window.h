@@ -11,7 +11,7 @@
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/marginalization.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What of the past stays in the graph.
 struct WindowOptions {

@@ -7,7 +7,7 @@
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct AlternatingOptions {
   int max_iterations = 100;  ///< pairs of half-steps

@@ -7,7 +7,7 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A start that needs none: rotations from the relative poses among the factors by linear least
 /// squares over matrices, brought back to rotations; then translations, linear too. Poses with a

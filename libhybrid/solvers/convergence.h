@@ -10,7 +10,7 @@
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Largest gradient of a variable in standard deviations, see SolverOptions::gradient; not a number
 /// where a residual or a Jacobian is none.

@@ -6,7 +6,7 @@
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Minimises the continuous variables for a fixed assignment (eq. 8b) by Powell's dogleg: inside a
 /// trust region, the path from the steepest descent to the Gauss-Newton step, lengths measured by

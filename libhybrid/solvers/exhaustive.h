@@ -9,7 +9,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/solvers/options.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Minimises the joint objective over the continuous values of an estimate, starting at them and
 /// with its assignment fixed (eq. 8b); returns the objective reached.

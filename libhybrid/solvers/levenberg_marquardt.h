@@ -6,7 +6,7 @@
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Minimises the continuous variables for a fixed assignment (eq. 8b) by Levenberg-Marquardt with
 /// damping relative to the diagonal of the Hessian. A step is accepted only if the cost falls.

@@ -8,7 +8,7 @@
 #include "libhybrid/linear/extended_cholesky.h"
 #include "libhybrid/solvers/problem.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pivot below this share of the scale of its block may be rounding error: then extended
 /// precision decides. Where the system is singular, pivots come out at 1e-18 to 3e-15 in graphs of

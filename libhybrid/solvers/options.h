@@ -6,7 +6,7 @@
 #include "libhybrid/linear/schur.h"
 #include "libhybrid/solvers/report.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// When the continuous solvers stop, and how they start.
 struct SolverOptions {

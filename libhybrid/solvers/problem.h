@@ -11,7 +11,7 @@
 #include "libhybrid/linear/extended_cholesky.h"
 #include "libhybrid/linear/normal_equations.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What the solvers make of weak components (see Component::weak).
 enum class WeakComponents {

@@ -7,7 +7,7 @@
 
 #include "libhybrid/core/key.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a solve ended. The estimate is never worse than the start.
 enum class SolverStatus {

@@ -9,7 +9,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/switching/markov.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The motion of one mode, vector-autoregressive of order p: x_t = B [1; x_{t-1}; ...; x_{t-p}] + e
 /// with e of covariance Q.

@@ -6,7 +6,7 @@
 
 #include "libhybrid/switching/autoregression.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A stretch of a series with its modes known at every instant.
 struct LabelledSeries {

@@ -7,7 +7,7 @@
 #include "libhybrid/discrete/table.h"
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A Markov chain over modes (the discrete states of Fig. 1a).
 struct MarkovChain {

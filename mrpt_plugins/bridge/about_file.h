@@ -9,7 +9,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What `work` returns. An Error that it throws names a file: where its message begins with none of
 /// these, the first is put in front.

@@ -8,9 +8,11 @@
 #include <filesystem>
 #include <string>
 
+#include "libhybrid/export.h"
+
 struct gzFile_s;  // zlib's file handle
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A compressed file as an MRPT stream. Errors of writing are kept until check() or close(), since
 /// MRPT would wrap an exception into a report of its own.

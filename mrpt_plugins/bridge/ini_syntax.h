@@ -7,7 +7,9 @@
 #include <string_view>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A line `[name]` or `key = value` of an INI.
 struct IniLine {

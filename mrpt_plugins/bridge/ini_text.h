@@ -8,8 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 /// Conversions between INI text and typed values, used by IniFile.
-namespace hybrid::ini {
+namespace ini {
 
 std::string trimmed(std::string_view text);
 /// Drops the rest of the line from `//`, `#` or `;` where these start the line or follow a space.
@@ -79,4 +82,5 @@ struct TypeName<std::vector<std::string>> {
   static constexpr const char* kText = "list of words";
 };
 
-}  // namespace hybrid::ini
+}  // namespace ini
+}  // namespace hybrid

@@ -5,7 +5,7 @@
 
 #include "libhybrid/core/error.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP is only noted, for interrupted() to tell; the
 /// second one ends the process at once. A signal that this process was started to ignore, as by

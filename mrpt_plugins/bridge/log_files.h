@@ -12,7 +12,7 @@
 #include "libhybrid/io/file_group.h"
 #include "mrpt_plugins/bridge/gzip_writer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Endings of the files beside F.rawlog that tell what is true of it.
 inline constexpr std::string_view kTrueMapSuffix = "_ground_truth.txt";

@@ -12,7 +12,7 @@
 
 #include "libhybrid/io/file_group.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A folder that shows one whole result: that of the run before, or, once it is published, the new
 /// one. Files are written aside until then. summary.json lists those of a result with their hashes;

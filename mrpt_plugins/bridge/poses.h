@@ -14,7 +14,7 @@
 
 /// MRPT orders a 3-D pose (x y z yaw pitch roll) with additive errors; here errors live in the
 /// tangent space (translation, rotation vector) of a right perturbation T * Exp(xi).
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 

@@ -9,7 +9,7 @@
 
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a result was made of and by.
 struct Provenance {

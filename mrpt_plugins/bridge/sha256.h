@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// SHA-256 of a file (FIPS 180-4), 64 lower-case hexadecimal digits. Throws SystemError that names
 /// the file if it cannot be read.

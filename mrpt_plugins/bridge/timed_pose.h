@@ -7,7 +7,9 @@
 
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A pose of the robot in the map, T_map_robot, at a time in seconds.
 struct TimedPose {

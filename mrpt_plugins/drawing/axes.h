@@ -9,7 +9,7 @@
 #include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/plot.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Round numbers (1, 2 or 5 times a power of ten) inside [low, high], about `count` of them.
 std::vector<double> nice_ticks(double low, double high, int count);

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/drawing/style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A position on a picture in pixels, x to the right, y down.
 using Pixel = Eigen::Vector2d;

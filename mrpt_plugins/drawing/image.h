@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A colour picture, rows from the top, three bytes (red, green, blue) per pixel.
 struct Image {

@@ -9,7 +9,7 @@
 
 #include "mrpt_plugins/drawing/canvas.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Puts texts beside points so that none covers another, a marker, or more of the lines than it has
 /// to; a text without a free place is left out.

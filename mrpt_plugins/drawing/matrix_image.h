@@ -10,7 +10,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/drawing/style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Entries of a matrix that belong together, as (row, column).
 struct MatrixLayer {

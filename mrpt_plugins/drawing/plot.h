@@ -11,7 +11,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/drawing/style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 enum class Scale { kLinear, kLog };
 

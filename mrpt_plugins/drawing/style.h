@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// A colour, 0 to 255 each.
 struct Color {

@@ -9,7 +9,9 @@
 #include <string>
 #include <utility>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// What measurements without an id really saw: (step of the log, number of the measurement in it)
 /// -> true id.

@@ -10,7 +10,7 @@
 #include "libhybrid/core/values.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The true poses of a graph, in the frame of the file. Without `times_file`, all poses: the file
 /// is a graph (poses by id, from its VERTEX lines or its chained edges), a TUM file (.tum), or has

@@ -12,7 +12,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A row of a landmark file.
 struct LandmarkTruth {

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "mrpt_plugins/mapping/association_decision.h"
+#include "libhybrid/landmarks/association_decision.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Which estimated landmark is which true one, as indices into the two lists.
 using LandmarkMatching = std::vector<std::pair<std::size_t, std::size_t>>;

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// True modes of motion: one whole number per row, row i tells how step i of the log was reached;
 /// empty lines and comments (`%` or `#`) are skipped. Throws Error with file:line for anything

@@ -5,7 +5,9 @@
 
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Class probabilities claimed for one object, and the class it really has.
 struct ClassPrediction {

@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// An estimated pose and the true one of the same instant.
 struct PosePair {

@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/experiment/plan.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How a trial ended, and what was measured.
 struct TrialResult {

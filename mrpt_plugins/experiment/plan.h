@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/bridge/method_options.h"
 #include "mrpt_plugins/bridge/provenance.h"
-#include "mrpt_plugins/experiment/methods.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A pose graph of an experiment, or a family of graphs whose file names differ in one word.
 struct GraphPlan {

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/experiment/statistics.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Pictures side by side, of equal height.
 Image side_by_side(const std::vector<Image>& images);

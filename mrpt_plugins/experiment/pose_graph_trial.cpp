@@ -164,16 +164,15 @@ PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant) {
 
 TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
                                  const MethodOptions& options) {
-  const PoseGraph graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
-  const RobustProblem problem = to_robust_problem(graph, prepared.initial);
-  const std::vector<bool> truth = known_true(prepared.labels, problem.closures.size());
+  RobustTask task;
+  task.graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
+  task.problem = to_robust_problem(task.graph, prepared.initial);
+  task.truth = known_true(prepared.labels, task.problem.closures.size());
   const std::clock_t start = std::clock();
-  RobustResult result = trial.method == "online"
-                            ? solve_online(graph, prepared.initial, is_odometry, options.online)
-                            : solve_by_name(trial.method, problem, truth, options);
+  RobustResult result = robust_method(trial.method).solve(task, options);
   TrialResult out;
   out.metrics["cpu_s"] = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  integrate_poses(problem, options.mixture, result);
+  integrate_poses(task.problem, options.common.mixture, result);
   out.metrics["seconds"] = result.seconds;
   out.metrics["objective"] = result.objective;
   out.metrics["cost"] = result.cost;

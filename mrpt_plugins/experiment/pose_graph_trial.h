@@ -15,7 +15,7 @@
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Names of what a trial on a pose graph measures: seconds and cpu_s (s, of the solver),
 /// ate_mean_m, ate_rmse_m, rotation_mean_deg (after rigid alignment), objective, cost, iterations,

@@ -9,7 +9,7 @@
 
 #include "libhybrid/core/error.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A task could not be done for a reason that lies in the machine, such as a full disk: it may well
 /// be done another time.

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Names of what a replay measures: seconds (of the solver), total_s, keyframes, landmarks, and the
 /// fields of summary.json that the plan names, by their paths, e.g. truth.trajectory.rmse_m.

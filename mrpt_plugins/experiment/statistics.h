@@ -10,7 +10,7 @@
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plan.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Quartiles of some numbers.
 struct Quartiles {

@@ -12,7 +12,7 @@
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 // Cameras look along z with x to the right and y down; robots look along x with y to the left and z
 // up. The functions below change from the first to the second.

@@ -8,7 +8,7 @@
 
 #include "mrpt_plugins/import/log_writer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A detector and an odometry of one's own as tables with commas, the first row naming columns.
 struct DetectionTablesOptions {

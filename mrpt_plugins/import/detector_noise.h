@@ -5,7 +5,7 @@
 
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What the detections of a sensor scatter by: sigma of the range hypot(range, range_share r), of
 /// the angles hypot(bearing, across / r).

@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/import/log_writer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// KITTI odometry: visual odometry, boxes of an object detector on the left image, calibration.
 struct KittiOptions {

@@ -12,7 +12,7 @@
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/kitti.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A car seen in an image.
 struct BoxSighting {

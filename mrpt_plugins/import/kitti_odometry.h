@@ -11,7 +11,7 @@
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/kitti.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Streams the motions between consecutive images.
 class KittiOdometry {

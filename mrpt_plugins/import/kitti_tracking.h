@@ -9,7 +9,7 @@
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/noisy_motion.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// KITTI tracking: labelled objects of several classes, standing or moving, seen from a car.
 struct KittiTrackingOptions {

@@ -21,7 +21,7 @@
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One place of the robot on its way into a rawlog.
 struct ImportedStep {

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/velocity_odometry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// UTIAS MR.CLAM (Leung et al. 2011): five robots in a room with barcoded cylinders.
 struct MrclamOptions {

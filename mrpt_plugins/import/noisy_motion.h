@@ -10,7 +10,7 @@
 #include "mrpt_plugins/input/odometry.h"
 #include "mrpt_plugins/simulation/random.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Gaussian noise given to motions of poses that are too good to be called odometry. With the same
 /// seed it is the same.

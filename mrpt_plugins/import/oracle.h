@@ -9,7 +9,7 @@
 
 #include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Where the true pose puts a sighting, and what it looks like.
 struct PlacedSighting {

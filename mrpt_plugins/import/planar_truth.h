@@ -10,7 +10,7 @@
 
 #include "libhybrid/io/text_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Streams true poses in the plane, rows `time x y angle`, and interpolates them.
 class PlanarTruth {

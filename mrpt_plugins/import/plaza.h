@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/import/log_writer.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// CMU Plaza (Djugash): a mower that measures its distance to radio beacons, as a factor graph in
 /// the text form of NF-iSAM (Huang et al. 2021).

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/noisy_motion.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Objects in an office, seen by a carried RGB-D camera (Mu et al. 2016).
 struct StataOptions {

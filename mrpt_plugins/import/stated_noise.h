@@ -8,7 +8,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/io/text_row.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Standard deviations [m, rad] that an import takes over: no sensor is better than the lower one,
 /// and what is worse than the upper one says nothing.

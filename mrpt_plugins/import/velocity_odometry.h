@@ -10,7 +10,7 @@
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/input/odometry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a vehicle in the plane does from one instant on.
 struct Velocity {

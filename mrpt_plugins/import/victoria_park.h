@@ -9,7 +9,7 @@
 #include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/import/velocity_odometry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Victoria Park (Guivant and Nebot): a car with a laser among trees.
 struct VictoriaParkOptions {

@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/input/rawlog_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A frame becomes a keyframe once the motion since the last one reaches any threshold that is set;
 /// 0 switches a threshold off, and with all off every frame is a keyframe.

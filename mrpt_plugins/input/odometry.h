@@ -11,7 +11,7 @@
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/rawlog/log_object.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A motion of the robot, T_before_after, and its covariance in the tangent (translation, rotation)
 /// of a right perturbation [m, rad]. A planar motion has covariance only at kPlanarIndices.

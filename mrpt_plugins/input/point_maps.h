@@ -7,7 +7,7 @@
 
 #include "libhybrid/io/read_points.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Points from any file that a registration may be given: those of `read_points`; a serialised MRPT
 /// points map or map of observations (of which the first is taken); or a rawlog, of which

@@ -17,7 +17,7 @@
 #include "mrpt_plugins/input/odometry.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How often something was dropped or repaired, by reason.
 using DropReport = std::map<std::string, std::size_t>;

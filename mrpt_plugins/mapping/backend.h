@@ -14,7 +14,7 @@
 #include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a back-end did with one change of the graph. `rounds` are linear solves.
 struct BackendReport : UpdateReport {

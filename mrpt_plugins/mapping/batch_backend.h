@@ -12,7 +12,7 @@
 #include "libhybrid/solvers/alternating.h"
 #include "mrpt_plugins/mapping/backend.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Collects the whole graph, with every new variable where its plugin puts it, and solves it by
 /// alternating minimisation at the end, or every so many updates too.

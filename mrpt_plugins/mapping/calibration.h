@@ -17,7 +17,7 @@
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What is estimated of the robot itself, with start values and priors around them.
 struct CalibrationOptions {

@@ -12,7 +12,7 @@
 #include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and what it is.
 struct LandmarkEstimate {

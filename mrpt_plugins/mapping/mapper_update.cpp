@@ -54,7 +54,7 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPl
     try {
       contributions[p] = timed(plugin_ms_, [&] { return question(*plugins_[p]); });
       for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
-      enter(contributions[p]);
+      enter(contributions[p], landmarks_);
     } catch (const std::bad_alloc&) {
       for (const auto& plugin : plugins_) plugin->refused();
       landmarks_.roll_back();
@@ -68,13 +68,6 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPl
     }
   }
   return contributions;
-}
-
-void Mapper::enter(const Contribution& contribution) {
-  for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
-  for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
-  for (const std::int64_t id : contribution.unsighted) landmarks_.unsighted(id);
-  for (const std::int64_t id : contribution.forgotten) landmarks_.remove(id);
 }
 
 /// Counts what cannot be used; the first few are told in full.
@@ -131,7 +124,7 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
       continue;
     }
     try {
-      enter(own);
+      enter(own, landmarks_);
       BackendReport one = backend_->update(own.delta);
       landmarks_.commit();
       std::array<std::size_t, 3> first{};

@@ -13,7 +13,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/odometry.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// One way in which odometry and motion go together.
 struct MotionMode {

@@ -5,7 +5,9 @@
 
 #include <string>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Loads a library that registers classes of plugins (HYBRID_REGISTER_PLUGIN) or of observations.
 /// A child process tries it first, so that one which cannot be used leaves no trace and cannot end

@@ -14,7 +14,7 @@
 #include "libhybrid/core/version.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a library with plugins and the program that loads it must agree on.
 struct PluginAbi {

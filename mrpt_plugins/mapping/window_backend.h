@@ -6,7 +6,7 @@
 #include "libhybrid/smoother/window.h"
 #include "mrpt_plugins/mapping/backend.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Online smoothing: each keyframe costs what it touches, and the estimate is whole after each. The
 /// graph is everything, or a window outside of which variables keep their last estimate.

@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Ranges and directions to landmarks with a class score for each, as an object detector on a
 /// robot gives them. A sibling of mrpt::obs::CObservationBearingRange, whose angles it shares: the

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// steps.png: solver time per keyframe (ms, logarithmic) with median and 95th percentile.
 Image steps_image(const std::vector<StepRecord>& steps, const std::string& title);

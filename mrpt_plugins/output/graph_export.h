@@ -9,7 +9,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A graph in the terms of g2o.
 struct ExportedGraph {

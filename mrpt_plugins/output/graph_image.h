@@ -10,7 +10,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/drawing/image.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a picture of a pose graph shows; positions in metres in the map frame.
 struct GraphDrawing {

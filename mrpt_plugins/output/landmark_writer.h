@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Landmarks as CSV with a heading: id, x, y, z (m), the upper triangle of the covariance (m^2),
 /// class (empty if none), sightings, then `p_<class>` for every class. A landmark without

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A column of explained samples beside a map, filled from the top.
 class Legend {

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
 /// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/mode_image.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How the parts of a map look in every picture of it.
 namespace map_style {

@@ -10,7 +10,7 @@
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/drawing/style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Solid things as triangles: MRPT draws lines one pixel wide and ellipsoids with wrong axes.
 class Mesh {

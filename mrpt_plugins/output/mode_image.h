@@ -10,7 +10,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/drawing/style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Colour of a mode of a switching system, the same in every picture.
 Color mode_color(std::size_t mode);

@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The modes of motion as CSV: keyframe, time (s), mode, and the probability of each mode; the row
 /// of a keyframe tells how it was reached.

@@ -9,7 +9,7 @@
 #include "libhybrid/geometry/se3.h"
 #include "mrpt_plugins/drawing/image.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a picture of a registration shows.
 struct Overlay {

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The map as an MRPT scene (metres): ground grid, paths as tubes, landmarks as solids coloured and
 /// shaped by class with covariance ellipsoids (3 standard deviations, enlarged as in map_image) and

@@ -7,7 +7,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A camera that looks at a point, z up; perspective with a vertical field of view.
 struct SceneView {

@@ -10,7 +10,7 @@
 #include "libhybrid/smoother/incremental.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Pictures of the structure of a graph, one dot per block of a variable or factor:
 /// sparsity_jacobian.png, sparsity_information.png, sparsity_factor.png (the Cholesky factor, with

@@ -178,11 +178,11 @@ Json summary_json(const GraphSummary& s) {
   }
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
-  for (const PortfolioSummary& member : s.members) {
+  for (const MemberSummary& member : s.members) {
     out["members"].push_back({{"method", member.method},
                               {"objective", member.objective},
                               {"verified_objective", member.verified_objective},
-                              {"inliers", member.inliers},
+                              {"inliers", member.accepted},
                               {"seconds", member.seconds}});
   }
   if (s.steps) out["steps"] = to_json(*s.steps);

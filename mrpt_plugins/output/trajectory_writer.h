@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/mapping/map_result.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The trajectory in TUM form: `timestamp tx ty tz qx qy qz qw` per line (s, m, unit quaternion
 /// with qw >= 0), digits enough to read back the same doubles; `#` starts the heading.

@@ -8,7 +8,7 @@
 
 #include "mrpt_plugins/drawing/image.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Writes pictures as an MPEG-4 film to the file `path`, whose name ends in .mp4, and makes sure
 /// that all are in it. `picture` is called for 0 .. count-1. Throws Error where the pictures differ

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/class_model.h"
-#include "mrpt_plugins/plugins/pending_landmarks.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Directions, without ranges, to landmarks that the sensor identifies and may classify. A landmark
 /// starts as a mixture of depths along the ray of its first sighting and enters the map once one

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/class_model.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/class_model.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, under
 /// Huber's loss where ids are sometimes misread.

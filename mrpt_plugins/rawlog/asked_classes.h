@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Makes the classes of MRPT known by name: the linker drops libraries that are used in no other
 /// way.

@@ -11,7 +11,7 @@
 
 #include "libhybrid/core/error.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// std::string_view::starts_with of C++20.
 inline bool starts_with(std::string_view text, std::string_view with) {

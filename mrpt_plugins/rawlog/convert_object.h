@@ -7,7 +7,7 @@
 
 #include "mrpt_plugins/rawlog/log_object.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What this program uses of an object of a rawlog. Of actions, the first CActionRobotMovement3D or
 /// else 2D is the motion, whose particle and grid forms are taken by mean and covariance. Points

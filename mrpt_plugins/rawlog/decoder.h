@@ -10,7 +10,9 @@
 #include <string>
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Puts up to `count` bytes of a file at `to` and returns how many; 0 at its end.
 using ByteSource = std::function<std::size_t(char* to, std::size_t count)>;

@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// What a file is that begins with these bytes and is no rawlog, and what to do with it: "this is a
 /// pose graph: use hybrid-pgo". Empty where nothing is known against it.

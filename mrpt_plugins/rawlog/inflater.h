@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/rawlog/decoder.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A compression method, member by member.
 class Inflater {

@@ -13,7 +13,7 @@
 
 #include "mrpt_plugins/rawlog/decoder.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Whether a text can be the name of a class of MRPT's.
 bool is_class_name(std::string_view text);

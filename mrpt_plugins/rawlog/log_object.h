@@ -12,7 +12,9 @@
 #include <variant>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// One observation of a log.
 struct LoggedObservation {

@@ -13,7 +13,7 @@
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_status.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// An object of this class, or an entry of this class in it, is about to be parsed.
 struct ParsingClass {

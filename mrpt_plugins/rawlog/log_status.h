@@ -5,7 +5,9 @@
 
 #include <cstdint>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 enum class LogStatus : std::uint8_t {
   kReading,            ///< Not at the end yet.

@@ -14,7 +14,7 @@
 #include "mrpt_plugins/rawlog/log_status.h"
 #include "mrpt_plugins/rawlog/parser_process.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The objects of a rawlog one after the other, each whole or not at all; plain, gzip or Zstandard.
 ///

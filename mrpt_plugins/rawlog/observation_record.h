@@ -7,7 +7,7 @@
 #include "mrpt_plugins/rawlog/byte_io.h"
 #include "mrpt_plugins/rawlog/log_object.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// More detections than this in one observation, or classes of a detector, are taken for damage.
 inline constexpr std::size_t kMaxDetections = 100'000;

@@ -10,7 +10,7 @@
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_record.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Decodes a file and parses it with MRPT, object by object, in this process, in which hostile
 /// bytes may do anything. Each object is given once it is whole; before it the class that is

@@ -9,7 +9,7 @@
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/sandbox.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What is open in a process that parses a log, beside /dev/null as the three standard descriptors.
 inline constexpr int kLogDescriptor = 3, kPipeDescriptor = 4;

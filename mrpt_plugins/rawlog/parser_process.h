@@ -11,7 +11,7 @@
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/sandbox.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// A process of its own that parses a log and writes records (log_record.h) into a pipe.
 ///

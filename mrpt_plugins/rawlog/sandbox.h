@@ -5,7 +5,9 @@
 
 #include <cstdint>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// What a process that parses a log may use, from the size of the file.
 struct ParserLimits {

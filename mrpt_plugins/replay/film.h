@@ -11,7 +11,7 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The video that a replay writes: one of the files of the result, where it is to be in their
 /// folder, else a result beside.

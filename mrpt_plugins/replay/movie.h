@@ -11,7 +11,7 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// The growing map: estimates after equal shares of the keyframes, drawn in the frame of the last
 /// one.

@@ -228,6 +228,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
+  warn(ini.warnings());
   for (const Provenance::Input& input : summary.provenance.inputs) {
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }

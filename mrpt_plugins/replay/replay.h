@@ -10,7 +10,7 @@
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/replay_request.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// How far a replay is.
 struct ReplayProgress {

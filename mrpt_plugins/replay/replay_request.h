@@ -8,7 +8,7 @@
 
 #include "mrpt_plugins/bridge/provenance.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What a replay is asked to do, beside what its INI says.
 struct ReplayRequest {

@@ -11,7 +11,7 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/replay/truth.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Writes trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, landmarks.json, graph.g2o
 /// and steps.csv. Returns warnings for the user. Throws where a file cannot be written.

@@ -15,7 +15,7 @@
 #include "mrpt_plugins/mapping/motion.h"
 #include "mrpt_plugins/replay/replay_request.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// Everything a replay needs, from INI and command line.
 struct ReplaySettings {

@@ -12,7 +12,7 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/summary.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What really was, as far as files tell it.
 class Truth {

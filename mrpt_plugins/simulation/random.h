@@ -8,7 +8,9 @@
 #include <random>
 #include <vector>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Random numbers that are the same with every standard library: only the generator is taken from
 /// it, which the standard fixes bit by bit; the distributions are ours.

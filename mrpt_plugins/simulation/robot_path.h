@@ -9,7 +9,7 @@
 
 #include "mrpt_plugins/simulation/scenario.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// True poses of the robot, one per frame; the first is the origin. In 3-D the height swings as
 /// height/2 (1 - cos) and the roll as a sine along the path, and the pitch follows the slope.

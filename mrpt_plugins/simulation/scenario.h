@@ -12,7 +12,7 @@
 
 #include "mrpt_plugins/bridge/ini_file.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// What to simulate. Lengths in metres, angles in radians, times in seconds.
 struct Scenario {

@@ -8,7 +8,7 @@
 
 #include "mrpt_plugins/simulation/scenario.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 struct SimulatedLandmark {
   std::int64_t id = 0;

@@ -19,13 +19,16 @@ if(NOT packages)
 endif()
 foreach(package ${packages})
   file(READ ${package} text)
-  foreach(word ${HYBRID_SOURCE_DIR} -march -mno-avx512f)
+  foreach(word ${HYBRID_SOURCE_DIR} TBB cholmod -march -mavx -ffp -U__)
     string(FIND "${text}" "${word}" at)
     if(NOT at EQUAL -1)
       message(FATAL_ERROR "${package} mentions ${word}")
     endif()
   endforeach()
 endforeach()
+
+# What the libraries show, and that neither holds a copy of the other.
+run(${Python3_EXECUTABLE} -B ${SOURCE_DIR}/../exports.py ${prefix}/lib)
 
 # A user may or may not compile for the processor of the machine, or with the address sanitizer; Eigen objects cross
 # the border in all cases.
@@ -44,6 +47,7 @@ foreach(flags ${ways})
       -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
   run(${CMAKE_COMMAND} --build ${build} --parallel 2)
   run(${build}/example)
+  run(${build}/border)
   if(WITH_MRPT)
     run(${build}/example_mrpt)
   endif()

@@ -26,6 +26,7 @@ ROOMS = {
 # Rooms of the two libraries from the ground up: a room includes itself and rooms of lower floors.
 FLOORS = {
     "libhybrid": [
+        {"export.h"},
         {"geometry"},
         {"core"},
         {"factors", "discrete"},
@@ -35,9 +36,10 @@ FLOORS = {
         {"marginals"},
         {"smoother"},
         {"association", "registration", "switching", "closures"},
-        {"baselines"},
+        {"baselines", "landmarks"},
         {"selection"},
         {"objects"},
+        {"hybrid.h"},
     ],
     "mrpt_plugins": [
         {"observations"},
@@ -51,6 +53,8 @@ FLOORS = {
         {"import", "experiment"},
     ],
 }
+# Folders whose headers are not part of the API.
+INTERNAL = {"detail", "kernels"}
 # Files directly in one room.
 MAX_FILES = 40
 
@@ -62,8 +66,8 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b")
 MACHINE_PATH = re.compile(r"(?<![\w.}/~-])/(work|home|root|Users)/")
 MACRO = re.compile(r"^\s*#\s*define\b")
-# MRPT registers classes with macros only; ours joins two of them.
-OUR_MACRO = re.compile(r"^#define HYBRID_REGISTER_PLUGIN\(")
+# MRPT registers classes with macros only, and ours joins two of them; the other names an attribute.
+OUR_MACRO = re.compile(r"^#define (HYBRID_REGISTER_PLUGIN\(|HYBRID_API\b)")
 PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
 
 NOT_OURS = {".git", "compile_commands.json"}
@@ -76,9 +80,9 @@ def floor_of(top, room):
 
 
 def room_of(path):
-    """'libhybrid/core/key.h' -> 'core'; None for a file directly in the top-level room."""
+    """'libhybrid/core/key.h' -> 'core'; a file directly in the top-level room is one of its own."""
     parts = path.split("/")
-    return parts[1] if len(parts) > 2 else None
+    return parts[1] if len(parts) > 1 else None
 
 
 def check_include(path, target, quoted):
@@ -140,6 +144,16 @@ def check_eigen(includes):
             yield f"{header}:1: shows Eigen without {EIGEN}, which checks how Eigen is compiled"
 
 
+def check_api(path, lines):
+    """A finding for a header of the API that hides what it declares, and for one that should hide it and does not."""
+    internal = not INTERNAL.isdisjoint(path.split("/")[:-1])
+    for number, line in enumerate(lines, 1):
+        if internal and line.startswith("namespace HYBRID_API hybrid"):
+            yield number, "not a header of the API: no HYBRID_API here"
+        if not internal and line.startswith("namespace hybrid {"):
+            yield number, "a header of the API says `namespace HYBRID_API hybrid {`; others stand in detail/"
+
+
 def is_source(path, lines):
     return pathlib.PurePath(path).suffix in CODE | {".py", ".sh"} or (
         bool(lines) and lines[0].startswith("#!"))
@@ -156,6 +170,8 @@ def check_file(path, text):
             yield len(lines), f"{len(lines)} lines; a file has at most {MAX_LINES}"
     if pathlib.PurePath(path).suffix in CODE:
         yield from check_code(path, lines)
+    if path.endswith(".h") and path.split("/")[0] in FLOORS:
+        yield from check_api(path, lines)
     for number, line in enumerate(lines, 1):
         if UNFINISHED.search(line):
             yield number, "unfinished work is not marked in the code"

@@ -71,6 +71,22 @@ class CheckTest(unittest.TestCase):
         self.expect("mrpt_plugins/attic/a.cpp", code('#include "mrpt_plugins/bridge/a.h"'),
                     ("mrpt_plugins/attic/a.cpp:3:", "unknown room"))
 
+    def test_the_umbrella_stands_above_all_rooms_and_the_export_macro_below(self):
+        once = "#pragma once"
+        self.expect("libhybrid/hybrid.h", code(once, '#include "libhybrid/objects/a.h"'))
+        self.expect("libhybrid/geometry/a.h", code(once, '#include "libhybrid/export.h"'))
+        self.expect("libhybrid/objects/a.h", code(once, '#include "libhybrid/hybrid.h"'),
+                    ("libhybrid/objects/a.h:4:", "not below"))
+
+    def test_headers_of_the_api_and_no_others_are_seen_from_outside(self):
+        api = code("#pragma once", "namespace HYBRID_API hybrid {")
+        hidden = code("#pragma once", "namespace hybrid {")
+        for room in ("libhybrid/core", "mrpt_plugins/output"):
+            self.expect(f"{room}/a.h", api)
+            self.expect(f"{room}/detail/a.h", hidden)
+            self.expect(f"{room}/a.h", hidden, (f"{room}/a.h:4:", "HYBRID_API hybrid {"))
+            self.expect(f"{room}/detail/a.h", api, (f"{room}/detail/a.h:4:", "no HYBRID_API"))
+
     def test_rooms_are_not_too_full(self):
         files = {f"libhybrid/core/a{i}.cpp": code("int x;") for i in range(check.MAX_FILES + 1)}
         found = findings(files)

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
 namespace {
@@ -52,7 +53,7 @@ struct World {
     }
     DetectionFrame frame;
     frame.is_3d = is_3d;
-    frame.T_robot_sensor = T_robot_sensor;
+    frame.T_robot_sensor = to_isometry(T_robot_sensor);
     frame.class_names = {"tree", "car"};
     for (std::size_t id = 0; id < landmarks.size(); ++id) {
       Detection d;

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+// All that it takes to state a hybrid problem, solve it and read the result. Rooms for one purpose
+// (registration, objects, switching, baselines, association) and AutoDiffFactor, which needs
+// Ceres, have headers of their own.
+#include "libhybrid/core/assignment.h"
+#include "libhybrid/core/error.h"
+#include "libhybrid/core/key.h"
+#include "libhybrid/core/noise.h"
+#include "libhybrid/core/values.h"
+#include "libhybrid/core/version.h"
+#include "libhybrid/discrete/table.h"
+#include "libhybrid/factors/bearing.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/factor_of.h"
+#include "libhybrid/factors/linear_factor.h"
+#include "libhybrid/factors/position.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/factors/range.h"
+#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/hybrid/soft_mixture.h"
+#include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/write_graph.h"
+#include "libhybrid/marginals/continuous.h"
+#include "libhybrid/marginals/discrete.h"
+#include "libhybrid/marginals/posterior.h"
+#include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/window.h"
+#include "libhybrid/solvers/alternating.h"
+#include "libhybrid/solvers/chordal.h"
+#include "libhybrid/solvers/dogleg.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
