@@ -50,14 +50,9 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
       throw Error(fmt::format("at pose {}: {}; closures that are not trusted determine nothing",
                               pose.index(), report.message));
     }
-    StepRecord record;
+    StepRecord record{report};
     record.keyframe = static_cast<int>(pose.index());
     record.time = static_cast<double>(solution.steps.size());
-    record.solver_ms = 1e3 * report.seconds;
-    record.iterations = report.rounds;
-    record.flips = report.flips;
-    record.relinearized = report.relinearized;
-    record.objective = report.objective_after;
     record.cost = selection.smoother().objective() - selection.smoother().constant();
     record.landmarks = selection.smoother().values().size() - solution.steps.size() - 1;
     solution.seconds += report.seconds;

@@ -302,9 +302,7 @@ UpdateReport DelayedDecisionSmoother::finish() {
     let_all_in();
     report = taken(smoother_.converge());
     for (int round = 0; round < kFinalRounds && resolve(); ++round) {
-      const UpdateReport again = taken(smoother_.converge());
-      report.rounds += again.rounds;
-      report.flips += again.flips;
+      report.add(taken(smoother_.converge()));
     }
   });
 }

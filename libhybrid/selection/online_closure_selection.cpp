@@ -55,13 +55,7 @@ void check_names(const Delta& trusted) {
 void SelectionReport::add(const UpdateReport& update) {
   status = update.status;
   if (!update.message.empty()) message = update.message;
-  relinearized += update.relinearized;
-  eliminated += update.eliminated;
-  cliques += update.cliques;
-  flips += update.flips;
-  components += update.components;
-  rounds += update.rounds;
-  exact = exact && update.exact;
+  UpdateWork::add(update);
 }
 
 OnlineClosureSelection::OnlineClosureSelection(const OnlineClosureSelectionOptions& options)

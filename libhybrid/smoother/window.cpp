@@ -3,6 +3,7 @@
 #include "libhybrid/smoother/window.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace hybrid {
@@ -207,11 +208,20 @@ bool WindowSmoother::is_tied(Key key, const std::vector<Handle>& going) const {
 }
 
 /// Lets variables leave together, or else those of them that can, one by one: what holds one back
-/// must not hold back the others, or the window would grow without bound.
+/// must not hold back the others, or the window would grow without bound. The update proper has
+/// been made: where a factor throws, its variables stay for now.
 void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
-  if (try_to_leave(keys, report)) return;
+  const auto leaves = [&](const std::vector<Key>& some) {
+    try {
+      return try_to_leave(some, report);
+    } catch (const std::exception& error) {
+      report.kept_because = error.what();
+      return false;
+    }
+  };
+  if (leaves(keys)) return;
   for (Key key : keys) {
-    if (keys.size() == 1 || !try_to_leave({key}, report)) report.kept.push_back(key);
+    if (keys.size() == 1 || !leaves({key})) report.kept.push_back(key);
   }
   if (report.kept.empty()) report.kept_because.clear();
 }

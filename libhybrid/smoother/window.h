@@ -39,8 +39,9 @@ struct WindowReport : UpdateReport {
   /// Of those that left, the ones of which their factors left a direction open at the estimate (a
   /// robust loss that rejects all of them, a range of zero): nothing was known of it.
   std::vector<Key> undetermined;
-  /// Those that were to leave and have not, as the rest would not be determined without them, and
-  /// why. They are to leave at every later update, with what depends on them in the end.
+  /// Those that were to leave and have not, as the rest would not be determined without them or one
+  /// of their factors threw, and why. They are to leave at every later update, with what depends on
+  /// them in the end.
   std::vector<Key> kept;
   std::string kept_because;
 };

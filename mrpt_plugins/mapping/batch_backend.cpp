@@ -64,7 +64,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
     throw;
   }
   ++updates_;
-  report.objective = objective_;
+  report.objective_after = objective_;
   report.cost = cost_;
   report.seconds = seconds_since(start);
   return report;
@@ -153,12 +153,12 @@ BackendReport BatchBackend::solve() {
   AlternatingResult result = alternate(graph_, estimate_, options_);
   BackendReport report;
   for (const HalfStep& half : result.report.half_steps) {
-    report.half_steps.push_back(half.objective);
-    (half.discrete ? report.flips : report.iterations) += half.changes;
+    report.objectives.push_back(half.objective);
+    (half.discrete ? report.flips : report.rounds) += half.changes;
   }
-  report.relinearized = report.iterations > 0 ? static_cast<int>(estimate_.values.size()) : 0;
+  report.relinearized = report.rounds > 0 ? static_cast<int>(estimate_.values.size()) : 0;
   estimate_ = std::move(result.estimate);
-  objective_ = report.objective = result.report.objective;
+  objective_ = report.objective_after = result.report.objective;
   cost_ = report.cost = result.report.cost;
   if (result.report.status != AlternatingStatus::kConverged) {
     report.warnings.push_back("the solver did not converge: " + result.report.message);

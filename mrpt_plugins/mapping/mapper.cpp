@@ -143,18 +143,9 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
 }
 
 StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {
-  StepRecord step;
-  step.keyframe = static_cast<int>(steps_.size()) - 1;
-  step.time = keyframe.time;
-  step.solver_ms = 1e3 * report.seconds;
-  step.plugin_ms = plugin_ms_;
-  step.iterations = report.iterations;
-  step.flips = report.flips;
-  step.relinearized = report.relinearized;
-  step.objective = report.objective;
-  step.cost = report.cost;
-  step.landmarks = landmarks_.size();
-  return step;
+  return {report,        static_cast<int>(steps_.size()) - 1,
+          keyframe.time, plugin_ms_,
+          report.cost,   landmarks_.size()};
 }
 
 BackendReport Mapper::finish() {

@@ -153,7 +153,7 @@ void Mapper::tell(std::size_t plugin, const Contribution& contribution, const Ba
   };
   const Delta& own = contribution.delta;
   const AddedHandles& all = report.handles;
-  Outcome outcome{{}, objective_, report.objective, report.exact};
+  Outcome outcome{{}, objective_, report.objective_after, report.exact};
   outcome.handles.continuous = next(all.continuous, own.continuous.size(), first[0]);
   outcome.handles.discrete = next(all.discrete, own.discrete.size(), first[1]);
   outcome.handles.hybrid = next(all.hybrid, own.hybrid.size(), first[2]);
@@ -163,14 +163,14 @@ void Mapper::tell(std::size_t plugin, const Contribution& contribution, const Ba
 void Mapper::count(const BackendReport& report) {
   ++updates_;
   if (!report.exact) ++updates_by_local_search_;
-  objective_ = report.objective;
+  objective_ = report.objective_after;
 }
 
 /// Solves to convergence, as far as that is possible.
 BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Error& e) {
   note("solution to convergence dropped: not possible", e.what());
   BackendReport report;
-  report.objective = objective_;
+  report.objective_after = objective_;
   return report;
 }
 
@@ -178,7 +178,7 @@ BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Er
 /// refused is not asked again.
 BackendReport Mapper::revise(bool concluding) {
   BackendReport work;
-  work.objective = objective_;
+  work.objective_after = objective_;
   const std::size_t refusals = refusals_;
   for (bool again = true; again && refusals_ == refusals;) {
     const MapView map = view();
