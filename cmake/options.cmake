@@ -22,8 +22,12 @@ function(hybrid_hide target)
   set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
 endfunction()
 
-# Of a shared library: before version 1 each minor version has an interface of its own.
+# Of a shared library: before version 1 each minor version has an interface of its own. What another library hides is
+# missed here already, not only in programs.
 function(hybrid_number target)
+  if(NOT HYBRID_SANITIZE AND NOT HYBRID_FUZZ)
+    target_link_options(${target} PRIVATE -Wl,--no-undefined)
+  endif()
   set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION}
                         SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 endfunction()

@@ -57,7 +57,7 @@ struct PlaceOptions {
 /// landmarks strewn at random, with a price for those which one place shows and the other covers
 /// but lacks. No answer has fewer than two pairs.
 template <class Pose>
-std::vector<ConstellationMatch<Pose>> match_places(const ConstellationMatchProblem<Pose>& question,
-                                                   const PlaceOptions& options = {});
+HYBRID_API std::vector<ConstellationMatch<Pose>> match_places(
+    const ConstellationMatchProblem<Pose>& question, const PlaceOptions& options = {});
 
 }  // namespace hybrid

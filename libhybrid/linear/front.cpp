@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "libhybrid/linear/kernels/kernels.h"
+
 namespace hybrid {
 namespace {
 
@@ -12,6 +14,7 @@ constexpr int kPaddingColumns = 4;
 }  // namespace
 
 void Front::reset(int n) {
+  if (kernels_ == nullptr) kernels_ = &kernels();
   n_ = n;
   stride_ = round_up(n + kernels_->front_padding);
   const std::size_t size = static_cast<std::size_t>(stride_) * (n + kPaddingColumns);

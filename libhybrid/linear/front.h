@@ -5,15 +5,17 @@
 #include <vector>
 
 #include "libhybrid/export.h"
-#include "libhybrid/linear/kernels/kernels.h"
 
 namespace HYBRID_API hybrid {
+
+struct Kernels;
 
 /// Scratch for the frontal matrix of one clique: symmetric, lower triangle, column-major, with rows
 /// and columns padded by zeros so that the kernels need no remainder loops.
 class Front {
  public:
-  explicit Front(const Kernels& kernels = hybrid::kernels()) : kernels_(&kernels) {}
+  Front() = default;
+  explicit Front(const Kernels& kernels) : kernels_(&kernels) {}
 
   /// Makes it an all-zero matrix of order n.
   void reset(int n);
@@ -34,7 +36,7 @@ class Front {
   int factorize(int f, const double* least, std::vector<int>& lifted);
 
  private:
-  const Kernels* kernels_;
+  const Kernels* kernels_ = nullptr;  // null: those of this processor
   int n_ = 0;
   int stride_ = 0;
   std::vector<double> data_;
