@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,6 +14,9 @@
 #include "libhybrid/geometry/eigen.h"
 
 namespace HYBRID_API hybrid {
+
+/// Detections from which on a tracklet tells whether its thing stands still.
+inline constexpr std::size_t kFewestForMotion = 3;
 
 /// One sighting of a landmark. In the frame of the sensor the point lies at from_polar(range, yaw,
 /// pitch): positive pitch points down.

@@ -21,7 +21,6 @@ namespace hybrid {
 namespace {
 
 constexpr double kLeastScore = 1e-6;
-constexpr std::size_t kFewestForMotion = 3;  // detections
 
 /// -log of how well the scores of a detection go with those of a track so far; 0 without classes.
 double tracklet_class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {

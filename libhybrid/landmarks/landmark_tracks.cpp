@@ -15,7 +15,6 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kFewestForMotion = 3;  // detections by which a thing is seen to stand still
 constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
 
 int most_probable(const std::vector<double>& p) {
