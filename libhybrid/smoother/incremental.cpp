@@ -11,6 +11,12 @@
 #include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
+namespace {
+
+/// What is too little for an update to matter, in units of the objective: the next ones go on.
+constexpr double kMinorGain = 1.0;
+
+}  // namespace
 
 /// Runs change(report), which makes the smoother what it will be. Where it throws, or leaves a
 /// status other than kOk, all is taken back.
@@ -56,10 +62,10 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
 
 /// Alternates until nothing flips, or for the rounds that an update may take.
 void IncrementalSmoother::settle(UpdateReport& report) {
-  continuous_step(report, options_.wildfire);
+  continuous_step(report, options_.wildfire, kMinorGain);
   while (report.status == UpdateReport::Status::kOk && discrete_step(report) &&
          take_flips(report) && report.rounds < options_.rounds) {
-    continuous_step(report, options_.wildfire);
+    continuous_step(report, options_.wildfire, kMinorGain);
   }
 }
 
@@ -74,7 +80,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
       enter_pulls();
       move_linearization(all, report);
       if (!eliminate(report)) return;
-      continuous_step(report, 0.0);
+      continuous_step(report, 0.0, tolerance * std::max(1.0, std::abs(before)));
       if (report.status != UpdateReport::Status::kOk) return;
       const bool flipped = discrete_step(report) && take_flips(report);
       const double decrease = before - objective();

@@ -187,7 +187,7 @@ class IncrementalSmoother {
   bool others_say_what_was_lost(int most_dims) const;
 
   // continuous_half.cpp
-  void continuous_step(UpdateReport& report, double wildfire);
+  void continuous_step(UpdateReport& report, double wildfire, double minor);
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   void remember(const std::vector<int>& slots);
   void move_estimate();
@@ -199,13 +199,13 @@ class IncrementalSmoother {
     std::vector<int> slots;
     std::vector<double> numbers;
   };
-  static bool falls_short(double gained, double promised);
+  static bool falls_short(double gained, double promised, double minor);
   Place place_of(std::vector<int> slots) const;
   void go_to(const Place& place, UpdateReport& report);
   std::vector<double> way_from(const Place& start) const;
   void go_along(const Place& start, const std::vector<double>& way, double share);
   void go_part_of_the_way(const Place& start, double before);
-  void fall_back(double before, double promised, UpdateReport& report);
+  void fall_back(double before, double promised, double minor, UpdateReport& report);
   void damped_steps(const Place& start, UpdateReport& report);
   void damp(const std::vector<int>& slots, double damping);
   void undamp();

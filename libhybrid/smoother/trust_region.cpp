@@ -19,15 +19,13 @@ constexpr double kMostDamping = 1e8;
 /// Steps that lower the objective by less than this share of what was gained so far are enough.
 constexpr double kEnough = 1e-2;
 
-/// Of the decrease that the linear model of a step promises, the share that it must bring; and what
-/// is too little to matter, in units of the objective.
+/// Of the decrease that the linear model of a step promises, the share that it must bring.
 constexpr double kLeastGain = 0.05;
-constexpr double kMinorGain = 1.0;
 
 }  // namespace
 
-bool IncrementalSmoother::falls_short(double gained, double promised) {
-  return gained < kLeastGain * promised - kMinorGain;
+bool IncrementalSmoother::falls_short(double gained, double promised, double minor) {
+  return gained < kLeastGain * promised - minor;
 }
 
 /// The estimates of some variables.
@@ -193,10 +191,11 @@ void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) 
 /// What to do when Gauss-Newton has not brought what it promised: a part of its way where it has
 /// led uphill; and where much of the promise is left, damped steps from where the half-step began,
 /// if they come to a better place.
-void IncrementalSmoother::fall_back(double before, double promised, UpdateReport& report) {
+void IncrementalSmoother::fall_back(double before, double promised, double minor,
+                                    UpdateReport& report) {
   const Place start{old_slots_, old_};
   if (!(term_cost_.value() <= before)) go_part_of_the_way(start, before);
-  if (!falls_short(before - term_cost_.value(), promised)) return;
+  if (!falls_short(before - term_cost_.value(), promised, minor)) return;
   const Place reached = place_of(old_slots_);
   const double reached_cost = term_cost_.value();
   damped_steps(start, report);

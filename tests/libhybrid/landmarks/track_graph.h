@@ -66,10 +66,10 @@ struct TrackGraph {
   /// What a smoother does with a contribution, but for solving.
   void apply(const Contribution& out) {
     for (const Handle handle : out.delta.remove) graph.remove(handle);
-    std::vector<Handle> handles;
-    for (const auto& factor : out.delta.continuous) handles.push_back(graph.add(factor));
-    for (const auto& table : out.delta.discrete) handles.push_back(graph.add(table));
-    for (const auto& factor : out.delta.hybrid) handles.push_back(graph.add(factor));
+    AddedHandles handles;
+    for (const auto& factor : out.delta.continuous) handles.continuous.push_back(graph.add(factor));
+    for (const auto& table : out.delta.discrete) handles.discrete.push_back(graph.add(table));
+    for (const auto& factor : out.delta.hybrid) handles.hybrid.push_back(graph.add(factor));
     for (const Key key : out.delta.values.keys()) {
       values.insert(key, out.delta.values.type(key), out.delta.values.data(key));
     }
