@@ -198,7 +198,8 @@ TEST(RawlogReader, MotionsThatCannotBeAreDroppedAndCounted) {
   R(2, 0) = 0.1;
   sheared.setRotationMatrix(R);
   const char* invalid = "odometry dropped: not finite or covariance not valid";
-  const char* too_far = "odometry dropped: farther, or less certain, than [reader] max_speed allows";
+  const char* too_far =
+      "odometry dropped: farther, or less certain, than [reader] max_speed allows";
   for (const auto& [motion, reason] : {std::pair{motion_2d({1e4, 0, 0}, 0.1), too_far},
                                        {motion_2d({0, 1e300, 0}, 0.1), too_far},
                                        {motion_2d({1, 0, 0}, 1e6), too_far},
