@@ -50,6 +50,10 @@ int settle(int exit_code) {
   return outcome = exit_code;
 }
 
+void warn_of(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) complain("{}: warning: {}\n", program, warning);
+}
+
 void warn_of_inputs(const Provenance& provenance) {
   for (const Provenance::Input& input : provenance.inputs) {
     if (input.warning.empty()) continue;

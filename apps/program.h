@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/bridge/provenance.h"
@@ -33,6 +34,9 @@ template <class... Args>
 void complain(fmt::format_string<Args...> format, const Args&... args) {
   std::fputs(fmt::format(format, args...).c_str(), stderr);
 }
+
+/// Tells warnings on standard error.
+void warn_of(const std::vector<std::string>& warnings);
 
 /// Tells what is odd about the input files, on standard error.
 void warn_of_inputs(const Provenance& provenance);

@@ -3,10 +3,8 @@
 #pragma once
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <variant>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/text_reader.h"
 
 namespace hybrid::bench {
 
@@ -53,21 +52,15 @@ inline std::vector<Step> read_pose_graph(const std::string& path) {
 /// covariance, and "LANDMARK i l x y v ..." with the variance v of the range [m^2]; that of the
 /// bearing is v / 10 [rad^2].
 inline std::vector<Step> read_victoria_park(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(path + ": cannot be read");
+  TextReader reader(path, {TextFormat::Cut::kWords, "#"});
   std::map<std::uint64_t, Step> odometry, sightings;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream fields(line);
-    std::string tag;
-    std::uint64_t i = 0, j = 0;
-    double x = 0.0, y = 0.0, v[7] = {};
-    fields >> tag >> i >> j >> x >> y;
-    const bool is_odometry = tag == "ODOMETRY";
-    for (int k = 0; k < (is_odometry ? 7 : 3); ++k) fields >> v[k];
-    if (!fields || (!is_odometry && tag != "LANDMARK")) {
-      throw Error(path + ":" + std::to_string(number) + ": not a measurement");
-    }
+  for (TextRow row; reader.next(row);) {
+    const bool is_odometry = row[0] == "ODOMETRY";
+    if (!is_odometry && row[0] != "LANDMARK") row.fail("neither ODOMETRY nor LANDMARK");
+    row.expect(is_odometry ? 12 : 6, 12, "a tag, i, j, x, y and the rest of a measurement");
+    const auto i = static_cast<std::uint64_t>(row.id(1)), j = static_cast<std::uint64_t>(row.id(2));
+    const double x = row.number(3), y = row.number(4);
+    const std::vector<double> v = row.numbers(5, row.size());
     const Key pose('x', i);
     if (is_odometry) {
       Eigen::Matrix3d covariance;

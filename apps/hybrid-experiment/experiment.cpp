@@ -258,6 +258,7 @@ int run_experiment(const Options& options) {
   IniFile ini{fs::path(options.config)};
   apply(options, ini);
   const ExperimentPlan plan = read_plan(ini);
+  warn_of(ini.warnings());
   OutputDirectory out(options.output, kLasting);
   Ledger ledger(out.folder(), plan.replay ? replay_metrics(plan) : pose_graph_metrics());
   check_settings(out.folder(), plan, options.provenance.version, !ledger.empty());

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/command_line.h"
-#include "mrpt_plugins/experiment/methods.h"
+#include "apps/method_list.h"
 
 namespace hybrid {
 namespace {
@@ -17,10 +17,7 @@ constexpr const char* kAbout =
     "or over replays of logs, several at a time, and draws what came out.\n";
 
 std::string footer() {
-  std::string text = "\nMethods for pose graphs:\n";
-  for (const MethodName& method : method_names()) {
-    text += fmt::format("  {:<16}{}\n", method.name, method.meaning);
-  }
+  std::string text = "\nMethods for pose graphs:\n" + method_list();
   text +=
       "\nWritten to OUT: results.csv (a row per trial, appended as it ends), summary.csv (medians\n"
       "and quartiles), summary.txt (the table printed at the end), summary.json, a PNG per graph,\n"

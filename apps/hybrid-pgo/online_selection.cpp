@@ -39,88 +39,85 @@ Pairs read_closures(const std::string& file, const Input& input) {
 }
 
 /// Feeds all poses through `update`, which says what it did.
-template <class Judge, class Update>
-Solution run(PoseFeed& feed, Judge& judge, const Update& update) {
+template <class Selection, class Update>
+Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   Solution solution;
   Progress progress(feed.steps());
   while (!feed.done() && interrupted() == 0) {
     const Key pose = feed.pose();
-    const UpdateReport report = update(feed.next(judge.smoother().values()));
+    const UpdateReport report = update(feed.next(selection.smoother().values()));
     if (report.status != UpdateReport::Status::kOk) {
       throw Error(fmt::format("at pose {}: {}; closures that are not trusted determine nothing",
                               pose.index(), report.message));
     }
-    StepRecord record;
+    StepRecord record{report};
     record.keyframe = static_cast<int>(pose.index());
     record.time = static_cast<double>(solution.steps.size());
-    record.solver_ms = 1e3 * report.seconds;
-    record.iterations = report.rounds;
-    record.flips = report.flips;
-    record.relinearized = report.relinearized;
-    record.objective = report.objective_after;
-    record.cost = judge.smoother().objective() - judge.smoother().constant();
-    record.landmarks = judge.smoother().values().size() - solution.steps.size() - 1;
+    record.cost = selection.smoother().objective() - selection.smoother().constant();
+    record.landmarks = selection.smoother().values().size() - solution.steps.size() - 1;
     solution.seconds += report.seconds;
     solution.iterations += report.rounds;
     solution.steps.push_back(record);
     progress.update(solution.steps.size(), record.cost);
   }
   if (feed.done()) {
-    solution.cost_online = judge.smoother().cost();
-    const UpdateReport report = judge.finish();
+    solution.cost_online = selection.smoother().cost();
+    const UpdateReport report = selection.finish();
     solution.seconds += report.seconds;
     solution.iterations += report.rounds;
     if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
   } else {
     stopped(feed, solution);
   }
-  solution.values = judge.smoother().values();
-  solution.cost = judge.smoother().cost();
-  solution.objective = judge.smoother().objective();
-  solution.order = judge.smoother().elimination_order();
+  solution.values = selection.smoother().values();
+  solution.cost = selection.smoother().cost();
+  solution.objective = selection.smoother().objective();
+  solution.order = selection.smoother().elimination_order();
   return solution;
 }
 
 }  // namespace
 
 Solution solve_hypotheses(const Input& input) {
-  DelayedDecisionSmoother judge;
+  DelayedDecisionSmoother decisions;
   PoseFeed feed(input.graph, input.initial);
-  Solution solution = run(feed, judge, [&](const Delta& delta) { return judge.update(delta); });
-  solution.method = "incremental, hypotheses judged";
+  Solution solution =
+      run(feed, decisions, [&](const Delta& delta) { return decisions.update(delta); });
+  solution.method = "incremental, hypotheses decided";
   for (std::size_t i = 0; i < input.graph.alternatives.size(); ++i) {
-    solution.hypotheses.push_back(judge.smoother().assignment().find(hypothesis_key(i)));
+    solution.hypotheses.push_back(decisions.smoother().assignment().find(hypothesis_key(i)));
   }
   return solution;
 }
 
-Solution solve_judged(const Input& input, const std::string& trusted) {
+Solution solve_selection(const Input& input, const std::string& trusted,
+                         const OnlineClosureSelectionOptions& options) {
   const Pairs pairs = trusted == "odometry" ? Pairs() : read_closures(trusted, input);
-  OnlineClosureSelection judge;
+  OnlineClosureSelection selection(options);
   PoseFeed feed(input.graph, input.initial);
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
-  std::vector<std::size_t> judged;  // numbers of the closures, as they arrive
-  Solution solution = run(feed, judge, [&](Delta delta) {
-    std::vector<ContinuousFactorPtr> believed, closures;
+  std::vector<std::size_t> arrived;  // numbers of the closures, as they arrive
+  Solution solution = run(feed, selection, [&](Delta delta) {
+    std::vector<ContinuousFactorPtr> known, closures;
     for (const ContinuousFactorPtr& factor : delta.continuous) {
       const std::vector<Key>& keys = factor->keys();
       const std::size_t f = number.at(factor.get());
       const bool closure = f < relative_poses && !is_odometry(keys[0], keys[1]) &&
                            pairs.count({keys[0].index(), keys[1].index()}) == 0;
-      (closure ? closures : believed).push_back(factor);
-      if (closure) judged.push_back(f);
+      (closure ? closures : known).push_back(factor);
+      if (closure) arrived.push_back(f);
     }
-    delta.continuous = std::move(believed);
-    return judge.update(delta, closures);
+    delta.continuous = std::move(known);
+    return selection.update(delta, closures);
   });
-  solution.method = "incremental, closures judged";
-  const std::vector<Verdict> verdicts = judge.verdicts();
-  for (std::size_t k = 0; k < judged.size(); ++k) {
+  solution.method = "incremental, closures selected";
+  const std::vector<Verdict> verdicts = selection.verdicts();
+  for (std::size_t k = 0; k < arrived.size(); ++k) {
     const char* const texts[] = {"rejected", "undecided", "accepted"};
-    solution.decisions[judged[k]] = {texts[static_cast<int>(judge.status(k))],
-                                     verdicts[k].inlier_probability};
+    solution.decisions[arrived[k]] = {texts[static_cast<int>(selection.status(k))],
+                                      verdicts[k].inlier_probability};
   }
   return solution;
 }

@@ -87,8 +87,9 @@ Solution solve(const Input& input, const Options& options, std::vector<Loop>& lo
     return trust_all ? solve_batch(input) : solve_robust(input, options, loops);
   }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
-  const bool judged = !options.trusted.empty() && options.trusted != "all";
-  return judged ? solve_judged(input, options.trusted) : solve_online(input);
+  const bool trust_all = options.trusted.empty() || options.trusted == "all";
+  return trust_all ? solve_online(input)
+                   : solve_selection(input, options.trusted, options.methods.online);
 }
 
 Provenance provenance(const Options& options) {
@@ -154,6 +155,7 @@ std::vector<PosePair> compared(const std::vector<PosePair>& truth, const std::ve
 
 int optimize(const Options& options) {
   const auto start = Clock::now();
+  warn_of(options.warnings);
   if (options.online) note_interrupts();
   Input input = read_input(options.graph, options.start, options.shuffle);
   if (!input.graph.alternatives.empty() &&

@@ -3,7 +3,14 @@
 
 #include "apps/hybrid-pgo/options.h"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+
 #include "apps/command_line.h"
+#include "apps/method_list.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/method_options.h"
 
 namespace hybrid {
 namespace {
@@ -12,37 +19,65 @@ constexpr const char* kAbout =
     "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "
     "without.\n";
 
-constexpr const char* kFooter =
-    "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, summary.json;\n"
-    "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
-    "sparsity_*.png with --sparsity. They replace the result that OUT holds; files of others "
-    "stay.\n"
-    "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit of\n"
-    "iterations: the estimate was written, and summary.json has status \"partial\"; 129, 130, 143\n"
-    "stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: --online writes the graph so far, status\n"
-    "\"interrupted\", and a second signal ends at once; a batch solver ends at once, with nothing\n"
-    "written.\n"
-    "\nExamples: hybrid-pgo intel.g2o --online -o out\n"
-    "          hybrid-pgo bicocca.g2o --online --trusted odometry -o out";
+std::string footer() {
+  return "\nMethods:\n" + method_list() +
+         "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, "
+         "summary.json;\n"
+         "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
+         "sparsity_*.png with --sparsity. They replace the result that OUT holds; files of others "
+         "stay.\n"
+         "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit "
+         "of\n"
+         "iterations: the estimate was written, and summary.json has status \"partial\"; 129, 130, "
+         "143\n"
+         "stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: --online writes the graph so far, status\n"
+         "\"interrupted\", and a second signal ends at once; a batch solver ends at once, with "
+         "nothing\n"
+         "written.\n"
+         "\nExamples: hybrid-pgo intel.g2o --online -o out\n"
+         "          hybrid-pgo bicocca.g2o --online --trusted odometry -o out\n"
+         "          hybrid-pgo intel.g2o --method gnc --set gnc.growth=1.2 -o out";
+}
+
+/// Takes the default where none is given, and the new name for an old one.
+void choose_method(Options& options) {
+  if (options.method.empty() && !options.online) options.method = "selection";
+  if (options.method.empty()) return;
+  const std::string& name = robust_method(options.method).name;
+  if (name != options.method) {
+    options.warnings.push_back(fmt::format("--method {} is now called {}", options.method, name));
+  }
+  options.method = name;
+  if (name == "oracle" && options.labels.empty()) throw Error("--method oracle needs --labels");
+  if (name == "online") {
+    options.online = true;
+    if (options.trusted.empty()) options.trusted = "odometry";
+  }
+}
+
+void read_methods(IniFile& ini, const std::vector<std::string>& settings, Options& options) {
+  ini.override_values(settings);
+  MethodOptions defaults;
+  defaults.portfolio.selection.solver.relative_decrease = 1e-9;
+  options.methods = read_method_options(ini, defaults);
+  ini.reject_unknown();
+  options.provenance.configuration = ini.settings();
+  options.warnings.insert(options.warnings.end(), ini.warnings().begin(), ini.warnings().end());
+}
 
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   Options options;
   CLI::App app(kAbout, "hybrid-pgo");
-  app.footer(kFooter);
-  app.add_option("graph", options.graph, "the graph, .g2o or .graph")
-      ->type_name("GRAPH")
-      ->required();
+  app.footer(footer());
+  app.add_option("graph", options.graph, "the graph, .g2o or .graph")->type_name("GRAPH");
   CLI::Option* method =
       app.add_option("--method", options.method,
-                     "what becomes of loop closures that may be false: escape (default) admits "
-                     "them by predicted innovation; portfolio takes the best of several; "
-                     "alternating, gnc, dcs, switchable, max-mixture for comparison; lm: "
-                     "Levenberg-Marquardt that trusts all")
-          ->type_name("METHOD")
-          ->check(CLI::IsMember({"lm", "gnc", "dcs", "switchable", "max-mixture", "alternating",
-                                 "escape", "portfolio"}));
+                     "what becomes of loop closures that may be false, see below; default: "
+                     "selection. lm trusts all; oracle needs --labels; online is --online "
+                     "--trusted odometry")
+          ->type_name("METHOD");
   app.add_option("--trusted", options.trusted,
                  "measurements that are not in question: all (default online), odometry (from "
                  "pose i to i + 1; default else), or a file of rows 'i j': online, of closures "
@@ -73,11 +108,31 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");
+  std::string config;
+  std::vector<std::string> settings;
+  bool print_config = false;
+  app.add_option("-c,--config", config, "INI file with settings of the methods; see --print-config")
+      ->type_name("INI");
+  app.add_option("--set", settings,
+                 "a value instead of that in the INI; may be given several times")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_flag("--print-config", print_config,
+               "print every section and key with its meaning, default and the value in effect");
   add_output_folder(app, options.output);
+  app.callback([&] {
+    if (options.graph.empty() && !print_config) throw CLI::RequiredError("GRAPH");
+  });
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
   options.provenance = provenance_of(argc, argv);
-  if (options.method.empty() && !options.online) options.method = "escape";
-  return options;
+  choose_method(options);
+  IniFile ini = config.empty() ? IniFile() : IniFile(std::filesystem::path(config));
+  read_methods(ini, settings, options);
+  options.provenance.add_input(config);
+  if (!print_config) return options;
+  fmt::print("{}", ini.documentation());
+  exit_code = kExitOk;
+  return std::nullopt;
 }
 
 }  // namespace hybrid

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "libhybrid/selection/robust_methods.h"
 #include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
@@ -15,7 +17,7 @@ namespace hybrid {
 struct Options {
   Provenance provenance;  ///< version and command
   std::string graph;
-  std::string method;  ///< empty: not given
+  std::string method;  ///< of robust_methods(); empty: not given
   bool online = false;
   std::string
       start;  ///< "file", "odometry", "chordal", or empty: the file if it holds all vertices
@@ -23,12 +25,15 @@ struct Options {
   std::optional<std::uint64_t> shuffle;  ///< seed of the order of hypotheses
   std::string truth;                     ///< file; empty if unknown
   std::string labels;                    ///< file of true closures; empty if unknown
+  MethodOptions methods;                 ///< settings of the methods
+  std::vector<std::string> warnings;     ///< about names that are no longer used
   bool sparsity = false;
   std::string output = "hybrid-pgo-out";
 };
 
-/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
-/// with `exit_code` set; what to say has then been said.
+/// Parses the command line, and reads the INI that it names. Returns nothing when the program is to
+/// end at once, as after --help, with `exit_code` set; what to say has then been said. Throws Error
+/// for an INI that is not valid.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

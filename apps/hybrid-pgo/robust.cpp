@@ -10,16 +10,9 @@
 #include <set>
 #include <unordered_map>
 
-#include "libhybrid/baselines/alternation.h"
-#include "libhybrid/baselines/dcs.h"
-#include "libhybrid/baselines/gnc.h"
-#include "libhybrid/baselines/max_mixture.h"
-#include "libhybrid/baselines/switchable.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/selection/closure_posterior.h"
-#include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/portfolio.h"
 
 namespace hybrid {
 namespace {
@@ -66,8 +59,7 @@ class Parts {
 };
 
 /// The problem, with the index in `loops` of each closure.
-struct Task {
-  RobustProblem problem;
+struct Task : RobustTask {
   std::vector<std::size_t> loop_of;
   std::size_t bridges = 0;
 };
@@ -108,39 +100,22 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
       task.loop_of.push_back(loop);
     }
   }
+  if (options.labels.empty()) return task;
+  const std::map<Pair, bool> labels = read_flags(options.labels);
+  for (const ContinuousFactorPtr& closure : task.problem.closures) {
+    const auto label = labels.find({closure->keys()[0].index(), closure->keys()[1].index()});
+    task.truth.push_back(label != labels.end() && label->second);
+  }
   return task;
-}
-
-RobustResult solve_by(const std::string& method, const RobustProblem& problem, Solution& solution) {
-  if (method == "gnc") return solve_gnc(problem);
-  if (method == "dcs") return solve_dcs(problem);
-  if (method == "switchable") return solve_switchable(problem);
-  if (method == "max-mixture") return solve_max_mixture(problem);
-  if (method == "alternating") return solve_alternating(problem);
-  if (method == "escape") {
-    ClosureSelectionOptions options;
-    options.solver.relative_decrease = 1e-9;
-    return select_closures(problem, options);
-  }
-  PortfolioOptions options;
-  options.escape.solver.relative_decrease = 1e-9;
-  const PortfolioResult portfolio = solve_portfolio(problem, options);
-  for (const PortfolioMember& member : portfolio.members) {
-    std::size_t inliers = 0;
-    for (const Verdict& verdict : member.result.verdicts) inliers += verdict.accepted ? 1 : 0;
-    solution.members.push_back({member.result.method, member.result.objective, member.objective,
-                                inliers, member.result.seconds});
-  }
-  return portfolio.best;
 }
 
 }  // namespace
 
 Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops) {
-  Task task = make_task(input, options, loops);
+  const Task task = make_task(input, options, loops);
+  RobustResult result = robust_method(options.method).solve(task, options.methods);
+  integrate_poses(task.problem, options.methods.common.mixture, result);
   Solution solution;
-  RobustResult result = solve_by(options.method, task.problem, solution);
-  integrate_poses(task.problem, {}, result);
   solution.method = options.method;
   solution.values = result.values;
   solution.iterations = result.iterations;
@@ -148,6 +123,7 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
   solution.objective = result.objective;
   solution.cost = result.cost;
   solution.variance_factor = result.variance_factor;
+  solution.members = result.members;
   if (!result.converged) solution.message = result.message;
   if (task.bridges > 0) {
     solution.note = fmt::format(

@@ -11,6 +11,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/selection/online_closure_selection.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 
@@ -54,7 +55,7 @@ struct Solution {
   double cost = 0;
   std::vector<StepRecord> steps;          ///< online
   std::optional<double> variance_factor;  ///< of the noise, where the method estimates it
-  std::vector<PortfolioSummary> members;  ///< of a portfolio
+  std::vector<MemberSummary> members;     ///< of a portfolio
   std::optional<double> cost_online;      ///< after the last step, before solving to convergence
   std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
   std::vector<int> hypotheses;                ///< chosen, for each edge that has several
@@ -68,9 +69,10 @@ Solution solve_batch(const Input& input);
 /// to. Throws Error where there is no estimate, Interrupted before the first pose.
 Solution solve_online(const Input& input);
 
-/// The same with hypotheses, and with closures that are judged (`trusted` as in Options). Throws
-/// Error for a file that cannot be read or names a closure that the graph does not have.
+/// The same with hypotheses, and with selection of closures (`trusted` as in Options). Throws Error
+/// for a file that cannot be read or names a closure that the graph does not have.
 Solution solve_hypotheses(const Input& input);
-Solution solve_judged(const Input& input, const std::string& trusted);
+Solution solve_selection(const Input& input, const std::string& trusted,
+                         const OnlineClosureSelectionOptions& options);
 
 }  // namespace hybrid

@@ -3,12 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "apps/hybrid-pgo/progress.h"
 #include "apps/hybrid-pgo/solution.h"
 #include "apps/hybrid-pgo/stopped.h"
-#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
@@ -19,27 +16,18 @@
 namespace hybrid {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-/// One update of the smoother, timed. `normalizer` sums the log-normalisers of all factors so far,
+/// One update of the smoother. `normalizer` sums the log-normalisers of all factors so far,
 /// by which cost and objective differ.
 StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalizer) {
-  StepRecord record;
   const Key pose = feed.pose();
   const Delta delta = feed.next(smoother.values());
   for (const auto& factor : delta.continuous) normalizer += factor->log_normalizer();
-  const auto start = Clock::now();
   const UpdateReport report = smoother.update(delta);
-  const double seconds = seconds_since(start);
   if (report.status != UpdateReport::Status::kOk) {
     throw Error(fmt::format("at pose {}: {}", pose.index(), report.message));
   }
+  StepRecord record{report};
   record.keyframe = static_cast<int>(pose.index());
-  record.solver_ms = 1e3 * seconds;
-  record.iterations = report.rounds;
-  record.flips = report.flips;
-  record.relinearized = report.relinearized;
-  record.objective = report.objective_after;
   record.cost = report.objective_after - normalizer;
   return record;
 }
@@ -83,15 +71,14 @@ Solution solve_online(const Input& input) {
     StepRecord& last = solution.steps.back();
     last.time = static_cast<double>(solution.steps.size() - 1);
     last.landmarks = smoother.values().size() - solution.steps.size();
-    solution.seconds += 1e-3 * last.solver_ms;
-    solution.iterations += last.iterations;
+    solution.seconds += last.seconds;
+    solution.iterations += last.rounds;
     progress.update(solution.steps.size(), last.cost);
   }
   if (feed.done()) {
     solution.cost_online = smoother.cost();
-    const auto start = Clock::now();
     const UpdateReport report = smoother.converge();
-    solution.seconds += seconds_since(start);
+    solution.seconds += report.seconds;
     solution.iterations += report.rounds;
     if (report.status != UpdateReport::Status::kOk) solution.message = report.message;
   } else {

@@ -27,6 +27,7 @@ void run(const std::string& config, const std::string& output, const std::string
   if (!seed.empty()) ini.override_value("simulation", "seed", seed);
   const hybrid::Scenario scenario = hybrid::read_scenario(ini);
   ini.reject_unknown();
+  hybrid::warn_of(ini.warnings());
   const hybrid::Simulation simulation = hybrid::simulate(scenario);
   std::size_t detections = 0;
   for (const auto& frame : simulation.frames) detections += frame.detections.size();

@@ -9,9 +9,9 @@
 #include <memory>
 
 #include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/plugins/sighting.h"
 
 namespace example {
 
@@ -54,7 +54,8 @@ class RobustBearingRange : public hybrid::MappingPlugin {
     if (is_new(id, map, out)) {
       out.landmarks.push_back({id, point, std::nullopt, 0});
       hybrid::insert_point(out.delta.values, point,
-                           hybrid::sighted_point(frame.T_map_robot, seen, detection), map.is_3d);
+                           hybrid::sighted_point(frame.view().T_map_robot, seen, detection),
+                           map.is_3d);
     }
     out.sighted.push_back(id);
     out.delta.continuous.push_back(std::make_shared<hybrid::BearingRange2>(

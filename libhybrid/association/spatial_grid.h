@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
@@ -21,6 +22,12 @@ class SpatialGrid {
   /// Adds point `id`, a number from 0, or moves it. Coordinates beyond x and y do not count.
   void put(int id, double x, double y);
   void remove(int id);
+  /// The middle of the cell that a point lies in.
+  std::array<double, 2> middle(int id) const {
+    const Place& place = place_[id];
+    return {cell_ * (static_cast<double>(place.x) + 0.5),
+            cell_ * (static_cast<double>(place.y) + 0.5)};
+  }
 
   /// Calls visit(id) for every point whose cell is touched by the square of half side `radius`
   /// around (x, y), in a fixed order.

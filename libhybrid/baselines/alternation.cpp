@@ -11,14 +11,16 @@ RobustResult solve_alternating(const RobustProblem& problem, const AlternationOp
   const auto start = std::chrono::steady_clock::now();
   const HybridGraph graph = mixture_graph(problem, options.mixture);
 
-  // The start is judged before anything is solved: what is out then never enters the sparsity.
-  Assignment judged;
+  // Closures are classified at the start, before anything is solved: what is out then never enters
+  // the sparsity.
+  Assignment classified;
   std::size_t k = 0;
   graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     const std::vector<double> costs = factor->given(problem.initial)[0].costs();
-    judged.set(closure_switch(k++).key, costs[1] < costs[0] ? 1 : 0);
+    classified.set(closure_switch(k++).key, costs[1] < costs[0] ? 1 : 0);
   });
-  const AlternatingResult solved = alternate(graph, {problem.initial, judged}, options.alternating);
+  const AlternatingResult solved =
+      alternate(graph, {problem.initial, classified}, options.alternating);
   RobustResult result;
   result.method = "alternating";
   result.values = solved.estimate.values;

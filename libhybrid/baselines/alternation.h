@@ -14,7 +14,7 @@ struct AlternationOptions {
 };
 
 /// The paper's own solver on eq. 16: alternating minimisation from the initial values, where every
-/// closure is first judged. It ends in the first local minimum.
+/// closure is classified first. It ends in the first local minimum.
 RobustResult solve_alternating(const RobustProblem& problem,
                                const AlternationOptions& options = {});
 

@@ -178,8 +178,8 @@ std::vector<Closure<Group>> closures_on(const Odometry<Group>& odometry,
 }
 
 template <class Group>
-void judge_pairs(const RobustProblem& problem, const ConsistencyOptions& options,
-                 Consistency& result) {
+void compare_pairs(const RobustProblem& problem, const ConsistencyOptions& options,
+                   Consistency& result) {
   const Odometry<Group> odometry(problem.trusted);
   const std::vector<Closure<Group>> closures = closures_on(odometry, problem);
   if (closures.size() > static_cast<std::size_t>(options.max_closures)) {
@@ -213,7 +213,7 @@ void judge_pairs(const RobustProblem& problem, const ConsistencyOptions& options
   const Clique clique = largest_clique(agree, options.max_nodes);
   for (const auto& closure : closures) result.kept[closure.index] = false;
   for (int v : clique.vertices) result.kept[closures[v].index] = true;
-  result.judged += closures.size();
+  result.compared += closures.size();
   result.exact = result.exact && clique.exact;
 }
 
@@ -227,8 +227,8 @@ Consistency pairwise_consistency(const RobustProblem& problem, const Consistency
   }
   Consistency result;
   result.kept.assign(problem.closures.size(), true);
-  judge_pairs<SE2>(problem, options, result);
-  judge_pairs<SE3>(problem, options, result);
+  compare_pairs<SE2>(problem, options, result);
+  compare_pairs<SE3>(problem, options, result);
   result.seconds = seconds_since(start);
   return result;
 }
@@ -243,13 +243,13 @@ RobustResult solve_consistent(const RobustProblem& problem, const ConsistencyOpt
   }
   RobustResult result = solver(kept);
   std::vector<bool> accepted(problem.closures.size(), false);
-  for (std::size_t k = 0, judged = 0; k < accepted.size(); ++k) {
-    if (consistency.kept[k]) accepted[k] = result.verdicts[judged++].accepted;
+  for (std::size_t k = 0, compared = 0; k < accepted.size(); ++k) {
+    if (consistency.kept[k]) accepted[k] = result.verdicts[compared++].accepted;
   }
   const std::vector<Verdict> by_solver = std::move(result.verdicts);
-  result.verdicts = judge(problem, result.values, accepted, mixture);
-  for (std::size_t k = 0, judged = 0; k < accepted.size(); ++k) {
-    if (consistency.kept[k]) result.verdicts[k] = by_solver[judged++];
+  result.verdicts = make_verdicts(problem, result.values, accepted, mixture);
+  for (std::size_t k = 0, compared = 0; k < accepted.size(); ++k) {
+    if (consistency.kept[k]) result.verdicts[k] = by_solver[compared++];
   }
   const JointObjective joint = joint_objective(problem, result.values, accepted, mixture);
   result.objective = joint.objective;

@@ -22,17 +22,17 @@ struct ConsistencyOptions {
 /// What pairwise consistency says of the closures of a problem.
 struct Consistency {
   /// By closure: whether it is in the largest set in which all agree with each other, or cannot be
-  /// judged because it or the odometry between its ends is no relative pose.
+  /// compared because it or the odometry between its ends is no relative pose.
   std::vector<bool> kept;
-  std::size_t judged = 0;  ///< closures compared
-  std::size_t pairs = 0;   ///< that agree
-  bool exact = true;       ///< whether the set is proven to be the largest
+  std::size_t compared = 0;  ///< closures compared
+  std::size_t pairs = 0;     ///< that agree
+  bool exact = true;         ///< whether the set is proven to be the largest
   double seconds = 0.0;
 };
 
 /// Pairwise consistency maximisation (Mangelson et al., 2018, eq. 8 and 12): closures (a, b) and
-/// (c, d) agree where going around a, b, d, c over odometry ends near where it started, judged by
-/// the covariance of all that lies on the way. Odometry are the trusted relative poses from each
+/// (c, d) agree where going around a, b, d, c over odometry ends near where it started, by the
+/// covariance of all that lies on the way. Odometry are the trusted relative poses from each
 /// pose to the next; for closures that share a part of it, their errors count as independent. The
 /// exact search stops at its limit, with the largest set found. Throws Error for a probability
 /// outside (0, 1).

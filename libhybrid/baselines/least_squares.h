@@ -6,10 +6,10 @@
 
 namespace HYBRID_API hybrid {
 
-/// Levenberg-Marquardt that believes every closure.
+/// Levenberg-Marquardt that accepts every closure.
 RobustResult solve_lm(const RobustProblem& problem, const ComparisonOptions& options = {});
 
-/// The same, believing only the closures told: none for dead reckoning, the true ones for what no
+/// The same, accepting only the closures told: none for dead reckoning, the true ones for what no
 /// method can beat. Throws Error unless there is one entry per closure.
 RobustResult solve_given(const RobustProblem& problem, const std::vector<bool>& accepted,
                          const ComparisonOptions& options = {});

@@ -103,8 +103,9 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
   return joint;
 }
 
-std::vector<Verdict> judge(const RobustProblem& problem, const Values& values,
-                           const std::vector<bool>& accepted, const MixtureOptions& options) {
+std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& values,
+                                   const std::vector<bool>& accepted,
+                                   const MixtureOptions& options) {
   std::vector<Verdict> verdicts(problem.closures.size());
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     const ContinuousFactor& closure = *problem.closures[k];

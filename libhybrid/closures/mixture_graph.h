@@ -63,10 +63,11 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
                                const MixtureOptions& options = {});
 
 /// The verdicts that `accepted` and `values` amount to (eq. 14): redundancies are left at one.
-std::vector<Verdict> judge(const RobustProblem& problem, const Values& values,
-                           const std::vector<bool>& accepted, const MixtureOptions& options = {});
+std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& values,
+                                   const std::vector<bool>& accepted,
+                                   const MixtureOptions& options = {});
 
-/// Whether a relative pose is believed as it is.
+/// Whether a relative pose is trusted as it is.
 using Trust = std::function<bool(Key from, Key to)>;
 
 /// A pose graph as a robust problem: relative poses that are not trusted are the closures, in the

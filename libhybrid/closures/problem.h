@@ -10,7 +10,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// A pose graph whose loop closures may be false (section V-A): factors that are believed as they
+/// A pose graph whose loop closures may be false (section V-A): factors that are trusted as they
 /// are, and candidates, each of which a binary variable switches between inlier and outlier
 /// (eq. 16).
 struct RobustProblem {
@@ -33,6 +33,18 @@ struct Verdict {
   double margin = 0.0;
 };
 
+/// What one member of a portfolio of solvers ended with.
+struct MemberSummary {
+  std::string method;
+  double objective = 0.0;  ///< see RobustResult
+  /// The same once the closures that the evidence contradicts, or does not carry, have been dropped
+  /// from the member's answer: members are compared by this, for the objective alone would reward
+  /// false closures that agree with each other.
+  double verified_objective = 0.0;
+  std::size_t accepted = 0;
+  double seconds = 0.0;
+};
+
 /// What a robust solver found. `verdicts` is in the order of `RobustProblem::closures`.
 struct RobustResult {
   std::string method;
@@ -51,6 +63,7 @@ struct RobustResult {
   bool poses_integrated = false;
   /// Estimate of the factor by which the variances of the noise are understated.
   double variance_factor = 1.0;
+  std::vector<MemberSummary> members;  ///< of a portfolio
 };
 
 }  // namespace hybrid

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/discrete/probabilities.h"
+
 namespace hybrid {
 namespace {
 
@@ -110,28 +112,7 @@ Table prior_table(DiscreteKey key, const std::vector<double>& probabilities) {
 }
 
 Table transition_table(DiscreteKey from, DiscreteKey to, const std::vector<double>& probabilities) {
-  const std::size_t size = joint_size({from, to});
-  if (probabilities.size() != size) {
-    throw Error("transition from " + to_string(from.key) + " to " + to_string(to.key) + " needs " +
-                std::to_string(size) + " probabilities, got " +
-                std::to_string(probabilities.size()));
-  }
-  std::vector<double> costs;
-  costs.reserve(size);
-  for (int row = 0; row < from.cardinality; ++row) {
-    double sum = 0.0;
-    for (int col = 0; col < to.cardinality; ++col) {
-      const double p = probabilities[row * to.cardinality + col];
-      check_probability(p, to);
-      sum += p;
-      costs.push_back(-std::log(p));
-    }
-    if (std::abs(sum - 1.0) > 1e-6) {
-      throw Error("transition row " + std::to_string(row) + " from " + to_string(from.key) +
-                  " sums to " + std::to_string(sum) + ", not 1");
-    }
-  }
-  return {{from, to}, std::move(costs)};
+  return conditional_table(to, {from}, probabilities);
 }
 
 }  // namespace hybrid

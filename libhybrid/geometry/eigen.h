@@ -12,8 +12,8 @@
 namespace HYBRID_API hybrid {
 
 static_assert(
-    EIGEN_DEFAULT_ALIGN_BYTES <= 16,
-    "Eigen would align memory otherwise than the library: use hybrid::hybrid of CMake, or "
+    EIGEN_MAX_ALIGN_BYTES <= 16 && EIGEN_MAX_STATIC_ALIGN_BYTES <= 16,
+    "Eigen would align its matrices otherwise than the library: use hybrid::hybrid of CMake, or "
     "compile with -DEIGEN_MAX_ALIGN_BYTES=16");
 static_assert(
     EIGEN_MALLOC_ALREADY_ALIGNED == 1,

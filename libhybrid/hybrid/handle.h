@@ -27,6 +27,21 @@ struct Handle {
   }
 };
 
+/// Handles of the factors that a change has added: by kind, in the order of the change.
+struct AddedHandles {
+  std::vector<Handle> continuous, discrete, hybrid;
+
+  std::size_t size() const { return continuous.size() + discrete.size() + hybrid.size(); }
+  bool empty() const { return size() == 0; }
+  /// All of them, e.g. to remove what a change has added.
+  std::vector<Handle> all() const {
+    std::vector<Handle> all = continuous;
+    all.insert(all.end(), discrete.begin(), discrete.end());
+    all.insert(all.end(), hybrid.begin(), hybrid.end());
+    return all;
+  }
+};
+
 /// Items of one kind by stable handle; places are reused, so that memory follows the number of
 /// items alive.
 template <class T>

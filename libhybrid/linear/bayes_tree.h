@@ -61,9 +61,14 @@ class BayesTree {
   /// Starts the step of a variable at zero again, after its linearisation point has moved there.
   void reset_delta(int v);
 
-  /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose. Where
-  /// pivots were lifted, `is_determined` is asked; without it the system is singular.
-  EliminationReport eliminate(const std::vector<int>& last, const IsDetermined& is_determined = {});
+  /// Has a variable eliminated again, and so placed anew, by the next `eliminate`.
+  void eliminate_again(int v) { touch(variables_[v].clique); }
+
+  /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose, and
+  /// `behind` those that come behind even these. Where pivots were lifted, `is_determined` is
+  /// asked; without it the system is singular.
+  EliminationReport eliminate(const std::vector<int>& last, const IsDetermined& is_determined = {},
+                              const std::vector<int>& behind = {});
 
   /// Makes all that happened so far permanent.
   void commit() noexcept;
@@ -174,7 +179,8 @@ class BayesTree {
   void touch(int clique);
   void save_delta(int v);
   void detach_top();
-  void gather_problem(const std::vector<int>& last);
+  void gather_problem();
+  void group_problem(const std::vector<int>& last, const std::vector<int>& behind);
   int make_clique(const SymbolicClique& symbolic, const std::vector<int>& made);
   void assemble(const Clique& clique, const SymbolicClique& symbolic, const std::vector<int>& made);
   void assemble_factor(const FactorState& factor, int last);

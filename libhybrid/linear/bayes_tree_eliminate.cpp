@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 // How the part of the tree that a change touches is made again.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libhybrid/linear/bayes_tree.h"
@@ -27,7 +28,7 @@ void BayesTree::detach_top() {
 }
 
 /// The elimination problem of the detached part: its variables, its factors, and what orphans left.
-void BayesTree::gather_problem(const std::vector<int>& last) {
+void BayesTree::gather_problem() {
   affected_.clear();
   for (int v : removed_variables_) local_[v] = -2;
   const auto take = [&](int v) {
@@ -62,15 +63,21 @@ void BayesTree::gather_problem(const std::vector<int>& last) {
     problem_.close_edge();
     edge_factor_.push_back(-1 - o);
   }
+}
 
+/// Groups the variables of the problem, without gaps, in the order in which they are eliminated.
+void BayesTree::group_problem(const std::vector<int>& last, const std::vector<int>& behind) {
   group_.assign(affected_.size(), 0);
-  std::size_t constrained = 0;
   for (int v : last) {
-    if (local_[v] < 0 || group_[local_[v]] == 1) continue;
-    group_[local_[v]] = 1;
-    ++constrained;
+    if (local_[v] >= 0) group_[local_[v]] = 1;
   }
-  if (constrained == affected_.size()) group_.assign(affected_.size(), 0);
+  for (int v : behind) {
+    if (local_[v] >= 0) group_[local_[v]] = 2;
+  }
+  std::array<bool, 3> used{};
+  for (int group : group_) used[group] = true;
+  const std::array<int, 3> number = {0, used[0] ? 1 : 0, (used[0] ? 1 : 0) + (used[1] ? 1 : 0)};
+  for (int& group : group_) group = number[group];
 }
 
 void BayesTree::assemble_factor(const FactorState& factor, int last) {
@@ -181,11 +188,13 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
 }
 
 EliminationReport BayesTree::eliminate(const std::vector<int>& last,
-                                       const IsDetermined& is_determined) {
+                                       const IsDetermined& is_determined,
+                                       const std::vector<int>& behind) {
   EliminationReport report;
   const std::size_t born_before = born_.size();
   detach_top();
-  gather_problem(last);
+  gather_problem();
+  group_problem(last, behind);
   lifted_variables_.clear();
   const std::vector<SymbolicClique> symbolic =
       eliminate_symbolically(problem_, constrained_order(problem_, group_));

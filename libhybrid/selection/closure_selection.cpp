@@ -14,12 +14,12 @@ namespace {
 constexpr int kBatch = 4;  // larger ones that are refused are cut to a quarter
 constexpr std::size_t kManyClosures = 100;
 constexpr double kNearlyAll = 0.995;
-constexpr double kDoubtedShare = 0.02;  // of a batch that is kept
+constexpr double kContradictedShare = 0.02;  // of a batch that is kept
 
 /// One run of re-admission.
-class Escape {
+class ClosureSelection {
  public:
-  Escape(const RobustProblem& problem, const ClosureSelectionOptions& options)
+  ClosureSelection(const RobustProblem& problem, const ClosureSelectionOptions& options)
       : options_(options), map_(problem, options), drops_(problem.closures.size(), 0) {}
 
   RobustResult run() {
@@ -67,22 +67,22 @@ class Escape {
   bool macro_step(const std::vector<Candidate>& batch) {
     const Readmission::Snapshot before = map_.snapshot();
     map_.admit(batch);
-    std::vector<int> doubted = map_.doubted();
-    const double allowed = std::max(2.0, kDoubtedShare * double(batch.size()));
-    if (batch.size() > kBatch && double(doubted.size()) > allowed) {
+    std::vector<int> contradicted = map_.contradicted();
+    const double allowed = std::max(2.0, kContradictedShare * double(batch.size()));
+    if (batch.size() > kBatch && double(contradicted.size()) > allowed) {
       // The map may have folded on the way to the new closures rather than contradict them.
       map_.unfold();
-      doubted = map_.doubted();
-      if (double(doubted.size()) > allowed) {
+      contradicted = map_.contradicted();
+      if (double(contradicted.size()) > allowed) {
         map_.restore(before);
         return false;
       }
     }
     std::vector<int> dropped;
-    for (; !doubted.empty(); doubted = map_.doubted()) {
-      doubted.resize((doubted.size() + 1) / 2);
-      dropped.insert(dropped.end(), doubted.begin(), doubted.end());
-      map_.drop(doubted);
+    for (; !contradicted.empty(); contradicted = map_.contradicted()) {
+      contradicted.resize((contradicted.size() + 1) / 2);
+      dropped.insert(dropped.end(), contradicted.begin(), contradicted.end());
+      map_.drop(contradicted);
     }
     if (!(map_.objective() < before.objective)) {
       map_.restore(before);
@@ -103,8 +103,8 @@ class Escape {
 
 RobustResult select_closures(const RobustProblem& problem, const ClosureSelectionOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  RobustResult result = Escape(problem, options).run();
-  result.method = "escape";
+  RobustResult result = ClosureSelection(problem, options).run();
+  result.method = "selection";
   result.seconds = seconds_since(start);
   return result;
 }

@@ -15,15 +15,15 @@ struct ClosureSelectionOptions {
   /// graph, not only by closure.
   double margin = 1.5;
   /// An admitted closure leaves when its evidence falls short by more than this.
-  double doubt = 2.0;
-  double degrees = 4.0;  ///< of the Student t, see EvidenceModel
-  double gate = 4.0;     ///< see EvidenceModel
+  double hysteresis = 2.0;
+  double degrees_of_freedom = 4.0;  ///< of the Student t, see EvidenceModel
+  double gate = 4.0;                ///< see EvidenceModel
   /// Where no closure passes alone, let the best two that agree with each other.
   bool pairs = true;
   /// Start with the closures that agree with the initial values, instead of none.
   bool trust_start = false;
   /// Below this redundancy a closure is flagged: no other measurement would reveal a false one.
-  double checkable = 0.09;
+  double min_redundancy = 0.09;
   /// Refuse closures so flagged, unless the evidence of the odometry alone carries them.
   bool refuse_uncheckable = false;
   int max_rounds = 500;  ///< macro-steps tried

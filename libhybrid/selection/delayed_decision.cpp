@@ -24,6 +24,9 @@ constexpr int kFinalRounds = 5;
 /// Joint values of a group that are compared at most.
 constexpr std::size_t kJointValues = 1024;
 
+/// Stands for the value of an attempt to give a group its best joint value.
+constexpr int kTakeBest = -1;
+
 /// A table that allows one value.
 Table only(DiscreteKey key, int value) {
   std::vector<double> costs(key.cardinality, std::numeric_limits<double>::infinity());
@@ -43,15 +46,38 @@ bool is_closure(const ContinuousFactor& factor) {
 
 }  // namespace
 
-UpdateReport DelayedDecisionSmoother::update(const Delta& given) {
+/// Runs change(report), which makes the map what it will be, or takes all of it back.
+template <class Change>
+UpdateReport DelayedDecisionSmoother::all_or_nothing(const Change& change) {
   const auto start = std::chrono::steady_clock::now();
-  Delta delta = given;
+  const auto save = [&] {
+    return State{choices_.size(), open_, groups_, explained_, settled_, trials_};
+  };
+  const auto restore = [&](State&& before) {
+    choices_.resize(before.choices);
+    open_ = std::move(before.open);
+    groups_ = std::move(before.groups);
+    explained_ = before.explained;
+    settled_ = before.settled;
+    trials_ = before.trials;
+    held_ = {};
+  };
+  auto report = attempts_.run<UpdateReport>(smoother_, save, restore, change);
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+UpdateReport DelayedDecisionSmoother::update(const Delta& delta) {
+  return all_or_nothing([&](UpdateReport& report) { take_in(delta, report); });
+}
+
+void DelayedDecisionSmoother::take_in(Delta delta, UpdateReport& report) {
   const bool chained = is_chained(delta);
   const std::vector<ContinuousFactorPtr> kept =
       chained ? keep_back(delta) : std::vector<ContinuousFactorPtr>();
   if (!chained) let_all_in();
-  UpdateReport report = smoother_.update(delta);
-  if (report.status != UpdateReport::Status::kOk) return report;
+  report = taken(smoother_.update(delta));
   for (const auto& factor : delta.continuous) explained_ += 0.5 * factor->rows();
   for (const HybridFactorPtr& factor : delta.hybrid) {
     if (factor->discrete_keys().size() != 1) continue;
@@ -74,9 +100,6 @@ UpdateReport DelayedDecisionSmoother::update(const Delta& given) {
   }
   settled_ = smoother_.objective() - smoother_.constant();
   explained_ = 0.0;
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
 }
 
 /// Whether new poses hang on the ones before them, and landmarks tie nothing new together. If not,
@@ -229,7 +252,7 @@ void DelayedDecisionSmoother::let_in(std::size_t g) {
   open_.erase(std::remove_if(open_.begin(), open_.end(), decided), open_.end());
   Delta delta;
   delta.continuous = group.closures;
-  smoother_.update(delta);
+  taken(smoother_.update(delta));
   for (const auto& factor : delta.continuous) explained_ += 0.5 * factor->rows();
 }
 
@@ -266,26 +289,22 @@ void DelayedDecisionSmoother::take(const Group& group) {
     if (type == Variable<SE2>::type()) swings(key, SE2::load(x)).store(x);
     x += type.size;
   }
-  const UpdateReport held = smoother_.update(holds);
-  if (held.status != UpdateReport::Status::kOk) return;
-  Delta lifts;
-  lifts.remove = held.handles;
-  smoother_.restore(estimate);
-  smoother_.update(lifts);
+  attempts_.attempt({chosen[0].first, kTakeBest}, [&] {
+    Delta lifts;
+    lifts.remove = taken(smoother_.update(holds)).handles.discrete;
+    taken(smoother_.restore(estimate));
+    taken(smoother_.update(lifts));
+  });
 }
 
 UpdateReport DelayedDecisionSmoother::finish() {
-  const auto start = std::chrono::steady_clock::now();
-  let_all_in();
-  UpdateReport report = smoother_.converge();
-  for (int round = 0; round < kFinalRounds && resolve(); ++round) {
-    const UpdateReport again = smoother_.converge();
-    report.rounds += again.rounds;
-    report.flips += again.flips;
-  }
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
+  return all_or_nothing([&](UpdateReport& report) {
+    let_all_in();
+    report = taken(smoother_.converge());
+    for (int round = 0; round < kFinalRounds && resolve(); ++round) {
+      report.add(taken(smoother_.converge()));
+    }
+  });
 }
 
 /// The choices under most strain.
@@ -307,48 +326,52 @@ std::vector<std::size_t> DelayedDecisionSmoother::strained() const {
 /// Tries other values of strained choices; returns whether one was better.
 bool DelayedDecisionSmoother::resolve() {
   for (std::size_t c : strained()) {
-    const Choice& choice = choices_[c];
     const int now = value_of(c);
-    for (int value = 0; value < choice.key.cardinality; ++value) {
-      if (value != now && try_value(choice, value)) return true;
+    for (int value = 0; value < choices_[c].key.cardinality; ++value) {
+      if (value != now && try_value(c, value)) return true;
     }
   }
   return false;
 }
 
-/// Holds a choice at a value; false where that leaves variables undetermined, and nothing changed.
-bool DelayedDecisionSmoother::hold(DiscreteKey key, int value) {
+/// Whether a choice is better with another value, which it then has; not where that leaves
+/// variables undetermined.
+bool DelayedDecisionSmoother::try_value(std::size_t choice, int value) {
+  ++trials_;
+  bool better = false;
+  attempts_.attempt({choice, value}, [&] { better = is_better(choices_[choice].key, value); });
+  return better;
+}
+
+/// Holds a choice at another value for some updates, and goes back where that is no better.
+bool DelayedDecisionSmoother::is_better(DiscreteKey key, int value) {
+  const double before = smoother_.objective();
+  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
+  const int now = smoother_.assignment().at(key.key);
+  hold(key, value);
+  for (int i = 1; i < kDelayedSettle && !(smoother_.objective() < before); ++i)
+    taken(smoother_.update({}));
+  const bool better = smoother_.objective() < before;
+  if (!better) {
+    hold(key, now);
+    taken(smoother_.restore(estimate));
+  }
+  lift();
+  return better;
+}
+
+void DelayedDecisionSmoother::hold(DiscreteKey key, int value) {
   Delta delta;
   if (held_.valid()) delta.remove.push_back(held_);
   delta.discrete.push_back(only(key, value));
-  const UpdateReport report = smoother_.update(delta);
-  if (report.status != UpdateReport::Status::kOk) return false;
-  held_ = report.handles[0];
-  return true;
+  held_ = taken(smoother_.update(delta)).handles.discrete[0];
 }
 
 void DelayedDecisionSmoother::lift() {
   Delta delta;
   delta.remove.push_back(held_);
-  smoother_.update(delta);
+  taken(smoother_.update(delta));
   held_ = {};
-}
-
-bool DelayedDecisionSmoother::try_value(const Choice& choice, int value) {
-  ++trials_;
-  const double before = smoother_.objective();
-  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  const Assignment assignment = smoother_.assignment();
-  if (!hold(choice.key, value)) return false;
-  for (int i = 1; i < kDelayedSettle && !(smoother_.objective() < before); ++i)
-    smoother_.update({});
-  const bool better = smoother_.objective() < before;
-  if (!better) {
-    hold(choice.key, assignment.at(choice.key.key));
-    smoother_.restore(estimate);
-  }
-  lift();
-  return better;
 }
 
 }  // namespace hybrid

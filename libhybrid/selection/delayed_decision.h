@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "libhybrid/selection/attempts.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace HYBRID_API hybrid {
@@ -34,6 +35,9 @@ struct DelayedDecisionOptions {
 /// values stays small. Where the cost of the map rises all the same, choices that are under strain
 /// are held at their other values, one by one, and kept there where the joint objective of eq. 6
 /// falls. So every choice can be tried again.
+///
+/// Every change is all or nothing, as those of IncrementalSmoother: where it throws, or its report
+/// says that the system is singular, all is as it was before.
 class DelayedDecisionSmoother {
  public:
   explicit DelayedDecisionSmoother(const DelayedDecisionOptions& options = {})
@@ -65,6 +69,18 @@ class DelayedDecisionSmoother {
     bool compared = false;  // with all these closures
   };
 
+  /// What a change moves beside the smoother; choices are only added.
+  struct State {
+    std::size_t choices = 0;
+    std::vector<std::size_t> open;
+    std::vector<Group> groups;
+    double explained = 0.0, settled = 0.0;
+    int trials = 0;
+  };
+
+  template <class Change>
+  UpdateReport all_or_nothing(const Change& change);
+  void take_in(Delta delta, UpdateReport& report);
   std::vector<ContinuousFactorPtr> keep_back(Delta& delta) const;
   bool is_chained(const Delta& delta) const;
   std::vector<std::size_t> spanned(const ContinuousFactor& closure) const;
@@ -78,8 +94,9 @@ class DelayedDecisionSmoother {
   int value_of(std::size_t choice) const;
   std::vector<std::size_t> strained() const;
   bool resolve();
-  bool try_value(const Choice& choice, int value);
-  bool hold(DiscreteKey key, int value);
+  bool try_value(std::size_t choice, int value);
+  bool is_better(DiscreteKey key, int value);
+  void hold(DiscreteKey key, int value);
   void lift();
 
   DelayedDecisionOptions options_;
@@ -87,7 +104,8 @@ class DelayedDecisionSmoother {
   std::vector<Choice> choices_;
   std::vector<std::size_t> open_;  // choices over which nothing but themselves connects the poses
   std::vector<Group> groups_;      // of open choices
-  double explained_ = 0.0;         // cost that the noise of what has entered since explains
+  Attempts attempts_;
+  double explained_ = 0.0;  // cost that the noise of what has entered since explains
   Handle held_;
   double settled_ = 0.0;  // continuous cost after the last update
   int trials_ = 0;

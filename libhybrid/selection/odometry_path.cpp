@@ -3,6 +3,8 @@
 #include "libhybrid/selection/odometry_path.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <iterator>
 
 namespace hybrid {
 namespace {
@@ -142,6 +144,23 @@ void OdometryPath::append(Key from, Key to, const ContinuousFactor& step, Variab
              path3 != nullptr && type == Variable<SE3>::type()) {
     append_pose(*path3, from, to, step, SE3::load(x));
   }
+}
+
+void OdometryPath::shrink(std::size_t size) noexcept {
+  for (auto it = index_.begin(); it != index_.end();) {
+    it = static_cast<std::size_t>(it->second) < size ? std::next(it) : index_.erase(it);
+  }
+  std::visit(
+      [&](auto& path) {
+        if constexpr (!std::is_same_v<std::decay_t<decltype(path)>, std::monostate>) {
+          path.poses.resize(std::min(size, path.poses.size()));
+          path.spread.resize(std::min(size, path.spread.size()));
+          path.part.resize(std::min(size, path.part.size()));
+          parts_ = path.part.empty() ? 0 : path.part.back() + 1;
+        }
+      },
+      path_);
+  if (size == 0) path_ = std::monostate();
 }
 
 int OdometryPath::index(Key pose) const {

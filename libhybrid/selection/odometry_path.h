@@ -29,6 +29,11 @@ class OdometryPath {
   /// by Newton steps from `x`. A pose that cannot be appended starts a path of its own.
   void append(Key from, Key to, const ContinuousFactor& step, VariableType type, const double* x);
 
+  /// Poses so far.
+  std::size_t size() const { return index_.size(); }
+  /// Forgets all poses but the first `size`. Does not throw.
+  void shrink(std::size_t size) noexcept;
+
   /// Prediction of a factor between two poses given the odometry alone; nothing where no path joins
   /// them.
   std::optional<Prediction> innovation(const ContinuousFactor& closure) const;

@@ -19,13 +19,16 @@ namespace {
 constexpr int kSettle = 6;
 /// What an update may leave of the way at most, or the attempt ends.
 constexpr double kProgress = 0.8;
-/// Attempts after which a closure waits until all are judged again.
+/// Attempts after which a closure waits until all are evaluated again.
 constexpr int kAttempts = 1;
 /// Newest closures that are looked at again when the map has changed.
 constexpr std::size_t kReconsidered = 50;
-/// All closures are judged again when there are so many times those of the last time, and more.
+/// All closures are evaluated again when there are so many times those of the last time, and more.
 constexpr std::size_t kGrowth = 4;
 constexpr std::size_t kFewClosures = 20;
+
+/// Attempts beside those to take in closure k, which are {k, 0}.
+constexpr Attempts::Name kExpel = {0, 1}, kReevaluate = {0, 2};
 
 using Clock = std::chrono::steady_clock;
 
@@ -52,17 +55,52 @@ void check_names(const Delta& trusted) {
 void SelectionReport::add(const UpdateReport& update) {
   status = update.status;
   if (!update.message.empty()) message = update.message;
-  relinearized += update.relinearized;
-  eliminated += update.eliminated;
-  cliques += update.cliques;
-  flips += update.flips;
-  components += update.components;
-  rounds += update.rounds;
-  exact = exact && update.exact;
+  UpdateWork::add(update);
 }
 
 OnlineClosureSelection::OnlineClosureSelection(const OnlineClosureSelectionOptions& options)
     : options_(options), smoother_(options.smoother) {}
+
+/// Runs change(report), which makes the map what it will be, or takes all of it back.
+template <class Change>
+SelectionReport OnlineClosureSelection::all_or_nothing(const Change& change) {
+  const auto start = Clock::now();
+  auto report = attempts_.run<SelectionReport>(
+      smoother_, [&] { return save(); }, [&](State&& before) { restore(std::move(before)); },
+      change);
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+OnlineClosureSelection::State OnlineClosureSelection::save() {
+  saved_.clear();
+  return {odometry_.size(), closures_.size(), factor_alone_, factor_,
+          expelled_at_,     evaluated_,       open_,         lifted_,
+          verdicts_};
+}
+
+void OnlineClosureSelection::restore(State&& before) {
+  odometry_.shrink(before.poses);
+  closures_.resize(before.closures);
+  for (auto& [k, closure] : saved_) {
+    if (k < before.closures) closures_[k] = std::move(closure);
+  }
+  factor_alone_ = std::move(before.factor_alone);
+  factor_ = std::move(before.factor);
+  expelled_at_ = before.expelled_at;
+  evaluated_ = before.evaluated;
+  open_ = std::move(before.open);
+  lifted_ = std::move(before.lifted);
+  verdicts_ = std::move(before.verdicts);
+  changed_switches_.clear();
+}
+
+/// A closure to be changed, which is kept as it was before the change under way.
+OnlineClosureSelection::Closure& OnlineClosureSelection::edit(std::size_t k) {
+  saved_.try_emplace(k, closures_[k]);
+  return closures_[k];
+}
 
 /// Keeps the path of odometry up to date: a new pose hangs on its first trusted factor with an
 /// earlier one.
@@ -86,7 +124,7 @@ void OnlineClosureSelection::follow(const Delta& trusted) {
 
 /// Forbids one value of the switch of a closure by a table, or lets it free.
 void OnlineClosureSelection::set_switch(std::size_t k, SwitchState switch_state, Delta& delta) {
-  Closure& closure = closures_[k];
+  Closure& closure = edit(k);
   if (closure.table.valid()) delta.remove.push_back(closure.table);
   closure.table = {};
   closure.switch_state = switch_state;
@@ -98,15 +136,14 @@ void OnlineClosureSelection::set_switch(std::size_t k, SwitchState switch_state,
   changed_switches_.push_back(k);
 }
 
+/// Throws Refused where the system is singular.
 UpdateReport OnlineClosureSelection::apply(Delta delta) {
   delta.remove.insert(delta.remove.end(), lifted_.begin(), lifted_.end());
-  const UpdateReport report = smoother_.update(delta);
-  if (report.status != UpdateReport::Status::kOk) return report;
+  const UpdateReport report = taken(smoother_.update(delta));
   lifted_.clear();
-  const std::size_t first =
-      delta.continuous.size() + delta.discrete.size() - changed_switches_.size();
+  const std::size_t first = delta.discrete.size() - changed_switches_.size();
   for (std::size_t i = 0; i < changed_switches_.size(); ++i) {
-    closures_[changed_switches_[i]].table = report.handles[first + i];
+    edit(changed_switches_[i]).table = report.handles.discrete[first + i];
   }
   changed_switches_.clear();
   return report;
@@ -123,9 +160,22 @@ Prediction OnlineClosureSelection::predict(const ContinuousFactor& closure) cons
 
 SelectionReport OnlineClosureSelection::update(const Delta& trusted,
                                                const std::vector<ContinuousFactorPtr>& closures) {
-  const auto start = Clock::now();
   check_names(trusted);
-  SelectionReport report;
+  return all_or_nothing([&](SelectionReport& report) { take_in(trusted, closures, report); });
+}
+
+SelectionReport OnlineClosureSelection::finish() {
+  return all_or_nothing([&](SelectionReport& report) {
+    report.objective_before = smoother_.objective();
+    reevaluate_all(report);
+    report.add(apply({}));
+    report.add(taken(smoother_.converge()));
+  });
+}
+
+void OnlineClosureSelection::take_in(const Delta& trusted,
+                                     const std::vector<ContinuousFactorPtr>& closures,
+                                     SelectionReport& report) {
   Delta delta = trusted;
   const std::size_t first = closures_.size();
   for (const ContinuousFactorPtr& factor : closures) {
@@ -136,38 +186,24 @@ SelectionReport OnlineClosureSelection::update(const Delta& trusted,
     delta.assignment.set(closure_switch(k).key, 1);
     set_switch(k, SwitchState::kFixedOutlier, delta);
   }
-  const UpdateReport done = [&] {
-    try {
-      return apply(std::move(delta));
-    } catch (...) {
-      closures_.resize(first);
-      changed_switches_.clear();
-      throw;
-    }
-  }();
+  const UpdateReport done = apply(std::move(delta));
   report.add(done);
   report.handles = done.handles;
   report.objective_before = done.objective_before;
-  if (done.status != UpdateReport::Status::kOk) {
-    closures_.resize(first);
-    changed_switches_.clear();
-    return report;
-  }
   verdicts_.clear();
   follow(trusted);
   for (std::size_t k = first; k < closures_.size(); ++k) {
-    Closure& closure = closures_[k];
+    Closure& closure = closures_[k];  // new: goes with the change
     closure.alone = odometry_.innovation(*closure.factor);
     closure.refuted = refuted(closure);
     if (closure.refuted) continue;
     open_.push_back(k);
     if (consider(k, report)) reconsider(report);
   }
-  expel(report);
-  if (closures_.size() > kGrowth * judged_ + kFewClosures) reevaluate_all(report);
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
+  attempts_.attempt(kExpel, [&] { expel(report); });
+  if (closures_.size() > kGrowth * evaluated_ + kFewClosures) {
+    attempts_.attempt(kReevaluate, [&] { reevaluate_all(report); });
+  }
 }
 
 /// Whether the odometry alone contradicts a closure.
@@ -186,15 +222,15 @@ double OnlineClosureSelection::switch_at(std::size_t k) const {
   return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
 }
 
-/// Judges a closure by its innovation given the map.
+/// Tests a closure by its innovation given the map.
 bool OnlineClosureSelection::consider(std::size_t k, SelectionReport& report) {
-  Closure& closure = closures_[k];
+  Closure& closure = edit(k);
   closure.innovation = predict(*closure.factor);
   return factor_.within(options_.gate, closure.innovation, closure.factor->rows(), switch_at(k)) &&
          admit(k, report);
 }
 
-/// Judges again the newest closures that may have come within their gate: covariances only shrink,
+/// Tests again the newest closures that may have come within their gate: covariances only shrink,
 /// so the last one predicted bounds what a new one can allow.
 void OnlineClosureSelection::reconsider(SelectionReport& report) {
   const std::size_t first = open_.size() - std::min(open_.size(), kReconsidered);
@@ -202,7 +238,7 @@ void OnlineClosureSelection::reconsider(SelectionReport& report) {
     again = false;
     for (std::size_t i = first; i < open_.size(); ++i) {
       const std::size_t k = open_[i];
-      Closure& closure = closures_[k];
+      const Closure& closure = closures_[k];
       if (closure.switch_state != SwitchState::kFixedOutlier || closure.failures >= kAttempts)
         continue;
       const Eigen::MatrixXd& W = closure.innovation.information;
@@ -221,8 +257,8 @@ void OnlineClosureSelection::expel(SelectionReport& report) {
   Delta delta;
   std::vector<std::size_t> stay;
   for (std::size_t k : open_) {
-    Closure& closure = closures_[k];
-    closure.refuted = refuted(closure);
+    const Closure& closure = closures_[k];
+    if (refuted(closure)) edit(k).refuted = true;
     if (!closure.refuted) {
       stay.push_back(k);
     } else if (closure.switch_state != SwitchState::kFixedOutlier) {
@@ -232,24 +268,38 @@ void OnlineClosureSelection::expel(SelectionReport& report) {
   open_ = std::move(stay);
   if (changed_switches_.empty()) return;
   report.add(apply(std::move(delta)));
-  for (std::size_t k : open_) closures_[k].failures = 0;
+  for (std::size_t k : open_) edit(k).failures = 0;
   reconsider(report);
 }
 
 void OnlineClosureSelection::free(std::size_t k) {
-  if (closures_[k].table.valid()) lifted_.push_back(closures_[k].table);
-  closures_[k].table = {};
-  closures_[k].switch_state = SwitchState::kFree;
+  Closure& closure = edit(k);
+  if (closure.table.valid()) lifted_.push_back(closure.table);
+  closure.table = {};
+  closure.switch_state = SwitchState::kFree;
 }
 
-/// Holds a closure in its inlier mode until the map has taken that in, and keeps it so where the
-/// joint objective has fallen.
+/// Takes a closure in where the map is better with it; not where the system would be singular.
 bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
   ++report.tried;
+  bool better = false;
+  attempts_.attempt({k, 0}, [&] { better = is_better_with(k, report); });
+  Closure& closure = edit(k);
+  closure.failures = better ? 0 : closure.failures + 1;
+  if (!better) return false;
+  factor_.add(closure.innovation, closure.factor->rows());
+  if (closure.alone) factor_alone_.add(*closure.alone, closure.factor->rows());
+  ++report.admitted;
+  return true;
+}
+
+/// Holds a closure in its inlier mode until the map has taken that in, and frees it there where the
+/// joint objective has fallen.
+bool OnlineClosureSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
   const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  std::vector<bool> standing(closures_.size());
-  for (std::size_t i = 0; i < closures_.size(); ++i) standing[i] = accepted(i);
+  std::vector<bool> accepted_before(closures_.size());
+  for (std::size_t i = 0; i < closures_.size(); ++i) accepted_before[i] = accepted(i);
   Delta delta;
   set_switch(k, SwitchState::kFixedInlier, delta);
   report.add(apply(std::move(delta)));
@@ -260,18 +310,9 @@ bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
     if (now > kProgress * left) break;
     left = now;
   }
-  Closure& closure = closures_[k];
-  if (!(smoother_.objective() < before)) {
-    withdraw(k, standing, estimate);
-    ++closure.failures;
-    return false;
-  }
-  free(k);
-  closure.failures = 0;
-  factor_.add(closure.innovation, closure.factor->rows());
-  if (closure.alone) factor_alone_.add(*closure.alone, closure.factor->rows());
-  ++report.admitted;
-  return true;
+  const bool better = smoother_.objective() < before;
+  better ? free(k) : withdraw(k, accepted_before, estimate);
+  return better;
 }
 
 /// Takes an attempt back: all goes where it stood.
@@ -288,7 +329,7 @@ void OnlineClosureSelection::withdraw(std::size_t k, const std::vector<bool>& be
       moved.push_back(i);
     }
   }
-  smoother_.restore(estimate);
+  taken(smoother_.restore(estimate));
   for (std::size_t i : moved) free(i);
 }
 
@@ -310,7 +351,7 @@ std::vector<Verdict> OnlineClosureSelection::verdicts() const {
     problem.closures.push_back(closures_[k].factor);
     in.push_back(accepted(k));
   }
-  std::vector<Verdict> verdicts = judge(problem, smoother_.values(), in, options_.mixture);
+  std::vector<Verdict> verdicts = make_verdicts(problem, smoother_.values(), in, options_.mixture);
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     if (closures_[k].refuted) continue;
     const ContinuousFactor& factor = *closures_[k].factor;
@@ -318,7 +359,7 @@ std::vector<Verdict> OnlineClosureSelection::verdicts() const {
     const Eigen::MatrixXd P = smoother_.joint_covariance(factor.keys());
     verdicts[k].redundancy = in[k] ? joined_redundancy(factor, x.data(), P)
                                    : predict_measurement(factor, x.data(), P).redundancy;
-    verdicts[k].checkable = verdicts[k].redundancy >= options_.checkable;
+    verdicts[k].checkable = verdicts[k].redundancy >= options_.min_redundancy;
   }
   return verdicts;
 }

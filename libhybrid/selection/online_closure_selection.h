@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/selection/attempts.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/odometry_path.h"
 #include "libhybrid/selection/prediction.h"
@@ -27,19 +30,19 @@ struct OnlineClosureSelectionOptions {
   /// alone and given all that is accepted.
   double gate = 0.999;
   /// Closures of less redundancy are reported as uncheckable.
-  double checkable = 0.09;
+  double min_redundancy = 0.09;
   SmootherOptions smoother;
-  ClosureSelectionOptions escape;  ///< of judging all closures again
+  ClosureSelectionOptions selection;  ///< of evaluating all closures again
 };
 
-/// Where a closure stands.
+/// The present decision on a closure.
 enum class ClosureStatus {
   kRejectedByOdometry,  ///< contradicts the odometry
   kUndecided,           ///< agrees with the odometry, and not with the map
   kAccepted
 };
 
-/// What one step of the judge did.
+/// What one step of the selection did.
 struct SelectionReport : UpdateReport {
   int admitted = 0;  ///< closures taken in
   int tried = 0;     ///< attempts at that
@@ -56,24 +59,27 @@ struct SelectionReport : UpdateReport {
 /// with each other but not with the odometry stay out, and with the map, by the predicted
 /// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
 /// variable is free: the discrete half-step throws it out when the later graph contradicts it.
-/// Newest closures that are out are judged again when the map has changed. Whenever their number
-/// has grown fourfold, and in the end, all are judged again from nothing by select_closures, which
-/// can turn any decision; all these judgements together cost about a third of the last one.
+/// Newest closures that are out are tested again when the map has changed. Whenever their number
+/// has grown fourfold, and in the end, all are evaluated again from nothing by select_closures,
+/// which can turn any decision; all these evaluations together cost about a third of the last one.
+///
+/// Every change is all or nothing, as those of IncrementalSmoother: where it throws, or its report
+/// says that the system is singular, all is as it was before.
 class OnlineClosureSelection {
  public:
   explicit OnlineClosureSelection(const OnlineClosureSelectionOptions& options = {});
 
-  /// Applies a change of trusted factors, and judges the closures that come with it. They are
+  /// Applies a change of trusted factors, and tests the closures that come with it. They are
   /// numbered in the order in which they arrive. Errors as those of IncrementalSmoother::update,
   /// and for discrete variables with the letter of the switches of closures (see closure_switch).
   SelectionReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
 
-  /// Judges all closures again, from nothing and from the present map, and converges.
+  /// Evaluates all closures again, from nothing and from the present map, and converges.
   SelectionReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
   ClosureStatus status(std::size_t closure) const;
-  /// By closure, at the present estimate: those of the last judgement of all closures, if that was
+  /// By closure, at the present estimate: those of the last evaluation of all, if that was
   /// the last thing done, else redundancies are those of closures that are not refuted.
   std::vector<Verdict> verdicts() const;
 
@@ -89,6 +95,23 @@ class OnlineClosureSelection {
     std::optional<Prediction> alone;  // given the odometry alone
   };
 
+  /// What a change moves beside the smoother and closures that were there before.
+  struct State {
+    std::size_t poses = 0, closures = 0;
+    VarianceFactor factor_alone, factor;
+    std::size_t expelled_at = 0, evaluated = 0;
+    std::vector<std::size_t> open;
+    std::vector<Handle> lifted;
+    std::vector<Verdict> verdicts;
+  };
+
+  template <class Change>
+  SelectionReport all_or_nothing(const Change& change);
+  State save();
+  void restore(State&& before);
+  Closure& edit(std::size_t k);
+  void take_in(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures,
+               SelectionReport& report);
   void follow(const Delta& trusted);
   void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
   UpdateReport apply(Delta delta);
@@ -100,6 +123,7 @@ class OnlineClosureSelection {
   void reconsider(SelectionReport& report);
   void expel(SelectionReport& report);
   bool admit(std::size_t k, SelectionReport& report);
+  bool is_better_with(std::size_t k, SelectionReport& report);
   void withdraw(std::size_t k, const std::vector<bool>& before,
                 const IncrementalSmoother::Snapshot& estimate);
   RobustProblem problem() const;
@@ -117,8 +141,10 @@ class OnlineClosureSelection {
   std::vector<std::size_t> open_;              // not refuted
   std::vector<std::size_t> changed_switches_;  // with tables in the delta under way
   std::vector<Handle> lifted_;                 // tables to remove with the next update
-  std::size_t judged_ = 0;                     // closures when all were judged last
+  std::size_t evaluated_ = 0;                  // closures when all were evaluated last
   std::vector<Verdict> verdicts_;              // of then, as long as they hold
+  Attempts attempts_;
+  std::unordered_map<std::size_t, Closure> saved_;  // closures before the change under way
 };
 
 }  // namespace hybrid

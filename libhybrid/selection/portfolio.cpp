@@ -24,47 +24,49 @@ RobustResult verified(const RobustProblem& problem, const Values& values,
 
 }  // namespace
 
-PortfolioResult solve_portfolio(const RobustProblem& problem, const PortfolioOptions& options) {
+RobustResult solve_portfolio(const RobustProblem& problem, const PortfolioOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  PortfolioResult portfolio;
+  std::vector<MemberSummary> members;
   std::vector<RobustResult> answers;
-  const auto add = [&](RobustResult raw, RobustResult checked, const std::string& name) {
-    raw.method = name;
-    portfolio.members.push_back({std::move(raw), checked.objective});
+  const auto add = [&](const RobustResult& raw, RobustResult checked, const std::string& name) {
+    std::size_t accepted = 0;
+    for (const Verdict& verdict : raw.verdicts) accepted += verdict.accepted ? 1 : 0;
+    members.push_back({name, raw.objective, checked.objective, accepted, raw.seconds});
     answers.push_back(std::move(checked));
   };
-  RobustResult nothing = select_closures(problem, options.escape);
-  add(nothing, nothing, "escape");
-  RobustResult given = verified(problem, problem.initial, options.escape);
-  add(given, given, "escape from the start");
+  const RobustResult nothing = select_closures(problem, options.selection);
+  add(nothing, nothing, "selection");
+  const RobustResult given = verified(problem, problem.initial, options.selection);
+  add(given, given, "selection from the start");
   std::vector<ContinuousFactorPtr> all = problem.trusted;
   all.insert(all.end(), problem.closures.begin(), problem.closures.end());
-  RobustResult chordal =
-      verified(problem, chordal_initialization(all, problem.initial), options.escape);
-  add(chordal, chordal, "escape from chordal");
+  const RobustResult chordal =
+      verified(problem, chordal_initialization(all, problem.initial), options.selection);
+  add(chordal, chordal, "selection from chordal");
   AlternationOptions alternation;
-  alternation.mixture = options.escape.mixture;
-  alternation.alternating.continuous = options.escape.solver;
-  alternation.alternating.continuous_iterations = options.escape.solver.max_iterations;
-  RobustResult paper = solve_alternating(problem, alternation);
-  add(paper, verified(problem, paper.values, options.escape), "alternating");
+  alternation.mixture = options.selection.mixture;
+  alternation.alternating.continuous = options.selection.solver;
+  alternation.alternating.continuous_iterations = options.selection.solver.max_iterations;
+  const RobustResult paper = solve_alternating(problem, alternation);
+  add(paper, verified(problem, paper.values, options.selection), "alternating");
   if (options.gnc) {
     GncOptions gnc;
-    gnc.mixture = options.escape.mixture;
-    gnc.solver = options.escape.solver;
-    RobustResult graduated = solve_gnc(problem, gnc);
-    add(graduated, verified(problem, graduated.values, options.escape), "gnc");
+    gnc.mixture = options.selection.mixture;
+    gnc.solver = options.selection.solver;
+    const RobustResult graduated = solve_gnc(problem, gnc);
+    add(graduated, verified(problem, graduated.values, options.selection), "gnc");
   }
   std::size_t best = 0;
   for (std::size_t m = 1; m < answers.size(); ++m) {
     if (answers[m].objective < answers[best].objective) best = m;
   }
-  portfolio.best = answers[best];
-  portfolio.best.method = "portfolio";
-  portfolio.best.iterations = 0;
-  for (const RobustResult& answer : answers) portfolio.best.iterations += answer.iterations;
-  portfolio.best.seconds = seconds_since(start);
-  return portfolio;
+  RobustResult result = answers[best];
+  result.method = "portfolio";
+  result.members = std::move(members);
+  result.iterations = 0;
+  for (const RobustResult& answer : answers) result.iterations += answer.iterations;
+  result.seconds = seconds_since(start);
+  return result;
 }
 
 }  // namespace hybrid

@@ -62,7 +62,7 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
                                                           std::log(mixture.outlier_variance)) -
         std::log(mixture.outlier_weight));
   }
-  model_.degrees = options.degrees;
+  model_.degrees = options.degrees_of_freedom;
   model_.gate = options.gate;
   problem_ =
       std::make_unique<Problem>(graph_, values_, to_assignment(accepted_), options.solver.threads,
@@ -83,9 +83,10 @@ void Readmission::begin() {
     }
     state_ = problem_->load(start);
     settle(rough);
-    for (std::vector<int> doubted = this->doubted(); !doubted.empty(); doubted = this->doubted()) {
-      doubted.resize((doubted.size() + 1) / 2);
-      drop(doubted);
+    for (std::vector<int> contradicted = this->contradicted(); !contradicted.empty();
+         contradicted = this->contradicted()) {
+      contradicted.resize((contradicted.size() + 1) / 2);
+      drop(contradicted);
     }
   }
 }
@@ -103,7 +104,7 @@ void Readmission::settle(const SolverOptions& solver) {
   const Undamped undamped = factorize_undamped(*problem_);
   if (!undamped.free.empty()) {
     throw Error("without the closures, " + under_constrained_message(undamped.free) +
-                ": closures can only be judged against a connected trajectory");
+                ": closures can only be tested against a connected trajectory");
   }
   if (!undamped.usable) {
     throw Error("without the closures, the trajectory is conditioned too badly to be factorised");
@@ -151,12 +152,12 @@ double Readmission::threshold() const {
   return std::log(1.0 + double(accepted_.size()) - accepted_count_) + options_.margin;
 }
 
-std::vector<int> Readmission::doubted() const {
+std::vector<int> Readmission::contradicted() const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    const bool unchecked = options_.refuse_uncheckable && redundancy_[k] < options_.checkable;
+    const bool unchecked = options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy;
     if (!accepted_[k]) continue;
-    if (unchecked || evidence_[k] < threshold() - options_.doubt) {
+    if (unchecked || evidence_[k] < threshold() - options_.hysteresis) {
       found.push_back({-evidence_[k], static_cast<int>(k)});
     }
   }
@@ -267,7 +268,7 @@ std::vector<Candidate> Readmission::above_threshold() const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k] || evidence_[k] <= threshold()) continue;
-    if (options_.refuse_uncheckable && redundancy_[k] < options_.checkable) continue;
+    if (options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy) continue;
     found.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(found.begin(), found.end(), by_evidence);
@@ -346,7 +347,7 @@ void Readmission::finish(RobustResult& result) {
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     Verdict& verdict = result.verdicts[k];
     verdict.redundancy = redundancy_[k];
-    verdict.checkable = redundancy_[k] >= options_.checkable;
+    verdict.checkable = redundancy_[k] >= options_.min_redundancy;
     verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence_[k] - log_odds));
     verdict.margin = evidence_[k] - threshold();
   }

@@ -53,7 +53,7 @@ class Readmission {
   /// The two that together have the best evidence, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
   /// Admitted closures that the others contradict, worst first.
-  std::vector<int> doubted() const;
+  std::vector<int> contradicted() const;
 
   /// Solves to the end and fills in all but method and time.
   void finish(RobustResult& result);

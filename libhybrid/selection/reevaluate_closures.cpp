@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// How the online judge looks at all closures again.
+// Evaluation of all closures anew by the online selection.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/selection/evidence.h"
 #include "libhybrid/selection/online_closure_selection.h"
@@ -46,17 +44,17 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
   return std::min(1.0, variance_factor(chi_squares, rows));
 }
 
-/// Judges all closures from nothing; or from the present map, where they were judged from nothing
+/// Evaluates all closures from nothing; or from the present map, where they were so
 /// not long ago, or where they show far less noise in it: false closures inside overstated noise
 /// are then what makes the difference.
 void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   const RobustProblem problem = this->problem();
-  ClosureSelectionOptions present = options_.escape;
+  ClosureSelectionOptions present = options_.selection;
   present.trust_start = true;
   RobustResult best;
-  if (closures_.size() > judged_ + judged_ / 8) {
-    best = select_closures(problem, options_.escape);
-    judged_ = closures_.size();
+  if (closures_.size() > evaluated_ + evaluated_ / 8) {
+    best = select_closures(problem, options_.selection);
+    evaluated_ = closures_.size();
     std::vector<bool> now, then;
     for (std::size_t k = 0; k < closures_.size(); ++k) {
       now.push_back(accepted(k));
@@ -78,7 +76,7 @@ void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& 
   Delta delta;
   std::vector<std::size_t> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
-    Closure& closure = closures_[k];
+    Closure& closure = edit(k);
     const bool accept = result.verdicts[k].accepted;
     if (accept && closure.refuted) {
       closure.refuted = false;
@@ -97,27 +95,15 @@ void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& 
     const double* x = result.values.data(key);
     estimate.numbers.insert(estimate.numbers.end(), x, x + result.values.type(key).size);
   }
-  smoother_.restore(estimate);
+  taken(smoother_.restore(estimate));
   for (std::size_t k : in) {
     if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
   }
   for (std::size_t k : open_) {
-    Closure& closure = closures_[k];
+    Closure& closure = edit(k);
     closure.failures = 0;
     closure.innovation.information.resize(0, 0);  // covariances may have grown
   }
-}
-
-SelectionReport OnlineClosureSelection::finish() {
-  const auto start = std::chrono::steady_clock::now();
-  SelectionReport report;
-  report.objective_before = smoother_.objective();
-  reevaluate_all(report);
-  report.add(apply({}));
-  report.add(smoother_.converge());
-  report.objective_after = smoother_.objective();
-  report.seconds = seconds_since(start);
-  return report;
 }
 
 }  // namespace hybrid

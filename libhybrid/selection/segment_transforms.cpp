@@ -29,8 +29,8 @@ void SegmentTransforms::add(const HybridFactor& choice, int value, const Values&
 }
 
 SE2 SegmentTransforms::operator()(Key key, const SE2& pose) const {
-  for (auto swing = transforms_.rbegin(); swing != transforms_.rend(); ++swing) {
-    if (key.index() >= swing->from) return swing->motion * pose;
+  for (auto transform = transforms_.rbegin(); transform != transforms_.rend(); ++transform) {
+    if (key.index() >= transform->from) return transform->motion * pose;
   }
   return pose;
 }

@@ -16,23 +16,23 @@ namespace HYBRID_API hybrid {
 /// is one from a planar pose to the next.
 std::optional<SE2> motion_of(const HybridFactor& choice, int value);
 
-/// Rigid motions of what hangs on choices, when these take values: where nothing but the choice
-/// connects the poses behind it with those before it, nothing is strained.
+/// Rigid motions of the poses behind choices when these take values: where nothing but the choice
+/// connects the poses behind it with those before it, no residual changes.
 class SegmentTransforms {
  public:
-  /// The choice takes a value. `values` holds the poses before any swing; choices come in the order
-  /// of their poses.
+  /// The choice takes a value. `values` holds the poses before any transform; choices come in the
+  /// order of their poses.
   void add(const HybridFactor& choice, int value, const Values& values);
 
-  /// A pose after all swings; they move those from the end of a choice on.
+  /// A pose after all transforms; they move those from the end of a choice on.
   SE2 operator()(Key key, const SE2& pose) const;
 
  private:
-  struct Swing {
+  struct Transform {
     std::uint64_t from;  // index of the first pose that moves
-    SE2 motion;          // in the map, all swings before it included
+    SE2 motion;          // in the map, all transforms before it included
   };
-  std::vector<Swing> transforms_;
+  std::vector<Transform> transforms_;
 };
 
 }  // namespace hybrid

@@ -20,34 +20,34 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
     const ContinuousFactor& factor = *feed.factors()[f];
     if (!trusted(factor.keys()[0], factor.keys()[1])) number.emplace(&factor, number.size());
   }
-  OnlineClosureSelection judge(options);
+  OnlineClosureSelection selection(options);
   RobustResult result;
   result.method = "online";
   std::vector<std::size_t> order;  // numbers of the closures, as they arrive
   while (!feed.done()) {
     const Key pose = feed.pose();
-    Delta delta = feed.next(judge.smoother().values());
-    std::vector<ContinuousFactorPtr> believed, closures;
+    Delta delta = feed.next(selection.smoother().values());
+    std::vector<ContinuousFactorPtr> known, closures;
     for (const ContinuousFactorPtr& factor : delta.continuous) {
       const auto closure = number.find(factor.get());
-      (closure == number.end() ? believed : closures).push_back(factor);
+      (closure == number.end() ? known : closures).push_back(factor);
       if (closure != number.end()) order.push_back(closure->second);
     }
-    delta.continuous = std::move(believed);
-    const SelectionReport report = judge.update(delta, closures);
+    delta.continuous = std::move(known);
+    const SelectionReport report = selection.update(delta, closures);
     if (report.status != UpdateReport::Status::kOk) {
       throw Error("at pose " + std::to_string(pose.index()) + ": " + report.message);
     }
     result.iterations += report.rounds;
   }
-  result.iterations += judge.finish().rounds;
-  result.values = judge.smoother().values();
-  result.cost = judge.smoother().cost();
-  result.objective = judge.smoother().objective();
-  const std::vector<Verdict> verdicts = judge.verdicts();
+  result.iterations += selection.finish().rounds;
+  result.values = selection.smoother().values();
+  result.cost = selection.smoother().cost();
+  result.objective = selection.smoother().objective();
+  const std::vector<Verdict> verdicts = selection.verdicts();
   result.verdicts.resize(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) result.verdicts[order[k]] = verdicts[k];
-  result.poses_integrated = true;  // by the last judgement of all
+  result.poses_integrated = true;  // by the last evaluation of all
   result.seconds = seconds_since(start);
   return result;
 }

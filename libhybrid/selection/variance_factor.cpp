@@ -12,7 +12,7 @@ namespace hybrid {
 namespace {
 
 /// The factor is what this quantile of the samples says: false closures inside overstated
-/// noise, that were believed, are above it.
+/// noise, that were accepted, are above it.
 constexpr double kQuantile = 0.25;
 /// The newest samples count.
 constexpr std::size_t kSamples = 200;

@@ -10,16 +10,16 @@
 namespace HYBRID_API hybrid {
 
 /// How far real noise is below what measurements claim: the lower quartile of the squared
-/// innovations of closures that were believed, over that of the chi-square distribution.
+/// innovations of closures that were accepted, over that of the chi-square distribution.
 /// Covariances that are overstated, as many published graphs have them, would let false closures
 /// through any gate. The quartile is that of innovations of about the same predicted size, since
 /// drift over a long path and noise of neighbouring measurements are stated by different people.
 class VarianceFactor {
  public:
-  /// A believed closure, with the innovation that it had before it was.
+  /// An accepted closure, with the innovation that it had before.
   void add(const Prediction& innovation, int rows);
 
-  /// Bounds the factor by what a judgement of all closures found.
+  /// Bounds the factor by what an evaluation of all closures found.
   void limit(double factor) { limit_ = std::min(1.0, factor); }
 
   /// The factor for an innovation; 1 while nothing is known. Never above 1.

@@ -36,13 +36,17 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
 /// where it does not lower the objective as its linear model promised, some more of them with all
-/// that moved linearised again; and where that does not help, damped steps.
-void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire) {
+/// that moved linearised again; and where that does not help, damped steps. A step that raises the
+/// objective is not taken where its linear model promises less than linear models may be off by:
+/// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
+/// objective by less than that, part of it is enough. Less than `minor` is not worth damped steps.
+void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, double minor) {
   ++report.rounds;
   const double before = term_cost_.value();
   old_slots_.clear();
   old_.clear();
   ++old_stamp_;
+  const double negligible = std::min(options_.relinearize, minor);
   double promised = 0.0;
   for (int tries = 0;; ++tries) {
     changed_ = tree_.solve(wildfire);
@@ -50,9 +54,18 @@ void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire)
     move_estimate();
     const double gained = before - term_cost_.value();
     if (tries == 0) promised = gained + model_error_;
-    if (gained >= 0.0 && !falls_short(gained, promised)) break;
+    if (gained >= 0.0 && !falls_short(gained, promised, minor)) break;
+    const Place start{old_slots_, old_};
+    if (gained < 0.0 && gained + model_error_ <= negligible) {
+      go_along(start, way_from(start), 0.0);
+      break;
+    }
+    if (gained >= -negligible && !falls_short(gained, promised, minor)) {
+      go_part_of_the_way(start, before);
+      break;
+    }
     if (tries == kMoreSteps) {
-      fall_back(before, promised, report);
+      fall_back(before, promised, minor, report);
       break;
     }
     // All that moved, not just the ends of the worst factors: a variable that is linearised again
@@ -62,7 +75,7 @@ void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire)
     move_linearization(moved, report);
     if (!eliminate(report)) {
       report.status = UpdateReport::Status::kOk;
-      fall_back(before, promised, report);
+      fall_back(before, promised, minor, report);
       break;
     }
   }

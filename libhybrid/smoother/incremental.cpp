@@ -11,6 +11,12 @@
 #include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
+namespace {
+
+/// What is too little for an update to matter, in units of the objective: the next ones go on.
+constexpr double kMinorGain = 1.0;
+
+}  // namespace
 
 /// Runs change(report), which makes the smoother what it will be. Where it throws, or leaves a
 /// status other than kOk, all is taken back.
@@ -29,7 +35,7 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   }
   if (report.status != UpdateReport::Status::kOk) {
     take_back();
-    report.handles.clear();
+    report.handles = {};
   } else if (own) {
     make_permanent();
   }
@@ -56,10 +62,10 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
 
 /// Alternates until nothing flips, or for the rounds that an update may take.
 void IncrementalSmoother::settle(UpdateReport& report) {
-  continuous_step(report, options_.wildfire);
+  continuous_step(report, options_.wildfire, kMinorGain);
   while (report.status == UpdateReport::Status::kOk && discrete_step(report) &&
          take_flips(report) && report.rounds < options_.rounds) {
-    continuous_step(report, options_.wildfire);
+    continuous_step(report, options_.wildfire, kMinorGain);
   }
 }
 
@@ -74,7 +80,7 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
       enter_pulls();
       move_linearization(all, report);
       if (!eliminate(report)) return;
-      continuous_step(report, 0.0);
+      continuous_step(report, 0.0, tolerance * std::max(1.0, std::abs(before)));
       if (report.status != UpdateReport::Status::kOk) return;
       const bool flipped = discrete_step(report) && take_flips(report);
       const double decrease = before - objective();
@@ -204,8 +210,12 @@ void IncrementalSmoother::refresh_tables() {
 }
 
 bool IncrementalSmoother::eliminate(UpdateReport& report) {
+  behind_.clear();
+  for (Key key : kept_last_) {
+    if (theta_->contains(key)) behind_.push_back(theta_->slot(key));
+  }
   const EliminationReport done = tree_.eliminate(
-      last_, [this](const std::vector<int>& slots) { return is_determined(slots); });
+      last_, [this](const std::vector<int>& slots) { return is_determined(slots); }, behind_);
   report.eliminated += done.variables;
   report.cliques += done.cliques;
   if (done.singular < 0) return true;
@@ -214,6 +224,18 @@ bool IncrementalSmoother::eliminate(UpdateReport& report) {
   report.message = "the factors do not determine " + to_string(report.under_constrained) +
                    "; give it a prior or more measurements";
   return false;
+}
+
+UpdateReport IncrementalSmoother::keep_last(const std::vector<Key>& keys) {
+  return all_or_nothing([&](UpdateReport& report) {
+    kept_last_ = keys;
+    for (Key key : keys) {
+      if (theta_->contains(key) && !theta_.is_removed(key)) {
+        tree_.eliminate_again(theta_->slot(key));
+      }
+    }
+    eliminate(report);
+  });
 }
 
 IncrementalSmoother::Snapshot IncrementalSmoother::snapshot() const {

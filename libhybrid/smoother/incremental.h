@@ -40,7 +40,11 @@ struct SmootherOptions {
 /// its variables have changed. The joint objective of eq. 6 never rises on the graph at hand.
 ///
 /// Every change is all or nothing: whatever throws on the way, bad input, a factor of the user or a
-/// lack of memory, the smoother is then as it was before. A copy is an independent smoother.
+/// lack of memory, the smoother is then as it was before.
+///
+/// A copy is an independent smoother, at the cost of the whole tree: the two share factors, which
+/// nobody changes, and nothing else, and asked for the same they do the same to the last bit. The
+/// copy of one in a transaction is in that transaction.
 class IncrementalSmoother {
  public:
   explicit IncrementalSmoother(const SmootherOptions& options = {}) : options_(options) {}
@@ -65,6 +69,12 @@ class IncrementalSmoother {
   /// Does nothing where no transaction is under way.
   void roll_back();
   bool in_transaction() const { return in_transaction_; }
+
+  /// From now on these variables, known or still to come, are eliminated after all others (the
+  /// constrained keys of iSAM2): changes and covariances of them cost little then, wherever they
+  /// are in the graph, and the rest of the tree has the fill that this brings. They replace those
+  /// named before; by default there are none, and only the newest variables come last.
+  UpdateReport keep_last(const std::vector<Key>& keys);
 
   /// An estimate as numbers: those of the variables one after the other.
   struct Snapshot {
@@ -117,8 +127,8 @@ class IncrementalSmoother {
   /// Small things as they were before the first change since the last commit.
   struct Committed {
     CostSum term_cost, term_constant;
-    std::vector<int> moved, stale;
-    std::vector<Key> recent;
+    std::vector<int> moved, stale, last;
+    std::vector<Key> recent, kept_last;
     bool weak_left_out = false, couple_weak = false;
   };
   struct GraphChange {  // in the order in which they were made
@@ -140,7 +150,7 @@ class IncrementalSmoother {
   template <class Factor>
   Handle add_to_graph(Factor factor);
   int add_term(Term term, UpdateReport& report);
-  void enter_new_terms(const std::vector<Handle>& handles);
+  void enter_new_terms(const AddedHandles& handles);
   int& number_of(Handle handle) { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
   int term_of(Handle handle) const { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
   void start_change();
@@ -177,7 +187,7 @@ class IncrementalSmoother {
   bool others_say_what_was_lost(int most_dims) const;
 
   // continuous_half.cpp
-  void continuous_step(UpdateReport& report, double wildfire);
+  void continuous_step(UpdateReport& report, double wildfire, double minor);
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   void remember(const std::vector<int>& slots);
   void move_estimate();
@@ -189,11 +199,13 @@ class IncrementalSmoother {
     std::vector<int> slots;
     std::vector<double> numbers;
   };
-  static bool falls_short(double gained, double promised);
+  static bool falls_short(double gained, double promised, double minor);
   Place place_of(std::vector<int> slots) const;
   void go_to(const Place& place, UpdateReport& report);
+  std::vector<double> way_from(const Place& start) const;
+  void go_along(const Place& start, const std::vector<double>& way, double share);
   void go_part_of_the_way(const Place& start, double before);
-  void fall_back(double before, double promised, UpdateReport& report);
+  void fall_back(double before, double promised, double minor, UpdateReport& report);
   void damped_steps(const Place& start, UpdateReport& report);
   void damp(const std::vector<int>& slots, double damping);
   void undamp();
@@ -213,8 +225,10 @@ class IncrementalSmoother {
   bool weak_left_out_ = false;  // whether a weak component was ever left out of the tree
   bool couple_weak_ = false;    // since a variable hung on one: none is any more
   std::vector<Key> recent_;
+  std::vector<Key> kept_last_;
   std::vector<int> moved_;  // slots to linearise again in the next update
   std::vector<int> stale_;  // hybrid terms whose variables moved since their tables were made
+  std::vector<int> last_;   // slots to eliminate last, as of the last update
 
   bool in_transaction_ = false;
   bool changing_ = false;
@@ -227,7 +241,7 @@ class IncrementalSmoother {
   std::vector<Lost> lost_;
 
   // Scratch of an update.
-  std::vector<int> last_;                  // slots to eliminate last
+  std::vector<int> behind_;                // slots to eliminate behind even the last ones
   std::vector<int> changed_;               // slots whose estimate moved in the last continuous step
   std::vector<DiscreteHalf::Flip> flips_;  // of the last discrete step
   std::vector<std::pair<double, int>>

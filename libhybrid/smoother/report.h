@@ -10,28 +10,44 @@
 
 namespace HYBRID_API hybrid {
 
+/// The work of one update, or of several, and what it came to. What is counted here is counted in
+/// every report, and in the records of a run.
+struct UpdateWork {
+  int relinearized = 0;           ///< variables whose linearisation point moved
+  int eliminated = 0;             ///< variables eliminated again, over all rounds
+  int cliques = 0;                ///< cliques made, over all rounds
+  int flips = 0;                  ///< discrete variables whose value changed
+  int components = 0;             ///< components of the discrete graph solved
+  int rounds = 0;                 ///< continuous half-steps
+  bool exact = true;              ///< false if a discrete component was too large and searched
+  double objective_before = 0.0;  ///< eq. 6 with the new factors, at the initial values
+  double objective_after = 0.0;   ///< and at the new estimate
+  double seconds = 0.0;
+
+  /// Counts a later update as well.
+  void add(const UpdateWork& later) {
+    relinearized += later.relinearized;
+    eliminated += later.eliminated;
+    cliques += later.cliques;
+    flips += later.flips;
+    components += later.components;
+    rounds += later.rounds;
+    exact = exact && later.exact;
+    objective_after = later.objective_after;
+    seconds += later.seconds;
+  }
+};
+
 /// What one update of the incremental smoother did.
-struct UpdateReport {
+struct UpdateReport : UpdateWork {
   enum class Status { kOk, kSingular };
 
   Status status = Status::kOk;
   std::string message;    ///< what is wrong and where, if anything is
   Key under_constrained;  ///< a variable that the factors do not determine, where singular
 
-  std::vector<Handle>
-      handles;  ///< of the added factors: continuous, discrete, hybrid, as in the delta
-
-  int relinearized = 0;  ///< variables whose linearisation point moved
-  int eliminated = 0;    ///< variables eliminated again, over all rounds
-  int cliques = 0;       ///< cliques made, over all rounds
-  int flips = 0;         ///< discrete variables whose value changed
-  int components = 0;    ///< components of the discrete graph solved
-  int rounds = 0;        ///< continuous half-steps
-  bool exact = true;     ///< false if a discrete component was too large and searched locally
-  double objective_before = 0.0;   ///< eq. 6 with the new factors, at the initial values
-  double objective_after = 0.0;    ///< and at the new estimate
+  AddedHandles handles;            ///< of the factors that the update has added
   std::vector<double> objectives;  ///< after every half-step (eq. 10), never rising
-  double seconds = 0.0;
 };
 
 }  // namespace hybrid

@@ -27,7 +27,8 @@ void IncrementalSmoother::begin() {
 /// Notes what small things are before the first change since the last commit.
 void IncrementalSmoother::start_change() {
   if (changing_) return;
-  committed_ = {term_cost_, term_constant_, moved_, stale_, recent_, weak_left_out_, couple_weak_};
+  committed_ = {term_cost_, term_constant_, moved_,         stale_,      last_,
+                recent_,    kept_last_,     weak_left_out_, couple_weak_};
   changing_ = true;
 }
 
@@ -57,7 +58,7 @@ void IncrementalSmoother::stage(const Delta& delta, UpdateReport& report) {
   }
   for (const Table& table : delta.discrete) {
     const Handle handle = add_to_graph(table);
-    report.handles.push_back(handle);
+    report.handles.discrete.push_back(handle);
     const int f = number_of(handle) = discrete_.add(table.keys(), -1, delta.assignment);
     discrete_.set_tables(f, {table});
   }
@@ -110,8 +111,8 @@ Handle IncrementalSmoother::add_to_graph(Factor factor) {
 /// Returns the number of the term.
 int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   for (Key key : term.keys()) term.slots.push_back(theta_->slot(key));
-  report.handles.push_back(term.handle);
   const Handle handle = term.handle;
+  (term.hybrid ? report.handles.hybrid : report.handles.continuous).push_back(handle);
   const int t = number_of(handle) = terms_.add(std::move(term));
   at_index(term_stamp_, t) = 0;
   at_index(table_of_term_, t) = -1;
@@ -130,14 +131,15 @@ int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
 
 /// Enters new hybrid terms with the components that the discrete half-step has chosen, so that a
 /// measurement rejected at once never touches the tree; and lists what to eliminate last.
-void IncrementalSmoother::enter_new_terms(const std::vector<Handle>& handles) {
+void IncrementalSmoother::enter_new_terms(const AddedHandles& handles) {
   last_.clear();
-  for (Handle handle : handles) {
-    if (handle.kind == FactorKind::kDiscrete) continue;
-    const int t = term_of(handle);
-    if (terms_[t].tree_factor < 0) enter_tree(t);
-    if (terms_[t].tree_factor < 0) continue;
-    last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+  for (const std::vector<Handle>* list : {&handles.continuous, &handles.hybrid}) {
+    for (Handle handle : *list) {
+      const int t = term_of(handle);
+      if (terms_[t].tree_factor < 0) enter_tree(t);
+      if (terms_[t].tree_factor < 0) continue;
+      last_.insert(last_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+    }
   }
   for (Key key : recent_) {
     if (theta_->contains(key) && !theta_.is_removed(key)) last_.push_back(theta_->slot(key));
@@ -186,7 +188,9 @@ void IncrementalSmoother::take_back() noexcept {
   term_constant_ = committed_.term_constant;
   moved_ = std::move(committed_.moved);
   stale_ = std::move(committed_.stale);
+  last_ = std::move(committed_.last);
   recent_ = std::move(committed_.recent);
+  kept_last_ = std::move(committed_.kept_last);
   weak_left_out_ = committed_.weak_left_out;
   couple_weak_ = committed_.couple_weak;
   end_change();

@@ -19,15 +19,13 @@ constexpr double kMostDamping = 1e8;
 /// Steps that lower the objective by less than this share of what was gained so far are enough.
 constexpr double kEnough = 1e-2;
 
-/// Of the decrease that the linear model of a step promises, the share that it must bring; and what
-/// is too little to matter, in units of the objective.
+/// Of the decrease that the linear model of a step promises, the share that it must bring.
 constexpr double kLeastGain = 0.05;
-constexpr double kMinorGain = 1.0;
 
 }  // namespace
 
-bool IncrementalSmoother::falls_short(double gained, double promised) {
-  return gained < kLeastGain * promised - kMinorGain;
+bool IncrementalSmoother::falls_short(double gained, double promised, double minor) {
+  return gained < kLeastGain * promised - minor;
 }
 
 /// The estimates of some variables.
@@ -140,39 +138,52 @@ void IncrementalSmoother::damped_steps(const Place& start, UpdateReport& report)
   eliminate(report);
 }
 
-/// Goes a part of the way from `start` to the present estimate, the largest tried that does not
-/// raise the objective; at worst none, with everything to be linearised again in the next update.
-void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) {
-  std::vector<double> full;
+/// The way from a place to the present estimate, in the tangents of the place.
+std::vector<double> IncrementalSmoother::way_from(const Place& start) const {
+  std::vector<double> way;
   const double* x = start.numbers.data();
   for (int slot : start.slots) {
     const VariableType type = values().type(slot);
-    full.resize(full.size() + type.dim);
-    local(type, x, values().data(slot), full.data() + full.size() - type.dim);
+    way.resize(way.size() + type.dim);
+    local(type, x, values().data(slot), way.data() + way.size() - type.dim);
     x += type.size;
   }
-  std::vector<double> part(full.size()), delta;
+  return way;
+}
+
+/// Moves the estimate to a share of the way from a place; linearisation points stay.
+void IncrementalSmoother::go_along(const Place& start, const std::vector<double>& way,
+                                   double share) {
+  const double* x = start.numbers.data();
+  const double* whole = way.data();
+  std::vector<double> step, delta;
+  for (int slot : start.slots) {
+    const VariableType type = values().type(slot);
+    double* at = estimate_.edit(slot);
+    if (share > 0.0) {
+      step.assign(whole, whole + type.dim);
+      for (double& number : step) number *= share;
+      retract(type, x, step.data(), at);
+    } else {
+      std::copy_n(x, type.size, at);
+    }
+    delta.resize(type.dim);
+    local(type, theta_->data(slot), at, delta.data());
+    tree_.set_delta(slot, delta.data());
+    whole += type.dim;
+    x += type.size;
+  }
+  refresh_costs(start.slots);
+}
+
+/// Goes a part of the way from `start` to the present estimate, the largest tried that does not
+/// raise the objective; at worst none, with everything to be linearised again in the next update.
+void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) {
+  const std::vector<double> way = way_from(start);
   double share = 1.0;
   do {
     share = share > kLeastShare ? 0.5 * share : 0.0;
-    for (std::size_t i = 0; i < full.size(); ++i) part[i] = share * full[i];
-    const double* step = part.data();
-    x = start.numbers.data();
-    for (int slot : start.slots) {
-      const VariableType type = values().type(slot);
-      double* at = estimate_.edit(slot);
-      if (share > 0.0) {
-        retract(type, x, step, at);
-      } else {
-        std::copy_n(x, type.size, at);
-      }
-      delta.resize(type.dim);
-      local(type, theta_->data(slot), at, delta.data());
-      tree_.set_delta(slot, delta.data());
-      step += type.dim;
-      x += type.size;
-    }
-    refresh_costs(start.slots);
+    go_along(start, way, share);
   } while (share > 0.0 && !(term_cost_.value() <= before));
   if (share == 0.0) moved_ = start.slots;
 }
@@ -180,10 +191,11 @@ void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) 
 /// What to do when Gauss-Newton has not brought what it promised: a part of its way where it has
 /// led uphill; and where much of the promise is left, damped steps from where the half-step began,
 /// if they come to a better place.
-void IncrementalSmoother::fall_back(double before, double promised, UpdateReport& report) {
+void IncrementalSmoother::fall_back(double before, double promised, double minor,
+                                    UpdateReport& report) {
   const Place start{old_slots_, old_};
   if (!(term_cost_.value() <= before)) go_part_of_the_way(start, before);
-  if (!falls_short(before - term_cost_.value(), promised)) return;
+  if (!falls_short(before - term_cost_.value(), promised, minor)) return;
   const Place reached = place_of(old_slots_);
   const double reached_cost = term_cost_.value();
   damped_steps(start, report);

@@ -3,6 +3,7 @@
 #include "libhybrid/smoother/window.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace hybrid {
@@ -85,14 +86,12 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
     last_touch_[key] = updates_ + 1;
     if (past_.values.contains(key)) past_.values.erase(key);
   }
-  const auto own = static_cast<std::ptrdiff_t>(delta.continuous.size() + delta.discrete.size());
-  const auto recalled = static_cast<std::ptrdiff_t>(change.discrete.size() - delta.discrete.size());
-  const auto begin = report.handles.begin() + own;
-  for (auto handle = begin; handle != begin + recalled; ++handle) {
-    const Key key = smoother_.graph().discrete().at(*handle).keys()[0].key;
-    holders_[key].push_back(*handle);
+  std::vector<Handle>& tables = report.handles.discrete;
+  for (std::size_t recalled = delta.discrete.size(); recalled < tables.size(); ++recalled) {
+    const Key key = smoother_.graph().discrete().at(tables[recalled]).keys()[0].key;
+    holders_[key].push_back(tables[recalled]);
   }
-  report.handles.erase(begin, begin + recalled);
+  tables.resize(delta.discrete.size());
   const auto forget = [&](const std::vector<DiscreteKey>& keys) {
     for (const DiscreteKey& key : keys) {
       past_.assignment.erase(key.key);
@@ -104,21 +103,20 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
   return report;
 }
 
-void WindowSmoother::touch(const Delta& delta, const std::vector<Handle>& handles) {
+void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {
   for (Key key : delta.remove_values) last_touch_.erase(key);
   const HybridGraph& graph = smoother_.graph();
-  for (Handle handle : handles) {
-    if (handle.kind == FactorKind::kContinuous) {
-      for (Key key : graph.continuous().at(handle)->keys()) last_touch_[key] = updates_;
-    } else if (handle.kind == FactorKind::kHybrid) {
-      const HybridFactor& factor = *graph.hybrid().at(handle);
-      for (Key key : factor.keys()) last_touch_[key] = updates_;
-      for (const DiscreteKey& key : factor.discrete_keys()) holders_[key.key].push_back(handle);
-    } else {
-      for (const DiscreteKey& key : graph.discrete().at(handle).keys()) {
-        holders_[key.key].push_back(handle);
-      }
-    }
+  const auto hold = [&](const std::vector<DiscreteKey>& keys, Handle handle) {
+    for (const DiscreteKey& key : keys) holders_[key.key].push_back(handle);
+  };
+  for (Handle handle : handles.continuous) {
+    for (Key key : graph.continuous().at(handle)->keys()) last_touch_[key] = updates_;
+  }
+  for (Handle handle : handles.discrete) hold(graph.discrete().at(handle).keys(), handle);
+  for (Handle handle : handles.hybrid) {
+    const HybridFactor& factor = *graph.hybrid().at(handle);
+    for (Key key : factor.keys()) last_touch_[key] = updates_;
+    hold(factor.discrete_keys(), handle);
   }
 }
 
@@ -210,11 +208,20 @@ bool WindowSmoother::is_tied(Key key, const std::vector<Handle>& going) const {
 }
 
 /// Lets variables leave together, or else those of them that can, one by one: what holds one back
-/// must not hold back the others, or the window would grow without bound.
+/// must not hold back the others, or the window would grow without bound. The update proper has
+/// been made: where a factor throws, its variables stay for now.
 void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
-  if (try_to_leave(keys, report)) return;
+  const auto leaves = [&](const std::vector<Key>& some) {
+    try {
+      return try_to_leave(some, report);
+    } catch (const std::exception& error) {
+      report.kept_because = error.what();
+      return false;
+    }
+  };
+  if (leaves(keys)) return;
   for (Key key : keys) {
-    if (keys.size() == 1 || !try_to_leave({key}, report)) report.kept.push_back(key);
+    if (keys.size() == 1 || !leaves({key})) report.kept.push_back(key);
   }
   if (report.kept.empty()) report.kept_because.clear();
 }
@@ -294,7 +301,7 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
     table_.erase(key);
     report.left_discrete.push_back(key);
   }
-  take_tables(done.handles);
+  take_tables(done.handles.discrete);
   const auto& open = change.undetermined;
   report.undetermined.insert(report.undetermined.end(), open.begin(), open.end());
   report.marginalized += static_cast<int>(keys.size());
@@ -305,9 +312,8 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
 }
 
 /// Remembers the tables that marginalisation has left.
-void WindowSmoother::take_tables(const std::vector<Handle>& handles) {
-  for (Handle handle : handles) {
-    if (handle.kind != FactorKind::kDiscrete) continue;
+void WindowSmoother::take_tables(const std::vector<Handle>& tables) {
+  for (Handle handle : tables) {
     const Table& table = smoother_.graph().discrete().at(handle);
     if (table.keys().empty()) constant_ = handle;
     for (const DiscreteKey& key : table.keys()) holders_[key.key].push_back(handle);

@@ -39,8 +39,9 @@ struct WindowReport : UpdateReport {
   /// Of those that left, the ones of which their factors left a direction open at the estimate (a
   /// robust loss that rejects all of them, a range of zero): nothing was known of it.
   std::vector<Key> undetermined;
-  /// Those that were to leave and have not, as the rest would not be determined without them, and
-  /// why. They are to leave at every later update, with what depends on them in the end.
+  /// Those that were to leave and have not, as the rest would not be determined without them or one
+  /// of their factors threw, and why. They are to leave at every later update, with what depends on
+  /// them in the end.
   std::vector<Key> kept;
   std::string kept_because;
 };
@@ -70,6 +71,8 @@ class WindowSmoother {
     return smoother_.converge(max_rounds, tolerance);
   }
 
+  UpdateReport keep_last(const std::vector<Key>& keys) { return smoother_.keep_last(keys); }
+
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
   const Estimate& past() const { return past_; }
@@ -80,14 +83,14 @@ class WindowSmoother {
  private:
   Delta with_returning(const Delta& delta) const;
   UpdateReport take_in(const Delta& delta);
-  void touch(const Delta& delta, const std::vector<Handle>& handles);
+  void touch(const Delta& delta, const AddedHandles& handles);
   std::vector<Key> outdated(const Delta& delta) const;
   bool is_state(Key key, VariableType type) const;
   void leave(const std::vector<Key>& keys, WindowReport& report);
   bool try_to_leave(const std::vector<Key>& keys, WindowReport& report);
   std::vector<Handle> factors_of(const std::vector<Key>& keys) const;
   void settle_constant(std::vector<std::pair<Key, Table>>& settled, Delta& delta);
-  void take_tables(const std::vector<Handle>& handles);
+  void take_tables(const std::vector<Handle>& tables);
   bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);
 

@@ -172,18 +172,6 @@ std::vector<std::string> IniFile::sections() const {
   return names;
 }
 
-void IniFile::override_value(const std::string& section, const std::string& key,
-                             const std::string& value, const std::string& origin) {
-  Section& target = find_or_add(section);
-  if (target.where.empty()) target.where = origin;
-  if (const Entry* entry = target.find(key)) {
-    target.entries[static_cast<std::size_t>(entry - target.entries.data())] = {entry->key, value,
-                                                                               origin};
-  } else {
-    target.add({key, value, origin});
-  }
-}
-
 void IniFile::reject_unknown() const {
   std::vector<std::string> known_sections;
   for (const Section& section : sections_) {
@@ -270,10 +258,7 @@ void IniSection::declare(IniFile::Declaration declaration) {
 }
 
 void IniSection::fail(const std::string& key, const std::string& why) const {
-  const IniFile::Entry* entry = find(key);
-  const std::string& section_where = section_->where.empty() ? file_->name() : section_->where;
-  throw Error(fmt::format("{}: [{}] {} {}", entry != nullptr ? entry->where : section_where,
-                          section_->name, key, why));
+  throw Error(about(key) + " " + why);
 }
 
 template <class T>

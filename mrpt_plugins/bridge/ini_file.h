@@ -82,6 +82,12 @@ class IniFile {
   /// Sets or replaces a value, as from the command line; messages then name `origin`.
   void override_value(const std::string& section, const std::string& key, const std::string& value,
                       const std::string& origin = "command line");
+  /// The same for texts SECTION.KEY=VALUE, as of --set; Error for any other. The name of a section
+  /// holds no dot here.
+  void override_values(const std::vector<std::string>& settings);
+
+  /// What the user should change in the file, or the command line: names that are no longer used.
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// Throws Error naming every section and key of the file that nobody declared, with the nearest
   /// declared name.
@@ -106,7 +112,10 @@ class IniFile {
   struct Entry {
     std::string key;
     std::string value;
-    std::string where;  // "file:line:column"
+    std::string where;       // "file:line:column"
+    bool overrides = false;  // of override_value()
+    std::string old_name =
+        {};  // "[section] key" under which it was given, where that is an old one
   };
   struct Declaration {
     std::string key, type, default_value, value, meaning;
@@ -122,6 +131,7 @@ class IniFile {
 
     const Entry* find(const std::string& key) const;
     void add(Entry entry);
+    void remove(const std::string& key);
   };
 
   void parse(const std::string& text);
@@ -130,6 +140,7 @@ class IniFile {
 
   std::string name_ = "(defaults)";
   bool documenting_ = true;
+  std::vector<std::string> warnings_;
   std::list<Section> sections_;                       // a list: IniSection keeps a pointer
   std::unordered_map<std::string, Section*> places_;  // by name in lower case
 };
@@ -167,6 +178,16 @@ class IniSection {
   std::string path(const std::string& key, const std::string& default_value,
                    const std::string& meaning);
 
+  /// Says that `key` was once called `old_key`, in this section or, where one is named, in
+  /// `old_section`: what is given under the old name counts under the new one, with a warning. To
+  /// be called before the key is read. Throws Error where both are given; what comes from the
+  /// command line goes before the file, whatever its name.
+  void replaces(const std::string& key, const std::string& old_key,
+                const std::string& old_section = "");
+
+  /// Adds a warning that names file, line, section and key.
+  void warn(const std::string& key, const std::string& what);
+
   /// Throws Error naming file, line, section and key: for checks that span several keys.
   [[noreturn]] void fail(const std::string& key, const std::string& why) const;
 
@@ -176,6 +197,7 @@ class IniSection {
 
   const IniFile::Entry* find(const std::string& key) const;
   const IniFile::Entry& find_required(const std::string& key) const;
+  std::string about(const std::string& key) const;
   void declare(IniFile::Declaration declaration);
   template <class T>
   T parse(const IniFile::Entry& entry, const IniRange& range) const;

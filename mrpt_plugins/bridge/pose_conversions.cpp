@@ -9,6 +9,13 @@
 
 namespace hybrid {
 
+Eigen::Isometry3d to_isometry(const mrpt::poses::CPose3D& pose) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = pose.getRotationMatrix().asEigen();
+  out.translation() << pose.x(), pose.y(), pose.z();
+  return out;
+}
+
 SE2 to_se2(const mrpt::poses::CPose3D& pose) {
   return {pose.x(), pose.y(), pose.yaw()};
 }
@@ -23,9 +30,13 @@ mrpt::poses::CPose3D to_mrpt(const SE2& pose) {
 }
 
 mrpt::poses::CPose3D to_mrpt(const SE3& pose) {
+  return to_mrpt(to_isometry(pose));
+}
+
+mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& pose) {
   mrpt::math::CMatrixDouble33 R;
-  R.asEigen() = pose.rotation().matrix();
-  const Eigen::Vector3d& t = pose.translation();
+  R.asEigen() = pose.linear();
+  const Eigen::Vector3d t = pose.translation();
   mrpt::poses::CPose3D out(t.x(), t.y(), t.z());
   out.setRotationMatrix(R);
   return out;
@@ -36,20 +47,8 @@ mrpt::poses::CPose3D pose_at(const Values& values, Key key) {
   return to_mrpt(values.at<SE3>(key));
 }
 
-Eigen::Vector3d point_at(const Values& values, Key key) {
-  if (values.type(key).dim == 3) return values.at<Eigen::Vector3d>(key);
-  const Eigen::Vector2d point = values.at<Eigen::Vector2d>(key);
-  return {point.x(), point.y(), 0.0};
-}
-
 Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose) {
   return {pose.x(), pose.y(), pose.z()};
-}
-
-Eigen::Vector3d padded_point(const Eigen::VectorXd& point) {
-  Eigen::Vector3d out = Eigen::Vector3d::Zero();
-  out.head(point.size()) = point;
-  return out;
 }
 
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d) {
@@ -57,14 +56,6 @@ void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool
     values.insert(key, to_se3(pose));
   } else {
     values.insert(key, to_se2(pose));
-  }
-}
-
-void insert_point(Values& values, Key key, const Eigen::Vector3d& point, bool is_3d) {
-  if (is_3d) {
-    values.insert(key, point);
-  } else {
-    values.insert(key, Eigen::Vector2d(point.head<2>()));
   }
 }
 

@@ -7,35 +7,26 @@
 
 #include <Eigen/Core>
 
-#include "libhybrid/core/values.h"
-#include "libhybrid/geometry/se2.h"
-#include "libhybrid/geometry/se3.h"
+#include "libhybrid/core/spatial_values.h"
 
 namespace HYBRID_API hybrid {
 
-/// Conversions between MRPT's poses and the variables of a map in the plane or in space.
+/// Conversions between MRPT's poses and those of the library, in the plane or in space.
+Eigen::Isometry3d to_isometry(const mrpt::poses::CPose3D& pose);
 SE2 to_se2(const mrpt::poses::CPose3D& pose);
 SE3 to_se3(const mrpt::poses::CPose3D& pose);
 mrpt::poses::CPose3D to_mrpt(const SE2& pose);
 mrpt::poses::CPose3D to_mrpt(const SE3& pose);
+mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& pose);
 
 /// The pose variable `key`, of type SE2 or SE3.
 mrpt::poses::CPose3D pose_at(const Values& values, Key key);
 
-/// The point variable `key`, a vector of 2 (then z = 0) or 3.
-Eigen::Vector3d point_at(const Values& values, Key key);
-
 /// Where a pose is [m].
 Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose);
 
-/// A point of 2 (then z = 0) or 3 coordinates.
-Eigen::Vector3d padded_point(const Eigen::VectorXd& point);
-
 /// Adds a pose as SE3 or, with its x, y and yaw, as SE2.
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d);
-
-/// Adds a point with all three coordinates or with x and y.
-void insert_point(Values& values, Key key, const Eigen::Vector3d& point, bool is_3d);
 
 /// Whether a pose has pitch or roll.
 bool is_tilted(const mrpt::poses::CPose3D& pose);

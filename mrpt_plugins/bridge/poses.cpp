@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "mrpt_plugins/bridge/pose_conversions.h"
+
 namespace hybrid {
 namespace {
 
@@ -41,14 +43,7 @@ Matrix6d euler_from_tangent(const mrpt::poses::CPose3D& T) {
 }
 
 Matrix6d adjoint(const mrpt::poses::CPose3D& T) {
-  const Eigen::Matrix3d R = rotation(T);
-  Eigen::Matrix3d t_cross;
-  t_cross << 0, -T.z(), T.y(),  //
-      T.z(), 0, -T.x(),         //
-      -T.y(), T.x(), 0;
-  Matrix6d Ad = block_diagonal(R, R);
-  Ad.topRightCorner<3, 3>() = t_cross * R;
-  return Ad;
+  return adjoint(to_isometry(T));
 }
 
 bool is_rotation(const mrpt::poses::CPose3D& T) {

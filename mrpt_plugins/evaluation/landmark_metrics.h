@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "mrpt_plugins/mapping/association_decision.h"
+#include "libhybrid/landmarks/association_decision.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
 namespace HYBRID_API hybrid {

@@ -13,7 +13,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 void check(const ClassPrediction& p, std::size_t index) {
   const auto classes = static_cast<int>(p.probabilities.size());
@@ -56,16 +56,16 @@ Calibration calibration(const std::vector<ClassPrediction>& predictions, int bin
   }
   double total = 0;
   for (ReliabilityBin& bin : out.bins) {
-    const double n = bin.count == 0 ? kNaN : static_cast<double>(bin.count);
+    const double n = bin.count == 0 ? kUnknown : static_cast<double>(bin.count);
     if (bin.count > 0) out.expected_error += std::abs(bin.observed - bin.mean_predicted);
     total += static_cast<double>(bin.count);
     bin.mean_predicted /= n;
     bin.observed /= n;
   }
-  const double n = predictions.empty() ? kNaN : static_cast<double>(predictions.size());
+  const double n = predictions.empty() ? kUnknown : static_cast<double>(predictions.size());
   out.brier /= n;
   out.log_loss /= n;
-  out.expected_error /= total > 0 ? total : kNaN;
+  out.expected_error /= total > 0 ? total : kUnknown;
   return out;
 }
 

@@ -28,7 +28,7 @@ constexpr const char* kVariant = "{variant}";
 
 std::vector<std::string> all_names() {
   std::vector<std::string> names;
-  for (const MethodName& method : method_names()) names.push_back(method.name);
+  for (const RobustMethod& method : robust_methods()) names.push_back(method.name);
   return names;
 }
 
@@ -146,21 +146,33 @@ void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
   for (const std::string& name : names) plan.graphs.push_back(read_graph_plan(ini, name, data));
 }
 
+/// The name of a method, for an old name too.
+std::string known_method(IniSection& experiment, const std::string& given) {
+  const std::string near = nearest_name(given, all_names());
+  try {
+    const std::string& name = robust_method(given).name;
+    if (name != given) {
+      experiment.warn("methods", fmt::format("names '{}', which is now called '{}'", given, name));
+    }
+    return name;
+  } catch (const Error& e) {
+    experiment.fail("methods", near.empty() ? e.what()
+                                            : fmt::format("there is no method '{}'; did you mean "
+                                                          "'{}'?",
+                                                          given, near));
+  }
+}
+
 void read_methods(IniSection& experiment, ExperimentPlan& plan) {
   plan.methods = experiment.get(
       "methods", plan.replay ? std::vector<std::string>{"replay"} : std::vector<std::string>{"gnc"},
       plan.replay ? "names of sections, each with other settings of the replays"
                   : fmt::format("what is compared: {}", fmt::join(all_names(), ", ")));
-  check_names(experiment, "methods", plan.methods);
   if (plan.methods.empty()) experiment.fail("methods", "names no method");
-  if (plan.replay) return;
-  const std::vector<std::string> known = all_names();
-  for (const std::string& name : plan.methods) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    const std::string near = nearest_name(name, known);
-    experiment.fail("methods", fmt::format("there is no method '{}'{}", name,
-                                           near.empty() ? "" : "; did you mean '" + near + "'?"));
+  if (!plan.replay) {
+    for (std::string& name : plan.methods) name = known_method(experiment, name);
   }
+  check_names(experiment, "methods", plan.methods);
 }
 
 /// Every line of the settings but those that only add or leave out trials, and the files.
@@ -239,6 +251,7 @@ ExperimentPlan read_plan(IniFile& ini) {
         experiment.get("success_ate", plan.success_ate,
                        "a trial succeeds with a mean error of at most this (m)", kPositiveLength);
     plan.method_options = read_method_options(ini);
+    plan.method_options.set_threads(1);
     for (double rate : plan.outlier_rates) {
       if (!(rate >= 0.0 && rate < 1.0)) {
         experiment.fail("outlier_rates", fmt::format("{} is not in [0, 1)", rate));

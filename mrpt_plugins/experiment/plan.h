@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/bridge/method_options.h"
 #include "mrpt_plugins/bridge/provenance.h"
-#include "mrpt_plugins/experiment/methods.h"
 
 namespace HYBRID_API hybrid {
 

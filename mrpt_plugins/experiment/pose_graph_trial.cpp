@@ -9,13 +9,13 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
-#include <sstream>
 
 #include "libhybrid/baselines/least_squares.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/read_pairs.h"
+#include "libhybrid/io/text_reader.h"
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/selection/solve_online.h"
@@ -164,16 +164,15 @@ PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant) {
 
 TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
                                  const MethodOptions& options) {
-  const PoseGraph graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
-  const RobustProblem problem = to_robust_problem(graph, prepared.initial);
-  const std::vector<bool> truth = known_true(prepared.labels, problem.closures.size());
+  RobustTask task;
+  task.graph = add_false_closures(prepared.graph, trial.outlier_rate, trial.seed);
+  task.problem = to_robust_problem(task.graph, prepared.initial);
+  task.truth = known_true(prepared.labels, task.problem.closures.size());
   const std::clock_t start = std::clock();
-  RobustResult result = trial.method == "online"
-                            ? solve_online(graph, prepared.initial, is_odometry, options.online)
-                            : solve_by_name(trial.method, problem, truth, options);
+  RobustResult result = robust_method(trial.method).solve(task, options);
   TrialResult out;
   out.metrics["cpu_s"] = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  integrate_poses(problem, options.mixture, result);
+  integrate_poses(task.problem, options.common.mixture, result);
   out.metrics["seconds"] = result.seconds;
   out.metrics["objective"] = result.objective;
   out.metrics["cost"] = result.cost;
@@ -213,18 +212,18 @@ std::string reliability_text(const std::vector<double>& probabilities,
 
 void ReliabilitySum::add(const std::string& text, double brier, double log_loss) {
   if (text.empty()) return;
-  std::istringstream in(text);
+  std::string words = text;
+  std::replace(words.begin(), words.end(), '/', ' ');
+  TextReader reader(words, "counts of probabilities '" + text + "'", {TextFormat::Cut::kWords, ""});
+  const auto row = reader.next();
+  row->expect(3 * tenths_.size(), "count/right/sum for each tenth");
+  const std::vector<double> numbers = row->numbers(0, row->size());
   double closures = 0;
-  for (Tenth& tenth : tenths_) {
-    double count = 0, right = 0, sum = 0;
-    char a = 0, b = 0;
-    if (!(in >> count >> a >> right >> b >> sum) || a != '/' || b != '/') {
-      throw Error("not a count of probabilities: '" + text + "'");
-    }
-    tenth.count += count;
-    tenth.right += right;
-    tenth.sum += sum;
-    closures += count;
+  for (std::size_t i = 0; i < tenths_.size(); ++i) {
+    tenths_[i].count += numbers[3 * i];
+    tenths_[i].right += numbers[3 * i + 1];
+    tenths_[i].sum += numbers[3 * i + 2];
+    closures += numbers[3 * i];
   }
   closures_ += closures;
   brier_ += closures * brier;

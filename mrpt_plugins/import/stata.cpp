@@ -19,10 +19,10 @@ struct DetectorClass {
   std::int64_t number;
   const char* name;
 };
-constexpr std::size_t kMinOracleSightings = 5;
-constexpr DetectorClass kClasses[] = {{6, "keyboard"},       {9, "monitor"}, {11, "flower_pot"},
-                                      {12, "traffic_light"}, {14, "cup"},    {16, "toy_car"},
-                                      {17, "chair"},         {19, "person"}};
+constexpr std::size_t kMinObjectSightings = 5;
+constexpr DetectorClass kObjectClasses[] = {
+    {6, "keyboard"}, {9, "monitor"},  {11, "flower_pot"}, {12, "traffic_light"},
+    {14, "cup"},     {16, "toy_car"}, {17, "chair"},      {19, "person"}};
 
 /// The detections file, one key-frame after the other.
 class Detections {
@@ -36,7 +36,7 @@ class Detections {
     auto frame = planar_detections("CAMERA", options_.detector, {});
     frame->has_pitch = true;
     frame->std_pitch = frame->std_yaw;
-    for (const DetectorClass& c : kClasses) frame->class_names.emplace_back(c.name);
+    for (const DetectorClass& c : kObjectClasses) frame->class_names.emplace_back(c.name);
     for (; row_ && row_->id(0) == number; advance()) add(*frame);
     return frame;
   }
@@ -58,9 +58,9 @@ class Detections {
 
   void add(CObservationClassedBearingRange& frame) {
     const auto* known =
-        std::find_if(std::begin(kClasses), std::end(kClasses),
+        std::find_if(std::begin(kObjectClasses), std::end(kObjectClasses),
                      [&](const DetectorClass& c) { return c.number == row_->id(1); });
-    if (known == std::end(kClasses)) row_->fail(1, "unknown class " + in_quotes((*row_)[1]));
+    if (known == std::end(kObjectClasses)) row_->fail(1, "unknown class " + in_quotes((*row_)[1]));
     const double score = row_->number(2);
     const Eigen::Vector3d camera(row_->coordinate(3), row_->coordinate(4), row_->coordinate(5));
     if (score < 0 || score > 1) row_->fail(2, "score not within 0 and 1");
@@ -71,9 +71,9 @@ class Detections {
     } else {
       auto d = detection_of(robot_point(camera), true);
       set_noise(options_.detector, d);
-      const float others = static_cast<float>((1 - score) / (std::size(kClasses) - 1));
-      d.class_scores.assign(std::size(kClasses), others);
-      d.class_scores[static_cast<std::size_t>(known - kClasses)] = static_cast<float>(score);
+      const float others = static_cast<float>((1 - score) / (std::size(kObjectClasses) - 1));
+      d.class_scores.assign(std::size(kObjectClasses), others);
+      d.class_scores[static_cast<std::size_t>(known - kObjectClasses)] = static_cast<float>(score);
       frame.detections.push_back(d);
     }
   }
@@ -122,7 +122,7 @@ std::vector<std::int32_t> true_ids(const StataOptions& options) {
                         static_cast<std::size_t>(best - d.class_scores.begin())});
     }
   }
-  return number_by_place(placed, options.oracle_radius, kMinOracleSightings);
+  return number_by_place(placed, options.oracle_radius, kMinObjectSightings);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <numeric>
 #include <set>
 
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
@@ -185,7 +186,7 @@ bool measures_pitch(const CObservationBearingRange& observation) {
 DetectionFrame read(const CObservationBearingRange& observation, const DetectionOptions& options,
                     DropReport& report) {
   DetectionFrame frame;
-  frame.T_robot_sensor = observation.sensorLocationOnRobot;
+  frame.T_robot_sensor = to_isometry(observation.sensorLocationOnRobot);
   frame.is_3d = measures_pitch(observation);
   frame.min_range = observation.minSensorDistance;
   frame.max_range = observation.maxSensorDistance;
@@ -213,7 +214,7 @@ DetectionFrame read(const CObservationBearingRange& observation, const Detection
 DetectionFrame read(const CObservationClassedBearingRange& observation,
                     const DetectionOptions& options, DropReport& report) {
   DetectionFrame frame;
-  frame.T_robot_sensor = observation.sensor_pose;
+  frame.T_robot_sensor = to_isometry(observation.sensor_pose);
   frame.is_3d = observation.has_pitch;
   frame.has_range = observation.has_range;
   frame.min_range = observation.min_range;
@@ -249,7 +250,7 @@ std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& obser
   } else {
     return std::nullopt;
   }
-  if (const char* reason = fault(frame->T_robot_sensor, options)) {
+  if (const char* reason = fault(to_mrpt(frame->T_robot_sensor), options)) {
     ++report[reason];
     return std::nullopt;
   }

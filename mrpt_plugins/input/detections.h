@@ -4,46 +4,13 @@
 #pragma once
 
 #include <mrpt/obs/CObservation.h>
-#include <mrpt/poses/CPose3D.h>
 
-#include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "libhybrid/core/key.h"
-#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/landmarks/detection.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 namespace HYBRID_API hybrid {
-
-/// One sighting of a landmark. The point lies at CPose3D(0, 0, 0, yaw, pitch, 0) * (range, 0, 0) in
-/// the frame of the sensor: positive pitch points down.
-struct Detection {
-  double range = 0, yaw = 0, pitch = 0;  ///< [m], [rad]; pitch is 0 for a planar sensor.
-  std::optional<std::int64_t> id;        ///< Landmark, if the sensor identifies it.
-  std::optional<std::int64_t> true_id;   ///< For evaluation only; `id` where the log has no other.
-  std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
-  /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  bool moving = false;  ///< Followed for a while, it was not at rest: no landmark.
-  /// The true ids of the detections that this one stands for; empty where it is a single one.
-  std::vector<std::optional<std::int64_t>> members = {};
-};
-
-/// What one sensor saw at one time, whichever MRPT class it came in.
-struct DetectionFrame {
-  double time = 0;  ///< Of the observation [s since 1970]; 0 if it has none.
-  std::string sensor_label;
-  mrpt::poses::CPose3D T_robot_sensor;
-  std::optional<Key> calibrated;  ///< The variable that is T_robot_sensor, where it is estimated.
-  bool is_3d = true;
-  bool has_range = true;  ///< False for a sensor of directions only: all ranges are 0.
-  double min_range = 0, max_range = 0;  ///< [m], 0: no limit.
-  double fov_yaw = 0, fov_pitch = 0;    ///< Full angles [rad].
-  std::vector<std::string> class_names;
-  std::vector<Detection> detections;
-};
 
 /// Which landmark ids a mapper gets to see.
 enum class IdSource {

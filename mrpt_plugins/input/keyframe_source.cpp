@@ -52,15 +52,16 @@ SourceOptions read_source_options(IniFile& ini) {
       keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
   k.min_angle = keyframes.degrees("min_angle_deg", 0.0, "rotation since then", IniRange{0, 360});
   k.min_time = keyframes.get("min_time", k.min_time, "since then [s]", kDuration);
-  options.gather = keyframes.get(
-      "gather", options.gather,
+  keyframes.replaces("tracklets", "gather");
+  options.tracklets = keyframes.get(
+      "tracklets", options.tracklets,
       "follow detections between keyframes by odometry and hand each thing on as one detection; "
       "otherwise what is seen between keyframes is left out");
-  options.gathering.common = keyframes.get(
-      "common_noise", options.gathering.common,
-      "gather: share of the variance that all detections of one thing have in common, so that it "
-      "does not average out",
-      kProbability);
+  options.tracker.common = keyframes.get("common_noise", options.tracker.common,
+                                         "tracklets: share of the variance that all detections of "
+                                         "one thing have in common, so that it "
+                                         "does not average out",
+                                         kProbability);
 
   IniSection sensor =
       ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
@@ -80,19 +81,22 @@ SourceOptions read_source_options(IniFile& ini) {
       "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
       "association; truth: the true ones where the log has them, for comparison"));
 
-  IniSection log = ini.section("log", "What a log may not say by itself");
+  IniSection reader = ini.section("reader", "What a log may not say by itself");
+  for (const char* key : {"odometry_sigma_m", "odometry_sigma_deg", "period", "max_speed"}) {
+    reader.replaces(key, key, "log");
+  }
   MotionModel& m = options.reader.motion_model;
-  m.minStdXY = log.get("odometry_sigma_m", m.minStdXY,
-                       "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
-  m.minStdPHI = log.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
-                            "the same for the angle", kSigmaDegrees);
-  options.reader.period = log.get("period", options.reader.period,
-                                  "between frames without a time stamp [s]", kPositiveDuration);
-  options.reader.max_speed =
-      log.get("max_speed", options.reader.max_speed,
-              "odometry that leads farther in the time between frames, or in a period where that "
-              "is longer, is dropped as damaged [m/s]",
-              IniRange{1e-3, 1e4});
+  m.minStdXY = reader.get("odometry_sigma_m", m.minStdXY,
+                          "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
+  m.minStdPHI = reader.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
+                               "the same for the angle", kSigmaDegrees);
+  options.reader.period = reader.get("period", options.reader.period,
+                                     "between frames without a time stamp [s]", kPositiveDuration);
+  options.reader.max_speed = reader.get(
+      "max_speed", options.reader.max_speed,
+      "odometry that leads farther in the time between frames, or in a period where that "
+      "is longer, is dropped as damaged [m/s]",
+      IniRange{1e-3, 1e4});
   return options;
 }
 
@@ -100,7 +104,7 @@ KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& o
     : options_(options),
       reader_(rawlog, options.reader),
       policy_(options.keyframes),
-      tracker_(options.gathering) {}
+      tracker_(options.tracker) {}
 
 std::optional<Keyframe> KeyframeSource::next() {
   if (ahead_.empty()) {
@@ -136,10 +140,10 @@ bool KeyframeSource::is_3d() {
 }
 
 /// Adds the detections of a step; at a keyframe, gives back all since the one before.
-void KeyframeSource::gather(const LogStep& step, bool is_keyframe,
-                            std::vector<DetectionFrame>& detections) {
+void KeyframeSource::track(const LogStep& step, bool is_keyframe,
+                           std::vector<DetectionFrame>& detections) {
   if (step.odometry) {
-    tracker_.move(*step.odometry);
+    tracker_.move(to_isometry(step.odometry->mean), step.odometry->covariance);
   } else {
     const std::size_t lost = tracker_.forget();
     if (lost > 0) dropped_["detection dropped: no odometry from there to a keyframe"] += lost;
@@ -151,13 +155,13 @@ void KeyframeSource::gather(const LogStep& step, bool is_keyframe,
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
     const bool is_keyframe = policy_.is_keyframe(*step);
-    if (!is_keyframe && !options_.gather) continue;
+    if (!is_keyframe && !options_.tracklets) continue;
     Keyframe keyframe;
     for (const auto& observation : step->observations) {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (frame) keyframe.detections.push_back(std::move(*frame));
     }
-    if (options_.gather) gather(*step, is_keyframe, keyframe.detections);
+    if (options_.tracklets) track(*step, is_keyframe, keyframe.detections);
     if (!is_keyframe) continue;
     keyframe.row = step->index;
     keyframe.time = step->time;

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/detection_tracker.h"
 #include "mrpt_plugins/bridge/ini_file.h"
-#include "mrpt_plugins/input/detection_tracker.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
@@ -31,13 +31,13 @@ enum class Dimension { kAuto, kPlane, kSpace };
 struct SourceOptions {
   RawlogOptions reader;
   KeyframeOptions keyframes;
-  bool gather = false;  ///< detections between keyframes, see DetectionTracker; left out otherwise
-  DetectionTrackerOptions gathering;
+  bool tracklets = false;  ///< of detections between keyframes; these are left out otherwise
+  DetectionTrackerOptions tracker;
   DetectionOptions detections;
   Dimension dimension = Dimension::kAuto;
 };
 
-/// Reads sections [map], [keyframes], [sensor] and [log].
+/// Reads sections [map], [keyframes], [sensor] and [reader].
 SourceOptions read_source_options(IniFile& ini);
 
 /// A rawlog as a stream of keyframes.
@@ -65,7 +65,7 @@ class KeyframeSource {
 
  private:
   std::optional<Keyframe> read();
-  void gather(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
+  void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
 
   SourceOptions options_;
   RawlogReader reader_;

@@ -25,7 +25,7 @@ using mrpt::poses::CPose2D;
 constexpr std::size_t kMaxWaiting = 256;
 
 constexpr const char* kTooFar =
-    "odometry dropped: farther, or less certain, than [log] max_speed allows";
+    "odometry dropped: farther, or less certain, than [reader] max_speed allows";
 
 /// Times the usual period, beyond which frames are taken to be missing.
 constexpr double kLongGap = 10;

@@ -87,14 +87,9 @@ std::unique_ptr<Backend> make_backend(IniSection solver) {
 }
 
 void add_work(BackendReport& into, const BackendReport& from) {
-  into.seconds += from.seconds;
-  into.iterations += from.iterations;
-  into.flips += from.flips;
-  into.relinearized += from.relinearized;
-  into.exact = into.exact && from.exact;
-  into.objective = from.objective;
+  into.add(from);
   if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
-  into.half_steps.insert(into.half_steps.end(), from.half_steps.begin(), from.half_steps.end());
+  into.objectives.insert(into.objectives.end(), from.objectives.begin(), from.objectives.end());
   into.warnings.insert(into.warnings.end(), from.warnings.begin(), from.warnings.end());
 }
 

@@ -11,21 +11,14 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/marginals/posterior.h"
+#include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace HYBRID_API hybrid {
 
-/// What a back-end did with one change of the graph.
-struct BackendReport {
-  double seconds = 0;                 ///< wall time
-  int iterations = 0;                 ///< linear solves
-  int flips = 0;                      ///< discrete variables that changed their value
-  int relinearized = 0;               ///< continuous variables relinearised
-  double objective = 0;               ///< L(C, D) of eq. 6 afterwards
+/// What a back-end did with one change of the graph. `rounds` are linear solves.
+struct BackendReport : UpdateReport {
   double cost = 0;                    ///< half the weighted squared error afterwards
-  bool exact = true;                  ///< false where local search stood in for exact inference
-  std::vector<double> half_steps;     ///< objective after every half-step (eq. 8)
-  std::vector<Handle> handles;        ///< of the added factors: continuous, discrete, hybrid
   std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
 };
 

@@ -46,7 +46,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
   try {
     report.handles = insert(delta, undo);
     if (solve_every_ > 0 && (updates_ + 1) % solve_every_ == 0) {
-      std::vector<Handle> handles = std::move(report.handles);
+      AddedHandles handles = std::move(report.handles);
       report = solve();
       report.handles = std::move(handles);
       ++updates_;
@@ -64,14 +64,14 @@ BackendReport BatchBackend::update(const Delta& delta) {
     throw;
   }
   ++updates_;
-  report.objective = objective_;
+  report.objective_after = objective_;
   report.cost = cost_;
   report.seconds = seconds_since(start);
   return report;
 }
 
 /// Applies a change; `undo` takes it back, step by step from the last one.
-std::vector<Handle> BatchBackend::insert(const Delta& delta, Undo& undo) {
+AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
   undo.emplace_back([this, o = objective_, c = cost_] {
     objective_ = o;
     cost_ = c;
@@ -96,23 +96,23 @@ std::vector<Handle> BatchBackend::insert(const Delta& delta, Undo& undo) {
     values.insert(key, delta.values.type(key), delta.values.data(key));
     undo.emplace_back([this, key] { estimate_.values.erase(key); });
   }
-  std::vector<Handle> handles;
-  const auto added = [&](Handle handle) {
-    handles.push_back(handle);
+  AddedHandles handles;
+  const auto added = [&](Handle handle, std::vector<Handle>& list) {
+    list.push_back(handle);
     undo.emplace_back([this, handle] { graph_.remove(handle); });
   };
   for (const ContinuousFactorPtr& factor : delta.continuous) {
     gather(factor->keys(), factor->types(), values);  // throws where one is missing
-    added(graph_.add(factor));
+    added(graph_.add(factor), handles.continuous);
   }
   for (const Table& table : delta.discrete) {
     add_discrete(table.keys(), delta.assignment, undo);
-    added(graph_.add(table));
+    added(graph_.add(table), handles.discrete);
   }
   for (const HybridFactorPtr& factor : delta.hybrid) {
     gather(factor->keys(), factor->types(), values);
     add_discrete(factor->discrete_keys(), delta.assignment, undo);
-    added(graph_.add(factor));
+    added(graph_.add(factor), handles.hybrid);
   }
   return handles;
 }
@@ -153,12 +153,12 @@ BackendReport BatchBackend::solve() {
   AlternatingResult result = alternate(graph_, estimate_, options_);
   BackendReport report;
   for (const HalfStep& half : result.report.half_steps) {
-    report.half_steps.push_back(half.objective);
-    (half.discrete ? report.flips : report.iterations) += half.changes;
+    report.objectives.push_back(half.objective);
+    (half.discrete ? report.flips : report.rounds) += half.changes;
   }
-  report.relinearized = report.iterations > 0 ? static_cast<int>(estimate_.values.size()) : 0;
+  report.relinearized = report.rounds > 0 ? static_cast<int>(estimate_.values.size()) : 0;
   estimate_ = std::move(result.estimate);
-  objective_ = report.objective = result.report.objective;
+  objective_ = report.objective_after = result.report.objective;
   cost_ = report.cost = result.report.cost;
   if (result.report.status != AlternatingStatus::kConverged) {
     report.warnings.push_back("the solver did not converge: " + result.report.message);

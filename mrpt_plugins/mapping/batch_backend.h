@@ -36,7 +36,7 @@ class BatchBackend : public Backend {
  private:
   using Undo = std::vector<std::function<void()>>;
 
-  std::vector<Handle> insert(const Delta& delta, Undo& undo);
+  AddedHandles insert(const Delta& delta, Undo& undo);
   void add_discrete(const std::vector<DiscreteKey>& keys, const Assignment& initial, Undo& undo);
   BackendReport solve();
 

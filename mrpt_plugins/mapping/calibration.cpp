@@ -162,14 +162,14 @@ void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values
     auto it = sensors_.find(frame.sensor_label);
     if (it == sensors_.end()) {
       const Sensor sensor{Key(key_letter::kSensorPose, sensors_.size()),
-                          options_.sensor_start.value_or(frame.T_robot_sensor),
-                          frame.T_robot_sensor};
+                          options_.sensor_start.value_or(to_mrpt(frame.T_robot_sensor)),
+                          to_mrpt(frame.T_robot_sensor)};
       it = sensors_.emplace(frame.sensor_label, sensor).first;
     }
     const Key key = it->second.key;
     if (!values.contains(key) && !delta.values.contains(key)) add_sensor(it->second, delta);
     frame.calibrated = key;
-    frame.T_robot_sensor = pose_at(values.contains(key) ? values : delta.values, key);
+    frame.T_robot_sensor = isometry_at(values.contains(key) ? values : delta.values, key);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
 namespace HYBRID_API hybrid {
@@ -25,15 +26,10 @@ struct LandmarkEstimate {
 };
 
 /// What one call of the solver did, one line of steps.csv.
-struct StepRecord {
+struct StepRecord : UpdateWork {
   int keyframe = 0;
   double time = 0;            ///< time stamp of the keyframe, s
-  double solver_ms = 0;       ///< wall time spent in the solver
   double plugin_ms = 0;       ///< wall time the plugins took to make factors, and to associate
-  int iterations = 0;         ///< linear solves
-  int flips = 0;              ///< discrete variables that changed their value
-  int relinearized = 0;       ///< continuous variables relinearised
-  double objective = 0;       ///< joint negative log posterior (eq. 6) with normalisers
   double cost = 0;            ///< half the weighted squared error of the continuous factors
   std::size_t landmarks = 0;  ///< in the map after the step
 };

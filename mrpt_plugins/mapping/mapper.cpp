@@ -5,39 +5,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/landmarks/motion_covariance.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
 namespace {
-
-/// Joint covariance of a pose that `motion` ties to the one before, or to the origin, and of some
-/// variables of the map. With r = A da + B db for the linear motion, db = B^-1 (r - A da).
-Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
-                                        const Backend& backend, std::vector<Key> keys) {
-  const bool first = motion.keys().size() == 1;
-  std::vector<const double*> x;
-  for (const Key key : motion.keys()) {
-    x.push_back(newest.contains(key) ? newest.data(key) : backend.values().data(key));
-  }
-  const int rows = motion.rows();
-  Eigen::VectorXd r(rows);
-  Eigen::MatrixXd J(rows, motion.cols());
-  motion.linearize(x.data(), r.data(), J.data());
-  const Eigen::MatrixXd noise = J.rightCols(rows).inverse();
-  if (first) return noise * noise.transpose();
-  keys.insert(keys.begin(), motion.keys().front());
-  Eigen::MatrixXd joint = backend.joint_covariance(keys);
-  const Eigen::MatrixXd F = -noise * J.leftCols(rows);
-  joint.topRows(rows) = (F * joint.topRows(rows)).eval();
-  joint.leftCols(rows) = (joint.leftCols(rows) * F.transpose()).eval();
-  joint.topLeftCorner(rows, rows) += noise * noise.transpose();
-  return joint;
-}
 
 /// Lets the next push_back find memory.
 template <class T>
@@ -159,24 +135,17 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
                     keyframe.observations};
   MapView map = view();
   map.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(*motion.factor, motion.delta.values, *backend_, keys);
+    return covariance_after_motion(
+        *motion.factor, motion.delta.values, backend_->values(),
+        [this](const std::vector<Key>& held) { return backend_->joint_covariance(held); }, keys);
   };
   return ask([&](MappingPlugin& plugin) { return plugin.observe(frame, map); });
 }
 
 StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {
-  StepRecord step;
-  step.keyframe = static_cast<int>(steps_.size()) - 1;
-  step.time = keyframe.time;
-  step.solver_ms = 1e3 * report.seconds;
-  step.plugin_ms = plugin_ms_;
-  step.iterations = report.iterations;
-  step.flips = report.flips;
-  step.relinearized = report.relinearized;
-  step.objective = report.objective;
-  step.cost = report.cost;
-  step.landmarks = landmarks_.size();
-  return step;
+  return {report,        static_cast<int>(steps_.size()) - 1,
+          keyframe.time, plugin_ms_,
+          report.cost,   landmarks_.size()};
 }
 
 BackendReport Mapper::finish() {

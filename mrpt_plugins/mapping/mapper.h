@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/landmarks/landmark_registry.h"
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/calibration.h"
-#include "mrpt_plugins/mapping/landmark_registry.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
@@ -77,7 +77,6 @@ class Mapper {
   std::vector<Contribution> observe(const Keyframe& keyframe, const Motion& motion);
   std::vector<Contribution> ask(const std::function<Contribution(MappingPlugin&)>& question);
   MapView view() const;
-  void enter(const Contribution& contribution);
   void note(const std::string& reason, const std::string& what);
   void refuse(std::size_t plugin, const std::string& reason);
   BackendReport update(const Delta& delta, const std::vector<Contribution>& contributions);

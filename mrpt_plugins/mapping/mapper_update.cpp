@@ -54,7 +54,7 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPl
     try {
       contributions[p] = timed(plugin_ms_, [&] { return question(*plugins_[p]); });
       for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
-      enter(contributions[p]);
+      enter(contributions[p], landmarks_);
     } catch (const std::bad_alloc&) {
       for (const auto& plugin : plugins_) plugin->refused();
       landmarks_.roll_back();
@@ -68,13 +68,6 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPl
     }
   }
   return contributions;
-}
-
-void Mapper::enter(const Contribution& contribution) {
-  for (const Landmark& landmark : contribution.landmarks) landmarks_.add(landmark);
-  for (const std::int64_t id : contribution.sighted) landmarks_.sighted(id);
-  for (const std::int64_t id : contribution.unsighted) landmarks_.unsighted(id);
-  for (const std::int64_t id : contribution.forgotten) landmarks_.remove(id);
 }
 
 /// Counts what cannot be used; the first few are told in full.
@@ -110,8 +103,6 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
     return update_one_by_one(delta, contributions);
   }
   landmarks_.commit();
-  first[1] += all.continuous.size();
-  first[2] += all.continuous.size() + all.discrete.size();
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
     add_work(report, solve());
@@ -133,11 +124,10 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
       continue;
     }
     try {
-      enter(own);
+      enter(own, landmarks_);
       BackendReport one = backend_->update(own.delta);
       landmarks_.commit();
-      std::array<std::size_t, 3> first = {0, own.delta.continuous.size(),
-                                          own.delta.continuous.size() + own.delta.discrete.size()};
+      std::array<std::size_t, 3> first{};
       tell(p, own, one, first);
       count(one);
       add_work(report, one);
@@ -156,29 +146,31 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
 /// those of the report by kind of factor, and move on behind them.
 void Mapper::tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
                   std::array<std::size_t, 3>& first) {
-  Outcome outcome{{}, objective_, report.objective, report.exact};
+  const auto next = [](const std::vector<Handle>& all, std::size_t count, std::size_t& from) {
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(from);
+    from += count;
+    return std::vector<Handle>(begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
   const Delta& own = contribution.delta;
-  const std::array<std::size_t, 3> sizes = {own.continuous.size(), own.discrete.size(),
-                                            own.hybrid.size()};
-  for (std::size_t kind = 0; kind < 3; ++kind) {
-    for (std::size_t i = 0; i < sizes[kind]; ++i) {
-      outcome.handles.push_back(report.handles.at(first[kind]++));
-    }
-  }
+  const AddedHandles& all = report.handles;
+  Outcome outcome{{}, objective_, report.objective_after, report.exact};
+  outcome.handles.continuous = next(all.continuous, own.continuous.size(), first[0]);
+  outcome.handles.discrete = next(all.discrete, own.discrete.size(), first[1]);
+  outcome.handles.hybrid = next(all.hybrid, own.hybrid.size(), first[2]);
   plugins_[plugin]->applied(outcome);
 }
 
 void Mapper::count(const BackendReport& report) {
   ++updates_;
   if (!report.exact) ++updates_by_local_search_;
-  objective_ = report.objective;
+  objective_ = report.objective_after;
 }
 
 /// Solves to convergence, as far as that is possible.
 BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Error& e) {
   note("solution to convergence dropped: not possible", e.what());
   BackendReport report;
-  report.objective = objective_;
+  report.objective_after = objective_;
   return report;
 }
 
@@ -186,7 +178,7 @@ BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Er
 /// refused is not asked again.
 BackendReport Mapper::revise(bool concluding) {
   BackendReport work;
-  work.objective = objective_;
+  work.objective_after = objective_;
   const std::size_t refusals = refusals_;
   for (bool again = true; again && refusals_ == refusals;) {
     const MapView map = view();

@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/hybrid/graph.h"
+#include "libhybrid/landmarks/association_decision.h"
+#include "libhybrid/landmarks/contribution.h"
 #include "mrpt_plugins/bridge/ini_file.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
-#include "mrpt_plugins/mapping/association_decision.h"
-#include "mrpt_plugins/mapping/landmark_registry.h"
 
 namespace HYBRID_API hybrid {
 
@@ -31,44 +31,9 @@ struct Frame {
   /// CObservationClassedBearingRange, CObservationBeaconRanges) and of those that a plugin asks
   /// for.
   const std::vector<mrpt::obs::CObservation::Ptr>& observations;
-};
 
-/// What a plugin may read of the map.
-struct MapView {
-  const Values& values;          ///< estimate before this keyframe
-  const Assignment& assignment;  ///< of the discrete variables, before this keyframe
-  const LandmarkRegistry& landmarks;
-  bool is_3d = false;
-  bool keeps_all = true;  ///< whether factors may still be removed by their handles
-  /// Whether a variable is in the graph and not marginalised out.
-  std::function<bool(Key)> holds = {};
-  /// Joint covariance (eq. 11b) of the pose of the frame, before its observations are used, and of
-  /// some variables of the map, in that order. Of the variables alone where there is no frame.
-  std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
-};
-
-/// What a plugin hands back for one keyframe.
-struct Contribution {
-  Delta delta;                                 ///< new factors and variables
-  std::vector<Landmark> landmarks;             ///< landmarks that `delta` introduces
-  std::vector<std::int64_t> sighted;           ///< ids of landmarks, one entry per sighting
-  std::vector<std::int64_t> unsighted;         ///< the reverse, where a sighting was not one
-  std::vector<std::int64_t> forgotten;         ///< ids of landmarks that `delta` removes
-  std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
-  bool settle = false;  ///< solve to convergence, as after a loop: one update may not come so far
-
-  bool empty() const {
-    return delta.continuous.empty() && delta.discrete.empty() && delta.hybrid.empty() &&
-           delta.remove.empty() && forgotten.empty();
-  }
-};
-
-/// What became of a contribution.
-struct Outcome {
-  std::vector<Handle> handles;  ///< of its factors: continuous, discrete, hybrid, as in its delta
-  double objective_before = 0;  ///< of the graph before the update it was part of
-  double objective_after = 0;   ///< and after
-  bool exact = true;            ///< false where local search stood in for exact discrete inference
+  /// The same for the library, which knows no MRPT.
+  KeyframeView view() const { return {pose, to_isometry(T_map_robot), detections}; }
 };
 
 /// Turns observations into hybrid factors. Derive, write the two virtual methods, register the

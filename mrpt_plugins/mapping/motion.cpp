@@ -44,7 +44,6 @@ Noise odometry_noise(const OdometryIncrement& odometry, const MotionOptions& opt
   return Noise::covariance(planar_part(odometry.covariance));
 }
 
-constexpr double kDegree = M_PI / 180;
 constexpr const char* kTransitionMeaning =
     "row by row (mode before), the probability of each mode after; empty: a mode lasts 20 "
     "keyframes, a second one 5";
@@ -112,7 +111,7 @@ void read_modes(IniFile& ini, MotionOptions& options) {
                                "mode 3",
                                IniRange{0, 360});
   for (std::size_t i = 0; i < n; ++i) {
-    options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * kDegree});
+    options.modes.push_back({names[i], shares[i], sigmas[i], angles[i] * (M_PI / 180)});
   }
   if (n > 1) options.chain = read_chain(s, n);
   if (n == 0) s.get("transition", std::vector<double>{}, kTransitionMeaning, kProbability);

@@ -78,16 +78,9 @@ BackendReport WindowBackend::finish() {
 }
 
 BackendReport WindowBackend::report_of(const UpdateReport& update) const {
-  BackendReport report;
-  report.seconds = update.seconds;
-  report.iterations = update.rounds;
-  report.flips = update.flips;
-  report.relinearized = update.relinearized;
-  report.exact = update.exact;
-  report.handles = update.handles;
-  report.objective = smoother_.smoother().objective();
-  report.cost = report.objective - smoother_.smoother().constant();
-  report.half_steps = update.objectives;
+  BackendReport report{update, {}, {}};
+  report.objective_after = smoother_.smoother().objective();
+  report.cost = report.objective_after - smoother_.smoother().constant();
   if (update.status != UpdateReport::Status::kOk) report.warnings.push_back(update.message);
   return report;
 }

@@ -123,20 +123,18 @@ StepStatistics statistics_of(std::vector<double> ms) {
   return s;
 }
 
-std::vector<double> times(const std::vector<StepRecord>& steps, double StepRecord::*which) {
-  std::vector<double> ms;
-  for (const StepRecord& step : steps) ms.push_back(step.*which);
-  return ms;
-}
-
 }  // namespace
 
 StepStatistics step_statistics(const std::vector<StepRecord>& steps) {
-  return statistics_of(times(steps, &StepRecord::solver_ms));
+  std::vector<double> ms;
+  for (const StepRecord& step : steps) ms.push_back(1e3 * step.seconds);
+  return statistics_of(std::move(ms));
 }
 
 StepStatistics plugin_statistics(const std::vector<StepRecord>& steps) {
-  return statistics_of(times(steps, &StepRecord::plugin_ms));
+  std::vector<double> ms;
+  for (const StepRecord& step : steps) ms.push_back(step.plugin_ms);
+  return statistics_of(std::move(ms));
 }
 
 Json summary_json(const Summary& s) {
@@ -180,11 +178,11 @@ Json summary_json(const GraphSummary& s) {
   }
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
-  for (const PortfolioSummary& member : s.members) {
+  for (const MemberSummary& member : s.members) {
     out["members"].push_back({{"method", member.method},
                               {"objective", member.objective},
                               {"verified_objective", member.verified_objective},
-                              {"inliers", member.inliers},
+                              {"inliers", member.accepted},
                               {"seconds", member.seconds}});
   }
   if (s.steps) out["steps"] = to_json(*s.steps);
@@ -198,7 +196,7 @@ std::string steps_csv(const std::vector<StepRecord>& steps) {
       "plugin_ms\n";
   for (const StepRecord& s : steps) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", s.keyframe, s.time,
-                   s.solver_ms, s.iterations, s.flips, s.relinearized, s.objective, s.cost,
+                   1e3 * s.seconds, s.rounds, s.flips, s.relinearized, s.objective_after, s.cost,
                    s.landmarks, s.plugin_ms);
   }
   return text;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/closures/problem.h"
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -69,15 +70,6 @@ struct Summary {
 /// The summary as JSON; values that are not finite become null in its text.
 nlohmann::ordered_json summary_json(const Summary& summary);
 
-/// What one member of a portfolio of solvers ended with.
-struct PortfolioSummary {
-  std::string method;
-  double objective = 0;           ///< joint
-  double verified_objective = 0;  ///< once closures that the evidence does not carry are dropped
-  std::size_t inliers = 0;
-  double seconds = 0;
-};
-
 /// The content of the summary.json of a pose graph.
 struct GraphSummary {
   Provenance provenance;
@@ -98,7 +90,7 @@ struct GraphSummary {
   std::size_t first_hypotheses = 0;       ///< of those, where the first of the file was chosen
   std::string note;                       ///< left out when empty
   std::optional<double> variance_factor;  ///< of the noise of the measurements
-  std::vector<PortfolioSummary> members;
+  std::vector<MemberSummary> members;
   std::optional<StepStatistics> steps;
   std::optional<double> cost_online;  ///< after the last step, before solving to convergence
   std::optional<TruthSummary> truth;

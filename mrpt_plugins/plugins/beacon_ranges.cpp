@@ -11,9 +11,10 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/plugins/sighting.h"
+#include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BeaconRanges, hybrid)
 
@@ -56,10 +57,12 @@ void BeaconRanges::configure(IniSection section) {
   max_range_ = section.get("max_range", max_range_,
                            "longer ranges are dropped, false ones are anything up to it [m]",
                            kPositiveLength);
-  circle_places_ = section.get("circle_places", circle_places_,
-                               "places tried on the circle of a first range", IniRange{4, 10000});
-  sphere_places_ = section.get("sphere_places", sphere_places_,
-                               "and on the sphere, for a map in space", IniRange{8, 10000});
+  section.replaces("circle_hypotheses", "circle_places");
+  section.replaces("sphere_hypotheses", "sphere_places");
+  circle_hypotheses_ = section.get("circle_hypotheses", circle_hypotheses_,
+                                   "hypotheses on the circle of a first range", IniRange{4, 10000});
+  sphere_hypotheses_ = section.get("sphere_hypotheses", sphere_hypotheses_,
+                                   "and on the sphere, for a map in space", IniRange{8, 10000});
   delay_ = section.get("delay", delay_,
                        "keyframes that a range to an unknown beacon waits before it is used",
                        IniRange{0, 10000});
@@ -77,8 +80,8 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
                                                       seen->sensorLabel) != sensors_.end();
     if (wanted) take(*seen, frame, map, out);
   }
-  const FrameValues values(frame, map);
-  for (const PlacedLandmark& landmark : unplaced_.place(frame, map, bank_)) {
+  const FrameValues values(frame.view(), map);
+  for (const PlacedLandmark& landmark : unplaced_.place(frame.view(), map, bank_)) {
     place(landmark, values, map.is_3d, out);
   }
   // A range may be to a beacon that is just finding its place.
@@ -146,7 +149,7 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     } else if (map.landmarks.find(m.beaconID) != nullptr) {
       add_choice({range_factor(range.pose, position_key(m.beaconID), range.range, sigma,
                                range.antenna, map.is_3d)},
-                 FrameValues(frame, map), out);
+                 FrameValues(frame.view(), map), out);
     } else {
       add_unplaced(m.beaconID, range, frame, map);
     }
@@ -161,9 +164,9 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
     const auto a =
         frame.T_map_robot.composePoint({range.antenna.x(), range.antenna.y(), range.antenna.z()});
     if (map.is_3d) {
-      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_places_);
+      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_hypotheses_);
     }
-    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_places_);
+    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_hypotheses_);
   };
   unplaced_.add(
       id,

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/pending_landmarks.h"
 
 namespace HYBRID_API hybrid {
 
@@ -59,7 +59,7 @@ class BeaconRanges : public MappingPlugin {
   std::vector<std::string> sensors_;
   BankOptions bank_;
   double sigma_ = 0, max_range_ = 100;
-  int circle_places_ = 24, sphere_places_ = 96, delay_ = 10;
+  int circle_hypotheses_ = 24, sphere_hypotheses_ = 96, delay_ = 10;
   PendingLandmarks unplaced_;
   std::vector<std::int64_t> known_;  // beacons in the map, in order of their placing
   std::deque<Range> ambiguous_;      // that wait, oldest first

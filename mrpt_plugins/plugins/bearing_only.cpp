@@ -11,9 +11,10 @@
 #include "libhybrid/association/association_factor.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/plugins/sighting.h"
+#include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BearingOnlyKnownIds, hybrid)
 
@@ -27,7 +28,7 @@ void BearingOnlyKnownIds::configure(IniSection section) {
   if (greatest_depth_ <= least_depth_) section.fail("greatest_depth", "is below least_depth");
   depths_ = section.get("depths", depths_, "tried between them", IniRange{2, 1000});
   bank_ = read_bank_options(section);
-  classes_ = ClassModel(section);
+  classes_ = read_class_model(section);
 }
 
 Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map) {
@@ -51,7 +52,7 @@ Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map
       }
     }
   }
-  change_.placed = unplaced_.place(frame, map, bank_);
+  change_.placed = unplaced_.place(frame.view(), map, bank_);
   for (const PlacedLandmark& landmark : change_.placed) place(landmark, map, out);
   return out;
 }
@@ -78,9 +79,9 @@ void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& dete
   unplaced_.add(id, std::move(measurement), bank_, [&] {
     Detection unit = detection;
     unit.range = 1;
-    const auto origin = (frame.T_map_robot + seen.T_robot_sensor).translation();
-    const Eigen::Vector3d from(origin.x, origin.y, origin.z);
-    const Eigen::Vector3d ray = sighted_point(frame.T_map_robot, seen, unit) - from;
+    const Eigen::Isometry3d T_map_robot = to_isometry(frame.T_map_robot);
+    const Eigen::Vector3d from = compose(T_map_robot, seen.T_robot_sensor).translation();
+    const Eigen::Vector3d ray = sighted_point(T_map_robot, seen, unit) - from;
     const Eigen::Index n = map.is_3d ? 3 : 2;
     return ray_places(from.head(n), ray.head(n), least_depth_, greatest_depth_, depths_);
   });
@@ -112,13 +113,14 @@ void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measu
 }
 
 void BearingOnlyKnownIds::applied(const Outcome& outcome) {
-  auto handle = outcome.handles.begin();
+  auto prior = outcome.handles.discrete.begin();
+  auto factor = outcome.handles.hybrid.begin();
   if (!classes_.names().empty()) {
     for (const PlacedLandmark& landmark : change_.placed)
-      placed_[landmark.id].class_prior = *handle++;
+      placed_[landmark.id].class_prior = *prior++;
   }
   for (auto& [id, sighting] : change_.sightings) {
-    sighting.factor = *handle++;
+    sighting.factor = *factor++;
     placed_[id].sightings.push_back(std::move(sighting));
     touched_.insert(id);
   }

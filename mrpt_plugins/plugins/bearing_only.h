@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/class_model.h"
-#include "mrpt_plugins/plugins/pending_landmarks.h"
 
 namespace HYBRID_API hybrid {
 

@@ -4,98 +4,36 @@
 #pragma once
 
 #include <map>
-#include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/plugins/association_options.h"
-#include "mrpt_plugins/plugins/frame_association.h"
-#include "mrpt_plugins/plugins/landmark_merging.h"
-#include "mrpt_plugins/plugins/landmark_tracks.h"
-#include "mrpt_plugins/plugins/loop_closing.h"
+#include "libhybrid/landmarks/landmark_association.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace HYBRID_API hybrid {
 
-/// Range and bearing to landmarks that the sensor does not identify, with or without classes: which
-/// sighting belongs to which landmark is part of what is estimated (eq. 18-19). Landmarks are
-/// tentative until they were seen often enough, and made one where they turn out to be one, which
-/// is also how loops close.
+/// Range and bearing to landmarks that the sensor does not identify, with or without classes:
+/// LandmarkAssociation as a plugin.
 class BearingRangeAssociation : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingRangeAssociation, hybrid)
 
  public:
   void configure(IniSection section) override;
-  Contribution observe(const Frame& frame, const MapView& map) override;
-  void applied(const Outcome& outcome) override;
-  void refused() override;
-  Contribution revise(const MapView& map) override;
-  Contribution conclude(const MapView& map) override;
-  std::vector<AssociationDecision> decisions(const MapView& map) const override;
-  std::map<std::string, double> statistics() const override;
-  std::vector<std::string> class_names() const override { return classes_.names(); }
+  Contribution observe(const Frame& frame, const MapView& map) override {
+    return association_.observe(frame.view(), map);
+  }
+  void applied(const Outcome& outcome) override { association_.applied(outcome); }
+  void refused() override { association_.refused(); }
+  Contribution revise(const MapView& map) override { return association_.revise(map); }
+  Contribution conclude(const MapView& map) override { return association_.conclude(map); }
+  std::vector<AssociationDecision> decisions(const MapView& map) const override {
+    return association_.decisions(map);
+  }
+  std::map<std::string, double> statistics() const override { return association_.statistics(); }
+  std::vector<std::string> class_names() const override { return association_.class_names(); }
 
  private:
-  /// log odds of existence of a landmark that is given up.
-  static constexpr double kDeadOdds = -3.0;
-
-  struct OpenFrame {  // a frame whose matching is not decided
-    int keyframe;
-    DiscreteKey choice;
-    std::vector<int> sightings;            // the undecided ones
-    std::vector<std::vector<int>> tracks;  // by value of the choice, of these
-  };
-  struct Doubt {  // a frame with several hypotheses, before it is left open
-    std::vector<FrameHypothesis> hypotheses;
-    std::vector<std::size_t> rows;  // of the detections that they disagree about
-    std::vector<int> sightings;     // of these
-  };
-  struct Undo {  // what a merge under test replaced
-    int from;
-    std::vector<int> sightings;
-    Values position;
-    Assignment assignment;
-  };
-
-  void take(const DetectionFrame& seen, const Frame& frame, const MapView& map, Contribution& out);
-  void take_best(const FrameHypothesis& best, const std::vector<int>& sightings, const Frame& frame,
-                 const MapView& map, Contribution& out);
-  void doubt(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
-             const Frame& frame, const MapView& map, Contribution& out);
-  void leave_open(const Doubt& doubt, const MapView& map, Contribution& out);
-  bool take_identified(int sighting, const Frame& frame, const MapView& map, Contribution& out);
-  void attach(int sighting, int track, const MapView& map, Contribution& out);
-  void create(int sighting, const mrpt::poses::CPose3D& T_map_robot, const MapView& map,
-              Contribution& out);
-  void decide(const OpenFrame& open, const MapView& map, Contribution& out);
-  void decide_old(const MapView& map, int before, Contribution& out);
-  void judge_existence(const DetectionFrame& seen, const Frame& frame, const MapView& map,
-                       const std::vector<int>& sightings, Contribution& out);
-  void discard(int track, const MapView& map, Contribution& out);
-  void remember();
-  void count_open();
-  Contribution next_merge(const MapView& map, bool everything);
-  Contribution apply(const Merge& merge, const MapView& map);
-  Contribution undo_merge(const MapView& map);
-
-  std::vector<std::string> sensors_;
-  AssociationOptions options_;
-  ClassModel classes_;
-  std::map<std::string, SensorCoverage> coverage_;  // by label
-  double density_ = 0;                              // of landmarks, per m^2 or m^3
-  LandmarkTracks landmarks_;
-  std::optional<LandmarkMerging> merging_;
-  std::optional<LoopClosing> loops_;
-  std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
-  std::vector<Doubt> doubts_;
-  std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
-  int opened_ = 0;
-  std::optional<Merge> merge_;  // under test
-  std::vector<Undo> undo_;
-  bool undo_wanted_ = false;
-  int keyframe_ = -1;
-  int frames_ = 0;
-  std::map<std::string, double> statistics_;
+  LandmarkAssociation association_;
 };
 
 }  // namespace hybrid

@@ -9,20 +9,16 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
-#include "mrpt_plugins/plugins/sighting.h"
+#include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BearingRangeKnownIds, hybrid)
 HYBRID_REGISTER_PLUGIN(ClassedBearingRangeKnownIds, hybrid)
 
 namespace hybrid {
 namespace {
-
-std::vector<std::string> read_sensors(IniSection& section) {
-  return section.get("sensors", std::vector<std::string>{},
-                     "labels of the sensors to use; empty: all");
-}
 
 /// Calls use(frame, detection, id) for each detection of these sensors that has an id and fits the
 /// map, and counts the others.
@@ -57,8 +53,8 @@ bool is_new(std::int64_t id, const MapView& map, const Contribution& out) {
 /// Adds the position of a landmark not seen before, where the detection puts it.
 void add_position(std::int64_t id, const Frame& frame, const DetectionFrame& seen,
                   const Detection& detection, bool is_3d, Delta& delta) {
-  insert_point(delta.values, position_key(id), sighted_point(frame.T_map_robot, seen, detection),
-               is_3d);
+  insert_point(delta.values, position_key(id),
+               sighted_point(frame.view().T_map_robot, seen, detection), is_3d);
 }
 
 int most_probable(const std::vector<double>& prior, const std::vector<double>& likelihood) {
@@ -98,7 +94,7 @@ Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& ma
 
 void ClassedBearingRangeKnownIds::configure(IniSection section) {
   sensors_ = read_sensors(section);
-  classes_ = ClassModel(section);
+  classes_ = read_class_model(section);
 }
 
 Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {

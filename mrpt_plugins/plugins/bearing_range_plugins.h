@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/landmarks/class_model.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/plugins/class_model.h"
 
 namespace HYBRID_API hybrid {
 

@@ -16,8 +16,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
-constexpr std::size_t kHeadBytes = 4;  // that tell the compression
+constexpr std::size_t kInputBytes = std::size_t{1} << 16;
+constexpr std::size_t kMagicBytes = 4;  // that tell the compression
 
 }  // namespace
 
@@ -30,7 +30,7 @@ ByteSource source_of(std::string_view bytes) {
 }
 
 Decoder::Decoder(ByteSource source, const InflationLimit& limit)
-    : source_(std::move(source)), limit_(limit), buffer_(new char[kBufferBytes]) {
+    : source_(std::move(source)), limit_(limit), buffer_(new char[kInputBytes]) {
   load();
   compression_ = compression_of(input_);
   inflater_ = make_inflater(compression_);
@@ -42,8 +42,8 @@ Decoder::~Decoder() = default;
 void Decoder::load() {
   if (!input_.empty()) std::memmove(buffer_.get(), input_.data(), input_.size());
   std::size_t size = input_.size();
-  while (!at_end_ && size < kHeadBytes) {
-    const std::size_t got = source_(buffer_.get() + size, kBufferBytes - size);
+  while (!at_end_ && size < kMagicBytes) {
+    const std::size_t got = source_(buffer_.get() + size, kInputBytes - size);
     at_end_ = got == 0;
     size += got;
     read_ += got;
@@ -96,7 +96,7 @@ std::size_t Decoder::inflate(char* to, std::size_t count) {
 
 /// Whether another member follows; the end of the stream otherwise.
 bool Decoder::enter_member() {
-  if (input_.size() < kHeadBytes) load();
+  if (input_.size() < kMagicBytes) load();
   if (!inflater_->begins(input_)) {
     has_trailing_bytes_ = !input_.empty();
     finish(DecodeEnd::kSound);
@@ -116,7 +116,7 @@ std::string decoding_fault(const std::string& path) {
   RegularFile file(path);
   const InflationLimit none{std::numeric_limits<std::uint64_t>::max(), 0};
   Decoder decoder([&](char* to, std::size_t count) { return file.read(to, count); }, none);
-  std::string buffer(kBufferBytes, '\0');
+  std::string buffer(kInputBytes, '\0');
   while (decoder.read(buffer.data(), buffer.size()) > 0) {
   }
   return decoder.message();

@@ -11,7 +11,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
+constexpr std::size_t kAheadBytes = std::size_t{1} << 16;
 
 /// MRPT writes an object as the length of the name of its class with the highest bit set, the name,
 /// the version and the content.
@@ -29,13 +29,13 @@ bool is_class_name(std::string_view text) {
          });
 }
 
-LogBytes::LogBytes(Decoder& decoder) : decoder_(decoder), buffer_(new char[kBufferBytes]) {}
+LogBytes::LogBytes(Decoder& decoder) : decoder_(decoder), buffer_(new char[kAheadBytes]) {}
 
 std::string_view LogBytes::peek(std::size_t count) {
   if (ahead_.size() < count) {
     if (!ahead_.empty()) std::memmove(buffer_.get(), ahead_.data(), ahead_.size());
     const std::size_t got =
-        decoder_.read(buffer_.get() + ahead_.size(), kBufferBytes - ahead_.size());
+        decoder_.read(buffer_.get() + ahead_.size(), kAheadBytes - ahead_.size());
     ahead_ = {buffer_.get(), ahead_.size() + got};
   }
   return ahead_.substr(0, count);
@@ -54,7 +54,7 @@ size_t LogBytes::Read(void* to, size_t count) {
   auto* at = static_cast<char*>(to);
   std::size_t done = 0;
   while (done < count) {
-    const std::string_view bytes = peek(std::min(count - done, kBufferBytes));
+    const std::string_view bytes = peek(std::min(count - done, kAheadBytes));
     if (bytes.empty()) break;
     std::memcpy(at + done, bytes.data(), bytes.size());
     ahead_.remove_prefix(bytes.size());

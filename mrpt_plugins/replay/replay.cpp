@@ -62,7 +62,7 @@ Ending map_log(KeyframeSource& source, Mapper& mapper,
     if (signal != 0) break;
     const StepRecord& step = mapper.add(*keyframe);
     ++keyframes;
-    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective});
+    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
     if (movie.size() > 0) movie.watch(keyframes, mapper);
   }
   if (keyframes == 0) {
@@ -118,7 +118,7 @@ Summary summarize(const KeyframeSource& source, const Mapper& mapper, const Back
   summary.mode = mapper.backend().mode();
   summary.keyframes = result.trajectory.size();
   summary.landmarks = result.landmarks.size();
-  summary.objective = last.objective;
+  summary.objective = last.objective_after;
   summary.cost = last.cost;
   summary.steps = step_statistics(result.steps);
   summary.plugins = plugin_statistics(result.steps);
@@ -228,6 +228,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
+  warn(ini.warnings());
   for (const Provenance::Input& input : summary.provenance.inputs) {
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }

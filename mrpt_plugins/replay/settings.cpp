@@ -5,8 +5,6 @@
 
 #include <filesystem>
 
-#include "libhybrid/core/error.h"
-
 namespace hybrid {
 namespace {
 
@@ -14,27 +12,24 @@ std::string chosen(const std::string& from_command_line, const std::string& from
   return from_command_line.empty() ? from_ini : from_command_line;
 }
 
-/// The values of --set; a section name may hold no dot.
-void override_values(IniFile& ini, const std::vector<std::string>& settings) {
-  for (const std::string& setting : settings) {
-    const std::size_t equals = setting.find('=');
-    const std::size_t dot = setting.find('.');
-    if (equals == std::string::npos || dot == std::string::npos || dot > equals || dot == 0 ||
-        dot + 1 == equals) {
-      throw Error("--set " + setting + ": expected SECTION.KEY=VALUE");
-    }
-    ini.override_value(setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1),
-                       setting.substr(equals + 1));
+/// The path of a file; fails where it is that of a folder, which the one who reads the file could
+/// not say the key of.
+std::string file_path(IniSection& section, const std::string& key, const std::string& meaning) {
+  const std::string path = section.path(key, "", meaning);
+  std::error_code unknown;
+  if (!path.empty() && std::filesystem::is_directory(path, unknown)) {
+    section.fail(key, "'" + path + "' is a folder, not a file");
   }
+  return path;
 }
 
 void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
   IniSection log = ini.section("log", "What is replayed; paths are relative to this file");
-  settings.rawlog = chosen(request.rawlog, log.path("rawlog", "", "the log"));
+  settings.rawlog = chosen(request.rawlog, file_path(log, "rawlog", "the log"));
   settings.truth_path = chosen(
-      request.truth_path, log.path("truth_path", "",
-                                   "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
-                                   "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
+      request.truth_path, file_path(log, "truth_path",
+                                    "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
+                                    "TUM (.tum) or `time x y z` (.xyz); empty: unknown"));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
                              "as the antenna [m]",
@@ -42,14 +37,14 @@ void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settin
   if (point.size() != 3) log.fail("truth_point", "needs three numbers");
   settings.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
-      chosen(request.truth_map, log.path("truth_map", "",
-                                         "true landmarks, MRPT's _ground_truth.txt; empty: "
-                                         "unknown"));
+      chosen(request.truth_map, file_path(log, "truth_map",
+                                          "true landmarks, MRPT's _ground_truth.txt; empty: "
+                                          "unknown"));
   settings.truth_associations =
-      log.path("truth_associations", "",
-               "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
+      file_path(log, "truth_associations",
+                "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
   settings.truth_modes =
-      log.path("truth_modes", "", "true modes of motion, a number per frame; empty: unknown");
+      file_path(log, "truth_modes", "true modes of motion, a number per frame; empty: unknown");
   settings.title = log.get("title", std::filesystem::path(settings.rawlog).stem().string(),
                            "heading of the pictures");
 }
@@ -58,7 +53,7 @@ void read_log(IniFile& ini, const ReplayRequest& request, ReplaySettings& settin
 
 ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   ReplaySettings settings;
-  override_values(ini, request.settings);
+  ini.override_values(request.settings);
   read_log(ini, request, settings);
   settings.match_radius =
       ini.section("evaluation", "Comparison with the truth")

@@ -24,7 +24,8 @@ class Configuration : public ScratchFolder {
 
 // An absurd number is named by its key, and not by what it does to the equations later.
 TEST_F(Configuration, EveryNumberHasBounds) {
-  for (const char* program : {"hybrid-replay", "hybrid-simulate", "hybrid-experiment"}) {
+  for (const char* program :
+       {"hybrid-replay", "hybrid-simulate", "hybrid-experiment", "hybrid-pgo"}) {
     std::istringstream lines(run_app(std::string(program) + " --print-config").text);
     int numbers = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -51,6 +52,14 @@ TEST_F(Configuration, AbsurdNumbersAreRefusedByName) {
   }
   EXPECT_NE(refusal("sensor.sigma_range=1e-9").find("number, >= 1e-06, <= 1000, or 0"),
             std::string::npos);
+}
+
+TEST_F(Configuration, AFolderInPlaceOfAFileIsNamedByItsKey) {
+  for (const char* key : {"rawlog", "truth_path", "truth_map", "truth_associations"}) {
+    const std::string text = refusal(std::string("log.") + key + "=" + at(""));
+    EXPECT_NE(text.find(std::string("] ") + key), std::string::npos) << text;
+    EXPECT_NE(text.find("is a folder, not a file"), std::string::npos) << text;
+  }
 }
 
 TEST_F(Configuration, PathsOfSimulationsAreOfBoundedLength) {

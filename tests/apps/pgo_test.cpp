@@ -19,6 +19,7 @@
 
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/selection/robust_methods.h"
 
 namespace {
 
@@ -204,19 +205,19 @@ TEST_F(Pgo, SolvesPublicGraphs) {
   }
 }
 
-TEST_F(Pgo, RejectsLiesByDefaultAndByEveryMethod) {
-  // Two lies: pose 20 was not at pose 3, nor 27 at 9.
-  const std::string graph = write("lies.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
-                                                  edge(27, 9, hybrid::SE2(5, -4, 1)));
+TEST_F(Pgo, RejectsFalseClosuresByDefaultAndByName) {
+  // Two false closures: pose 20 was not at pose 3, nor 27 at 9.
+  const std::string graph = write("false.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
+                                                   edge(27, 9, hybrid::SE2(5, -4, 1)));
   std::string labels;
   for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
   const std::string file = write("labels.txt", labels);
-  for (const std::string method : {"", "escape", "portfolio", "alternating", "gnc"}) {
+  for (const std::string method : {"", "selection", "portfolio", "alternating", "gnc", "oracle"}) {
     const std::string option = method.empty() ? "" : " --method " + method;
     const Result result = run(graph + option + " --labels " + file + " -o " + at("out"));
     ASSERT_EQ(result.code, 0) << method << result.text;
     const auto s = summary("out");
-    EXPECT_EQ(s["method"], method.empty() ? "escape" : method);
+    EXPECT_EQ(s["method"], method.empty() ? "selection" : method);
     EXPECT_EQ(s["inliers"], 24) << method;
     EXPECT_EQ(s["outliers"], 2) << method;
     EXPECT_EQ(s["truth"]["loop_precision"], 1.0) << method;
@@ -226,24 +227,77 @@ TEST_F(Pgo, RejectsLiesByDefaultAndByEveryMethod) {
     EXPECT_NE(loops.find("\n0,8,accepted,"), std::string::npos) << loops;
     EXPECT_NE(loops.find("\n20,3,rejected,"), std::string::npos) << loops;
   }
-  for (const std::string method : {"dcs", "switchable", "max-mixture"}) {
-    EXPECT_EQ(run(graph + " --method " + method + " -o " + at("out")).code, 0) << method;
+}
+
+TEST_F(Pgo, OffersEveryMethodOfTheTable) {
+  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, hybrid::SE2(0, 0, 2)));
+  std::string labels;
+  for (int k = 8; k < 24; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
+  const std::string options = graph + " --labels " + write("labels.txt", labels) + " --method ";
+  const std::string help = run("--help").text;
+  for (const hybrid::RobustMethod& method : hybrid::robust_methods()) {
+    EXPECT_NE(help.find("\n  " + method.name + " "), std::string::npos) << method.name;
+    const Result result = run(options + method.name + " -o " + at("out"));
+    ASSERT_EQ(result.code, 0) << method.name << result.text;
+    EXPECT_EQ(summary("out").contains("steps"), method.name == "online");
+  }
+  expect_failure(graph + " --method oracle", "--labels");
+  expect_failure(graph + " --method magic", "known are: odometry, oracle, lm");
+}
+
+TEST_F(Pgo, OldNamesOfMethodsWorkWithAWarning) {
+  const std::string graph = write("g.g2o", laps_graph(3));
+  for (const std::string name : {"selection", "consistency-selection"}) {
+    const std::string old = name == "selection" ? "escape" : "consistency-escape";
+    const Result result = run(graph + " --method " + old + " -o " + at("old"));
+    ASSERT_EQ(result.code, 0) << result.text;
+    EXPECT_NE(result.text.find("warning: --method " + old + " is now called " + name),
+              std::string::npos)
+        << result.text;
+    EXPECT_EQ(summary("old")["method"], name);
+    const Result now = run(graph + " --method " + name + " -o " + at("new"));
+    EXPECT_EQ(now.text.find("warning"), std::string::npos) << now.text;
+    EXPECT_EQ(summary("new")["objective"], summary("old")["objective"]);
   }
 }
 
-TEST_F(Pgo, JudgesOnlineAndComparesWithLabels) {
-  const std::string graph = write("lies.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
-                                                  edge(27, 9, hybrid::SE2(5, -4, 1)));
+TEST_F(Pgo, SettingsOfMethodsComeFromAnIniAndTheCommandLine) {
+  const std::string graph = write("g.g2o", laps_graph(3));
+  const std::string ini = write("m.ini", "[selection]\nmargin = 1000\n");
+  ASSERT_EQ(run(graph + " -c " + ini + " -o " + at("out")).code, 0);
+  EXPECT_EQ(summary("out")["inliers"], 0);
+  EXPECT_EQ(summary("out")["configuration"]["selection"]["margin"], "1000");
+  EXPECT_EQ(summary("out")["inputs"].size(), 2);
+  ASSERT_EQ(run(graph + " -c " + ini + " --set selection.margin=1.5 -o " + at("out")).code, 0);
+  EXPECT_EQ(summary("out")["inliers"], 16);
+  // Online both: the gate of each closure, and the evaluation of all.
+  const std::string online = graph + " --online --trusted odometry";
+  ASSERT_EQ(run(online + " -o " + at("out")).code, 0);
+  EXPECT_EQ(summary("out")["inliers"], 16);
+  ASSERT_EQ(run(online + " -c " + ini + " -o " + at("out")).code, 0);
+  EXPECT_EQ(summary("out")["inliers"], 0);
+  const Result printed = run("--print-config --set gnc.growth=1.25");
+  EXPECT_EQ(printed.code, 0);
+  EXPECT_NE(printed.text.find("\ngrowth = 1.25\n"), std::string::npos) << printed.text;
+  EXPECT_NE(printed.text.find("[online_selection]"), std::string::npos) << printed.text;
+  expect_failure(graph + " --set selection.margni=2", "did you mean 'margin'");
+  expect_failure(graph + " --set selection", "SECTION.KEY=VALUE");
+  expect_failure(graph + " -c " + at("none.ini"), "none.ini");
+}
+
+TEST_F(Pgo, SelectsOnlineAndComparesWithLabels) {
+  const std::string graph = write("false.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
+                                                   edge(27, 9, hybrid::SE2(5, -4, 1)));
   std::string labels;
   for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
   const std::string options = graph + " --online --labels " + write("labels.txt", labels);
-  const Result judged = run(options + " --trusted odometry -o " + at("judged"));
-  ASSERT_EQ(judged.code, 0) << judged.text;
-  const auto s = summary("judged");
+  const Result selected = run(options + " --trusted odometry -o " + at("selected"));
+  ASSERT_EQ(selected.code, 0) << selected.text;
+  const auto s = summary("selected");
   EXPECT_EQ(s["inliers"], 24);
   EXPECT_EQ(s["truth"]["loop_precision"], 1.0);
   EXPECT_EQ(s["truth"]["loop_recall"], 1.0);
-  EXPECT_NE(read("judged/loops.csv").find("\n20,3,rejected,"), std::string::npos);
+  EXPECT_NE(read("selected/loops.csv").find("\n20,3,rejected,"), std::string::npos);
   EXPECT_FALSE(s.contains("hypotheses"));
   // Of closures that are all trusted, 24 of 26 are true.
   ASSERT_EQ(run(options + " -o " + at("all")).code, 0);

@@ -56,6 +56,39 @@ TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
   expect_failure("-c " + write("empty.ini", "[map]\ndimension = 2\n"), "rawlog");
 }
 
+TEST_F(ReplayTest, OldNamesOfKeysWorkWithAWarning) {
+  const std::string both = "[log]\nrawlog = " + kDemoLog + "\nperiod = 1\n[reader]\nperiod = 1\n";
+  expect_failure("-c " + write("both.ini", both), "[reader] period is given twice");
+  const auto replay_of = [&](const std::string& text) {
+    return summary_of("-c " + write("a.ini", "[log]\nrawlog = " + kDemoLog + "\n" + text));
+  };
+  const auto old = replay_of("max_speed = 50\n[keyframes]\nmin_distance = 0.5\ngather = yes\n");
+  const auto now =
+      replay_of("[reader]\nmax_speed = 50\n[keyframes]\nmin_distance = 0.5\ntracklets = yes\n");
+  EXPECT_EQ(old["objective"], now["objective"]);
+  EXPECT_EQ(old["configuration"], now["configuration"]);
+  EXPECT_EQ(old["warnings"].size(), now["warnings"].size() + 2);
+  const std::string text = old["warnings"].dump();
+  EXPECT_NE(text.find("a.ini:3:1: [log] max_speed is now [reader] max_speed"), std::string::npos);
+  EXPECT_NE(text.find("[keyframes] gather is now [keyframes] tracklets"), std::string::npos);
+  const Ran ran =
+      run_replay("-c " + at("a.ini") + " --set keyframes.gather=yes --no-pictures -o " + at("out"));
+  EXPECT_NE(ran.text.find("warning: command line: [keyframes] gather is now"), std::string::npos)
+      << ran.text;
+}
+
+TEST_F(ReplayTest, OldNamesOfKeysOfPlugins) {
+  const std::vector<std::pair<std::string, std::string>> renamed = {
+      {"BearingRangeAssociation.caution=2", "\ninformation_penalty = 2\n"},
+      {"BeaconRanges.circle_places=11", "\ncircle_hypotheses = 11\n"},
+      {"BeaconRanges.sphere_places=12", "\nsphere_hypotheses = 12\n"}};
+  for (const auto& [old, now] : renamed) {
+    const Ran ran = run_replay("--print-config --set " + old);
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    EXPECT_NE(ran.text.find(now), std::string::npos) << now;
+  }
+}
+
 TEST_F(ReplayTest, UnusableLogsFail) {
   expect_failure(with_log(at("none.rawlog")), "none.rawlog");
   expect_failure(with_log(write("empty.rawlog", "")), "empty.rawlog");

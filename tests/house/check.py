@@ -36,7 +36,7 @@ FLOORS = {
         {"marginals"},
         {"smoother"},
         {"association", "registration", "switching", "closures"},
-        {"baselines"},
+        {"baselines", "landmarks"},
         {"selection"},
         {"objects"},
         {"hybrid.h"},

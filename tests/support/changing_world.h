@@ -61,8 +61,8 @@ class ChangingWorld {
     const UpdateReport report = smoother.update(delta);
     if (report.status != UpdateReport::Status::kOk) return report;
     ++next_;
-    for (Handle handle : report.handles) {
-      if (handle.kind == FactorKind::kHybrid && closures_ > 0 &&
+    for (Handle handle : report.handles.hybrid) {
+      if (closures_ > 0 &&
           smoother.graph().hybrid().at(handle)->discrete_keys()[0].key.letter() == 'd')
         removable_.push_back(handle);
     }

@@ -173,7 +173,7 @@ void expect_lies_filtered() {
   ConsistencyOptions options;
   options.probability = 0.9999;
   const Consistency result = pairwise_consistency(g.problem, options);
-  EXPECT_EQ(result.judged, g.truth.size());
+  EXPECT_EQ(result.compared, g.truth.size());
   std::size_t kept_true = 0, kept_false = 0;
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
     if (result.kept[k]) ++(g.truth[k] ? kept_true : kept_false);
@@ -207,7 +207,7 @@ TEST(Consistency, LeavesAloneWhatItCannotJudge) {
   auto g = testing::drive_laps<SE2>(2, 4, 8);
   g.problem.trusted.clear();  // no odometry
   const Consistency result = pairwise_consistency(g.problem);
-  EXPECT_EQ(result.judged, 0u);
+  EXPECT_EQ(result.compared, 0u);
   EXPECT_EQ(std::count(result.kept.begin(), result.kept.end(), true),
             static_cast<long>(g.truth.size()));
   ConsistencyOptions options;

@@ -85,7 +85,7 @@ TEST(MixtureGraph, VerdictsAreProbabilitiesOfTheMixture) {
   const PoseGraph graph = chain<SE2>(12);
   const RobustProblem problem = to_robust_problem(graph, initialize_from_odometry(graph));
   const std::vector<bool> accepted(9, true);
-  const std::vector<Verdict> verdicts = judge(problem, problem.initial, accepted);
+  const std::vector<Verdict> verdicts = make_verdicts(problem, problem.initial, accepted);
   const HybridGraph hybrid = mixture_graph(problem);
   std::size_t k = 0;
   hybrid.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {

@@ -60,7 +60,7 @@ TEST(ClosurePosterior, IsTheRatioOfTheEvidences) {
       options.outlier_weight = 0.7;
       RobustResult result;
       result.values = g.problem.initial;
-      result.verdicts = judge(g.problem, g.poses, g.truth, options);
+      result.verdicts = make_verdicts(g.problem, g.poses, g.truth, options);
       const std::vector<Verdict> given = result.verdicts;
       integrate_poses(g.problem, options, result);
       EXPECT_TRUE(result.poses_integrated);

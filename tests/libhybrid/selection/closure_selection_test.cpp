@@ -71,7 +71,7 @@ int accepted(const RobustResult& result, std::size_t begin, std::size_t end) {
   return count;
 }
 
-TEST(Escape, IsTheOptimumWhereThereAreNoLies) {
+TEST(ClosureSelection, IsTheOptimumWhereNoClosureIsFalse) {
   const RobustProblem problem = problem_of(drive(120, 0, 1).graph);
   const RobustResult robust = select_closures(problem);
   const RobustResult plain = solve_lm(problem);
@@ -87,7 +87,7 @@ TEST(Escape, IsTheOptimumWhereThereAreNoLies) {
   }
 }
 
-TEST(Escape, LiesThatAgreeWithEachOtherStayOut) {
+TEST(ClosureSelection, FalseClosuresThatAgreeWithEachOtherStayOut) {
   const Laps laps = drive(120, 15, 2);
   const RobustProblem problem = problem_of(laps.graph);
   const RobustResult robust = select_closures(problem);
@@ -103,7 +103,7 @@ TEST(Escape, LiesThatAgreeWithEachOtherStayOut) {
   EXPECT_LT(testing::distance(none.values, problem.initial), 1e-6);
 }
 
-TEST(Escape, EveryMacroStepLowersTheObjective) {
+TEST(ClosureSelection, EveryMacroStepLowersTheObjective) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const PoseGraph graph = add_false_closures(drive(200, 0, seed).graph, 0.6, seed);
     const RobustProblem problem = problem_of(graph);
@@ -127,7 +127,7 @@ TEST(Escape, EveryMacroStepLowersTheObjective) {
   }
 }
 
-TEST(Escape, SameResultForAnyNumberOfThreads) {
+TEST(ClosureSelection, SameResultForAnyNumberOfThreads) {
   const PoseGraph graph = add_false_closures(drive(200, 5, 3).graph, 0.5, 3);
   ClosureSelectionOptions one, three;
   one.solver.threads = 1;
@@ -138,7 +138,7 @@ TEST(Escape, SameResultForAnyNumberOfThreads) {
   EXPECT_LT(testing::distance(a.values, b.values), 1e-16);  // x minus x, rounded
 }
 
-TEST(Escape, FlagsWhatNothingElseChecks) {
+TEST(ClosureSelection, FlagsWhatNothingElseChecks) {
   Laps laps = drive(60, 0, 4);
   // Odometry and one closure of a long way.
   laps.graph.poses2.erase(laps.graph.poses2.begin() + 60, laps.graph.poses2.end());
@@ -152,7 +152,7 @@ TEST(Escape, FlagsWhatNothingElseChecks) {
   EXPECT_FALSE(select_closures(problem, strict).verdicts[0].accepted);
 }
 
-TEST(Escape, RedundancyIsTheReducedIdentity) {
+TEST(ClosureSelection, RedundancyIsTheReducedIdentity) {
   const RobustProblem problem = problem_of(drive(60, 0, 5).graph);
   const RobustResult robust = select_closures(problem);
   HybridGraph graph;
@@ -175,7 +175,7 @@ TEST(Escape, RedundancyIsTheReducedIdentity) {
   }
 }
 
-TEST(Escape, BadInput) {
+TEST(ClosureSelection, BadInput) {
   const PoseGraph graph = drive(60, 0, 6).graph;
   RobustProblem none = problem_of(graph);
   none.closures.clear();
@@ -249,13 +249,13 @@ TEST(Chordal, RecoversPosesFromAnyStart) {
 TEST(Portfolio, ReturnsTheLowestVerifiedObjective) {
   const PoseGraph graph = add_false_closures(drive(120, 6, 7).graph, 0.4, 7);
   const RobustProblem problem = problem_of(graph);
-  const PortfolioResult portfolio = solve_portfolio(problem);
+  const RobustResult portfolio = solve_portfolio(problem);
   ASSERT_EQ(portfolio.members.size(), 5u);
-  for (const PortfolioMember& member : portfolio.members) {
-    EXPECT_GE(member.objective, portfolio.best.objective) << member.result.method;
-    EXPECT_FALSE(member.result.method.empty());
+  for (const MemberSummary& member : portfolio.members) {
+    EXPECT_GE(member.verified_objective, portfolio.objective) << member.method;
+    EXPECT_FALSE(member.method.empty());
   }
-  EXPECT_EQ(accepted(portfolio.best, 0, 40), 40);
+  EXPECT_EQ(accepted(portfolio, 0, 40), 40);
 }
 
 }  // namespace

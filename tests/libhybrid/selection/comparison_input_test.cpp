@@ -2,16 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
 
-#include "libhybrid/baselines/consistency.h"
-#include "libhybrid/baselines/dcs.h"
-#include "libhybrid/baselines/gnc.h"
-#include "libhybrid/baselines/least_squares.h"
-#include "libhybrid/baselines/max_mixture.h"
-#include "libhybrid/baselines/switchable.h"
+#include "libhybrid/selection/robust_methods.h"
 #include "tests/support/corrupted_graph.h"
 
 namespace hybrid {
@@ -21,17 +17,9 @@ namespace {
 class ComparisonInput : public ::testing::TestWithParam<std::string> {
  protected:
   static RobustResult solve(const RobustProblem& problem) {
-    const std::string name = GetParam();
-    if (name == "lm") return solve_lm(problem);
-    if (name == "dcs") return solve_dcs(problem);
-    if (name == "switchable") return solve_switchable(problem);
-    if (name == "max_mixture") return solve_max_mixture(problem);
-    if (name == "consistency") {
-      return solve_consistent(problem, {}, {}, [](const auto& p) { return solve_gnc(p); });
-    }
-    GncOptions options;
-    if (name == "gnc_gm") options.loss = GncLoss::kGemanMcClure;
-    return solve_gnc(problem, options);
+    RobustTask task;
+    task.problem = problem;
+    return robust_method(GetParam()).solve(task, {});
   }
 
   /// A result is there, with a number for everything.
@@ -102,9 +90,13 @@ TEST_P(ComparisonInput, TheSameClosureTwice) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, ComparisonInput,
-                         ::testing::Values("lm", "gnc", "gnc_gm", "dcs", "switchable",
-                                           "max_mixture", "consistency"),
-                         [](const auto& info) { return info.param; });
+                         ::testing::Values("lm", "gnc", "gnc-gm", "dcs", "switchable",
+                                           "max-mixture", "consistency-gnc"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace hybrid

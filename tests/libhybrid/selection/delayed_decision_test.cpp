@@ -46,14 +46,14 @@ PoseGraph laps(int every, unsigned seed) {
   return graph;
 }
 
-/// Feeds a graph to a judge; the most closures that waited at a time.
-std::size_t feed_all(const PoseGraph& graph, DelayedDecisionSmoother& judge) {
+/// Feeds a graph to a decisions; the most closures that waited at a time.
+std::size_t feed_all(const PoseGraph& graph, DelayedDecisionSmoother& decisions) {
   std::size_t waited = 0;
   PoseFeed feed(graph, initialize_from_odometry(graph));
   while (!feed.done()) {
-    const UpdateReport report = judge.update(feed.next(judge.smoother().values()));
+    const UpdateReport report = decisions.update(feed.next(decisions.smoother().values()));
     EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
-    waited = std::max(waited, judge.waiting());
+    waited = std::max(waited, decisions.waiting());
   }
   return waited;
 }
@@ -62,13 +62,13 @@ TEST(DelayedDecisionSmoother, FindsTheTrueHypothesesOnline) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     PoseGraph graph = laps(11, seed);
     const std::vector<int> first = shuffle_hypotheses(graph, seed);
-    DelayedDecisionSmoother judge;
-    feed_all(graph, judge);
-    judge.finish();
+    DelayedDecisionSmoother decisions;
+    feed_all(graph, decisions);
+    decisions.finish();
     for (std::size_t k = 0; k < first.size(); ++k) {
-      EXPECT_EQ(judge.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
+      EXPECT_EQ(decisions.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
     }
-    EXPECT_LT(judge.smoother().cost(), 200.0);
+    EXPECT_LT(decisions.smoother().cost(), 200.0);
   }
 }
 
@@ -101,13 +101,13 @@ TEST(DelayedDecisionSmoother, ClosuresWaitUntilTheyTellTheChoicesOfALongLoopApar
     PoseGraph graph = long_laps(seed);
     const std::vector<int> first = shuffle_hypotheses(graph, seed);
     ASSERT_EQ(first.size(), 8u);
-    DelayedDecisionSmoother judge;
-    waited = std::max(waited, feed_all(graph, judge));
+    DelayedDecisionSmoother decisions;
+    waited = std::max(waited, feed_all(graph, decisions));
     for (std::size_t k = 0; k < first.size(); ++k) {
-      EXPECT_EQ(judge.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
+      EXPECT_EQ(decisions.smoother().assignment().at(hypothesis_key(k)), first[k]) << "edge " << k;
     }
-    judge.finish();
-    EXPECT_LT(judge.smoother().cost(), 1.5 * 2.0 * 15);
+    decisions.finish();
+    EXPECT_LT(decisions.smoother().cost(), 1.5 * 2.0 * 15);
   }
   EXPECT_GT(waited, 1u);
 }
@@ -118,12 +118,12 @@ TEST(DelayedDecisionSmoother, ClosuresThatDecideNothingEnterAtTheEnd) {
   graph.alternatives.push_back({40, {graph.poses2[40].measured}});
   DelayedDecisionOptions patient;
   patient.patience = 1000;
-  DelayedDecisionSmoother judge(patient);
-  EXPECT_GT(feed_all(graph, judge), 10u);
-  EXPECT_GT(judge.waiting(), 10u);
-  judge.finish();
-  EXPECT_EQ(judge.waiting(), 0u);
-  EXPECT_EQ(judge.smoother().graph().continuous().size() + 1, graph.poses2.size() + 1);
+  DelayedDecisionSmoother decisions(patient);
+  EXPECT_GT(feed_all(graph, decisions), 10u);
+  EXPECT_GT(decisions.waiting(), 10u);
+  decisions.finish();
+  EXPECT_EQ(decisions.waiting(), 0u);
+  EXPECT_EQ(decisions.smoother().graph().continuous().size() + 1, graph.poses2.size() + 1);
 }
 
 TEST(DelayedDecisionSmoother, APoseThatOnlyAClosureHoldsLetsAllIn) {
@@ -133,14 +133,14 @@ TEST(DelayedDecisionSmoother, APoseThatOnlyAClosureHoldsLetsAllIn) {
   graph.poses2.push_back({pose(80), pose(200), SE2(1.0, 2.0, 0.3), noise});
   DelayedDecisionOptions patient;
   patient.patience = 1000;
-  DelayedDecisionSmoother judge(patient);
-  EXPECT_GT(feed_all(graph, judge), 10u);
-  EXPECT_EQ(judge.waiting(), 0u);
+  DelayedDecisionSmoother decisions(patient);
+  EXPECT_GT(feed_all(graph, decisions), 10u);
+  EXPECT_EQ(decisions.waiting(), 0u);
 }
 
 // The other value of the choice would leave the heading of the second pose undetermined.
 TEST(DelayedDecisionSmoother, AChoiceThatHoldsAPoseIsNotTakenAway) {
-  DelayedDecisionSmoother judge;
+  DelayedDecisionSmoother decisions;
   Delta delta;
   for (int i = 0; i < 2; ++i) delta.values.insert(pose(i), SE2(i, 0, 0));
   delta.continuous = {
@@ -151,23 +151,24 @@ TEST(DelayedDecisionSmoother, AChoiceThatHoldsAPoseIsNotTakenAway) {
   delta.hybrid = {
       std::make_shared<Mixture>(std::vector<DiscreteKey>{{Key('h', 0), 2}},
                                 std::vector<MixtureComponent>{{motion, 0.0}, {nullptr, 500.0}})};
-  ASSERT_EQ(judge.update(delta).status, UpdateReport::Status::kOk);
-  const UpdateReport report = judge.finish();
+  ASSERT_EQ(decisions.update(delta).status, UpdateReport::Status::kOk);
+  const UpdateReport report = decisions.finish();
   EXPECT_EQ(report.status, UpdateReport::Status::kOk);
-  EXPECT_GT(judge.trials(), 0);
-  EXPECT_EQ(judge.smoother().assignment().at(Key('h', 0)), 0);
-  EXPECT_EQ(judge.smoother().graph().size(), 3u);
-  EXPECT_NEAR(judge.smoother().values().at<SE2>(pose(1)).translation()[0], 5.0, 1e-3);
+  EXPECT_GT(decisions.trials(), 0);
+  EXPECT_EQ(decisions.smoother().assignment().at(Key('h', 0)), 0);
+  EXPECT_EQ(decisions.smoother().graph().size(), 3u);
+  EXPECT_NEAR(decisions.smoother().values().at<SE2>(pose(1)).translation()[0], 5.0, 1e-3);
 }
 
 TEST(DelayedDecisionSmoother, BadInputLeavesItAsItWas) {
   const PoseGraph graph = laps(11, 1);
   PoseFeed feed(graph, initialize_from_odometry(graph));
-  DelayedDecisionSmoother judge;
+  DelayedDecisionSmoother decisions;
   Delta first = feed.next({});
-  EXPECT_EQ(judge.update(first).status, UpdateReport::Status::kOk);
-  EXPECT_THROW(judge.update(first), Error);  // the pose is there already
-  EXPECT_EQ(judge.update(feed.next(judge.smoother().values())).status, UpdateReport::Status::kOk);
+  EXPECT_EQ(decisions.update(first).status, UpdateReport::Status::kOk);
+  EXPECT_THROW(decisions.update(first), Error);  // the pose is there already
+  EXPECT_EQ(decisions.update(feed.next(decisions.smoother().values())).status,
+            UpdateReport::Status::kOk);
 }
 
 }  // namespace

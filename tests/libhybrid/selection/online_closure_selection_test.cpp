@@ -74,14 +74,14 @@ using Planar = Circle<SE2, BetweenSE2>;
 template <class Circle>
 OnlineClosureSelection run(const Circle& circle,
                            std::map<int, std::vector<ContinuousFactorPtr>> closures) {
-  OnlineClosureSelection judge;
+  OnlineClosureSelection selection;
   for (int i = 0; i < static_cast<int>(circle.truth.size()); ++i) {
     const SelectionReport report =
-        judge.update(circle.step(i, judge.smoother().values()), closures[i]);
+        selection.update(circle.step(i, selection.smoother().values()), closures[i]);
     EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
   }
-  judge.finish();
-  return judge;
+  selection.finish();
+  return selection;
 }
 
 template <class Type>
@@ -105,12 +105,12 @@ TYPED_TEST(OnlineClosureSelectionOf, AcceptsTheTrueAndRejectsRandomLies) {
     closures[i].push_back(circle.between(j, i, lie));
     truth.push_back(false);
   }
-  const OnlineClosureSelection judge = run(circle, closures);
-  const std::vector<Verdict> verdicts = judge.verdicts();
+  const OnlineClosureSelection selection = run(circle, closures);
+  const std::vector<Verdict> verdicts = selection.verdicts();
   ASSERT_EQ(verdicts.size(), truth.size());
   for (std::size_t k = 0; k < truth.size(); ++k) {
     EXPECT_EQ(verdicts[k].accepted, truth[k]) << "closure " << k;
-    EXPECT_EQ(judge.status(k) == ClosureStatus::kAccepted, truth[k]);
+    EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, truth[k]);
     EXPECT_EQ(verdicts[k].inlier_probability > 0.5, truth[k]);
   }
   // The map is that of all trusted and true measurements together.
@@ -124,7 +124,7 @@ TYPED_TEST(OnlineClosureSelectionOf, AcceptsTheTrueAndRejectsRandomLies) {
   SolverOptions exact;
   exact.relative_decrease = 1e-12;
   const Values optimum = levenberg_marquardt(graph, start, exact).values;
-  EXPECT_LT(testing::distance(judge.smoother().values(), optimum), 1e-4);
+  EXPECT_LT(testing::distance(selection.smoother().values(), optimum), 1e-4);
 }
 
 TEST(OnlineClosureSelection, LiesThatAgreeWithEachOtherButNotWithTheOdometryStayOut) {
@@ -135,11 +135,11 @@ TEST(OnlineClosureSelection, LiesThatAgreeWithEachOtherButNotWithTheOdometryStay
     const SE2 lie = SE2(4.0, 0.0, 0.0) * circle.truth[i - kLap].between(circle.truth[i]);
     closures[i].push_back(circle.between(i - kLap, i, lie));
   }
-  const OnlineClosureSelection judge = run(circle, closures);
+  const OnlineClosureSelection selection = run(circle, closures);
   for (std::size_t k = 0; k < 30; ++k)
-    EXPECT_EQ(judge.status(k), ClosureStatus::kRejectedByOdometry);
+    EXPECT_EQ(selection.status(k), ClosureStatus::kRejectedByOdometry);
   OnlineClosureSelection alone = run(circle, {});
-  EXPECT_NEAR(circle.worst(judge.smoother().values()), circle.worst(alone.smoother().values()),
+  EXPECT_NEAR(circle.worst(selection.smoother().values()), circle.worst(alone.smoother().values()),
               1e-6);
 }
 
@@ -156,9 +156,10 @@ TEST(OnlineClosureSelection, ALieThatCouldNotBeCheckedIsThrownOutByLaterClosures
   ASSERT_EQ(early.status(0), ClosureStatus::kAccepted);
   EXPECT_FALSE(early.verdicts()[0].checkable);
   for (int i = kLap + 1; i < kLap + 20; ++i) closures[i].push_back(circle.closure(i - kLap, i));
-  const OnlineClosureSelection judge = run(circle, closures);
-  EXPECT_EQ(judge.status(0), ClosureStatus::kUndecided);
-  for (std::size_t k = 1; k < 20; ++k) EXPECT_EQ(judge.status(k), ClosureStatus::kAccepted) << k;
+  const OnlineClosureSelection selection = run(circle, closures);
+  EXPECT_EQ(selection.status(0), ClosureStatus::kUndecided);
+  for (std::size_t k = 1; k < 20; ++k)
+    EXPECT_EQ(selection.status(k), ClosureStatus::kAccepted) << k;
 }
 
 TEST(OnlineClosureSelection, LiesThatCameFirstGiveWayToTheTruth) {
@@ -172,10 +173,10 @@ TEST(OnlineClosureSelection, LiesThatCameFirstGiveWayToTheTruth) {
         circle.between(i - kLap, i, circle.truth[i - kLap].between(circle.truth[i]) * error));
     truth.push_back(i >= kLap + 5);
   }
-  const OnlineClosureSelection judge = run(circle, closures);
-  const std::vector<Verdict> verdicts = judge.verdicts();
+  const OnlineClosureSelection selection = run(circle, closures);
+  const std::vector<Verdict> verdicts = selection.verdicts();
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    EXPECT_EQ(judge.status(k) == ClosureStatus::kAccepted, truth[k]) << k;
+    EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, truth[k]) << k;
     EXPECT_EQ(verdicts[k].accepted, truth[k]) << k;
     EXPECT_EQ(verdicts[k].inlier_probability > 0.5, truth[k]) << k;
   }
@@ -186,21 +187,22 @@ TEST(OnlineClosureSelection, ObjectiveIsThatOfTheMixture) {
   std::map<int, std::vector<ContinuousFactorPtr>> closures;
   for (int i = kLap; i < 2 * kLap; i += 3) closures[i].push_back(circle.closure(i - kLap, i));
   closures[50].push_back(circle.between(3, 50, SE2(1.0, 7.0, 1.0)));
-  const OnlineClosureSelection judge = run(circle, closures);
+  const OnlineClosureSelection selection = run(circle, closures);
   HybridGraph graph;
-  judge.smoother().graph().continuous().for_each(
+  selection.smoother().graph().continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { graph.add(factor); });
-  judge.smoother().graph().hybrid().for_each(
+  selection.smoother().graph().hybrid().for_each(
       [&](Handle, const HybridFactorPtr& factor) { graph.add(factor); });
-  EXPECT_NEAR(judge.smoother().objective(),
-              objective(graph, judge.smoother().values(), judge.smoother().assignment()), 1e-6);
+  EXPECT_NEAR(selection.smoother().objective(),
+              objective(graph, selection.smoother().values(), selection.smoother().assignment()),
+              1e-6);
 }
 
 TEST(OnlineClosureSelection, OverstatedNoiseDoesNotOpenTheGate) {
   // The odometry is a hundred times better than it claims; lies of 1 m are inside its claims.
   constexpr double kClaimed = 100 * 1e-3;
   std::mt19937 rng(5);
-  OnlineClosureSelection judge;
+  OnlineClosureSelection selection;
   std::vector<SE2> truth(4 * kLap);
   std::vector<bool> truths;
   for (int i = 0; i < 4 * kLap; ++i) {
@@ -215,7 +217,7 @@ TEST(OnlineClosureSelection, OverstatedNoiseDoesNotOpenTheGate) {
       const SE2 motion = testing::step_forward<SE2>(2 * M_PI / kLap);
       truth[i] = truth[i - 1] * motion;
       const SE2 z = motion * random_motion<SE2>(1e-3, rng);
-      delta.values.insert(pose(i), judge.smoother().values().at<SE2>(pose(i - 1)) * z);
+      delta.values.insert(pose(i), selection.smoother().values().at<SE2>(pose(i - 1)) * z);
       delta.continuous.push_back(between(i - 1, i, z));
     }
     if (i >= kLap) {
@@ -226,25 +228,25 @@ TEST(OnlineClosureSelection, OverstatedNoiseDoesNotOpenTheGate) {
       closures.push_back(between(i - 20, i, truth[i - 20].between(truth[i]) * SE2(1.0, 0.0, 0.0)));
       truths.push_back(false);
     }
-    judge.update(delta, closures);
+    selection.update(delta, closures);
   }
-  judge.finish();
+  selection.finish();
   for (std::size_t k = 0; k < truths.size(); ++k) {
-    EXPECT_EQ(judge.status(k) == ClosureStatus::kAccepted, truths[k]) << k;
+    EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, truths[k]) << k;
   }
 }
 
 TEST(OnlineClosureSelection, BadInputLeavesItAsItWas) {
   Planar circle(4);
-  OnlineClosureSelection judge;
-  for (int i = 0; i < 3; ++i) judge.update(circle.step(i, judge.smoother().values()), {});
+  OnlineClosureSelection selection;
+  for (int i = 0; i < 3; ++i) selection.update(circle.step(i, selection.smoother().values()), {});
   const ContinuousFactorPtr unknown = circle.between(0, 9, SE2());
-  EXPECT_THROW(judge.update(circle.step(3, judge.smoother().values()), {unknown}), Error);
-  EXPECT_TRUE(judge.verdicts().empty());
+  EXPECT_THROW(selection.update(circle.step(3, selection.smoother().values()), {unknown}), Error);
+  EXPECT_TRUE(selection.verdicts().empty());
   const SelectionReport report =
-      judge.update(circle.step(3, judge.smoother().values()), {circle.closure(0, 3)});
+      selection.update(circle.step(3, selection.smoother().values()), {circle.closure(0, 3)});
   EXPECT_EQ(report.status, UpdateReport::Status::kOk);
-  EXPECT_EQ(judge.verdicts().size(), 1u);
+  EXPECT_EQ(selection.verdicts().size(), 1u);
 }
 
 TEST(OnlineClosureSelection, SwitchesOfTheUserHaveLettersOfTheirOwn) {
@@ -265,32 +267,32 @@ TEST(OnlineClosureSelection, SwitchesOfTheUserHaveLettersOfTheirOwn) {
   const std::vector<ContinuousFactorPtr> closures = {
       std::make_shared<BetweenSE2>(pose(0), pose(2), SE2(2, 0, 0), Noise::isotropic(3, 0.1))};
   for (const Key key : {Key('D', 0), Key('D', 900)}) {
-    OnlineClosureSelection judge;
+    OnlineClosureSelection selection;
     try {
-      judge.update(delta(key), closures);
+      selection.update(delta(key), closures);
       ADD_FAILURE() << "accepted";
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find(to_string(key) + ": the letter D"),
                 std::string::npos)
           << error.what();
     }
-    EXPECT_EQ(judge.smoother().values().size(), 0u);
-    EXPECT_EQ(judge.update(delta(Key('u', 900)), closures).status, UpdateReport::Status::kOk);
-    EXPECT_EQ(judge.finish().status, UpdateReport::Status::kOk);
-    EXPECT_EQ(judge.status(0), ClosureStatus::kAccepted);
+    EXPECT_EQ(selection.smoother().values().size(), 0u);
+    EXPECT_EQ(selection.update(delta(Key('u', 900)), closures).status, UpdateReport::Status::kOk);
+    EXPECT_EQ(selection.finish().status, UpdateReport::Status::kOk);
+    EXPECT_EQ(selection.status(0), ClosureStatus::kAccepted);
   }
 }
 
 TEST(OnlineClosureSelection, APoseThatOnlyAClosureHoldsIsNamed) {
   Planar circle(3);
-  OnlineClosureSelection judge;
-  for (int i = 0; i < 2; ++i) judge.update(circle.step(i, judge.smoother().values()), {});
+  OnlineClosureSelection selection;
+  for (int i = 0; i < 2; ++i) selection.update(circle.step(i, selection.smoother().values()), {});
   Delta delta;
   delta.values.insert(pose(2), SE2());
-  const SelectionReport report = judge.update(delta, {circle.closure(0, 2)});
+  const SelectionReport report = selection.update(delta, {circle.closure(0, 2)});
   EXPECT_EQ(report.status, UpdateReport::Status::kSingular);
   EXPECT_NE(report.message.find("x2"), std::string::npos) << report.message;
-  EXPECT_TRUE(judge.verdicts().empty());
+  EXPECT_TRUE(selection.verdicts().empty());
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ class BadInput : public ::testing::Test {
     for (int i = 1; i < 12; ++i) delta.continuous.push_back(between(i - 1, i, SE2(1.0, 0.0, 0.02)));
     delta.hybrid.push_back(closure(0, 0, 6, SE2(5.9, 0.3, 0.1)));
     delta.hybrid.push_back(closure(1, 2, 9, SE2(1.0, 8.0, 2.0)));
-    handles_ = smoother_.update(delta).handles;
+    handles_ = smoother_.update(delta).handles.all();
     ASSERT_EQ(handles_.size(), 14u);
     before_ = snapshot(smoother_);
   }
@@ -183,7 +183,7 @@ TEST_F(BadInput, FactorThatIsGone) {
   Delta add;
   add.continuous.push_back(between(0, 11, SE2(11.0, 0.0, 0.0)));
   Delta remove;
-  remove.remove = smoother_.update(add).handles;
+  remove.remove = smoother_.update(add).handles.all();
   smoother_.update(remove);
   before_ = snapshot(smoother_);
   expect_error(remove, "no longer");

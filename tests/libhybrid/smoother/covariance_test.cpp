@@ -167,7 +167,7 @@ TEST(Covariance, OfAVariableThatHangsOnAWeakComponent) {
   free.values.insert(pose(2), Vector1(0.0));
   EXPECT_EQ(second.update(free).status, UpdateReport::Status::kSingular);
   Delta removal;
-  removal.remove = {report.handles[1]};
+  removal.remove = {report.handles.continuous[1]};
   ASSERT_EQ(second.update(removal).status, UpdateReport::Status::kOk);
   EXPECT_NEAR(second.joint_covariance({pose(1)})(0, 0), 1.0 + 1e8, 1e-6 * 1e8);
   second.converge();

@@ -48,7 +48,7 @@ class TwiceMeasured : public ::testing::Test {
     }
     const UpdateReport report = smoother_.update(delta);
     EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
-    handles_ = report.handles;
+    handles_ = report.handles.all();
   }
 
   ContinuousFactorPtr between(std::uint64_t a, std::uint64_t b) const {

@@ -88,7 +88,7 @@ TEST(Faults, MemoryStaysBoundedWhenTheSameFactorsComeAndGo) {
     add.continuous.push_back(between(3, 15, SE2(0.1 * (k % 7), 1.0, 0.2)));
     add.hybrid.push_back(closure(k, 2, 18, SE2(k % 2, 1.0, 0.2)));
     Delta remove;
-    remove.remove = smoother.update(add).handles;
+    remove.remove = smoother.update(add).handles.all();
     ASSERT_EQ(remove.remove.size(), 2u);
     smoother.update(remove);
     if (k == 100) bytes = smoother.memory().bytes;

@@ -73,9 +73,8 @@ TEST(IncrementalSmoother, EqualsBatchOnRandomGraphsThatGrowAndShrink) {
       }
       const UpdateReport report = smoother.update(delta);
       ASSERT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
-      for (Handle handle : report.handles) {
-        if (handle.kind == FactorKind::kHybrid) closures.push_back(handle);
-      }
+      const std::vector<Handle>& added = report.handles.hybrid;
+      closures.insert(closures.end(), added.begin(), added.end());
       for (std::size_t i = 1; i < report.objectives.size(); ++i) {
         EXPECT_LE(report.objectives[i], report.objectives[i - 1] + 1e-9);
       }
@@ -143,8 +142,8 @@ TEST(IncrementalSmoother, RefusesBadInputAndStaysAsItWas) {
   held.remove_values.push_back(pose(0));
   EXPECT_THROW(smoother.update(held), Error);
   Delta gone;
-  gone.remove.push_back(first.handles[0]);
-  gone.remove.push_back(first.handles[0]);
+  gone.remove.push_back(first.handles.continuous[0]);
+  gone.remove.push_back(first.handles.continuous[0]);
   EXPECT_THROW(smoother.update(gone), Error);
   EXPECT_EQ(smoother.graph().size(), 1u);
   EXPECT_EQ(smoother.values().size(), 1u);

@@ -93,9 +93,9 @@ class World {
     ASSERT_EQ(report.handles.size(),
               delta.continuous.size() + delta.discrete.size() + delta.hybrid.size());
     // Loops and sightings may go again; odometry, the prior and tables stay.
-    for (std::size_t i = 1; i < report.handles.size(); ++i) {
-      if (report.handles[i].kind != FactorKind::kDiscrete) removable_.push_back(report.handles[i]);
-    }
+    const AddedHandles& added = report.handles;
+    removable_.insert(removable_.end(), added.continuous.begin() + 1, added.continuous.end());
+    removable_.insert(removable_.end(), added.hybrid.begin(), added.hybrid.end());
   }
 
   void add_pose(Delta& delta) {

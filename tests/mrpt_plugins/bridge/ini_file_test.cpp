@@ -194,5 +194,83 @@ TEST(IniFile, PathsAreRelativeToTheFileAndOverridesToTheCaller) {
   expect_error([&] { ini.section("log").get("n", 1, ""); }, {"command line: [log] n"});
 }
 
+TEST(IniFile, OldNamesCountUnderTheNewOneWithAWarning) {
+  IniFile ini("[log]\n\nperiod = 0.5\ntitle = T\n[Frames]\ngather = yes\n", "old.ini");
+  IniSection log = ini.section("log");
+  EXPECT_EQ(log.get("title", "", "t"), "T");
+  IniSection reader = ini.section("reader");
+  reader.replaces("period", "period", "log");
+  reader.replaces("absent", "was_absent", "log");
+  EXPECT_EQ(reader.get("period", 0.1, "p"), 0.5);
+  IniSection frames = ini.section("frames");
+  frames.replaces("tracklets", "Gather");
+  EXPECT_TRUE(frames.get("tracklets", false, "t"));
+  EXPECT_NO_THROW(ini.reject_unknown());
+  ASSERT_EQ(ini.warnings().size(), 2u);
+  EXPECT_EQ(ini.warnings()[0], "old.ini:3:1: [log] period is now [reader] period");
+  EXPECT_EQ(ini.warnings()[1], "old.ini:6:1: [Frames] gather is now [Frames] tracklets");
+  EXPECT_EQ(ini.documentation().find("gather"), std::string::npos);
+  EXPECT_FALSE(log.has("period"));
+}
+
+TEST(IniFile, NewNamesAloneWarnOfNothing) {
+  IniFile ini("[frames]\ntracklets = yes\n", "new.ini");
+  IniSection frames = ini.section("frames");
+  frames.replaces("tracklets", "gather");
+  EXPECT_TRUE(frames.get("tracklets", false, "t"));
+  EXPECT_TRUE(ini.warnings().empty());
+}
+
+TEST(IniFile, AValueThatIsWrongNamesTheKeyAsItWasGiven) {
+  IniFile ini("[log]\nperiod = soon\n", "old.ini");
+  ini.section("log");
+  IniSection reader = ini.section("reader");
+  reader.replaces("period", "period", "log");
+  expect_error([&] { reader.get("period", 0.1, "p"); },
+               {"old.ini:2", "[reader] period (given as [log] period)", "'soon'"});
+}
+
+TEST(IniFile, OldAndNewNameTogetherAreAnError) {
+  const char* text = "[f]\ngather = yes\ntracklets = no\n";
+  IniFile both(text, "both.ini");
+  expect_error([&] { both.section("f").replaces("tracklets", "gather"); },
+               {"both.ini:3", "[f] tracklets is given twice", "[f] gather at both.ini:2"});
+  IniFile twice("[f]\nx = 1\n", "twice.ini");
+  twice.override_values({"f.gather=yes", "f.tracklets=no"});
+  expect_error([&] { twice.section("f").replaces("tracklets", "gather"); },
+               {"command line", "given twice"});
+}
+
+TEST(IniFile, TheCommandLineGoesBeforeTheFileWhateverTheName) {
+  IniFile by_old("[f]\ntracklets = no\n", "a.ini");
+  by_old.override_values({"f.gather=yes"});
+  IniSection f = by_old.section("f");
+  f.replaces("tracklets", "gather");
+  EXPECT_TRUE(f.get("tracklets", false, "t"));
+  EXPECT_EQ(by_old.warnings().size(), 1u);
+
+  IniFile by_new("[f]\ngather = no\n", "b.ini");
+  by_new.override_values({"f.tracklets=yes"});
+  IniSection g = by_new.section("f");
+  g.replaces("tracklets", "gather");
+  EXPECT_TRUE(g.get("tracklets", false, "t"));
+  EXPECT_EQ(by_new.warnings().size(), 1u);
+  EXPECT_NO_THROW(by_new.reject_unknown());
+}
+
+TEST(IniFile, OverridesReplaceWhatStandsThere) {
+  IniFile ini("[a]\nx = 1\ny = 2\nz = 3\n", "c.ini");
+  ini.override_values({"A.X=4", "a.x=5", "b.w=6"});
+  IniSection a = ini.section("a");
+  EXPECT_EQ(a.get("x", 0, ""), 5);
+  EXPECT_EQ(a.get("y", 0, ""), 2);
+  EXPECT_EQ(a.get("z", 0, ""), 3);
+  EXPECT_EQ(ini.section("b").get("w", 0, ""), 6);
+  EXPECT_NO_THROW(ini.reject_unknown());
+  for (const char* bad : {"a", "a.x", "=1", ".x=1", "a.=1", "a=1.5"}) {
+    expect_error([&] { ini.override_values({bad}); }, {bad, "SECTION.KEY=VALUE"});
+  }
+}
+
 }  // namespace
 }  // namespace hybrid

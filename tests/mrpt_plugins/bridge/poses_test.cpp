@@ -6,6 +6,11 @@
 #include <gtest/gtest.h>
 #include <mrpt/poses/Lie/SO.h>
 
+#include <random>
+
+#include "libhybrid/landmarks/sighting.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+
 namespace hybrid {
 namespace {
 
@@ -84,6 +89,40 @@ TEST(Poses, PlanarCovarianceIsThatOfTheSpatialPose) {
   const Matrix6d full = tangent_covariance(spatial);
   EXPECT_TRUE(planar_part(full).isApprox(tangent_covariance(planar), 1e-12));
   EXPECT_TRUE(planar_to_6d(planar_part(full)).isApprox(full, 1e-12));
+}
+
+// Logs give the same map to the last bit, whichever of the two composes their poses.
+TEST(Poses, ThoseOfTheLibraryComposeLikeMrpts) {
+  std::mt19937 random(3);
+  const auto uniform = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+  const auto pose = [&](bool is_flat) {
+    const double scale = is_flat ? 0 : 1;
+    return CPose3D(100 * uniform(), 100 * uniform(), 10 * scale * uniform(), 3.1 * uniform(),
+                   scale * uniform(), scale * uniform());
+  };
+  const auto same = [](const Eigen::Isometry3d& ours, const CPose3D& theirs) {
+    return ours.matrix() == to_isometry(theirs).matrix();
+  };
+  for (int i = 0; i < 1000; ++i) {
+    const CPose3D a = pose(i % 2 == 0), b = pose(i % 2 == 0);
+    const Eigen::Isometry3d A = to_isometry(a), B = to_isometry(b);
+    ASSERT_TRUE(same(A, to_mrpt(A)));
+    ASSERT_TRUE(same(compose(A, B), a + b));
+    ASSERT_TRUE(same(between(A, B), b - a));
+    ASSERT_EQ(is_tilted(A), is_tilted(a));
+    const SE2 ours = to_se2(compose(A, B)), theirs = to_se2(a + b);
+    ASSERT_EQ(ours.translation(), theirs.translation());
+    ASSERT_EQ(ours.angle(), theirs.angle());
+    ASSERT_EQ(to_se3(A).matrix(), to_se3(a).matrix());
+    DetectionFrame frame;
+    frame.T_robot_sensor = B;
+    Detection d;
+    d.range = 20 + 20 * uniform();
+    d.yaw = 3 * uniform();
+    d.pitch = uniform();
+    const auto p = (a + b + CPose3D(0, 0, 0, d.yaw, d.pitch, 0)).composePoint({d.range, 0, 0});
+    ASSERT_EQ(sighted_point(A, frame, d), Eigen::Vector3d(p.x, p.y, p.z));
+  }
 }
 
 }  // namespace

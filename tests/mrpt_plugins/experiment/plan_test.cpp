@@ -77,6 +77,37 @@ TEST_F(PlanTest, ErrorsNameTheKey) {
   expect_error("kind = replay\nreplays = r", "[r]\nconfig = absent.ini\n", "absent.ini");
 }
 
+TEST_F(PlanTest, OldNamesOfMethodsStandForTheNewOnes) {
+  const std::string a = "[a]\nfile = a.g2o\n";
+  IniFile ini("[experiment]\ndata_dir = " + folder.string() +
+                  "\ngraphs = a\nmethods = gnc escape consistency-escape\n" + a,
+              "test.ini");
+  const ExperimentPlan p = read_plan(ini);
+  EXPECT_EQ(p.methods, (std::vector<std::string>{"gnc", "selection", "consistency-selection"}));
+  ASSERT_EQ(ini.warnings().size(), 2u);
+  EXPECT_EQ(ini.warnings()[0],
+            "test.ini:4:1: [experiment] methods names 'escape', which is now called 'selection'");
+  expect_error("graphs = a\nmethods = escape selection", a, "'selection' twice");
+}
+
+TEST_F(PlanTest, SettingsOfMethodsAreRead) {
+  const ExperimentPlan p =
+      plan("graphs = a\nmethods = selection",
+           "[a]\nfile = a.g2o\n[selection]\nmargin = 3\n[online_selection]\ngate = 0.99\n"
+           "[mixture]\nnull_hypothesis = 4.5\ninlier_weight = 0.7\n[gnc]\nmax_rounds = 7\n");
+  const MethodOptions& o = p.method_options;
+  EXPECT_EQ(o.portfolio.selection.margin, 3);
+  EXPECT_EQ(o.online.selection.margin, 3);
+  EXPECT_EQ(o.online.gate, 0.99);
+  EXPECT_EQ(o.gnc.max_rounds, 7);
+  EXPECT_EQ(o.gnc.mixture.null_hypothesis, 4.5);
+  EXPECT_DOUBLE_EQ(o.online.mixture.outlier_weight, 0.3);
+  EXPECT_EQ(o.gnc.solver.threads, 1);
+  EXPECT_EQ(o.online.selection.solver.threads, 1);
+  expect_error("graphs = a", "[a]\nfile = a.g2o\n[mixture]\nnull_hypothesis = 1 2\n",
+               "null_hypothesis");
+}
+
 TEST_F(PlanTest, DocumentsItself) {
   IniFile ini;
   read_plan(ini);

@@ -41,7 +41,7 @@ TEST(Detections, ClassedObservationCarriesOver) {
   EXPECT_TRUE(report.empty());
   EXPECT_EQ(frame->time, 100);
   EXPECT_EQ(frame->sensor_label, "D");
-  EXPECT_EQ(frame->T_robot_sensor.z(), 3);
+  EXPECT_EQ(frame->T_robot_sensor.translation().z(), 3);
   EXPECT_TRUE(frame->is_3d);
   ASSERT_EQ(frame->detections.size(), 2U);
   const Detection& d = frame->detections[0];

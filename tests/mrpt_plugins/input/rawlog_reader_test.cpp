@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/input/detections.h"
 #include "tests/mrpt_plugins/input/log_files.h"
@@ -50,7 +51,7 @@ LogSummary summarise(const std::string& name) {
     for (const auto& observation : step->observations) {
       const auto frame = detections_in(*observation, {}, summary.dropped);
       if (!frame) continue;
-      const CPose3D T_map_sensor = path.at(step->index) + frame->T_robot_sensor;
+      const CPose3D T_map_sensor = path.at(step->index) + to_mrpt(frame->T_robot_sensor);
       for (const Detection& d : frame->detections) {
         ++summary.detections;
         if (!d.id) continue;
@@ -197,7 +198,8 @@ TEST(RawlogReader, MotionsThatCannotBeAreDroppedAndCounted) {
   R(2, 0) = 0.1;
   sheared.setRotationMatrix(R);
   const char* invalid = "odometry dropped: not finite or covariance not valid";
-  const char* too_far = "odometry dropped: farther, or less certain, than [log] max_speed allows";
+  const char* too_far =
+      "odometry dropped: farther, or less certain, than [reader] max_speed allows";
   for (const auto& [motion, reason] : {std::pair{motion_2d({1e4, 0, 0}, 0.1), too_far},
                                        {motion_2d({0, 1e300, 0}, 0.1), too_far},
                                        {motion_2d({1, 0, 0}, 1e6), too_far},

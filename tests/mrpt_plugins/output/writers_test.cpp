@@ -121,7 +121,7 @@ TEST(LandmarkWriter, RefusesClassesThatDoNotFit) {
 TEST(Summary, StatisticsOfAHandComputedCase) {
   std::vector<StepRecord> steps(5);
   const double ms[] = {50, 10, 40, 20, 30};
-  for (int i = 0; i < 5; ++i) steps[i].solver_ms = ms[i];
+  for (int i = 0; i < 5; ++i) steps[i].seconds = 1e-3 * ms[i];
   const StepStatistics s = step_statistics(steps);
   EXPECT_DOUBLE_EQ(s.total_s, 0.15);
   EXPECT_DOUBLE_EQ(s.mean_ms, 30);
@@ -182,12 +182,12 @@ TEST(Summary, StepsCsvHasOneLinePerStep) {
   StepRecord s;
   s.keyframe = 3;
   s.time = 1.5;
-  s.solver_ms = 0.25;
+  s.seconds = 0.25e-3;
   s.plugin_ms = 0.125;
-  s.iterations = 2;
+  s.rounds = 2;
   s.flips = 1;
   s.relinearized = 4;
-  s.objective = -7.5;
+  s.objective_after = -7.5;
   s.cost = 0.5;
   s.landmarks = 9;
   EXPECT_EQ(steps_csv({s}),

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/plugins/bearing_range_association.h"
 
@@ -56,13 +57,14 @@ struct Rounds {
     }
     DetectionFrame frame;
     frame.is_3d = false;
-    frame.T_robot_sensor = CPose3D(0, 0, 0, yaw_of_sensor, 0, 0);
+    const CPose3D T_robot_sensor(0, 0, 0, yaw_of_sensor, 0, 0);
+    frame.T_robot_sensor = to_isometry(T_robot_sensor);
     frame.max_range = reach;
     frame.fov_yaw = 2 * M_PI;
     if (classed) frame.class_names = {"tree", "car"};
     for (std::size_t id = 0; id < landmarks.size(); ++id) {
       Detection d;
-      (pose(i) + frame.T_robot_sensor)
+      (pose(i) + T_robot_sensor)
           .sphericalCoordinates({landmarks[id].x(), landmarks[id].y(), 0}, d.range, d.yaw, d.pitch);
       if (d.range > reach) continue;
       d.true_id = static_cast<std::int64_t>(id);

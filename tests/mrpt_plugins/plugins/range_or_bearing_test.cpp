@@ -10,8 +10,8 @@
 
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/range.h"
+#include "libhybrid/landmarks/gaussian_sum_initializer.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/plugins/gaussian_sum_initializer.h"
 #include "tests/mrpt_plugins/plugins/beacon_world.h"
 #include "tests/support/random.h"
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/simulation/random.h"
@@ -123,7 +124,7 @@ TEST(Simulator, NoiseIsAsStated) {
         EXPECT_EQ(d.id, d.true_id);
         const auto& p = landmarks.at(static_cast<std::size_t>(*d.id)).position;
         double range = 0, yaw = 0, pitch = 0;
-        (path[step.index] + frame->T_robot_sensor)
+        (path[step.index] + to_mrpt(frame->T_robot_sensor))
             .sphericalCoordinates({p.x(), p.y(), p.z()}, range, yaw, pitch);
         measurements += std::pow(range - d.range, 2) / d.covariance(0, 0) +
                         std::pow(yaw - d.yaw, 2) / d.covariance(1, 1);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/discrete/table.h"
+
+namespace HYBRID_API hybrid {
+
+/// -log f of a potential, which need not be normalised: +infinity for zero, the impossible. Throws
+/// Error unless it is finite and not negative.
+double to_cost(double potential);
+
+/// exp(-cost): zero for +infinity.
+double to_potential(double cost);
+
+/// A factor from its potentials f >= 0, one per joint value of its variables, the first variable
+/// varying slowest. Throws Error for one that is negative or not finite, or another number of them.
+Table potential_table(std::vector<DiscreteKey> keys, const std::vector<double>& potentials);
+
+/// p(child | parents), row-major: a row of the child's values for every joint value of the parents,
+/// the first parent varying slowest. Throws Error naming the row that does not sum to one within
+/// 1e-6, or that holds what is no probability. The table's variables are the parents, then the
+/// child.
+Table conditional_table(DiscreteKey child, const std::vector<DiscreteKey>& parents,
+                        const std::vector<double>& probabilities);
+
+/// The joint distribution proportional to exp(-cost), in the order of the costs; it sums to one.
+/// Throws Error where every joint value is impossible.
+std::vector<double> to_probabilities(const Table& table);
+
+}  // namespace hybrid

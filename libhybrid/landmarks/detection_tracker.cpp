@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/detection_tracker.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/association/gate.h"
+#include "libhybrid/association/matching.h"
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/geometry/polar.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLeastScore = 1e-6;
+
+/// -log of how well the scores of a detection go with those of a track so far; 0 without classes.
+double tracklet_class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {
+  if (scores.empty() || evidence.empty()) return 0;
+  const double top = *std::max_element(evidence.begin(), evidence.end());
+  double sum = 0, agree = 0;
+  for (std::size_t s = 0; s < scores.size(); ++s) {
+    const double p = std::exp(evidence[s] - top);
+    sum += p;
+    agree += p * scores[s];
+  }
+  return -std::log(std::max(agree / sum, kLeastScore));
+}
+
+/// Covariance of a point of a sensor that came with the robot, from that of the motion since: the
+/// point is q in the frame of the robot now, and R turns from there into that of the sensor.
+Eigen::MatrixXd from_motion(const Eigen::Vector3d& q, const Eigen::Matrix3d& R,
+                            const SE3::Jacobian& covariance) {
+  Eigen::Matrix<double, 3, 6> J;
+  Eigen::Matrix3d hat;
+  hat << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
+  J << Eigen::Matrix3d::Identity(), -hat;
+  J = R * J;
+  return J * covariance * J.transpose();
+}
+
+}  // namespace
+
+void DetectionTracker::Track::take(const Eigen::VectorXd& point, const Eigen::MatrixXd& covariance,
+                                   double step) {
+  const Eigen::MatrixXd W = covariance.inverse();
+  information += W;
+  information_mean += W * point;
+  information_steps += step * W;
+  information_steps2 += step * step * W;
+  information_mean_steps += step * W * point;
+  steps += step;
+}
+
+double DetectionTracker::Track::motion_chi_square() const {
+  const Eigen::MatrixXd gain = information_steps * covariance();
+  const Eigen::MatrixXd of_motion = information_steps2 - gain * information_steps;
+  const Eigen::VectorXd pull = information_mean_steps - gain * information_mean;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(of_motion);
+  return pull.dot(ldlt.solve(pull));
+}
+
+void DetectionTracker::move(const Eigen::Isometry3d& motion, const SE3::Jacobian& covariance) {
+  const SE3::Jacobian Ad = adjoint(between(motion, Eigen::Isometry3d::Identity()));
+  for (auto& [label, sensor] : sensors_) {
+    sensor.T_now_first = between(motion, sensor.T_now_first);
+    sensor.T_then_now = compose(sensor.T_then_now, motion);
+    sensor.motion_covariance = Ad * sensor.motion_covariance * Ad.transpose() + covariance;
+    sensor.reach = std::max(sensor.reach, sensor.T_then_now.translation().norm());
+    ++sensor.frames;
+  }
+}
+
+/// Where a detection puts its thing in the frame of the sensor at its first frame.
+DetectionTracker::Seen DetectionTracker::place(const Sensor& sensor, const DetectionFrame& frame,
+                                               const Detection& d) {
+  const Eigen::Isometry3d T = between(sensor.T_now_first, frame.T_robot_sensor);
+  const Eigen::Matrix3d R = T.linear();
+  const Eigen::Vector3d t = T.translation();
+  if (frame.is_3d) {
+    Eigen::Matrix3d J;
+    const Eigen::Vector3d p = from_polar(Eigen::Vector3d(d.range, d.yaw, d.pitch), &J);
+    return {R * p + t, R * J * d.covariance * J.transpose() * R.transpose()};
+  }
+  Eigen::Matrix2d J;
+  const Eigen::Vector2d p = from_polar(Eigen::Vector2d(d.range, d.yaw), &J);
+  J = R.topLeftCorner<2, 2>() * J;
+  return {R.topLeftCorner<2, 2>() * p + t.head<2>(),
+          J * d.covariance.topLeftCorner<2, 2>() * J.transpose()};
+}
+
+/// The track that each detection continues, -1 for none.
+std::vector<int> DetectionTracker::match(const Sensor& sensor, const std::vector<Seen>& seen,
+                                         const std::vector<Detection>& detections) const {
+  const auto rows = static_cast<Eigen::Index>(seen.size());
+  const auto cols = static_cast<Eigen::Index>(sensor.tracks.size());
+  MatchingProblem problem;
+  problem.matched.setConstant(rows, cols, kInfinity);
+  double worst = 0;
+  for (Eigen::Index j = 0; j < cols; ++j) {
+    const Track& track = sensor.tracks[static_cast<std::size_t>(j)];
+    const Eigen::MatrixXd P = track.covariance();
+    const Eigen::VectorXd mean = P * track.information_mean;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const Detection& d = detections[static_cast<std::size_t>(i)];
+      const Seen& at = seen[static_cast<std::size_t>(i)];
+      if (d.id != track.id) continue;
+      const GaussianScore score = gaussian_score(at.point - mean, P + at.covariance);
+      const bool near =
+          score.chi_square <= chi_square_quantile(options_.gate, static_cast<int>(mean.size()));
+      if (!d.id && !near) continue;
+      problem.matched(i, j) =
+          d.id ? 0.0
+               : score.cost + tracklet_class_cost(d.class_probabilities, track.class_evidence);
+      worst = std::max(worst, std::abs(problem.matched(i, j)));
+    }
+  }
+  problem.unmatched.setConstant(rows, static_cast<double>(rows) * 2 * worst + 1);
+  return best_matching(problem).column;
+}
+
+void DetectionTracker::take(const DetectionFrame& frame) {
+  const auto [it, is_new] = sensors_.try_emplace(frame.sensor_label);
+  Sensor& sensor = it->second;
+  if (is_new) {
+    sensor.first = frame;
+    sensor.first.detections.clear();
+    sensor.T_now_first = frame.T_robot_sensor;
+  }
+  std::vector<Seen> seen;
+  for (const Detection& d : frame.detections) seen.push_back(place(sensor, frame, d));
+  const std::vector<int> column = match(sensor, seen, frame.detections);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Detection& d = frame.detections[i];
+    const auto dim = seen[i].point.size();
+    if (column[i] < 0) {
+      const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(dim, dim);
+      const Eigen::VectorXd none = Eigen::VectorXd::Zero(dim);
+      sensor.tracks.push_back({zero, none, zero, zero, none, d.id, {}, {}, 0});
+    }
+    Track& track =
+        column[i] < 0 ? sensor.tracks.back() : sensor.tracks[static_cast<std::size_t>(column[i])];
+    track.take(seen[i].point, seen[i].covariance, sensor.frames);
+    track.members.push_back(d.true_id);
+    if (d.class_probabilities.empty()) continue;
+    track.class_evidence.resize(d.class_probabilities.size());
+    for (std::size_t s = 0; s < d.class_probabilities.size(); ++s) {
+      track.class_evidence[s] += std::log(std::max(d.class_probabilities[s], kLeastScore));
+    }
+  }
+}
+
+/// Whether a thing without an id has moved beyond what noise explains. What its detections have in
+/// common for all of the time does not move it, what they have in common for a while does.
+bool DetectionTracker::moves(const Track& track) const {
+  if (track.id || track.members.size() < kFewestForMotion) return false;
+  const int dim = static_cast<int>(track.information_mean.size());
+  return track.motion_chi_square() / std::sqrt(inflation(track)) >
+         chi_square_quantile(options_.still, dim);
+}
+
+Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& track) const {
+  const double n = static_cast<double>(track.members.size());
+  const Eigen::VectorXd p = track.mean();
+  const auto dim = p.size();
+  // n alike detections whose noise is in part common to all: 1/n of one part, all of the other.
+  Eigen::MatrixXd P = track.covariance() * inflation(track);
+  const double rest = sensor.frames > 0 ? 1 - track.steps / n / sensor.frames : 0.0;
+  const Eigen::Matrix3d R = sensor.T_now_first.linear();
+  const Eigen::Vector3d first = padded_point(p);
+  const Eigen::Vector3d now = R.col(0) * first.x() + R.col(1) * first.y() + R.col(2) * first.z() +
+                              sensor.T_now_first.translation();
+  P += rest * from_motion(now, R.transpose(), sensor.motion_covariance).topLeftCorner(dim, dim);
+  Detection out;
+  out.id = track.id;
+  out.members = track.members;
+  out.moving = moves(track);
+  if (dim == 2) {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d z = to_polar(Eigen::Vector2d(p), &J);
+    out.range = z[0];
+    out.yaw = z[1];
+    out.covariance.topLeftCorner<2, 2>() = J * P * J.transpose();
+  } else {
+    Eigen::Matrix3d J;
+    const Eigen::Vector3d z = to_polar(Eigen::Vector3d(p), &J);
+    out.range = z[0];
+    out.yaw = z[1];
+    out.pitch = z[2];
+    out.covariance = J * P * J.transpose();
+  }
+  if (track.class_evidence.empty()) return out;
+  const double weight = 1 / inflation(track);  // as for the covariance
+  const double top = *std::max_element(track.class_evidence.begin(), track.class_evidence.end());
+  double sum = 0;
+  for (const double e : track.class_evidence) {
+    out.class_probabilities.push_back(std::exp(weight * (e - top)));
+    sum += out.class_probabilities.back();
+  }
+  for (double& v : out.class_probabilities) v /= sum;
+  return out;
+}
+
+std::vector<DetectionFrame> DetectionTracker::release() {
+  std::vector<DetectionFrame> out;
+  for (auto& [label, sensor] : sensors_) {
+    DetectionFrame frame = std::move(sensor.first);
+    frame.T_robot_sensor = sensor.T_now_first;
+    if (frame.max_range > 0) frame.max_range += sensor.reach;
+    for (const Track& track : sensor.tracks) {
+      frame.detections.push_back(detection_of(sensor, track));
+    }
+    out.push_back(std::move(frame));
+  }
+  sensors_.clear();
+  return out;
+}
+
+std::size_t DetectionTracker::forget() {
+  std::size_t lost = 0;
+  for (const auto& [label, sensor] : sensors_) {
+    for (const Track& track : sensor.tracks) lost += track.members.size();
+  }
+  sensors_.clear();
+  return lost;
+}
+
+}  // namespace hybrid

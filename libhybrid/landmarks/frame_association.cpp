@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/frame_association.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "libhybrid/association/consensus.h"
+#include "libhybrid/association/joint_compatibility.h"
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMaxCandidates = 64;
+constexpr int kMoreMatchings = 4;  // times those wanted: their order changes with correlations
+
+/// Where detections fall in the map and how far off they may be.
+struct Located {
+  Eigen::Vector3d point;
+  double sigma;  // along the longest axis of its covariance [m]
+};
+
+template <class Pose>
+Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& covariance,
+                   const MeasuredPoint& measured) {
+  const auto at =
+      locate<Pose>(pose, measured.z, Noise::covariance(measured.covariance), sensor, covariance);
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  point.head(at.mean.size()) = at.mean;
+  return {
+      point,
+      std::sqrt(at.covariance.template selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff())};
+}
+
+template <class Pose>
+PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vector<Key>& keys,
+                           const Values& values, const Eigen::MatrixXd& joint) {
+  std::vector<typename Pose::Point> points;
+  for (const Key key : keys) points.push_back(values.at<typename Pose::Point>(key));
+  return predict_sightings<Pose>(pose, sensor, points, joint);
+}
+
+MeasuredPoint measured_point(const Detection& d, bool is_3d) {
+  if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
+  return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};
+}
+
+/// Landmarks that may be within the gate of some detection, nearest first where there are too many.
+/// What is known less well than `spacing`, how far landmarks are apart, is told from no other.
+std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_sigmas,
+                               double spacing, const MapView& map,
+                               const LandmarkTracks& landmarks) {
+  std::vector<std::pair<double, int>> found;
+  for (const Located& at : located) {
+    const double sigma = std::min(at.sigma, spacing), coverage = gate_sigmas * sigma;
+    landmarks.grid().visit_near(at.point.x(), at.point.y(), 2 * coverage, [&](int t) {
+      const Track& track = landmarks.track(t);
+      if (!map.holds(track.position)) return;
+      const double own = std::min(std::sqrt(track.covariance.diagonal().sum()), spacing);
+      const double d = (point_at(map.values, track.position) - at.point).norm();
+      if (d <= coverage + gate_sigmas * own) found.emplace_back(d / (sigma + own + 1e-9), t);
+    });
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<int> tracks;
+  for (const auto& [distance, t] : found) {
+    if (tracks.size() == kMaxCandidates) break;
+    if (std::find(tracks.begin(), tracks.end(), t) == tracks.end()) tracks.push_back(t);
+  }
+  std::sort(tracks.begin(), tracks.end());
+  return tracks;
+}
+
+double class_cost(const std::vector<double>& phi, const std::vector<double>& belief) {
+  if (phi.empty() || belief.empty()) return 0;
+  double p = 0;
+  for (std::size_t s = 0; s < phi.size(); ++s) p += phi[s] * belief[s];
+  return -std::log(p);
+}
+
+/// A landmark of the last stretch may be matched by what it is worth. Of others only those that one
+/// detection alone can tell: where the way back to them has drifted, places are recognised by many.
+void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverage& coverage,
+                const ClassModel& classes, const AssociationOptions& options,
+                const LandmarkTracks& landmarks, Key local_since, FrameCandidates& c) {
+  const auto rows = static_cast<Eigen::Index>(c.measured.size());
+  const auto cols = static_cast<Eigen::Index>(c.tracks.size());
+  const double density =
+      (coverage.expected_in_view(options.landmarks_in_view) + options.clutter_in_view) /
+      coverage.measurement_volume();
+  const double gate = chi_square_quantile(options.gate, c.predicted.dim);
+  const std::vector<double> prior =
+      classes.names().empty() ? std::vector<double>{} : classes.prior();
+  c.problem.matched.setConstant(rows, cols, std::numeric_limits<double>::infinity());
+  c.problem.unmatched.resize(rows);
+  c.class_cost.setZero(rows, cols);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    c.problem.unmatched[i] = -std::log(density) + class_cost(phi[i], prior);
+  }
+  for (Eigen::Index j = 0; j < cols; ++j) {
+    const Track& track = landmarks.track(c.tracks[j]);
+    const std::vector<double> belief =
+        track.class_key ? landmarks.class_belief(track, classes) : std::vector<double>{};
+    const bool local = !(landmarks.last_seen_from(c.tracks[j]) < local_since);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      c.class_cost(i, j) = class_cost(phi[i], belief);
+      const GaussianScore score = c.predicted.score(c.measured[i], static_cast<int>(j));
+      if (score.chi_square > gate) continue;
+      const double cost = score.cost + c.class_cost(i, j);
+      const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square;
+      if (local || at_best > std::log(options.open_odds)) c.problem.matched(i, j) = cost;
+    }
+  }
+}
+
+/// The log of the volume that what is known shrinks by if some detections are matched. A match
+/// has to earn it: where the pose is known poorly, one that may be wrong costs more than a new
+/// landmark, which can still be merged once several agree.
+double information(const FrameCandidates& c, const Matching& matching) {
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    if (matching.column[i] >= 0) rows.push_back(static_cast<int>(i));
+  }
+  const int dim = c.predicted.dim, n = dim * static_cast<int>(rows.size());
+  Eigen::MatrixXd S(n, n);
+  double noise = 0;
+  for (int a = 0; a < n / dim; ++a) {
+    for (int b = 0; b < n / dim; ++b) {
+      S.block(dim * a, dim * b, dim, dim) = c.predicted.covariance.block(
+          dim * matching.column[rows[a]], dim * matching.column[rows[b]], dim, dim);
+    }
+    const Eigen::MatrixXd& R = c.measured[rows[a]].covariance;
+    S.block(dim * a, dim * a, dim, dim) += R;
+    noise += std::log(R.determinant());
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(S);
+  double sum = -0.5 * noise;
+  for (int k = 0; k < n; ++k) sum += std::log(llt.matrixLLT()(k, k));
+  return sum;
+}
+
+/// The evidence of a matching with all correlations, in place of the sum over its pairs.
+double joint_cost(const FrameCandidates& c, const Matching& matching, double information_penalty) {
+  double cost = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const int j = matching.column[i];
+    cost += j < 0 ? c.problem.unmatched[static_cast<Eigen::Index>(i)]
+                  : c.class_cost(static_cast<Eigen::Index>(i), j);
+    any = any || j >= 0;
+  }
+  if (!any) return cost;
+  return cost + c.predicted.score(c.measured, matching).cost +
+         information_penalty * information(c, matching);
+}
+
+/// Matchings grown pair by pair under the joint covariance: these find what the sum over pairs
+/// hides where the error of the pose is common to all of them.
+void add_grown(const FrameCandidates& c, double gate, std::vector<Matching>& matchings) {
+  const int dim = c.predicted.dim;
+  IdentityHypotheses h;
+  h.dim = dim;
+  for (int i = 0; i < c.problem.matched.rows(); ++i) {
+    for (int j = 0; j < c.problem.matched.cols(); ++j) {
+      if (!std::isfinite(c.problem.matched(i, j))) continue;
+      h.a.push_back(i);
+      h.b.push_back(j);
+      h.gain.push_back(c.problem.unmatched[i] - c.class_cost(i, j));
+    }
+  }
+  const int n = static_cast<int>(h.a.size());
+  h.difference.resize(dim * n);
+  h.covariance.resize(dim * n, dim * n);
+  for (int p = 0; p < n; ++p) {
+    h.difference.segment(dim * p, dim) = c.predicted.innovation(c.measured[h.a[p]].z, h.b[p]);
+    for (int q = 0; q < n; ++q) {
+      auto block = h.covariance.block(dim * p, dim * q, dim, dim);
+      block = c.predicted.covariance.block(dim * h.b[p], dim * h.b[q], dim, dim);
+      if (h.a[p] == h.a[q]) block += c.measured[h.a[p]].covariance;
+    }
+  }
+  for (const ConsensusSet& set : consensus_sets(h, gate)) {
+    Matching matching{std::vector<int>(c.measured.size(), -1), 0};
+    for (int p : set.pairs) matching.column[h.a[p]] = h.b[p];
+    matchings.push_back(std::move(matching));
+  }
+}
+
+FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching,
+                              double information_penalty) {
+  FrameHypothesis out;
+  out.cost = joint_cost(c, matching, information_penalty);
+  const int dim = c.predicted.dim;
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const int j = matching.column[i];
+    out.track.push_back(j < 0 ? -1 : c.tracks[j]);
+    if (j < 0) {
+      out.constant.push_back(c.problem.unmatched[static_cast<Eigen::Index>(i)]);
+      continue;
+    }
+    // The factor knows the noise R of the sensor alone, the evidence was under S = H P H' + R: the
+    // difference of their normalisers is the Occam factor of the point estimate.
+    const Eigen::MatrixXd R = c.measured[i].covariance;
+    const Eigen::MatrixXd S = R + c.predicted.covariance.block(dim * j, dim * j, dim, dim);
+    out.constant.push_back(0.5 * std::log(S.determinant() / R.determinant()));
+  }
+  return out;
+}
+
+std::vector<Matching> nearest(const FrameCandidates& c, double information_penalty) {
+  Matching matching{std::vector<int>(c.measured.size(), -1), 0};
+  for (std::size_t i = 0; i < c.measured.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    Eigen::Index j = 0;
+    if (c.problem.matched.cols() == 0) continue;
+    const double cost = c.problem.matched.row(row).minCoeff(&j);
+    if (!std::isfinite(cost)) continue;
+    Matching alone{std::vector<int>(c.measured.size(), -1), 0};
+    alone.column[i] = static_cast<int>(j);
+    if (cost + information_penalty * information(c, alone) < c.problem.unmatched[row]) {
+      matching.column[i] = static_cast<int>(j);
+    }
+  }
+  return {matching};
+}
+
+}  // namespace
+
+FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
+                                const std::vector<std::vector<double>>& phi, const MapView& map,
+                                const SensorCoverage& coverage, const ClassModel& classes,
+                                const AssociationOptions& options, Key local_since,
+                                LandmarkTracks& landmarks) {
+  FrameCandidates c;
+  const int dim = map.is_3d ? 3 : 2;
+  const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
+  const Eigen::MatrixXd pose_covariance = map.joint_covariance({});
+  std::vector<Located> located;
+  for (const Detection& d : seen.detections) {
+    c.measured.push_back(measured_point(d, map.is_3d));
+    located.push_back(map.is_3d ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
+                                             pose_covariance, c.measured.back())
+                                : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
+                                             pose_covariance, c.measured.back()));
+  }
+  const double density =
+      coverage.expected_in_view(options.landmarks_in_view) / coverage.space_in_view();
+  c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
+  std::vector<Key> keys;
+  for (int t : c.tracks) keys.push_back(landmarks.track(t).position);
+  const Eigen::MatrixXd joint = keys.empty() ? pose_covariance : map.joint_covariance(keys);
+  c.predicted = map.is_3d ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys,
+                                    map.values, joint)
+                          : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys,
+                                    map.values, joint);
+  const Eigen::Index first = pose_covariance.rows();
+  for (std::size_t j = 0; j < c.tracks.size(); ++j) {
+    const Eigen::Index at = first + dim * static_cast<Eigen::Index>(j);
+    landmarks.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
+    landmarks.place(c.tracks[j], map.values);
+  }
+  fill_costs(phi, coverage, classes, options, landmarks, local_since, c);
+  return c;
+}
+
+std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
+                                             const AssociationOptions& options) {
+  using Method = AssociationOptions::Method;
+  std::vector<Matching> matchings;
+  const double margin = std::log(options.open_odds);
+  if (options.method == Method::kNearest) {
+    matchings = nearest(candidates, options.information_penalty);
+  } else if (options.method == Method::kJcbb) {
+    matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
+  } else {
+    matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
+                                 std::max(margin, 10.0));
+    const bool ambiguous =
+        (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
+    if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);
+    matchings.push_back({std::vector<int>(candidates.measured.size(), -1), 0});
+  }
+  std::vector<FrameHypothesis> out;
+  for (const Matching& matching : matchings) {
+    FrameHypothesis hypothesis = as_hypothesis(candidates, matching, options.information_penalty);
+    const bool known = std::any_of(out.begin(), out.end(), [&](const FrameHypothesis& other) {
+      return other.track == hypothesis.track;
+    });
+    if (!known) out.push_back(std::move(hypothesis));
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  const double limit = out.front().cost + margin;
+  const auto far = std::find_if(out.begin(), out.end(),
+                                [&](const FrameHypothesis& h) { return h.cost > limit; });
+  out.erase(far, out.end());
+  if (static_cast<int>(out.size()) > options.hypotheses) out.resize(options.hypotheses);
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/association/prediction.h"
+#include "libhybrid/landmarks/association_options.h"
+#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/landmark_tracks.h"
+#include "libhybrid/landmarks/sensor_coverage.h"
+
+namespace HYBRID_API hybrid {
+
+/// One way to see all detections of a frame.
+struct FrameHypothesis {
+  std::vector<int> track;        ///< by detection; -1 for a new landmark or clutter
+  double cost = 0;               ///< -log evidence
+  std::vector<double> constant;  ///< by detection, what its factor must add, see open_options
+};
+
+/// What is known about the detections of a frame and the landmarks that they may be.
+struct FrameCandidates {
+  std::vector<MeasuredPoint> measured;  ///< by detection
+  std::vector<int> tracks;              ///< the candidates
+  PredictedSightings predicted;         ///< of the candidates
+  Eigen::MatrixXd class_cost;  ///< -log p(class scores | candidate), detections x candidates
+  MatchingProblem problem;     ///< costs of single pairs
+};
+
+/// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of
+/// pose and landmarks. `phi` holds the class likelihoods of each detection, or nothing. The pose
+/// `local_since` begins the last stretch of the way.
+FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
+                                const std::vector<std::vector<double>>& phi, const MapView& map,
+                                const SensorCoverage& coverage, const ClassModel& classes,
+                                const AssociationOptions& options, Key local_since,
+                                LandmarkTracks& landmarks);
+
+/// Ways to see the frame, best first, as the method chosen finds them; those but the best are close
+/// to it.
+std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
+                                             const AssociationOptions& options);
+
+}  // namespace hybrid

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/landmark_association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
+constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
+constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
+
+}  // namespace
+
+LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, ClassModel classes,
+                                         std::vector<std::string> sensors)
+    : sensors_(std::move(sensors)),
+      options_(options),
+      classes_(std::move(classes)),
+      merging_(options),
+      loops_(options) {}
+
+Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
+  Contribution out;
+  remember();
+  ++keyframe_;
+  decide_old(map, keyframe_ - options_.window, out);
+  landmarks_.place_some(map.values, kPlacedPerFrame);
+  for (const DetectionFrame& seen : frame.detections) {
+    const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
+                                                      seen.sensor_label) != sensors_.end();
+    if (!wanted) continue;
+    const std::string reason = misfit(seen, map.is_3d);
+    if (!reason.empty() && !seen.detections.empty()) {
+      out.dropped["detection dropped: " + reason] += seen.detections.size();
+      continue;
+    }
+    take(seen, frame, map, out);
+  }
+  return out;
+}
+
+void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,
+                               const MapView& map, Contribution& out) {
+  SensorCoverage& coverage = coverage_[seen.sensor_label];
+  coverage.learn(seen);
+  if (coverage.max_range <= 0) return;
+  density_ = coverage.expected_in_view(options_.landmarks_in_view) / coverage.space_in_view();
+  loops_.looked(frame, seen.T_robot_sensor, coverage, density_, map);
+  if (!seen.class_names.empty()) classes_.learn_names(seen.class_names);
+  auto sensor = std::make_shared<DetectionFrame>(seen);
+  sensor->detections.clear();
+  DetectionFrame unknown = *sensor;
+  std::vector<int> sightings, noted;
+  std::vector<std::vector<double>> phi;
+  ++frames_;
+  for (const Detection& detection : seen.detections) {
+    Sighting sighting{frames_, frame.pose, sensor, detection, {}, -1, {}};
+    if (!detection.class_probabilities.empty() && classes_.names().size() > 1) {
+      sighting.phi = classes_.likelihood(detection.class_probabilities, seen.class_names);
+    }
+    const int s = landmarks_.note(std::move(sighting));
+    noted.push_back(s);
+    if (detection.moving) {
+      ++out.dropped["detection dropped: its thing moves"];
+      continue;
+    }
+    if (options_.use_ids && take_identified(s, frame, map, out)) continue;
+    sightings.push_back(s);
+    unknown.detections.push_back(detection);
+    phi.push_back(landmarks_.sighting(s).phi);
+  }
+  if (!sightings.empty()) {
+    const FrameCandidates candidates = find_candidates(frame, unknown, phi, map, coverage, classes_,
+                                                       options_, loops_.local_since(), landmarks_);
+    const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
+    if (found.size() > 1 && map.keeps_all) {
+      doubt(found, sightings, frame, map, out);
+    } else {
+      take_best(found.front(), sightings, frame, map, out);
+    }
+  }
+  judge_existence(seen, frame, map, noted, out);
+}
+
+bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& frame,
+                                          const MapView& map, Contribution& out) {
+  const std::optional<std::int64_t> id = landmarks_.sighting(sighting).detection.id;
+  if (!id) return false;
+  const auto it = track_of_id_.find(*id);
+  if (it != track_of_id_.end()) {
+    attach(sighting, it->second, map, out);
+  } else {
+    create(sighting, frame.T_map_robot, map, out);
+    track_of_id_[*id] = landmarks_.sighting(sighting).track;
+  }
+  return true;
+}
+
+void LandmarkAssociation::attach(int sighting, int track, const MapView& map, Contribution& out) {
+  landmarks_.attach(sighting, track, map.is_3d, out);
+  landmarks_.track(track).last_keyframe = keyframe_;
+  merging_.sighted(track, keyframe_, landmarks_.track(track).sightings.size());
+}
+
+void LandmarkAssociation::create(int sighting, const Eigen::Isometry3d& T_map_robot,
+                                 const MapView& map, Contribution& out) {
+  const int track = landmarks_.create(sighting, T_map_robot, classes_, map.is_3d, out);
+  landmarks_.track(track).last_keyframe = keyframe_;
+  const int dim = map.is_3d ? 3 : 2;
+  const double width = landmarks_.sighting(sighting).detection.range;  // until it is asked for
+  landmarks_.track(track).covariance = width * width * Eigen::MatrixXd::Identity(dim, dim);
+  landmarks_.track(track).existence =
+      std::log(options_.landmarks_in_view / options_.clutter_in_view);
+  merging_.sighted(track, keyframe_, landmarks_.track(track).sightings.size());
+}
+
+void LandmarkAssociation::take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
+                                    const KeyframeView& frame, const MapView& map,
+                                    Contribution& out) {
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (best.track[i] >= 0) {
+      attach(sightings[i], best.track[i], map, out);
+    } else {
+      create(sightings[i], frame.T_map_robot, map, out);
+    }
+  }
+}
+
+/// Detections that all hypotheses agree about are decided. The others follow the best one until
+/// the estimate has come to terms with it: before that, distances mean little.
+void LandmarkAssociation::doubt(std::vector<FrameHypothesis> hypotheses,
+                                const std::vector<int>& sightings, const KeyframeView& frame,
+                                const MapView& map, Contribution& out) {
+  Doubt doubt{std::move(hypotheses), {}, {}};
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const int first = doubt.hypotheses.front().track[i];
+    const bool agreed = std::all_of(doubt.hypotheses.begin(), doubt.hypotheses.end(),
+                                    [&](const auto& h) { return h.track[i] == first; });
+    if (first >= 0) attach(sightings[i], first, map, out);
+    if (agreed && first < 0) create(sightings[i], frame.T_map_robot, map, out);
+    if (agreed) continue;
+    for (const FrameHypothesis& h : doubt.hypotheses) {
+      if (h.track[i] >= 0) ++landmarks_.track(h.track[i]).open;
+    }
+    doubt.rows.push_back(i);
+    doubt.sightings.push_back(sightings[i]);
+  }
+  doubts_.push_back(std::move(doubt));
+}
+
+/// One discrete variable for the frame, a value for each hypothesis.
+void LandmarkAssociation::leave_open(const Doubt& doubt, const MapView& map, Contribution& out) {
+  const std::size_t n = doubt.hypotheses.size();
+  OpenFrame open{
+      keyframe_,
+      {Key(key_letter::kAssociation, static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
+      doubt.sightings,
+      std::vector<std::vector<int>>(n)};
+  for (std::size_t i = 0; i < doubt.rows.size(); ++i) {
+    const int s = doubt.sightings[i];
+    const Sighting& sighting = landmarks_.sighting(s);
+    std::vector<AssociationOption> options;
+    for (std::size_t h = 0; h < n; ++h) {
+      const int t = doubt.hypotheses[h].track[doubt.rows[i]];
+      AssociationOption option;
+      option.constant = doubt.hypotheses[h].constant[doubt.rows[i]];
+      open.tracks[h].push_back(t);
+      if (t >= 0) {
+        const Track& track = landmarks_.track(t);
+        option.factor = sighting_factor(sighting.pose, track.position, *sighting.sensor,
+                                        sighting.detection, map.is_3d);
+        if (track.class_key && !sighting.phi.empty()) {
+          option.classes = likelihood_table(*track.class_key, sighting.phi);
+        }
+      }
+      options.push_back(std::move(option));
+    }
+    const int best = open.tracks.front().back();
+    landmarks_.detach(s, out);
+    if (best >= 0) landmarks_.count(s, best, out);
+    landmarks_.add_factor(s, std::make_shared<AssociationFactor>(open.choice, std::move(options)),
+                          out);
+  }
+  ++statistics_["frames_left_open"];
+  open_.push_back(std::move(open));
+}
+
+/// Replaces the mixture of a frame by what its variable has come to.
+void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Contribution& out) {
+  const int value = map.assignment.at(open.choice.key);
+  if (value != 0) ++statistics_["frames_revised"];
+  for (std::size_t i = 0; i < open.sightings.size(); ++i) {
+    for (const std::vector<int>& tracks : open.tracks) {
+      if (tracks[i] >= 0) --landmarks_.track(tracks[i]).open;
+    }
+    const int s = open.sightings[i], t = open.tracks[value][i];
+    landmarks_.detach(s, out);
+    if (t >= 0) {
+      landmarks_.attach(s, t, map.is_3d, out);
+    } else {
+      create(s, isometry_at(map.values, landmarks_.sighting(s).pose), map, out);
+    }
+  }
+}
+
+void LandmarkAssociation::decide_old(const MapView& map, int before, Contribution& out) {
+  std::size_t done = 0;
+  while (done < open_.size() && open_[done].keyframe <= before) decide(open_[done++], map, out);
+  open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(done));
+}
+
+/// Raises the odds of landmarks that were seen and lowers those of landmarks that should have been;
+/// tentative ones that are improbable by now were clutter.
+void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const KeyframeView& frame,
+                                          const MapView& map, const std::vector<int>& sightings,
+                                          Contribution& out) {
+  SensorCoverage& coverage = coverage_[seen.sensor_label];
+  const Eigen::Isometry3d T_map_sensor = compose(frame.T_map_robot, seen.T_robot_sensor);
+  const double detected = coverage.detection_probability(options_.detection_probability);
+  double seen_now = 0;
+  for (int s : sightings) {
+    const int t = landmarks_.sighting(s).track;
+    if (t < 0) continue;
+    ++seen_now;
+    double& odds = landmarks_.track(t).existence;
+    odds = std::min(kSureOdds, odds + std::log(detected / kClutterRate));
+  }
+  std::vector<int> missed;
+  landmarks_.grid().visit_near(
+      T_map_sensor.translation().x(), T_map_sensor.translation().y(), coverage.max_range,
+      [&](int t) {
+        const Track& track = landmarks_.track(t);
+        // Where a landmark lies that was last seen long ago is known less well than this asks for.
+        if (track.last_keyframe + options_.recent < keyframe_ || !map.holds(track.position)) return;
+        if (track.last_keyframe == keyframe_ || track.open > 0) return;
+        if (coverage.well_in_view(T_map_sensor, point_at(map.values, track.position))) {
+          missed.push_back(t);
+        }
+      });
+  const double in_view = seen_now + static_cast<double>(missed.size());
+  coverage.detections += seen_now;
+  coverage.around += seen_now * in_view;
+  coverage.in_view += in_view;
+  coverage.seen += seen_now;
+  const double miss = std::log((1 - detected) / (1 - kClutterRate));
+  for (int t : missed) {
+    Track& track = landmarks_.track(t);
+    track.existence += miss;
+    const bool tentative = landmarks_.seen(t) < options_.confirm;
+    if (tentative && track.existence < kDeadOdds && map.keeps_all) discard(t, map, out);
+  }
+}
+
+void LandmarkAssociation::discard(int track, const MapView& map, Contribution& out) {
+  const std::vector<int> sightings = landmarks_.track(track).sightings;
+  if (!map.keeps_all) {
+    out.forgotten.push_back(track);
+    landmarks_.track(track).alive = false;
+  } else {
+    for (int s : sightings) landmarks_.detach(s, out);
+    landmarks_.remove(track, out);
+  }
+  out.dropped["detection taken for clutter: its landmark was not seen again"] += sightings.size();
+}
+
+std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& map) const {
+  std::map<int, int> now;  // of undecided sightings
+  for (const OpenFrame& open : open_) {
+    const std::vector<int>& tracks = open.tracks[map.assignment.at(open.choice.key)];
+    for (std::size_t i = 0; i < tracks.size(); ++i) now[open.sightings[i]] = tracks[i];
+  }
+  std::vector<AssociationDecision> out;
+  for (std::size_t s = 0; s < landmarks_.sightings().size(); ++s) {
+    const Sighting& sighting = landmarks_.sightings()[s];
+    const auto it = now.find(static_cast<int>(s));
+    const int t = it == now.end() ? sighting.track : it->second;
+    AssociationDecision decision{std::nullopt, sighting.detection.true_id};
+    if (t >= 0 && landmarks_.track(t).alive) decision.estimated_id = t;
+    if (sighting.detection.members.empty()) out.push_back(decision);
+    for (const auto& true_id : sighting.detection.members) {
+      decision.true_id = true_id;
+      out.push_back(decision);
+    }
+  }
+  return out;
+}
+
+std::map<std::string, double> LandmarkAssociation::statistics() const {
+  std::map<std::string, double> out = statistics_;
+  out["landmarks_tried"] = static_cast<double>(landmarks_.tracks().size());
+  return out;
+}
+
+}  // namespace hybrid

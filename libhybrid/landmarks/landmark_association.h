@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/landmarks/association_decision.h"
+#include "libhybrid/landmarks/association_options.h"
+#include "libhybrid/landmarks/frame_association.h"
+#include "libhybrid/landmarks/landmark_merging.h"
+#include "libhybrid/landmarks/landmark_tracks.h"
+#include "libhybrid/landmarks/loop_closing.h"
+
+namespace HYBRID_API hybrid {
+
+/// Range and bearing to landmarks that the sensor does not identify, with or without classes: which
+/// sighting belongs to which landmark is part of what is estimated (eq. 18-19). Landmarks are
+/// tentative until they were seen often enough, and made one where they turn out to be one, which
+/// is also how loops close.
+///
+/// It changes no graph itself: it says what is to be changed, and whoever holds the graph (such as
+/// LandmarkMapper) says what became of that. After every keyframe comes `observe`, then `revise`
+/// until it is empty; after the last one `conclude` until it is empty. Each contribution that is
+/// not empty, and each of `observe`, is answered by `applied` or `refused` before the next one.
+class LandmarkAssociation {
+ public:
+  /// Detections of sensors that `sensors` does not name are left aside; none named: all are used.
+  explicit LandmarkAssociation(const AssociationOptions& options = {}, ClassModel classes = {},
+                               std::vector<std::string> sensors = {});
+
+  /// Factors and variables for one keyframe. Throws Error where classes of a sensor are not known.
+  Contribution observe(const KeyframeView& frame, const MapView& map);
+  /// Takes note of what became of the last contribution.
+  void applied(const Outcome& outcome);
+  /// Nothing of the last contribution is in the graph: goes back to what was before it.
+  void refused();
+  /// A change of what was contributed before: frames decided later, merges, loops.
+  Contribution revise(const MapView& map);
+  /// The same once no more keyframes come; then tentative landmarks go.
+  Contribution conclude(const MapView& map);
+
+  /// What became of every detection so far, in order, for evaluation.
+  std::vector<AssociationDecision> decisions(const MapView& map) const;
+  /// Counts of what was done, by name.
+  std::map<std::string, double> statistics() const;
+  std::vector<std::string> class_names() const { return classes_.names(); }
+
+ private:
+  /// log odds of existence of a landmark that is given up.
+  static constexpr double kDeadOdds = -3.0;
+
+  struct OpenFrame {  // a frame whose matching is not decided
+    int keyframe;
+    DiscreteKey choice;
+    std::vector<int> sightings;            // the undecided ones
+    std::vector<std::vector<int>> tracks;  // by value of the choice, of these
+  };
+  struct Doubt {  // a frame with several hypotheses, before it is left open
+    std::vector<FrameHypothesis> hypotheses;
+    std::vector<std::size_t> rows;  // of the detections that they disagree about
+    std::vector<int> sightings;     // of these
+  };
+  struct Undo {  // what a merge under test replaced
+    int from;
+    std::vector<int> sightings;
+    Values position;
+    Assignment assignment;
+  };
+
+  void take(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
+            Contribution& out);
+  void take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
+                 const KeyframeView& frame, const MapView& map, Contribution& out);
+  void doubt(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
+             const KeyframeView& frame, const MapView& map, Contribution& out);
+  void leave_open(const Doubt& doubt, const MapView& map, Contribution& out);
+  bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
+                       Contribution& out);
+  void attach(int sighting, int track, const MapView& map, Contribution& out);
+  void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
+              Contribution& out);
+  void decide(const OpenFrame& open, const MapView& map, Contribution& out);
+  void decide_old(const MapView& map, int before, Contribution& out);
+  void judge_existence(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
+                       const std::vector<int>& sightings, Contribution& out);
+  void discard(int track, const MapView& map, Contribution& out);
+  void remember();
+  void count_open();
+  Contribution next_merge(const MapView& map, bool everything);
+  Contribution apply(const Merge& merge, const MapView& map);
+  Contribution undo_merge(const MapView& map);
+
+  std::vector<std::string> sensors_;
+  AssociationOptions options_;
+  ClassModel classes_;
+  std::map<std::string, SensorCoverage> coverage_;  // by label
+  double density_ = 0;                              // of landmarks, per m^2 or m^3
+  LandmarkTracks landmarks_;
+  LandmarkMerging merging_;
+  LoopClosing loops_;
+  std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
+  std::vector<Doubt> doubts_;
+  std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
+  int opened_ = 0;
+  std::optional<Merge> merge_;  // under test
+  std::vector<Undo> undo_;
+  bool undo_wanted_ = false;
+  int keyframe_ = -1;
+  int frames_ = 0;
+  std::map<std::string, double> statistics_;
+};
+
+}  // namespace hybrid

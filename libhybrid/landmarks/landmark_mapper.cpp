@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/landmark_mapper.h"
+
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/landmarks/motion_covariance.h"
+
+namespace hybrid {
+
+template <class Pose>
+Key LandmarkMapper<Pose>::pose_key(std::size_t i) {
+  return {key_letter::kPose, i};
+}
+
+template <class Pose>
+MapView LandmarkMapper<Pose>::view() const {
+  MapView map{smoother_.values(), smoother_.assignment(), landmarks_, std::is_same_v<Pose, SE3>};
+  map.holds = [this](Key key) { return smoother_.values().contains(key); };
+  map.joint_covariance = [this](const std::vector<Key>& keys) {
+    return smoother_.joint_covariance(keys);
+  };
+  return map;
+}
+
+template <class Pose>
+bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
+                               const std::vector<DetectionFrame>& detections) {
+  const Key now = pose_key(keyframes_);
+  Pose T_map_robot = motion;
+  ContinuousFactorPtr factor;
+  if (keyframes_ == 0) {
+    factor = std::make_shared<Prior<Pose>>(now, motion, noise);
+  } else {
+    const Key before = pose_key(keyframes_ - 1);
+    T_map_robot = smoother_.values().template at<Pose>(before) * motion;
+    factor = std::make_shared<Between<Pose>>(before, now, motion, noise);
+  }
+  Delta delta;
+  delta.continuous.push_back(factor);
+  delta.values.insert(now, T_map_robot);
+  MapView map = view();
+  map.joint_covariance = [&](const std::vector<Key>& keys) {
+    const auto joint = [this](const std::vector<Key>& k) { return smoother_.joint_covariance(k); };
+    return covariance_after_motion(*factor, delta.values, smoother_.values(), joint, keys);
+  };
+  Contribution contribution;
+  try {
+    contribution = association_.observe({now, to_isometry(T_map_robot), detections}, map);
+  } catch (...) {
+    association_.refused();
+    throw;
+  }
+  const bool used = apply(contribution, delta);
+  if (!used) smoother_.update(delta);
+  ++keyframes_;
+  revise(false);
+  return used;
+}
+
+/// One update with a contribution and the motion to a new pose, if there is one.
+template <class Pose>
+bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& motion) {
+  Delta delta = contribution.delta;
+  const std::size_t own = delta.continuous.size();
+  delta.continuous.insert(delta.continuous.end(), motion.continuous.begin(),
+                          motion.continuous.end());
+  for (const Key key : motion.values.keys()) {
+    delta.values.insert(key, motion.values.type(key), motion.values.data(key));
+  }
+  const double before = smoother_.objective();
+  UpdateReport report;
+  try {
+    enter(contribution, landmarks_);
+    report = smoother_.update(delta);
+  } catch (...) {
+    landmarks_.roll_back();
+    association_.refused();
+    throw;
+  }
+  if (report.status != UpdateReport::Status::kOk) {
+    landmarks_.roll_back();
+    association_.refused();
+    return false;
+  }
+  landmarks_.commit();
+  if (contribution.settle) smoother_.converge();
+  report.handles.continuous.resize(own);  // those of the motion come behind
+  association_.applied({report.handles, before, smoother_.objective(), report.exact});
+  return true;
+}
+
+template <class Pose>
+void LandmarkMapper<Pose>::revise(bool concluding) {
+  for (bool again = true; again;) {
+    const MapView map = view();
+    const Contribution change = concluding ? association_.conclude(map) : association_.revise(map);
+    again = !change.empty() && apply(change, {});
+  }
+}
+
+template <class Pose>
+void LandmarkMapper<Pose>::finish() {
+  revise(true);
+  smoother_.converge();
+}
+
+template class LandmarkMapper<SE2>;
+template class LandmarkMapper<SE3>;
+
+}  // namespace hybrid

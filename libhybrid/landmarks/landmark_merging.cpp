@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/landmark_merging.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/association/gate.h"
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/spatial_values.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMaxPairs = 40;
+constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
+
+/// Drops the pairs that a new landmark explains better: what takes several landmarks to tell is a
+/// loop, which LoopClosing looks for in one place.
+void keep_those_alone(IdentityHypotheses& h, double margin) {
+  IdentityHypotheses kept;
+  kept.dim = h.dim;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t p = 0; p < h.a.size(); ++p) {
+    const Eigen::Index at = h.dim * static_cast<Eigen::Index>(p);
+    const GaussianScore score =
+        gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
+    if (h.gain[p] - score.cost < margin) continue;
+    kept.a.push_back(h.a[p]);
+    kept.b.push_back(h.b[p]);
+    kept.gain.push_back(h.gain[p]);
+    for (Eigen::Index k = 0; k < h.dim; ++k) rows.push_back(at + k);
+  }
+  kept.difference = h.difference(rows);
+  kept.covariance = h.covariance(rows, rows);
+  h = std::move(kept);
+}
+
+}  // namespace
+
+void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
+  recent_[track] = keyframe;
+  news_ = news_ || n <= kFirst || n % kEvery == 0;
+}
+
+bool LandmarkMerging::refused(int from, int into, const LandmarkTracks& landmarks) const {
+  const auto it = refused_.find({from, into});
+  return it != refused_.end() && it->second == landmarks.track(from).sightings.size() +
+                                                   landmarks.track(into).sightings.size();
+}
+
+void LandmarkMerging::refuse(const Merge& merge, const LandmarkTracks& landmarks) {
+  for (const auto& [from, into] : merge.pairs) {
+    refused_[{from, into}] =
+        landmarks.track(from).sightings.size() + landmarks.track(into).sightings.size();
+  }
+}
+
+std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
+    const MapView& map, const ClassModel& classes, double density, bool everything,
+    const LandmarkTracks& landmarks) const {
+  const int dim = map.is_3d ? 3 : 2;
+  const double sigmas = std::sqrt(chi_square_quantile(options_.gate, dim));
+  // Of what is known less well than landmarks are apart, no pair stands out.
+  const double spacing = std::pow(density, -1.0 / dim);
+  const auto sigma = [&](const Track& t) {
+    return std::min(spacing, std::sqrt(t.covariance.trace()));
+  };
+  std::vector<Pair> pairs;
+  const auto usable = [&](int t) {
+    const Track& track = landmarks.track(t);
+    return track.alive && track.open == 0 && track.covariance.size() > 0 &&
+           map.holds(track.position);
+  };
+  const auto compare = [&](int t) {
+    if (!usable(t)) return;
+    const Track& track = landmarks.track(t);
+    const Eigen::Vector3d p = point_at(map.values, track.position);
+    const double own = sigma(track);
+    landmarks.grid().visit_near(p.x(), p.y(), 2 * sigmas * own, [&](int other) {
+      if (other >= t || !usable(other)) return;
+      const double reach = own + sigma(landmarks.track(other));
+      const double d = (point_at(map.values, landmarks.track(other).position) - p).norm();
+      if (d > sigmas * reach || refused(t, other, landmarks) || landmarks.seen_together(t, other))
+        return;
+      if (landmarks.same_class(t, other, classes) < -std::log(options_.merge_odds)) return;
+      pairs.push_back({t, other, d / reach});
+    });
+  };
+  if (everything) {
+    for (int t = 0; t < static_cast<int>(landmarks.tracks().size()); ++t) compare(t);
+  } else {
+    for (const auto& [t, keyframe] : recent_) compare(t);
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
+  return pairs;
+}
+
+/// The pairs under the joint covariance of all their landmarks.
+IdentityHypotheses LandmarkMerging::hypotheses_of(const std::vector<Pair>& pairs,
+                                                  const MapView& map, const ClassModel& classes,
+                                                  double density, LandmarkTracks& landmarks) {
+  std::map<int, int> column;  // track -> first column in the joint covariance
+  std::vector<Key> keys;
+  const int dim = map.is_3d ? 3 : 2;
+  const auto name = [&](int t) {
+    if (!column.emplace(t, dim * static_cast<int>(keys.size())).second) return;
+    keys.push_back(landmarks.track(t).position);
+  };
+  for (const Pair& pair : pairs) {
+    name(pair.from);
+    name(pair.into);
+  }
+  const Eigen::MatrixXd joint = map.joint_covariance(keys);
+  for (const auto& [t, at] : column) landmarks.track(t).covariance = joint.block(at, at, dim, dim);
+
+  IdentityHypotheses h;
+  h.dim = dim;
+  const int n = static_cast<int>(pairs.size());
+  h.difference.resize(dim * n);
+  h.covariance.resize(dim * n, dim * n);
+  for (int p = 0; p < n; ++p) {
+    h.a.push_back(pairs[p].from);
+    h.b.push_back(pairs[p].into);
+    h.gain.push_back(-std::log(density) +
+                     landmarks.same_class(pairs[p].from, pairs[p].into, classes));
+    h.difference.segment(dim * p, dim) =
+        (point_at(map.values, landmarks.track(pairs[p].from).position) -
+         point_at(map.values, landmarks.track(pairs[p].into).position))
+            .head(dim);
+    const int ap = column.at(pairs[p].from), bp = column.at(pairs[p].into);
+    for (int q = 0; q < n; ++q) {
+      const int aq = column.at(pairs[q].from), bq = column.at(pairs[q].into);
+      h.covariance.block(dim * p, dim * q, dim, dim) =
+          joint.block(ap, aq, dim, dim) - joint.block(ap, bq, dim, dim) -
+          joint.block(bp, aq, dim, dim) + joint.block(bp, bq, dim, dim);
+    }
+    // Landmarks of many sightings are known better than sensors are calibrated.
+    h.covariance.block(dim * p, dim * p, dim, dim) += 1e-6 * Eigen::MatrixXd::Identity(dim, dim);
+  }
+  return h;
+}
+
+Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, double density,
+                               int keyframe, bool everything, LandmarkTracks& landmarks) {
+  for (auto it = recent_.begin(); it != recent_.end();) {
+    const bool old = it->second < keyframe - options_.recent || !landmarks.track(it->first).alive;
+    it = old ? recent_.erase(it) : std::next(it);
+  }
+  if (!news_ && !everything) return {};
+  news_ = false;
+  const std::vector<Pair> pairs = possible_pairs(map, classes, density, everything, landmarks);
+  if (pairs.empty()) return {};
+
+  IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
+  keep_those_alone(h, 0.0);
+  const auto n = static_cast<double>(pairs.size());
+  if (h.a.empty()) return {};
+  // Where there are many pairs to choose from, some agree by chance.
+  const double margin = std::log(options_.merge_odds) + std::log(n);
+  const ConsensusSet set = decided_consensus(h, options_.gate, margin);
+  Merge merge;
+  std::set<int> used;
+  for (int p : set.pairs) {
+    if (used.count(h.a[p]) != 0 || used.count(h.b[p]) != 0) continue;
+    used.insert({h.a[p], h.b[p]});
+    merge.pairs.emplace_back(h.a[p], h.b[p]);
+  }
+  if (merge.pairs.empty()) return {};
+  news_ = true;
+  merge.allowed_rise = 0.5 * set.chi_square - set.cost;
+  return merge;
+}
+
+}  // namespace hybrid

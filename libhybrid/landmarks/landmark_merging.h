@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/association/consensus.h"
+#include "libhybrid/landmarks/association_options.h"
+#include "libhybrid/landmarks/landmark_tracks.h"
+
+namespace HYBRID_API hybrid {
+
+/// Landmarks to be made one, the first of a pair into the second.
+struct Merge {
+  std::vector<std::pair<int, int>> pairs;
+  /// What the fewer landmarks are worth: the objective may rise by less than this.
+  double allowed_rise = 0;
+  bool settle = false;  ///< the map moves far: only once it has settled does its objective count
+};
+
+/// Finds landmarks that are one: those seen lately against all others that were never seen in one
+/// frame with them, by consensus under their joint covariance. Only pairs that speak for
+/// themselves count; see LoopClosing for those that several must agree about.
+class LandmarkMerging {
+ public:
+  explicit LandmarkMerging(const AssociationOptions& options) : options_(options) {}
+
+  /// Notes that a landmark was sighted at this keyframe, for the n-th time.
+  void sighted(int track, int keyframe, std::size_t n);
+
+  /// The next merge that can be believed, or none. `density` is that of landmarks per m^2 or m^3.
+  Merge propose(const MapView& map, const ClassModel& classes, double density, int keyframe,
+                bool everything, LandmarkTracks& landmarks);
+
+  /// A merge that raised the objective too much is not proposed again while nothing new is seen.
+  void refuse(const Merge& merge, const LandmarkTracks& landmarks);
+
+ private:
+  struct Pair {
+    int from, into;
+    double distance;  // in sigmas, roughly
+  };
+  std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, double density,
+                                   bool everything, const LandmarkTracks& landmarks) const;
+  static IdentityHypotheses hypotheses_of(const std::vector<Pair>& pairs, const MapView& map,
+                                          const ClassModel& classes, double density,
+                                          LandmarkTracks& landmarks);
+  bool refused(int from, int into, const LandmarkTracks& landmarks) const;
+
+  AssociationOptions options_;
+  std::map<int, int> recent_;  // track -> keyframe of its last sighting
+  bool news_ = false;
+  std::map<std::pair<int, int>, std::size_t> refused_;  // and the sightings of both then
+};
+
+}  // namespace hybrid

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The second half of the class: what it changes its mind about.
+
+#include <algorithm>
+#include <utility>
+
+#include "libhybrid/landmarks/landmark_association.h"
+
+namespace hybrid {
+
+void LandmarkAssociation::applied(const Outcome& outcome) {
+  landmarks_.take_handles(outcome.handles);
+  if (!outcome.exact) ++statistics_["updates_by_local_search"];
+  if (!merge_) return;
+  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise) {
+    undo_wanted_ = true;
+    return;
+  }
+  statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
+  merge_.reset();
+  undo_.clear();
+}
+
+/// Before each contribution: what there is to go back to where it is refused.
+void LandmarkAssociation::remember() {
+  open_before_ = open_;
+}
+
+/// Nothing of the last contribution is in the map: its detections belong to nothing, its frames are
+/// as open as they were, and the merge that it made is not proposed again.
+void LandmarkAssociation::refused() {
+  landmarks_.take_back();
+  doubts_.clear();
+  open_ = open_before_;
+  count_open();
+  for (auto it = track_of_id_.begin(); it != track_of_id_.end();) {
+    it = landmarks_.track(it->second).alive ? std::next(it) : track_of_id_.erase(it);
+  }
+  if (merge_) merging_.refuse(*merge_, landmarks_);
+  merge_.reset();
+  undo_.clear();
+  undo_wanted_ = false;
+}
+
+/// Counts the open frames of each track anew.
+void LandmarkAssociation::count_open() {
+  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t)
+    landmarks_.track(t).open = 0;
+  for (const OpenFrame& open : open_) {
+    for (const std::vector<int>& tracks : open.tracks) {
+      for (int t : tracks) {
+        if (t >= 0) ++landmarks_.track(t).open;
+      }
+    }
+  }
+}
+
+Contribution LandmarkAssociation::revise(const MapView& map) {
+  remember();
+  if (undo_wanted_) return undo_merge(map);
+  if (!doubts_.empty()) {
+    Contribution out;
+    for (const Doubt& doubt : doubts_) leave_open(doubt, map, out);
+    doubts_.clear();
+    return out;
+  }
+  if (!options_.merge || !map.keeps_all) return {};
+  return next_merge(map, false);
+}
+
+Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything) {
+  Merge merge = merging_.propose(map, classes_, density_, keyframe_, everything, landmarks_);
+  if (merge.pairs.empty()) {
+    merge = loops_.propose(map, classes_, density_, everything, landmarks_);
+    if (!merge.pairs.empty()) ++statistics_["loops_closed"];
+  }
+  if (merge.pairs.empty()) return {};
+  Contribution out = apply(merge, map);
+  out.settle = merge.settle;
+  return out;
+}
+
+Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) {
+  Contribution out;
+  for (const auto& [from, into] : merge.pairs) {
+    const Track& track = landmarks_.track(from);
+    Undo undo{from, track.sightings, {}, {}};
+    undo.position.insert(track.position, map.values.type(track.position),
+                         map.values.data(track.position));
+    if (track.class_key) {
+      undo.assignment.set(track.class_key->key, map.assignment.at(track.class_key->key));
+    }
+    undo_.push_back(std::move(undo));
+    const int last = std::max(track.last_keyframe, landmarks_.track(into).last_keyframe);
+    landmarks_.merge(from, into, map.is_3d, out);
+    merging_.sighted(into, last, 1);
+  }
+  merge_ = merge;
+  return out;
+}
+
+/// Takes back a merge that the objective speaks against.
+Contribution LandmarkAssociation::undo_merge(const MapView& map) {
+  Contribution out;
+  undo_wanted_ = false;
+  out.settle = merge_->settle;
+  for (const Undo& undo : undo_) {
+    for (int s : undo.sightings) landmarks_.detach(s, out);
+    landmarks_.revive(undo.from, undo.position, undo.assignment, classes_, out);
+    for (int s : undo.sightings) landmarks_.attach(s, undo.from, map.is_3d, out);
+  }
+  merging_.refuse(*merge_, landmarks_);
+  merge_.reset();
+  undo_.clear();
+  ++statistics_["merges_taken_back"];
+  return out;
+}
+
+Contribution LandmarkAssociation::conclude(const MapView& map) {
+  remember();
+  if (undo_wanted_) return undo_merge(map);
+  if (!open_.empty()) {
+    Contribution out;
+    decide_old(map, keyframe_, out);
+    return out;
+  }
+  if (options_.merge && map.keeps_all) {
+    landmarks_.place_all(map.values);
+    Contribution out = next_merge(map, true);
+    if (!out.empty()) return out;
+  }
+  Contribution out;
+  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
+    const Track& track = landmarks_.track(t);
+    const bool confirmed = landmarks_.seen(t) >= options_.confirm;
+    if (track.alive && !(confirmed && track.existence > 0)) discard(t, map, out);
+  }
+  return out;
+}
+
+}  // namespace hybrid

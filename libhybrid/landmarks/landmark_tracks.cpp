@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/landmark_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
+
+int most_probable(const std::vector<double>& p) {
+  return static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
+}
+
+void add_evidence(const Sighting& sighting, double sign, Track& track) {
+  for (std::size_t s = 0; s < sighting.phi.size(); ++s) {
+    track.class_evidence[s] += sign * std::log(sighting.phi[s]);
+  }
+}
+
+}  // namespace
+
+int LandmarkTracks::note(Sighting sighting) {
+  sightings_.push_back(std::move(sighting));
+  return static_cast<int>(sightings_.size()) - 1;
+}
+
+int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const ClassModel& classes,
+                           bool is_3d, Contribution& out) {
+  const int t = static_cast<int>(tracks_.size());
+  const Sighting& sighting = sightings_[s];
+  Track track;
+  track.position = Key(key_letter::kLandmark, static_cast<std::uint64_t>(t));
+  const Eigen::Vector3d point = sighted_point(T_map_robot, *sighting.sensor, sighting.detection);
+  Values position;
+  insert_point(position, track.position, point, is_3d);
+  const std::size_t n = classes.names().size();
+  Assignment assignment;
+  if (n > 1) {
+    track.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, static_cast<std::uint64_t>(t)),
+                                  static_cast<int>(n)};
+    track.class_evidence.assign(n, 0.0);
+    std::vector<double> p = classes.prior();
+    for (std::size_t k = 0; k < sighting.phi.size(); ++k) p[k] *= sighting.phi[k];
+    assignment.set(track.class_key->key, most_probable(p));
+  }
+  tracks_.push_back(std::move(track));
+  revive(t, position, assignment, classes, out);
+  attach(s, t, is_3d, out);
+  return t;
+}
+
+void LandmarkTracks::revive(int t, const Values& position, const Assignment& assignment,
+                            const ClassModel& classes, Contribution& out) {
+  Track& track = tracks_[t];
+  const double* p = position.data(track.position);
+  out.delta.values.insert(track.position, position.type(track.position), p);
+  if (track.class_key) {
+    out.delta.discrete.push_back(prior_table(*track.class_key, classes.prior()));
+    slots_[kDiscrete].push_back({-1, t});
+    out.delta.assignment.set(track.class_key->key, assignment.at(track.class_key->key));
+  }
+  out.landmarks.push_back({t, track.position, track.class_key, 0});
+  track.alive = true;
+  ++alive_;
+  grid_.put(t, p[0], p[1]);
+  undo_.emplace_back([t](LandmarkTracks& all) {
+    all.tracks_[t].alive = false;
+    --all.alive_;
+    all.grid_.remove(t);
+  });
+}
+
+/// Notes that sighting `s` belongs to track `t`.
+void LandmarkTracks::join(int s, int t) {
+  Track& track = tracks_[t];
+  sightings_[s].track = t;
+  track.sightings.insert(std::lower_bound(track.sightings.begin(), track.sightings.end(), s), s);
+  if (track.class_key) add_evidence(sightings_[s], 1.0, track);
+}
+
+/// The reverse.
+void LandmarkTracks::part(int s, int t) {
+  Track& track = tracks_[t];
+  sightings_[s].track = -1;
+  track.sightings.erase(std::find(track.sightings.begin(), track.sightings.end(), s));
+  if (track.class_key) add_evidence(sightings_[s], -1.0, track);
+}
+
+void LandmarkTracks::count(int s, int t, Contribution& out) {
+  join(s, t);
+  undo_.emplace_back([s, t](LandmarkTracks& all) { all.part(s, t); });
+  out.sighted.push_back(t);
+}
+
+void LandmarkTracks::attach(int s, int t, bool is_3d, Contribution& out) {
+  Sighting& sighting = sightings_[s];
+  const Track& track = tracks_[t];
+  ContinuousFactorPtr psi =
+      sighting_factor(sighting.pose, track.position, *sighting.sensor, sighting.detection, is_3d);
+  if (track.class_key && !sighting.phi.empty()) {
+    out.delta.hybrid.push_back(std::make_shared<WeightedFactor>(
+        std::move(psi), likelihood_table(*track.class_key, sighting.phi)));
+    slots_[kHybrid].push_back({s, -1});
+  } else {
+    out.delta.continuous.push_back(std::move(psi));
+    slots_[kContinuous].push_back({s, -1});
+  }
+  count(s, t, out);
+}
+
+void LandmarkTracks::add_factor(int s, HybridFactorPtr factor, Contribution& out) {
+  out.delta.hybrid.push_back(std::move(factor));
+  slots_[kHybrid].push_back({s, -1});
+}
+
+void LandmarkTracks::detach(int s, Contribution& out) {
+  Sighting& sighting = sightings_[s];
+  out.delta.remove.insert(out.delta.remove.end(), sighting.factors.begin(), sighting.factors.end());
+  undo_.emplace_back([s, factors = sighting.factors](LandmarkTracks& all) {
+    all.sightings_[s].factors = factors;
+  });
+  sighting.factors.clear();
+  const int t = sighting.track;
+  if (t < 0) return;
+  out.unsighted.push_back(t);
+  part(s, t);
+  undo_.emplace_back([s, t](LandmarkTracks& all) { all.join(s, t); });
+}
+
+void LandmarkTracks::remove(int t, Contribution& out) {
+  Track& track = tracks_[t];
+  out.delta.remove.insert(out.delta.remove.end(), track.prior.begin(), track.prior.end());
+  undo_.emplace_back([t, prior = track.prior, at = grid_.middle(t)](LandmarkTracks& all) {
+    all.tracks_[t].prior = prior;
+    all.tracks_[t].alive = true;
+    ++all.alive_;
+    all.grid_.put(t, at[0], at[1]);
+  });
+  track.prior.clear();
+  out.delta.remove_values.push_back(track.position);
+  out.forgotten.push_back(t);
+  track.alive = false;
+  --alive_;
+  grid_.remove(t);
+}
+
+void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
+  const std::vector<int> moved = tracks_[from].sightings;
+  for (int s : moved) {
+    detach(s, out);
+    attach(s, into, is_3d, out);
+  }
+  undo_.emplace_back([into, existence = tracks_[into].existence,
+                      last = tracks_[into].last_keyframe](LandmarkTracks& all) {
+    all.tracks_[into].existence = existence;
+    all.tracks_[into].last_keyframe = last;
+  });
+  tracks_[into].existence = std::max(tracks_[into].existence, tracks_[from].existence);
+  tracks_[into].last_keyframe = std::max(tracks_[into].last_keyframe, tracks_[from].last_keyframe);
+  remove(from, out);
+}
+
+void LandmarkTracks::take_handles(const AddedHandles& handles) {
+  auto next =
+      std::array{handles.continuous.begin(), handles.discrete.begin(), handles.hybrid.begin()};
+  for (std::size_t kind = 0; kind < slots_.size(); ++kind) {
+    std::vector<Slot>& slots = slots_[kind];
+    for (const Slot& slot : slots) {
+      const Handle handle = *next[kind]++;
+      if (slot.sighting >= 0) sightings_[slot.sighting].factors.push_back(handle);
+      if (slot.track >= 0) tracks_[slot.track].prior.push_back(handle);
+    }
+    slots.clear();
+  }
+  undo_.clear();
+}
+
+void LandmarkTracks::take_back() {
+  for (auto step = undo_.rbegin(); step != undo_.rend(); ++step) (*step)(*this);
+  undo_.clear();
+  for (std::vector<Slot>& slots : slots_) slots.clear();
+}
+
+std::vector<double> LandmarkTracks::class_belief(const Track& track,
+                                                 const ClassModel& classes) const {
+  std::vector<double> p = classes.prior();
+  const double top = *std::max_element(track.class_evidence.begin(), track.class_evidence.end());
+  double sum = 0;
+  for (std::size_t s = 0; s < p.size(); ++s) {
+    p[s] *= std::exp(track.class_evidence[s] - top);
+    sum += p[s];
+  }
+  for (double& v : p) v /= sum;
+  return p;
+}
+
+double LandmarkTracks::same_class(int a, int b, const ClassModel& classes) const {
+  if (!tracks_[a].class_key) return 0;
+  const std::vector<double> p = class_belief(tracks_[a], classes);
+  const std::vector<double> q = class_belief(tracks_[b], classes);
+  const std::vector<double> prior = classes.prior();
+  double sum = 0;
+  for (std::size_t s = 0; s < p.size(); ++s) {
+    if (prior[s] > 0) sum += p[s] * q[s] / prior[s];
+  }
+  return std::log(sum);
+}
+
+int LandmarkTracks::seen(int t) const {
+  std::size_t count = 0;
+  for (int s : tracks_[t].sightings) {
+    const std::size_t n = sightings_[s].detection.members.size();
+    count += n < kFewestForMotion ? 1 : n;
+  }
+  return static_cast<int>(count);
+}
+
+bool LandmarkTracks::seen_together(int a, int b) const {
+  const auto frame = [this](int s) { return sightings_[s].frame; };
+  const std::vector<int>& x = tracks_[a].sightings;
+  const std::vector<int>& y = tracks_[b].sightings;
+  for (std::size_t i = 0, j = 0; i < x.size() && j < y.size();) {
+    if (frame(x[i]) == frame(y[j])) return true;
+    frame(x[i]) < frame(y[j]) ? ++i : ++j;
+  }
+  return false;
+}
+
+void LandmarkTracks::place(int t, const Values& values) {
+  if (!tracks_[t].alive || !values.contains(tracks_[t].position)) return;
+  const double* p = values.data(tracks_[t].position);
+  grid_.put(t, p[0], p[1]);
+}
+
+void LandmarkTracks::place_all(const Values& values) {
+  for (int t = 0; t < static_cast<int>(tracks_.size()); ++t) place(t, values);
+}
+
+void LandmarkTracks::place_some(const Values& values, int count) {
+  for (int i = 0; i < count && !tracks_.empty(); ++i) {
+    next_to_place_ = (next_to_place_ + 1) % tracks_.size();
+    place(static_cast<int>(next_to_place_), values);
+  }
+}
+
+}  // namespace hybrid

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/association/spatial_grid.h"
+#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/landmarks/contribution.h"
+
+namespace HYBRID_API hybrid {
+
+/// A detection and what it is taken for.
+struct Sighting {
+  int frame = 0;  ///< number of the set of detections it came in
+  Key pose;
+  std::shared_ptr<const DetectionFrame> sensor;  ///< without its detections
+  Detection detection;
+  std::vector<double> phi;  ///< likelihood of each class; empty if not classified
+  int track = -1;           ///< -1: clutter, or not decided
+  std::vector<Handle> factors;
+};
+
+/// A landmark under observation: tentative, then confirmed.
+struct Track {
+  Key position;
+  std::optional<DiscreteKey> class_key;
+  std::vector<int> sightings;          ///< numbers of them, in order
+  std::vector<double> class_evidence;  ///< log p(sightings | class) by class
+  Eigen::MatrixXd covariance;          ///< of its position when last asked for
+  std::vector<Handle> prior;           ///< of its class
+  double existence = 0;                ///< log odds that there is such a landmark
+  int last_keyframe = 0;
+  int open = 0;  ///< factors that hold it and are not decided
+  bool alive = true;
+};
+
+/// Landmarks and sightings, and how a change of what belongs to what becomes a change of the graph.
+/// Every method that adds factors notes where their handles go; `take_handles` fills them in.
+class LandmarkTracks {
+ public:
+  const std::vector<Track>& tracks() const { return tracks_; }
+  Track& track(int t) { return tracks_[t]; }
+  const Track& track(int t) const { return tracks_[t]; }
+  const std::vector<Sighting>& sightings() const { return sightings_; }
+  Sighting& sighting(int s) { return sightings_[s]; }
+  const Sighting& sighting(int s) const { return sightings_[s]; }
+  const SpatialGrid& grid() const { return grid_; }
+  std::size_t alive() const { return alive_; }
+
+  /// Notes a detection that belongs to no track yet. Returns its number.
+  int note(Sighting sighting);
+
+  /// Makes a landmark where sighting `s` puts it, seen from `T_map_robot`.
+  int create(int s, const Eigen::Isometry3d& T_map_robot, const ClassModel& classes, bool is_3d,
+             Contribution& out);
+  /// Takes sighting `s` for track `t`.
+  void attach(int s, int t, bool is_3d, Contribution& out);
+  /// The same in the books only; its factor is made elsewhere.
+  void count(int s, int t, Contribution& out);
+  /// Removes the factors of a sighting and, if it had a track, takes it from there.
+  void detach(int s, Contribution& out);
+  /// Adds a factor on behalf of sighting `s`.
+  void add_factor(int s, HybridFactorPtr factor, Contribution& out);
+  /// Removes a track that has no sightings left.
+  void remove(int t, Contribution& out);
+  /// Brings back a track that was removed, without sightings, at `position`.
+  void revive(int t, const Values& position, const Assignment& assignment,
+              const ClassModel& classes, Contribution& out);
+  /// Gives all sightings of `from` to `into`, and removes it.
+  void merge(int from, int into, bool is_3d, Contribution& out);
+
+  /// Notes the handles of the last contribution.
+  void take_handles(const AddedHandles& handles);
+  /// Takes back what was done since the handles of a contribution were noted; sightings noted since
+  /// then belong to no track, and tracks made since then are not alive.
+  void take_back();
+
+  /// Probability of each class given the sightings.
+  std::vector<double> class_belief(const Track& track, const ClassModel& classes) const;
+  /// log of the evidence that two landmarks have one class against two independent ones.
+  double same_class(int a, int b, const ClassModel& classes) const;
+  /// The poses that a track was first and last seen from.
+  Key first_seen_from(int t) const { return sightings_[tracks_[t].sightings.front()].pose; }
+  Key last_seen_from(int t) const { return sightings_[tracks_[t].sightings.back()].pose; }
+  /// Detections of a track, also those that were gathered to one.
+  int seen(int t) const;
+  /// Whether two landmarks were seen in one frame, so that they are two.
+  bool seen_together(int a, int b) const;
+  /// Moves a track in the grid to its estimate.
+  void place(int t, const Values& values);
+  /// Places all tracks, or the next few in turn.
+  void place_all(const Values& values);
+  void place_some(const Values& values, int count);
+
+ private:
+  void join(int s, int t);
+  void part(int s, int t);
+
+  struct Slot {  // where the handle of an added factor goes
+    int sighting = -1, track = -1;
+  };
+
+  std::vector<Track> tracks_;
+  std::vector<Sighting> sightings_;
+  SpatialGrid grid_;
+  std::size_t alive_ = 0;
+  std::size_t next_to_place_ = 0;
+  std::array<std::vector<Slot>, 3> slots_;  // by kind of factor, in the order of the delta
+  std::vector<std::function<void(LandmarkTracks&)>> undo_;  // since handles were noted last
+};
+
+}  // namespace hybrid

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/loop_closing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/sensor_view.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kStretch = 5;             // ranges of the sensor that make a stretch of the way
+constexpr std::size_t kMaxLandmarks = 60;  // of a constellation
+constexpr std::size_t kMaxAnchors = 20;
+constexpr std::size_t kFewest = 3;  // landmarks that can be a place
+
+/// Landmarks in the frame of a pose. `joint` is the covariance of the pose, then the landmarks.
+template <class Pose>
+Constellation<Pose> seen_from(const Pose& T_map_pose, const std::vector<int>& tracks,
+                              const Eigen::MatrixXd& joint, const Values& values,
+                              const LandmarkTracks& landmarks) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  using Matrix = typename Constellation<Pose>::Matrix;
+  const Matrix R = T_map_pose.rotation().matrix().transpose();
+  const Pose T_pose_map = T_map_pose.inverse();
+  Constellation<Pose> out;
+  for (std::size_t k = 0; k < tracks.size(); ++k) {
+    const typename Pose::Point p =
+        T_pose_map * values.at<typename Pose::Point>(landmarks.track(tracks[k]).position);
+    const Eigen::Index at = Pose::kDim + kDim * static_cast<Eigen::Index>(k);
+    Eigen::Matrix<double, kDim, Pose::kDim> J;
+    J.template leftCols<kDim>() = -Matrix::Identity();
+    J.template rightCols<Pose::kDim - kDim>() = rotation_derivative(p);
+    const Matrix cross = J * joint.block(0, at, Pose::kDim, kDim) * R.transpose();
+    out.points.push_back(p);
+    out.covariances.push_back(J * joint.topLeftCorner(Pose::kDim, Pose::kDim) * J.transpose() +
+                              cross + cross.transpose() +
+                              R * joint.block(at, at, kDim, kDim) * R.transpose());
+  }
+  return out;
+}
+
+/// Whether no landmark of place a comes within `radius` of place b with all that the drift allows.
+template <class Pose>
+bool out_of_reach(const ConstellationMatchProblem<Pose>& q, double radius, double gate) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  const double sigmas = std::sqrt(chi_square_quantile(gate, kDim));
+  const auto variances = q.covariance.diagonal();
+  const double drift = variances.template head<kDim>().sum();
+  const double turn = variances.template tail<Pose::kDim - kDim>().sum();
+  const typename Pose::Point b = q.T_a_b.translation();
+  return std::none_of(q.a.points.begin(), q.a.points.end(), [&](const auto& p) {
+    const double apart = (p - b).norm();
+    return apart <= radius + sigmas * std::sqrt(drift + apart * apart * turn);
+  });
+}
+
+/// Where a pose of the map is [m].
+Eigen::Vector3d point_of(const Values& values, Key pose) {
+  return isometry_at(values, pose).translation();
+}
+
+std::vector<Key> keys_of(Key pose, const std::vector<int>& tracks,
+                         const LandmarkTracks& landmarks) {
+  std::vector<Key> keys{pose};
+  for (int t : tracks) keys.push_back(landmarks.track(t).position);
+  return keys;
+}
+
+/// A way to see the last stretch as a place of the map.
+struct Recognition {
+  std::vector<std::pair<int, int>> pairs;  // of tracks
+  double cost = 0, chi_square = 0;
+};
+
+bool contradict(const std::pair<int, int>& p, const std::pair<int, int>& q) {
+  return (p.first == q.first) != (p.second == q.second);
+}
+
+/// The pairs of the best recognition that none nearly as good contradicts; none if it is not
+/// decisive. Once nothing more can be learned, being the best is enough.
+Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& x, const auto& y) { return x.cost < y.cost; });
+  Merge merge;
+  if (found.empty() || found.front().cost > -margin) return merge;
+  const Recognition& best = found.front();
+  merge.pairs = best.pairs;
+  for (const Recognition& other : found) {
+    if (concluding || other.cost > best.cost + margin) break;
+    const auto doubted = [&](const std::pair<int, int>& p) {
+      return std::any_of(other.pairs.begin(), other.pairs.end(),
+                         [&](const auto& q) { return contradict(p, q); });
+    };
+    merge.pairs.erase(std::remove_if(merge.pairs.begin(), merge.pairs.end(), doubted),
+                      merge.pairs.end());
+  }
+  if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();
+  merge.allowed_rise = 0.5 * best.chi_square - best.cost;
+  merge.settle = true;
+  return merge;
+}
+
+}  // namespace
+
+void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
+                         const SensorCoverage& coverage, double density, const MapView& map) {
+  View view{frame.pose, T_robot_sensor, coverage, 0};
+  if (!views_.empty()) {
+    const View& last = views_.back();
+    view.travelled = last.travelled;
+    if (last.pose != frame.pose && map.values.contains(last.pose)) {
+      view.travelled += (frame.T_map_robot.translation() - point_of(map.values, last.pose)).norm();
+    }
+  }
+  places_.put(static_cast<int>(views_.size()), frame.T_map_robot.translation().x(),
+              frame.T_map_robot.translation().y());
+  views_.push_back(std::move(view));
+  const std::size_t newest = views_.size() - 1;
+  const auto too_far = [&](std::size_t v, double allowed) {
+    return v < newest && views_[v].pose != frame.pose &&
+           chance(views_[v], frame, density, map) > allowed;
+  };
+  while (views_[newest].travelled - views_[first_recent_].travelled > span() ||
+         too_far(first_recent_, 1.0)) {
+    ++first_recent_;
+  }
+  first_local_ = std::max(first_local_, first_recent_);
+  while (too_far(first_local_, 1 / options_.open_odds)) ++first_local_;
+}
+
+/// Landmarks to expect by chance where the drift since a view lets one be.
+double LoopClosing::chance(const View& view, const KeyframeView& frame, double density,
+                           const MapView& map) const {
+  if (!map.holds(view.pose)) return std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd joint = map.joint_covariance({view.pose});
+  const auto drift = [&](const auto& T_map_view, const auto& T_map_robot) {
+    using Pose = std::decay_t<decltype(T_map_view)>;
+    constexpr int kDim = Pose::Point::RowsAtCompileTime;
+    Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
+    J << Pose::Jacobian::Identity(), -T_map_robot.between(T_map_view).adjoint();
+    const typename Pose::Jacobian P = J * joint * J.transpose();
+    const double turn = P.diagonal().tail(Pose::kDim - kDim).sum();
+    const double range = 0.5 * view.coverage.max_range;
+    Eigen::Matrix<double, kDim, kDim> spread = P.template topLeftCorner<kDim, kDim>();
+    spread.diagonal().array() += range * range * turn;
+    return std::sqrt((2 * M_PI * spread).determinant());
+  };
+  return density * (map.is_3d ? drift(map.values.at<SE3>(view.pose), to_se3(frame.T_map_robot))
+                              : drift(map.values.at<SE2>(view.pose), to_se2(frame.T_map_robot)));
+}
+
+/// Length of a stretch of the way [m].
+double LoopClosing::span() const {
+  return kStretch * views_.back().coverage.max_range;
+}
+
+std::vector<int> LoopClosing::recent_tracks(const MapView& map,
+                                            const LandmarkTracks& landmarks) const {
+  std::vector<int> tracks;
+  for (int t = static_cast<int>(landmarks.tracks().size()) - 1; t >= 0; --t) {
+    const Track& track = landmarks.track(t);
+    if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
+    if (is_old(t, landmarks) || tracks.size() == kMaxLandmarks) break;
+    if (landmarks.seen(t) >= options_.confirm) tracks.push_back(t);
+  }
+  std::reverse(tracks.begin(), tracks.end());
+  return tracks;
+}
+
+/// Whether a landmark was first seen before the last stretch.
+bool LoopClosing::is_old(int track, const LandmarkTracks& landmarks) const {
+  return landmarks.first_seen_from(track) < views_[first_recent_].pose;
+}
+
+/// Earlier views within `radius` of where the robot is, none near another.
+std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius) const {
+  const Eigen::Vector3d here = point_of(map.values, views_.back().pose);
+  const double apart = views_.back().coverage.max_range;
+  std::vector<std::pair<double, std::size_t>> near;
+  places_.visit_near(here.x(), here.y(), radius, [&](int v) {
+    const auto view = static_cast<std::size_t>(v);
+    if (view >= first_recent_ || !map.holds(views_[view].pose)) return;
+    near.emplace_back((point_of(map.values, views_[view].pose) - here).norm(), view);
+  });
+  std::sort(near.begin(), near.end());
+  std::vector<std::size_t> out;
+  std::vector<Eigen::Vector3d> taken;
+  for (const auto& [distance, view] : near) {
+    const Eigen::Vector3d p = point_of(map.values, views_[view].pose);
+    const bool crowded = std::any_of(taken.begin(), taken.end(), [&](const Eigen::Vector3d& q) {
+      return (p - q).norm() < apart;
+    });
+    if (crowded || distance > radius || out.size() == kMaxAnchors) continue;
+    out.push_back(view);
+    taken.push_back(p);
+  }
+  return out;
+}
+
+std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, const MapView& map,
+                                           const LandmarkTracks& landmarks) const {
+  const double radius = 0.5 * span();
+  std::vector<std::pair<double, int>> near;
+  landmarks.grid().visit_near(center.x(), center.y(), radius, [&](int t) {
+    const Track& track = landmarks.track(t);
+    if (!track.alive || track.open > 0 || !map.holds(track.position)) return;
+    if (landmarks.seen(t) < options_.confirm || !is_old(t, landmarks)) return;
+    near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
+  });
+  std::sort(near.begin(), near.end());
+  if (near.size() > kMaxLandmarks) near.resize(kMaxLandmarks);
+  std::vector<int> tracks;
+  for (const auto& [distance, t] : near) tracks.push_back(t);
+  return tracks;
+}
+
+bool LoopClosing::covered(const Eigen::Vector3d& point, const std::vector<std::size_t>& views,
+                          const MapView& map) const {
+  return std::any_of(views.begin(), views.end(), [&](std::size_t v) {
+    const View& view = views_[v];
+    return view.coverage.well_in_view(
+        compose(isometry_at(map.values, view.pose), view.T_robot_sensor), point);
+  });
+}
+
+Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double density,
+                           bool concluding, const LandmarkTracks& landmarks) {
+  const std::size_t asked = landmarks.tracks().size() + (concluding ? 1 : 0);
+  if (views_.empty() || asked == asked_) return {};
+  asked_ = asked;
+  return map.is_3d ? propose_in<SE3>(map, classes, density, concluding, landmarks)
+                   : propose_in<SE2>(map, classes, density, concluding, landmarks);
+}
+
+/// The place about an earlier view, as the one to compare `question.a` with.
+template <class Pose>
+bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, const MapView& map,
+                            const ClassModel& classes, const LandmarkTracks& landmarks,
+                            ConstellationMatchProblem<Pose>& question,
+                            std::vector<int>& old) const {
+  const Key here = views_.back().pose, there = views_[view].pose;
+  const Pose T_map_a = map.values.at<Pose>(here), T_map_b = map.values.at<Pose>(there);
+  question.T_a_b = T_map_a.between(T_map_b);
+  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
+  J << -question.T_a_b.inverse().adjoint(), Pose::Jacobian::Identity();
+  question.covariance = J * map.joint_covariance({here, there}) * J.transpose();
+  if (out_of_reach(question, 0.5 * span(), options_.gate)) return false;
+  const Eigen::Vector3d center = padded_point(T_map_b.translation());
+  old = tracks_about(center, map, landmarks);
+  if (old.size() < kFewest) return false;
+  question.b = seen_from<Pose>(T_map_b, old, map.joint_covariance(keys_of(there, old, landmarks)),
+                               map.values, landmarks);
+  std::vector<std::size_t> views;
+  places_.visit_near(center.x(), center.y(), 0.5 * span(), [&](int v) {
+    if (static_cast<std::size_t>(v) < first_recent_) views.push_back(static_cast<std::size_t>(v));
+  });
+  question.b.covers = [this, T_map_b, views, &map](const typename Pose::Point& p) {
+    return covered(padded_point(T_map_b * p), views, map);
+  };
+  question.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(recent.size()),
+                                             static_cast<Eigen::Index>(old.size()));
+  for (std::size_t i = 0; i < recent.size(); ++i) {
+    for (std::size_t j = 0; j < old.size(); ++j) {
+      question.class_log_likelihood_ratio(static_cast<Eigen::Index>(i),
+                                          static_cast<Eigen::Index>(j)) =
+          landmarks.seen_together(recent[i], old[j])
+              ? -std::numeric_limits<double>::infinity()
+              : landmarks.same_class(recent[i], old[j], classes);
+    }
+  }
+  return true;
+}
+
+template <class Pose>
+Merge LoopClosing::propose_in(const MapView& map, const ClassModel& classes, double density,
+                              bool concluding, const LandmarkTracks& landmarks) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  const std::vector<int> recent = recent_tracks(map, landmarks);
+  if (recent.size() < kFewest) return {};
+  const Key here = views_.back().pose;
+  const Eigen::MatrixXd drift = map.joint_covariance({here}).topLeftCorner(kDim, kDim);
+  const double chance_here = density * std::sqrt((2 * M_PI * drift).determinant());
+  if (chance_here * options_.open_odds < 1) return {};  // single landmarks can be told anywhere
+  const double gate = std::sqrt(chi_square_quantile(options_.gate, kDim));
+  const std::vector<std::size_t> near =
+      anchors(map, gate * std::sqrt(drift.trace()) + 0.5 * span());
+  if (near.empty()) return {};
+
+  ConstellationMatchProblem<Pose> question;
+  const Pose T_map_a = map.values.at<Pose>(here);
+  question.a =
+      seen_from<Pose>(T_map_a, recent, map.joint_covariance(keys_of(here, recent, landmarks)),
+                      map.values, landmarks);
+  question.log_density = std::log(density);
+  std::vector<std::size_t> views;
+  for (std::size_t v = first_recent_; v < views_.size(); ++v) views.push_back(v);
+  question.a.covers = [&](const typename Pose::Point& p) {
+    return covered(padded_point(T_map_a * p), views, map);
+  };
+  PlaceOptions options;
+  options.gate = options_.gate;
+  std::vector<Recognition> found;
+  for (const std::size_t view : near) {
+    std::vector<int> old;
+    if (!ask_about(view, recent, map, classes, landmarks, question, old)) continue;
+    for (const ConstellationMatch<Pose>& answer : match_places(question, options)) {
+      Recognition r{{}, answer.cost, answer.chi_square};
+      for (const auto& [i, j] : answer.pairs) r.pairs.emplace_back(recent[i], old[j]);
+      found.push_back(std::move(r));
+    }
+  }
+  return decided(std::move(found), std::log(options_.merge_odds), concluding);
+}
+
+}  // namespace hybrid

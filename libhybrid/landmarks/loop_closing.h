@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/association/constellation.h"
+#include "libhybrid/association/spatial_grid.h"
+#include "libhybrid/landmarks/association_options.h"
+#include "libhybrid/landmarks/frame_association.h"
+#include "libhybrid/landmarks/landmark_merging.h"
+#include "libhybrid/landmarks/landmark_tracks.h"
+
+namespace HYBRID_API hybrid {
+
+/// Recognises places: the landmarks first seen on the last stretch of the way, as a constellation,
+/// among those about earlier poses, with all the drift between the two that the joint covariance
+/// allows. What closes a loop is what several landmarks and their classes agree about.
+class LoopClosing {
+ public:
+  explicit LoopClosing(const AssociationOptions& options) : options_(options) {}
+
+  /// Notes where a sensor looked from a keyframe, `map` being that of its frame, and how far back
+  /// the way has drifted too much. `density` is that of landmarks per m^2 or m^3.
+  void looked(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
+              const SensorCoverage& coverage, double density, const MapView& map);
+
+  /// The pose since which the way has drifted so little that a landmark is told from its neighbours
+  /// by one detection.
+  Key local_since() const { return views_[first_local_].pose; }
+
+  /// Landmarks of the last stretch that are others of the map, or none. Looks again only once there
+  /// is another landmark. `density` is that of landmarks per m^2 or m^3.
+  Merge propose(const MapView& map, const ClassModel& classes, double density, bool concluding,
+                const LandmarkTracks& landmarks);
+
+ private:
+  struct View {  // one look of a sensor
+    Key pose;
+    Eigen::Isometry3d T_robot_sensor;
+    SensorCoverage coverage;
+    double travelled;  // so far [m]
+  };
+
+  template <class Pose>
+  Merge propose_in(const MapView& map, const ClassModel& classes, double density, bool concluding,
+                   const LandmarkTracks& landmarks);
+  template <class Pose>
+  bool ask_about(std::size_t view, const std::vector<int>& recent, const MapView& map,
+                 const ClassModel& classes, const LandmarkTracks& landmarks,
+                 ConstellationMatchProblem<Pose>& question, std::vector<int>& old) const;
+  double chance(const View& view, const KeyframeView& frame, double density,
+                const MapView& map) const;
+  std::vector<int> recent_tracks(const MapView& map, const LandmarkTracks& landmarks) const;
+  std::vector<std::size_t> anchors(const MapView& map, double radius) const;
+  std::vector<int> tracks_about(const Eigen::Vector3d& center, const MapView& map,
+                                const LandmarkTracks& landmarks) const;
+  bool is_old(int track, const LandmarkTracks& landmarks) const;
+  bool covered(const Eigen::Vector3d& point, const std::vector<std::size_t>& views,
+               const MapView& map) const;
+  double span() const;
+
+  AssociationOptions options_;
+  std::vector<View> views_;
+  SpatialGrid places_;            // of the views
+  std::size_t first_local_ = 0;   // view since which single landmarks can be told
+  std::size_t first_recent_ = 0;  // view with which the last stretch begins
+  std::size_t asked_ = 0;         // tracks that there were when last asked
+};
+
+}  // namespace hybrid

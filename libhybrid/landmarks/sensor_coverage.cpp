@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/sensor_coverage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libhybrid/geometry/polar.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kWeightOfPrior = 10;  // detections that what is assumed of a sensor counts for
+constexpr double kWellInView = 0.9;    // share of range and field of view
+
+}  // namespace
+
+void SensorCoverage::learn(const DetectionFrame& frame) {
+  min_range = frame.min_range;
+  for (const Detection& d : frame.detections) max_range = std::max(max_range, d.range);
+  if (frame.max_range > 0) max_range = frame.max_range;
+  constexpr double kLeastView = 0.2;  // rad
+  double yaw = kLeastView, pitch = frame.is_3d ? kLeastView : 0;
+  for (const Detection& d : frame.detections) {
+    yaw = std::max(yaw, 2 * std::abs(d.yaw));
+    pitch = std::max(pitch, 2 * std::abs(d.pitch));
+  }
+  fov_yaw = frame.fov_yaw > 0 ? frame.fov_yaw : std::max(fov_yaw, yaw);
+  if (frame.is_3d) fov_pitch = frame.fov_pitch > 0 ? frame.fov_pitch : std::max(fov_pitch, pitch);
+}
+
+double SensorCoverage::expected_in_view(double before) const {
+  return (kWeightOfPrior * before + around) / (kWeightOfPrior + detections);
+}
+
+double SensorCoverage::detection_probability(double before) const {
+  const double p = (kWeightOfPrior * before + seen) / (kWeightOfPrior + in_view);
+  return std::clamp(p, 0.1, 0.9);
+}
+
+double SensorCoverage::measurement_volume() const {
+  return (max_range - min_range) * fov_yaw * (fov_pitch > 0 ? fov_pitch : 1.0);
+}
+
+double SensorCoverage::space_in_view() const {
+  if (fov_pitch == 0) return 0.5 * fov_yaw * max_range * max_range;
+  return fov_yaw * 2 * std::sin(0.5 * fov_pitch) * std::pow(max_range, 3) / 3;
+}
+
+bool SensorCoverage::well_in_view(const Eigen::Isometry3d& T_map_sensor,
+                                  const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d polar = to_polar(
+      Eigen::Vector3d(T_map_sensor.linear().transpose() * (point - T_map_sensor.translation())));
+  const double range = polar[0], yaw = polar[1], pitch = polar[2];
+  return range > min_range && range < kWellInView * max_range &&
+         std::abs(yaw) < 0.5 * kWellInView * fov_yaw &&
+         (fov_pitch == 0 || std::abs(pitch) < 0.5 * kWellInView * fov_pitch);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/landmarks/detection.h"
+
+namespace HYBRID_API hybrid {
+
+/// What a sensor can see, which gives the densities of new landmarks and clutter their units.
+struct SensorCoverage {
+  double min_range = 0, max_range = 0;  ///< [m]
+  double fov_yaw = 0, fov_pitch = 0;    ///< full angles [rad]; no pitch for a planar sensor
+  double detections = 0;                ///< so far
+  double around = 0;                    ///< sum over them of the landmarks in view with them
+  double in_view = 0, seen = 0;         ///< landmarks that were in view, and that were detected
+
+  /// Landmarks to expect in view where there is one: `before` any frame, then more and more what
+  /// there were. Landmarks come in clusters, so this is more than the mean over all frames.
+  double expected_in_view(double before) const;
+  /// That a landmark in view is detected: `before` any frame, then more and more as it was.
+  double detection_probability(double before) const;
+  /// As the frame says, or the farthest and the most to the side so far where it says nothing.
+  void learn(const DetectionFrame& frame);
+  /// Volume of its measurements, range times angles.
+  double measurement_volume() const;
+  /// Area in view [m^2], or volume in space [m^3].
+  double space_in_view() const;
+  /// Whether a point of the map is so far within range and field of view that it would be seen.
+  bool well_in_view(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& point) const;
+};
+
+}  // namespace hybrid

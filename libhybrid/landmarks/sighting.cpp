@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/sighting.h"
+
+#include <cmath>
+#include <memory>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/bearing.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/calibrated_bearing_range.h"
+
+namespace hybrid {
+
+std::string misfit(const DetectionFrame& frame, bool is_3d) {
+  if (!frame.has_range) return "no range measured";
+  return misfit_of_bearing(frame, is_3d);
+}
+
+std::string misfit_of_bearing(const DetectionFrame& frame, bool is_3d) {
+  if (is_3d && !frame.is_3d) return "no pitch measured, but the map is in space";
+  if (!is_3d && frame.is_3d) return "pitch measured, but the map is in the plane";
+  if (!is_3d && is_tilted(frame.T_robot_sensor)) return "tilted sensor, but the map is a plane";
+  return {};
+}
+
+ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
+                                    const Detection& detection, bool is_3d, Loss loss) {
+  if (is_3d) {
+    const Eigen::Vector3d z(detection.range, detection.yaw, detection.pitch);
+    const Noise noise = Noise::covariance(detection.covariance);
+    if (!frame.calibrated) {
+      return std::make_shared<BearingRange3>(pose, point, z, noise, to_se3(frame.T_robot_sensor),
+                                             loss);
+    }
+    return std::make_shared<CalibratedBearingRange3>(pose, point, *frame.calibrated, z, noise,
+                                                     loss);
+  }
+  const Eigen::Vector2d z(detection.range, detection.yaw);
+  const Noise noise = Noise::covariance(detection.covariance.topLeftCorner<2, 2>());
+  if (!frame.calibrated) {
+    return std::make_shared<BearingRange2>(pose, point, z, noise, to_se2(frame.T_robot_sensor),
+                                           loss);
+  }
+  return std::make_shared<CalibratedBearingRange2>(pose, point, *frame.calibrated, z, noise, loss);
+}
+
+ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
+                                   const Detection& detection, bool is_3d, double extra_sigma) {
+  const double extra = extra_sigma * extra_sigma;
+  if (is_3d) {
+    const Eigen::Matrix2d noise =
+        detection.covariance.bottomRightCorner<2, 2>() + extra * Eigen::Matrix2d::Identity();
+    return std::make_shared<Bearing3>(pose, point, Eigen::Vector2d(detection.yaw, detection.pitch),
+                                      Noise::covariance(noise), to_se3(frame.T_robot_sensor));
+  }
+  return std::make_shared<Bearing2>(
+      pose, point, Eigen::Matrix<double, 1, 1>(detection.yaw),
+      Noise::isotropic(1, std::sqrt(detection.covariance(1, 1) + extra)),
+      to_se2(frame.T_robot_sensor));
+}
+
+Key position_key(std::int64_t id) {
+  return {key_letter::kLandmark, static_cast<std::uint64_t>(id)};
+}
+
+Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
+                              const Detection& detection) {
+  const Eigen::Isometry3d T_map_sensor = compose(T_map_robot, frame.T_robot_sensor);
+  return rotated(T_map_sensor, direction(detection.yaw, detection.pitch)) * detection.range +
+         T_map_sensor.translation();
+}
+
+}  // namespace hybrid

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "libhybrid/core/loss.h"
+#include "libhybrid/factors/factor.h"
+#include "libhybrid/landmarks/detection.h"
+
+namespace HYBRID_API hybrid {
+
+/// Why a map of this dimension cannot use the ranges and directions of a frame; empty if it can.
+std::string misfit(const DetectionFrame& frame, bool is_3d);
+/// The same where directions are enough.
+std::string misfit_of_bearing(const DetectionFrame& frame, bool is_3d);
+
+/// The Gaussian psi(x, p) of eq. 19: range and direction of point `point` from pose `pose`, through
+/// the place of the sensor on the robot.
+ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
+                                    const Detection& detection, bool is_3d, Loss loss = {});
+
+/// The direction alone, with a standard deviation added to its noise [rad].
+ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
+                                   const Detection& detection, bool is_3d, double extra_sigma = 0);
+
+/// The position of the landmark that the log gives this id.
+Key position_key(std::int64_t id);
+
+/// Where the detection puts its landmark in the map [m].
+Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
+                              const Detection& detection);
+
+}  // namespace hybrid

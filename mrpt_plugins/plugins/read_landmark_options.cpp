@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/plugins/read_landmark_options.h"
+
+#include <optional>
+
+namespace hybrid {
+
+std::vector<std::string> read_sensors(IniSection& section) {
+  return section.get("sensors", std::vector<std::string>{},
+                     "labels of the sensors to use; empty: all");
+}
+
+ClassModel read_class_model(IniSection& section) {
+  ClassOptions o;
+  o.names =
+      section.get("class_names", o.names, "classes of landmarks; empty: as the log names them");
+  o.prior =
+      section.get("class_prior", o.prior,
+                  "probability of each class before any sighting; empty: all equal", kProbability);
+  o.confusion = section.get("confusion", o.confusion,
+                            "p(detected class | true class), a row for each true class, in the "
+                            "order of class_names; empty: the scores of the log are taken as "
+                            "calibrated probabilities",
+                            kProbability);
+  o.floor = section.get("score_floor", o.floor,
+                        "share of a detection that is a guess among all classes, so that none is "
+                        "ever ruled out",
+                        {1e-12, 1.0});
+  if (const auto fault = find_fault(o)) section.fail(fault->key, fault->why);
+  return ClassModel(o, "[" + section.name() + "]");
+}
+
+AssociationOptions read_association_options(IniSection& section) {
+  AssociationOptions o;
+  const std::string method = section.choice(
+      "method", "hypotheses", {"hypotheses", "nearest", "jcbb"},
+      "hypotheses: the best joint matchings of a frame, kept open while they are close; nearest: "
+      "maximum likelihood, detection by detection; jcbb: joint compatibility branch and bound");
+  using Method = AssociationOptions::Method;
+  if (method == "nearest") o.method = Method::kNearest;
+  if (method == "jcbb") o.method = Method::kJcbb;
+  o.use_ids = section.get("use_ids", o.use_ids, "take the ids of the log where it has them");
+  o.gate = section.get("gate", o.gate, "probability of the chi-square gate of an innovation",
+                       IniRange{0.5, 0.999999});
+  section.replaces("information_penalty", "caution");
+  o.information_penalty =
+      section.get("information_penalty", o.information_penalty,
+                  "price of a match, in -log odds, for each nat that it would tell of pose "
+                  "and landmark: the less these are known, the better it must fit",
+                  IniRange{0, 1e3});
+  o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
+                             IniRange{1, 64});
+  o.open_odds = section.get("open_odds", o.open_odds,
+                            "matchings are kept open that are less probable than the best by at "
+                            "most this factor",
+                            IniRange{1, 1e9});
+  o.window = section.get("window", o.window, "keyframes until an open matching is decided",
+                         IniRange{1, 1e6});
+  o.landmarks_in_view = section.get("landmarks_in_view", o.landmarks_in_view,
+                                    "landmarks expected in the field of view, before any is known",
+                                    IniRange{1e-3, 1e6});
+  o.clutter_in_view = section.get("clutter_in_view", o.clutter_in_view,
+                                  "spurious detections expected in a frame", IniRange{1e-6, 1e6});
+  o.detection_probability =
+      section.get("detection_probability", o.detection_probability,
+                  "that a landmark in view is detected", IniRange{0.01, 0.99});
+  o.confirm = section.get("confirm", o.confirm,
+                          "sightings until a landmark counts; until then it is tentative, and in "
+                          "the end it is clutter",
+                          IniRange{1, 1e6});
+  o.merge = section.get("merge", o.merge, "find landmarks that are one, and so close loops");
+  o.recent = section.get("recent", o.recent,
+                         "landmarks seen within so many keyframes are compared with the others",
+                         IniRange{1, 1e6});
+  o.merge_odds = section.get("merge_odds", o.merge_odds,
+                             "evidence needed for a merge, and over one that contradicts it",
+                             IniRange{1, 1e12});
+  return o;
+}
+
+BankOptions read_bank_options(IniSection& section) {
+  BankOptions o;
+  o.dominance =
+      section.get("dominance", o.dominance,
+                  "a landmark is placed once its best place has this probability", {0.5, 1.0});
+  o.max_sigma = section.get("max_sigma", o.max_sigma,
+                            "and is known to so many metres in every direction", kSigmaMetres);
+  o.min_measurements = section.get("min_measurements", o.min_measurements,
+                                   "measurements before a decision", IniRange{1, 1e6});
+  o.max_measurements = section.get("max_measurements", o.max_measurements,
+                                   "kept of a landmark that has no place yet", IniRange{2, 1e6});
+  o.outlier_share =
+      section.get("outlier_share", o.outlier_share, "of measurements that are false", {1e-9, 0.5});
+  o.drift = section.get("drift", o.drift,
+                        "of the robot while a landmark has no place yet, added to the noise [m]",
+                        kLength);
+  return o;
+}
+
+}  // namespace hybrid

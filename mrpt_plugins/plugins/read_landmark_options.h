@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libhybrid/landmarks/association_options.h"
+#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/landmarks/gaussian_sum_initializer.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+
+/// Options of what maps landmarks, declared and read from the section of a plugin. All throw Error
+/// as said at IniFile.
+namespace HYBRID_API hybrid {
+
+/// `sensors`: the labels of those to use; empty: all.
+std::vector<std::string> read_sensors(IniSection& section);
+
+/// `class_names`, `class_prior`, `confusion` and `score_floor`, which must fit each other.
+ClassModel read_class_model(IniSection& section);
+
+AssociationOptions read_association_options(IniSection& section);
+
+/// Of landmarks that no single measurement places.
+BankOptions read_bank_options(IniSection& section);
+
+}  // namespace hybrid

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/landmark_merging.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/libhybrid/landmarks/track_graph.h"
+
+namespace hybrid {
+namespace {
+
+using testing::kCar;
+using testing::kTree;
+using testing::TrackGraph;
+
+constexpr double kDensity = 0.01;  // landmarks per m^2
+
+/// Two landmarks, the second `apart` from the first, and what is proposed about them.
+struct Two {
+  TrackGraph world;
+  AssociationOptions options;
+  LandmarkMerging merging{options};
+  int a, b;
+
+  explicit Two(const Eigen::Vector2d& apart, const std::vector<double>& class_of_second = kTree)
+      : a(world.landmark({10, 0}, kTree, 3)),
+        b(world.landmark(Eigen::Vector2d(10, 0) + apart, class_of_second, 3)) {
+    saw(a);
+    saw(b);
+  }
+  void saw(int t) { merging.sighted(t, 1, world.tracks.track(t).sightings.size()); }
+  Merge propose() {
+    return merging.propose(world.map_alone(), world.classes, kDensity, 1, false, world.tracks);
+  }
+};
+
+TEST(LandmarkMerging, TwoAtOnePlaceAreOne) {
+  Two two({0.1, 0.05});
+  const Merge merge = two.propose();
+  ASSERT_EQ(merge.pairs.size(), 1U);
+  EXPECT_EQ(merge.pairs[0], std::make_pair(two.b, two.a));
+  EXPECT_GT(merge.allowed_rise, 0);
+}
+
+TEST(LandmarkMerging, TwoFarApartAreTwo) {
+  EXPECT_TRUE(Two({1.5, 0}).propose().pairs.empty());
+}
+
+TEST(LandmarkMerging, TwoOfOtherClassesAreTwo) {
+  EXPECT_TRUE(Two({0.1, 0.05}, kCar).propose().pairs.empty());
+}
+
+TEST(LandmarkMerging, TwoSeenInOneFrameAreTwo) {
+  Two two({0.1, 0.05});
+  Contribution out;
+  const int frame = ++two.world.frames;
+  two.world.tracks.attach(two.world.see({10, 0}, kTree, frame), two.a, false, out);
+  two.world.tracks.attach(two.world.see({10.1, 0.05}, kTree, frame), two.b, false, out);
+  two.world.apply(out);
+  EXPECT_TRUE(two.propose().pairs.empty());
+}
+
+// Where landmarks are dense, two near each other say less.
+TEST(LandmarkMerging, WhatIsPoorlyKnownIsNotMergedWhereLandmarksAreDense) {
+  Two two({0.1, 0.05});
+  two.world.sigma = 0.5;
+  EXPECT_TRUE(
+      two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false, two.world.tracks)
+          .pairs.empty());
+}
+
+TEST(LandmarkMerging, ARefusedMergeIsProposedAgainOnlyOnceMoreIsSeen) {
+  Two two({0.1, 0.05});
+  const Merge merge = two.propose();
+  ASSERT_EQ(merge.pairs.size(), 1U);
+  two.merging.refuse(merge, two.world.tracks);
+  two.saw(two.a);
+  EXPECT_TRUE(two.propose().pairs.empty());
+  Contribution out;
+  two.world.tracks.attach(two.world.see({10, 0}, kTree), two.a, false, out);
+  two.world.apply(out);
+  two.merging.sighted(two.a, 1, 1);  // as news
+  EXPECT_EQ(two.propose().pairs, merge.pairs);
+}
+
+// The newest lies between two that are known to be two.
+TEST(LandmarkMerging, ALandmarkThatMayBeEitherOfTwoIsNeither) {
+  Two two({0.4, 0});
+  Contribution out;
+  const int frame = ++two.world.frames;
+  two.world.tracks.attach(two.world.see({10, 0}, kTree, frame), two.a, false, out);
+  two.world.tracks.attach(two.world.see({10.4, 0}, kTree, frame), two.b, false, out);
+  two.world.apply(out);
+  EXPECT_TRUE(two.propose().pairs.empty());
+  const int c = two.world.landmark({10.2, 0}, kTree, 3);
+  two.saw(c);
+  EXPECT_TRUE(two.propose().pairs.empty());
+  Two clear({0.4, 0});
+  clear.saw(clear.world.landmark({10.45, 0.02}, kTree, 3));  // nearer to one of them
+  EXPECT_FALSE(clear.propose().pairs.empty());
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/loop_closing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "libhybrid/geometry/polar.h"
+#include "libhybrid/landmarks/landmark_mapper.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kReach = 6;    // of the sensor [m]
+constexpr double kRadius = 16;  // of the round [m]: far more than what makes a stretch of the way
+constexpr int kRound = 100;     // keyframes
+constexpr double kSigmaStep = 0.05, kSigmaTurn = 0.02;  // of a step [m], [rad]
+
+struct Thing {
+  Eigen::Vector2d point;  // ahead, left of the start [m]
+  int kind = 0;
+};
+
+/// A place that no turn of it resembles.
+const std::vector<Thing> kPlace = {{{0.5, 3.1}, 0},  {{2.4, -2.2}, 1}, {{4.0, 1.2}, 1},
+                                   {{5.1, -1.0}, 0}, {{-1.8, 1.5}, 1}, {{3.2, 4.0}, 0}};
+
+/// A robot drives one round, from one place back to it, where it finds `then` instead.
+struct Round {
+  LandmarkMapper<SE2> mapper;
+
+  static SE2 pose(int i) {
+    const double a = 2 * M_PI * i / kRound;
+    return {kRadius * std::sin(a), kRadius * (1 - std::cos(a)), a};
+  }
+
+  explicit Round(const std::vector<Thing>& then, unsigned seed = 1) {
+    std::mt19937 random(seed);
+    const auto noisy = [&](double sigma) {
+      return sigma * std::normal_distribution<double>()(random);
+    };
+    for (int i = 0; i < kRound + 12; ++i) {
+      DetectionFrame seen;
+      seen.is_3d = false;
+      seen.max_range = kReach;
+      seen.fov_yaw = 2 * M_PI;
+      seen.class_names = {"tree", "car"};
+      for (const Thing& thing : i < kRound / 2 ? kPlace : then) {
+        const Eigen::Vector2d z = to_polar(Eigen::Vector2d(pose(i).inverse() * thing.point));
+        if (z[0] > kReach) continue;
+        Detection d;
+        d.range = z[0] + noisy(0.03);
+        d.yaw = z[1] + noisy(0.01);
+        d.covariance.diagonal() << 9e-4, 1e-4, 0;
+        d.class_probabilities = {thing.kind == 0 ? 0.9 : 0.1, thing.kind == 0 ? 0.1 : 0.9};
+        seen.detections.push_back(d);
+      }
+      const SE2 motion = i == 0 ? SE2()
+                                : pose(i - 1).between(pose(i)) *
+                                      SE2(noisy(kSigmaStep), noisy(kSigmaStep), noisy(kSigmaTurn));
+      const double scale = i == 0 ? 1e-2 : 1;
+      mapper.add(motion,
+                 Noise::diagonal(scale * Eigen::Vector3d(kSigmaStep, kSigmaStep, kSigmaTurn)),
+                 {seen});
+    }
+    mapper.finish();
+  }
+  double loops() const {
+    const auto statistics = mapper.association().statistics();
+    const auto it = statistics.find("loops_closed");
+    return it == statistics.end() ? 0 : it->second;
+  }
+  double error() const {
+    const std::size_t last = mapper.keyframes() - 1;
+    const SE2 found = mapper.smoother().values().at<SE2>(LandmarkMapper<SE2>::pose_key(last));
+    return (found.translation() - pose(static_cast<int>(last)).translation()).norm();
+  }
+};
+
+TEST(LoopClosing, APlaceSeenAgainClosesTheLoop) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Round round(kPlace, seed);
+    EXPECT_EQ(round.loops(), 1);
+    EXPECT_EQ(round.mapper.landmarks().size(), kPlace.size());
+    EXPECT_LT(round.error(), 0.3);
+  }
+}
+
+TEST(LoopClosing, TheMirrorImageOfAPlaceIsAnother) {
+  std::vector<Thing> mirrored = kPlace;
+  for (Thing& thing : mirrored) thing.point.y() *= -1;
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const Round round(mirrored, seed);
+    EXPECT_EQ(round.loops(), 0);
+    EXPECT_EQ(round.mapper.landmarks().size(), 2 * kPlace.size());
+  }
+}
+
+TEST(LoopClosing, APlaceOfOtherClassesIsAnother) {
+  std::vector<Thing> other = kPlace;
+  for (Thing& thing : other) thing.kind = 1 - thing.kind;
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const Round round(other, seed);
+    EXPECT_EQ(round.loops(), 0);
+    EXPECT_EQ(round.mapper.landmarks().size(), 2 * kPlace.size());
+  }
+}
+
+TEST(LoopClosing, TwoLandmarksAreNoPlace) {
+  const Round round({kPlace[0], kPlace[1]});
+  EXPECT_EQ(round.loops(), 0);
+}
+
+// The last stretch of the way is not told from itself.
+TEST(LoopClosing, ARobotAtRestClosesNoLoop) {
+  LandmarkMapper<SE2> mapper;
+  for (int i = 0; i < 40; ++i) {
+    DetectionFrame seen;
+    seen.is_3d = false;
+    seen.max_range = kReach;
+    seen.fov_yaw = 2 * M_PI;
+    for (const Thing& thing : kPlace) {
+      const Eigen::Vector2d z = to_polar(thing.point);
+      Detection d;
+      d.range = z[0];
+      d.yaw = z[1];
+      d.covariance.diagonal() << 9e-4, 1e-4, 0;
+      if (z[0] < kReach) seen.detections.push_back(d);
+    }
+    mapper.add(SE2(), Noise::isotropic(3, 0.01), {seen});
+  }
+  mapper.finish();
+  EXPECT_EQ(mapper.association().statistics().count("loops_closed"), 0U);
+  EXPECT_EQ(mapper.landmarks().size(), kPlace.size());
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/landmark_tracks.h"
+
+namespace hybrid::testing {
+
+/// What a detector says of a tree and of a car.
+inline const std::vector<double> kTree = {0.9, 0.1}, kCar = {0.1, 0.9};
+
+/// Tracks in the plane, the graph that their contributions make, and a map as one may be told of
+/// it: landmarks where they were put, each known to `sigma` [m] and independent of the others.
+struct TrackGraph {
+  ClassModel classes;
+  LandmarkTracks tracks;
+  HybridGraph graph;
+  Values values;
+  Assignment assignment;
+  LandmarkRegistry registry;
+  double sigma = 0.1, pose_sigma = 0.01;  // [m], [rad] for the angle of the pose too
+  int frames = 0;
+
+  explicit TrackGraph(std::vector<std::string> names = {"tree", "car"}) {
+    if (!names.empty()) classes.learn_names(names);
+  }
+
+  /// Notes that `point` was seen from the origin, in a frame of its own unless told otherwise.
+  int see(const Eigen::Vector2d& point, std::vector<double> phi = {}, int frame = -1) {
+    Sighting s;
+    s.frame = frame < 0 ? ++frames : frame;
+    s.pose = Key(key_letter::kPose, static_cast<std::uint64_t>(s.frame));
+    auto sensor = std::make_shared<DetectionFrame>();
+    sensor->is_3d = false;
+    s.sensor = sensor;
+    s.detection.range = point.norm();
+    s.detection.yaw = std::atan2(point.y(), point.x());
+    s.detection.covariance.diagonal() << 0.01, 1e-4, 0;
+    s.phi = std::move(phi);
+    return tracks.note(std::move(s));
+  }
+
+  int create(int sighting, Contribution& out) {
+    return tracks.create(sighting, Eigen::Isometry3d::Identity(), classes, false, out);
+  }
+
+  /// A landmark that was seen `times` times, each in a frame of its own; part of the graph.
+  int landmark(const Eigen::Vector2d& point, const std::vector<double>& phi = {}, int times = 1) {
+    Contribution out;
+    const int t = create(see(point, phi), out);
+    for (int i = 1; i < times; ++i) tracks.attach(see(point, phi), t, false, out);
+    apply(out);
+    tracks.track(t).covariance = sigma * sigma * Eigen::Matrix2d::Identity();
+    return t;
+  }
+
+  /// What a smoother does with a contribution, but for solving.
+  void apply(const Contribution& out) {
+    for (const Handle handle : out.delta.remove) graph.remove(handle);
+    AddedHandles handles;
+    for (const auto& factor : out.delta.continuous) handles.continuous.push_back(graph.add(factor));
+    for (const auto& table : out.delta.discrete) handles.discrete.push_back(graph.add(table));
+    for (const auto& factor : out.delta.hybrid) handles.hybrid.push_back(graph.add(factor));
+    for (const Key key : out.delta.values.keys()) {
+      values.insert(key, out.delta.values.type(key), out.delta.values.data(key));
+    }
+    for (const Key key : out.delta.remove_values) values.erase(key);
+    for (const auto& [key, value] : out.delta.assignment) assignment.set(key, value);
+    enter(out, registry);
+    registry.commit();
+    tracks.take_handles(handles);
+  }
+
+  MapView map() const {
+    MapView view{values, assignment, registry, false};
+    view.holds = [this](Key key) { return values.contains(key); };
+    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, true); };
+    return view;
+  }
+  /// The same between two keyframes: without the pose of one.
+  MapView map_alone() const {
+    MapView view = map();
+    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, false); };
+    return view;
+  }
+
+ private:
+  Eigen::MatrixXd joint(const std::vector<Key>& keys, bool with_pose) const {
+    const Eigen::Index first = with_pose ? 3 : 0, n = first + 2 * Eigen::Index(keys.size());
+    Eigen::VectorXd variances = Eigen::VectorXd::Constant(n, sigma * sigma);
+    variances.head(first).setConstant(pose_sigma * pose_sigma);
+    return variances.asDiagonal();
+  }
+};
+
+}  // namespace hybrid::testing
