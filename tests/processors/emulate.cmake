@@ -7,11 +7,12 @@ if(SANITIZE)
   message("skipped: sanitizers do not run under qemu")
   return()
 endif()
-execute_process(COMMAND ${PROGRAM} --gtest_brief=1 RESULT_VARIABLE code OUTPUT_VARIABLE here)
-if(NOT code EQUAL 0)
+set(arguments --gtest_brief=1 --gtest_filter=Front.RoundsTheSameEverywhere:DenseKernels.*)  # of those that are tests
+execute_process(COMMAND ${PROGRAM} ${arguments} RESULT_VARIABLE code OUTPUT_VARIABLE here)
+if(NOT code EQUAL 0 OR here MATCHES " 0 tests")
   message(FATAL_ERROR "${PROGRAM} fails on this processor:\n${here}")
 endif()
-execute_process(COMMAND ${QEMU} -cpu ${PROCESSOR} ${PROGRAM} --gtest_brief=1
+execute_process(COMMAND ${QEMU} -cpu ${PROCESSOR} ${PROGRAM} ${arguments}
                 RESULT_VARIABLE code OUTPUT_VARIABLE there ERROR_VARIABLE errors)
 string(REGEX REPLACE "\\([0-9]+ ms total\\)" "" here "${here}")
 string(REGEX REPLACE "\\([0-9]+ ms total\\)" "" there "${there}")

@@ -58,13 +58,13 @@ void for_all_panels(const Make& make) {
   }
 }
 
-TEST(Kernels, TheWidestOfThoseSupportedAreUsed) {
+TEST(DenseKernels, TheWidestOfThoseSupportedAreUsed) {
   ASSERT_FALSE(supported_kernels().empty());
   EXPECT_EQ(std::string(supported_kernels().front()->name), "baseline");
   EXPECT_EQ(&kernels(), supported_kernels().back());
 }
 
-TEST(Kernels, AllSetsGiveTheSameDotProduct) {
+TEST(DenseKernels, AllSetsGiveTheSameDotProduct) {
   Random random(1);
   for (int n = 0; n < 100; ++n) {
     const Array a = random_array(n, random), b = random_array(n, random);
@@ -73,7 +73,7 @@ TEST(Kernels, AllSetsGiveTheSameDotProduct) {
   }
 }
 
-TEST(Kernels, AllSetsGiveTheSameFront) {
+TEST(DenseKernels, AllSetsGiveTheSameFront) {
   Random random(2);
   for (int n = 1; n <= 70; ++n) {
     Array lower = random_array(std::size_t(n) * n, random);
@@ -105,7 +105,7 @@ TEST(Kernels, AllSetsGiveTheSameFront) {
   }
 }
 
-TEST(Kernels, AllSetsGiveTheSamePanelAndUpdate) {
+TEST(DenseKernels, AllSetsGiveTheSamePanelAndUpdate) {
   for_all_panels([](const Kernels& kernels, Array panel, int columns, int below) {
     const int height = columns + below, stride = height + kRowPadding, size = round_up(below);
     Array result = {double(kernels.factorize_panel(panel.data(), stride, height, columns))};
@@ -123,7 +123,7 @@ TEST(Kernels, AllSetsGiveTheSamePanelAndUpdate) {
   });
 }
 
-TEST(Kernels, AllSetsEndAtTheSamePivot) {
+TEST(DenseKernels, AllSetsEndAtTheSamePivot) {
   Random random(3);
   for (int columns = 1; columns < 12; ++columns) {
     const int bad = random.below(columns), height = columns + 5, stride = height + kRowPadding;
@@ -137,7 +137,7 @@ TEST(Kernels, AllSetsEndAtTheSamePivot) {
   }
 }
 
-TEST(Kernels, AllSetsGiveTheSameInverse) {
+TEST(DenseKernels, AllSetsGiveTheSameInverse) {
   for_all_panels([](const Kernels& kernels, const Array& panel, int columns, int below) {
     const int stride = columns + below + kRowPadding;
     const std::size_t wide = round_up(columns), tall = round_up(below);
@@ -152,7 +152,7 @@ TEST(Kernels, AllSetsGiveTheSameInverse) {
   });
 }
 
-TEST(Kernels, AllSetsGiveTheSameSubstitution) {
+TEST(DenseKernels, AllSetsGiveTheSameSubstitution) {
   for_all_panels([](const Kernels& kernels, const Array& panel, int columns, int below) {
     const int height = columns + below, stride = height + kRowPadding;
     Array inverse_diagonal;
