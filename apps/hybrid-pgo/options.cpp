@@ -65,13 +65,8 @@ void read_methods(IniFile& ini, const std::vector<std::string>& settings, Option
   options.warnings.insert(options.warnings.end(), ini.warnings().begin(), ini.warnings().end());
 }
 
-}  // namespace
-
-std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
-  Options options;
-  CLI::App app(kAbout, "hybrid-pgo");
-  app.footer(footer());
-  app.add_option("graph", options.graph, "the graph, .g2o or .graph")->type_name("GRAPH");
+/// What is asked of the graph, and of what may be false in it.
+void add_graph_options(CLI::App& app, Options& options) {
   CLI::Option* method =
       app.add_option("--method", options.method,
                      "what becomes of loop closures that may be false, see below; default: "
@@ -108,6 +103,16 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+  Options options;
+  CLI::App app(kAbout, "hybrid-pgo");
+  app.footer(footer());
+  app.add_option("graph", options.graph, "the graph, .g2o or .graph")->type_name("GRAPH");
+  add_graph_options(app, options);
   std::string config;
   std::vector<std::string> settings;
   bool print_config = false;
