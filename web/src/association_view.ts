@@ -37,7 +37,7 @@ export class AssociationView {
       { title: 'runner-up', width: '5.2rem', number: true, text: i => String(this.runnerUp(i)?.[0] ?? '–') },
       { title: 'odds', width: '5.5rem', number: true, hint: 'of its landmark, judged alone, against a new one',
         text: i => { const c = this.own(i); return c ? odds(c[2]) : '–'; }, by: i => this.own(i)?.[2] ?? null },
-      { title: 'NIS', width: '4rem', number: true, text: i => show(s.nis[i]), by: i => s.nis[i] },
+      { title: 'NIS', width: '4.8rem', number: true, text: i => show(s.nis[i], '', 3), by: i => s.nis[i] },
     ], i => this.press(i), i => (history.wrong(i) ? 'wrong' : ''), 'Sightings');
     this.root = el('div', { class: 'pane' },
         el('div', { class: 'bar' }, el('label', {}, 'show ', this.filter), this.count), this.why, this.table.root);
@@ -92,6 +92,9 @@ export class AssociationView {
     const { k, now, first } = this.data.sightings;
     this.state.set({ keyframe: k[i], landmark: now[i] ?? first[i], sighting: i });
   }
+
+  /** Once it is seen, the sighting chosen stands in the middle. */
+  shown() { this.table.select(this.state.view.sighting); }
 
   explain(i: number) {
     this.table.select(i);

@@ -16,12 +16,12 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return out;
 }
 
-/** A number with four significant digits. */
-export function show(value: number | null | undefined, unit = ''): string {
+/** A number with four significant digits, or as many as asked for. */
+export function show(value: number | null | undefined, unit = '', digits = 4): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const size = Math.abs(value);
-  const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(2)
-      : String(Number(value.toPrecision(4)));
+  const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(Math.min(2, digits - 1))
+      : String(Number(value.toPrecision(digits)));
   return unit ? `${text} ${unit}` : text;
 }
 

@@ -46,7 +46,7 @@ export class LandmarkView {
       { title: 'landmark', width: '5.5rem', number: true, text: i => String(all[i].id), by: i => all[i].id },
       { title: 'class', width: '1fr', text: i => best(i) === null ? '–' : this.data.classes[best(i)!],
         by: i => best(i) === null ? null : this.data.classes[best(i)!] },
-      { title: 'p', width: '4.5rem', number: true, hint: 'probability of the class',
+      { title: 'p', width: '5.4rem', number: true, hint: 'probability of the class',
         text: i => best(i) === null || !all[i].p.length ? '–' : percent(all[i].p[best(i)!]),
         by: i => best(i) === null || !all[i].p.length ? null : all[i].p[best(i)!] },
       { title: 'sightings', width: '5.5rem', number: true, text: i => String(all[i].sightings), by: i => all[i].sightings },
@@ -158,8 +158,8 @@ export class LandmarkView {
       { title: 'range', width: '4.5rem', number: true, text: i => show(s.range[i]), by: i => s.range[i] },
       ...(scores ? [{ title: 'detector', width: '1fr', text: (i: number) => s.scores[i].length
           ? `${s.names[s.sensor[i]][mostProbable(s.scores[i])]} ${percent(Math.max(...s.scores[i]))}` : '–' }] : []),
-      { title: 'NIS', width: '4.2rem', number: true, text: i => show(s.nis[i]), by: i => s.nis[i] },
-      { title: 'r²', width: '4.2rem', number: true, hint: 'squared sigmas of the residual at the end', text: i => show(s.chi[i]), by: i => s.chi[i] },
+      { title: 'NIS', width: '4.8rem', number: true, text: i => show(s.nis[i], '', 3), by: i => s.nis[i] },
+      { title: 'r²', width: '4.8rem', number: true, hint: 'squared sigmas of the residual at the end', text: i => show(s.chi[i], '', 3), by: i => s.chi[i] },
     ], i => { this.state.set({ keyframe: s.k[i], sighting: i }); }, i => (this.history.wrong(i) ? 'wrong' : ''), 'Sightings');
     table.set([...list]);
     return el('section', {}, el('h3', {}, `Its ${list.length} sightings`),

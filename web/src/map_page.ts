@@ -31,7 +31,7 @@ export function mapPage(data: MapData) {
   const errors = new ErrorView(data, state);
   const orbit = data.dimension === 3 ? inSpace(data) : null;
   const list: Tab[] = [
-    { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root },
+    { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
     { name: 'Closures', root: merges.root }, { name: 'Solver', root: solver.root },
     { name: 'Errors', root: errors.root }, { name: 'About', root: aboutView(data.summary) },
   ];

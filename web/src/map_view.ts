@@ -99,6 +99,7 @@ export class MapView {
       box.append(entry(mark as unknown as HTMLElement, `${this.data.classes[index]} (${count})`));
     }
     if (counts.size) box.append(el('div', { class: 'quiet' }, 'pale: class unsure'));
+    if (this.data.lives.some(l => !l[2])) box.append(el('div', { class: 'quiet' }, 'hollow: not in the final map'));
     this.drawMarks();
     return box;
   }
