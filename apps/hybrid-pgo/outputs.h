@@ -10,6 +10,7 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/report/graph_report.h"
 
 namespace hybrid {
 
@@ -42,5 +43,9 @@ void write_graph(const OutputDirectory& out, const Input& input, const Values& e
 /// graph.png.
 Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
                  const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
+
+/// What report.html shows.
+GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,
+                         const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
 
 }  // namespace hybrid

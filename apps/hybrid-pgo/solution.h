@@ -53,6 +53,7 @@ struct Solution {
   double seconds = 0;
   double objective = 0;
   double cost = 0;
+  std::vector<double> objectives;         ///< in batch, at the start and after each step down
   std::vector<StepRecord> steps;          ///< online
   std::optional<double> variance_factor;  ///< of the noise, where the method estimates it
   std::vector<MemberSummary> members;     ///< of a portfolio

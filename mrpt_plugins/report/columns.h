@@ -3,10 +3,10 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
 namespace HYBRID_API hybrid {

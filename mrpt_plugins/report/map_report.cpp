@@ -7,6 +7,7 @@
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/graph_report.h"
 #include "mrpt_plugins/report/history_json.h"
 
 namespace hybrid {
@@ -78,25 +79,6 @@ Json errors_json(const MapReport& report) {
     if (i >= report.reckoned.size()) continue;
     out["reckoned"].push_back(
         decimals(distance(report.reckoned[i].estimate, report.reckoned[i].truth)));
-  }
-  return out;
-}
-
-Json steps_json(const std::vector<StepRecord>& steps) {
-  Json out = Json::object();
-  for (const char* name : {"solver_ms", "plugin_ms", "objective", "cost", "landmarks", "flips",
-                           "rounds", "relinearized"}) {
-    out[name] = Json::array();
-  }
-  for (const StepRecord& step : steps) {
-    out["solver_ms"].push_back(digits(1e3 * step.seconds));
-    out["plugin_ms"].push_back(digits(step.plugin_ms));
-    out["objective"].push_back(decimals(step.objective_after, 3));
-    out["cost"].push_back(decimals(step.cost, 3));
-    out["landmarks"].push_back(step.landmarks);
-    out["flips"].push_back(step.flips);
-    out["rounds"].push_back(step.rounds);
-    out["relinearized"].push_back(step.relinearized);
   }
   return out;
 }

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/mapping/map_change.h"
 
 namespace HYBRID_API hybrid {

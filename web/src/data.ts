@@ -103,13 +103,14 @@ export interface GraphData {
   kind: 'graph';
   title: string;
   dimension: number;
+  ids: number[];
   before: Coordinates;
   after: Coordinates;
   truth: Coordinates;
   edges: { i: number[]; j: number[] };  // of trusted measurements
   closures: {
     i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[];
-    redundancy: Num[]; margin: Num[]; checkable: number[]; step: Num[];
+    redundancy: Num[]; margin: Num[]; checkable: number[];
   };
   objectives: number[];
   steps: Record<string, number[]>;

@@ -109,15 +109,15 @@ export function graphPage(data: GraphData) {
     tabs.openNamed('Closures');
     const { x, y } = poses(), i = closures.i[e], j = closures.j[e];
     detail.replaceChildren(
-        el('h3', {}, `Closure ${i} – ${j}: ${closures.decision[e]}`), el('p', {}, reason(e)),
+        el('h3', {}, `Closure ${data.ids[i]} – ${data.ids[j]}: ${closures.decision[e]}`), el('p', {}, reason(e)),
         facts([['probability that it is right', closures.probability[e] === null ? '–' : percent(closures.probability[e]!)],
           ['residual', `${show(closures.residual[e])} sigmas`], ['redundancy', show(closures.redundancy[e])],
           ['margin of the objective', show(closures.margin[e])],
           ['', link('show on the map', () => map.center((x[i] + x[j]) / 2, (y[i] + y[j]) / 2, 60 / (1e-6 + Math.hypot(x[i] - x[j], y[i] - y[j]))))]]));
   };
   const table = new Table([
-    { title: 'from', width: '4.6rem', number: true, text: e => String(closures.i[e]), by: e => closures.i[e] },
-    { title: 'to', width: '4.6rem', number: true, text: e => String(closures.j[e]), by: e => closures.j[e] },
+    { title: 'from', width: '4.6rem', number: true, text: e => String(data.ids[closures.i[e]]), by: e => closures.i[e] },
+    { title: 'to', width: '4.6rem', number: true, text: e => String(data.ids[closures.j[e]]), by: e => closures.j[e] },
     { title: 'decision', width: '1fr', text: e => closures.decision[e], by: e => closures.decision[e] },
     { title: 'p', width: '4.8rem', number: true, hint: 'probability that it is right',
       text: e => closures.probability[e] === null ? '–' : percent(closures.probability[e]!), by: e => closures.probability[e] },
@@ -138,7 +138,7 @@ export function graphPage(data: GraphData) {
   update();
   const closurePane = el('div', { class: 'pane' }, el('div', { class: 'bar' }, el('label', {}, 'show ', filter), count), detail, table.root);
 
-  const plots = [new Plot('Objective after each iteration', 'iteration', data.objectives.map((_, i) => i),
+  const plots = [new Plot(data.steps.solver_ms.length ? 'Objective after each pose' : 'Objective after each iteration', data.steps.solver_ms.length ? 'pose' : 'iteration', data.objectives.map((_, i) => i),
       [{ label: 'objective', values: data.objectives, color: 'estimate', points: data.objectives.length < 60 }], { height: 220,
         log: data.objectives.length > 0 && data.objectives.every(v => v > 0) })];
   if (data.steps.solver_ms?.length) {
