@@ -5,6 +5,8 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
 
 #include "mrpt_plugins/report/columns.h"
 
@@ -82,16 +84,19 @@ Json graph_report_json(const GraphReport& report, const Json& summary) {
           {"summary", summary}};
 }
 
-Json trials_report_json(const std::string& title, const std::vector<std::string>& columns,
-                        const std::vector<std::vector<std::string>>& rows, const Json& summary) {
-  Json table = Json::array();
-  for (const std::vector<std::string>& row : rows) {
-    Json line = Json::array();
-    for (const std::string& text : row) line.push_back(value_json(text));
-    table.push_back(std::move(line));
+Json trials_report_json(const std::string& title, const std::string& table, const Json& summary) {
+  Json rows = Json::array();
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    Json row = Json::array();
+    std::istringstream cells(line + ',');  // getline drops an empty last cell
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(value_json(cell));
+    rows.push_back(std::move(row));
   }
+  Json columns = rows.empty() ? Json::array() : rows.front();
+  if (!rows.empty()) rows.erase(0);
   return {{"schema", 1},        {"kind", "trials"}, {"title", title},
-          {"columns", columns}, {"rows", table},    {"summary", summary}};
+          {"columns", columns}, {"rows", rows},     {"summary", summary}};
 }
 
 }  // namespace hybrid

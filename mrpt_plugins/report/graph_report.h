@@ -41,10 +41,9 @@ struct GraphReport {
 nlohmann::ordered_json graph_report_json(const GraphReport& report,
                                          const nlohmann::ordered_json& summary);
 
-/// The same of an experiment: rows of a table, text by text. Numbers become numbers.
-nlohmann::ordered_json trials_report_json(const std::string& title,
-                                          const std::vector<std::string>& columns,
-                                          const std::vector<std::vector<std::string>>& rows,
+/// The same of an experiment; `table` is its results.csv, in which no cell is quoted. Cells that
+/// are numbers become numbers.
+nlohmann::ordered_json trials_report_json(const std::string& title, const std::string& table,
                                           const nlohmann::ordered_json& summary);
 
 /// Times and flips of the steps as columns.

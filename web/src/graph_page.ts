@@ -6,7 +6,7 @@ import { boxOf, CanvasMap } from './canvas_map';
 import { GraphData } from './data';
 import { el, facts, link, percent, show } from './dom';
 import { isTyping, Tabs, theme } from './frame';
-import { OrbitView, Strand } from './orbit';
+import { OrbitView, spaceSwitch, Strand } from './orbit';
 import { themed } from './palette';
 import { Plot } from './plots';
 import { Table } from './table';
@@ -116,14 +116,14 @@ export function graphPage(data: GraphData) {
           ['', link('show on the map', () => map.center((x[i] + x[j]) / 2, (y[i] + y[j]) / 2, 60 / (1e-6 + Math.hypot(x[i] - x[j], y[i] - y[j]))))]]));
   };
   const table = new Table([
-    { title: 'from', width: '4.6rem', number: true, text: e => String(data.ids[closures.i[e]]), by: e => closures.i[e] },
-    { title: 'to', width: '4.6rem', number: true, text: e => String(data.ids[closures.j[e]]), by: e => closures.j[e] },
+    { title: 'from', width: '3.8rem', number: true, text: e => String(data.ids[closures.i[e]]), by: e => closures.i[e] },
+    { title: 'to', width: '3.8rem', number: true, text: e => String(data.ids[closures.j[e]]), by: e => closures.j[e] },
     { title: 'decision', width: '1fr', text: e => closures.decision[e], by: e => closures.decision[e] },
-    { title: 'p', width: '4.8rem', number: true, hint: 'probability that it is right',
+    { title: 'p', width: '4.4rem', number: true, hint: 'probability that it is right',
       text: e => closures.probability[e] === null ? '–' : percent(closures.probability[e]!), by: e => closures.probability[e] },
-    { title: 'residual', width: '5rem', number: true, text: e => show(closures.residual[e]), by: e => closures.residual[e] },
-    { title: 'redund.', width: '4.6rem', number: true, hint: 'redundancy: how far other measurements check it', text: e => show(closures.redundancy[e]), by: e => closures.redundancy[e] },
-    { title: 'margin', width: '4.6rem', number: true, hint: 'by which the objective decides', text: e => show(closures.margin[e]), by: e => closures.margin[e] },
+    { title: 'residual', width: '4.4rem', number: true, text: e => show(closures.residual[e]), by: e => closures.residual[e] },
+    { title: 'redund.', width: '4.2rem', number: true, hint: 'redundancy: how far other measurements check it', text: e => show(closures.redundancy[e]), by: e => closures.redundancy[e] },
+    { title: 'margin', width: '4.2rem', number: true, hint: 'by which the objective decides', text: e => show(closures.margin[e]), by: e => closures.margin[e] },
   ], e => choose(e), e => (colorOf(closures.decision[e]) === 'rejected' ? 'faint' : ''), 'Closures');
   const filter = el('select', { 'aria-label': 'Which closures', change: () => update() });
   for (const name of ['all', ...counts.keys(), 'not checkable', 'narrow margin (< 10)']) filter.append(el('option', {}, name));
@@ -151,16 +151,8 @@ export function graphPage(data: GraphData) {
   const orbit = data.after.z ? new OrbitView(strands(data)) : null;
   const stage = el('main', {}, el('div', { class: 'map-room' }, bar, map.root));
   if (orbit) {
-    orbit.root.hidden = true;
-    const room = stage.firstElementChild as HTMLElement;
-    const button = el('button', { type: 'button', class: 'space-switch', id: 'space', 'aria-pressed': 'false', click: () => {
-      orbit.root.hidden = !orbit.root.hidden;
-      room.classList.toggle('behind', !orbit.root.hidden);
-      button.textContent = orbit.root.hidden ? '3-D' : 'plan';
-      button.setAttribute('aria-pressed', String(!orbit.root.hidden));
-      if (orbit.root.hidden) orbit.hide(); else orbit.show();
-    } }, '3-D');
-    stage.append(orbit.root, button);
+    map.root.append(orbit.root);
+    bar.prepend(spaceSwitch(orbit));
   }
   const tabs = new Tabs([{ name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'About', root: aboutView(data.summary) }]);
   const truth = data.summary.truth?.trajectory;

@@ -11,7 +11,7 @@ import { History } from './history';
 import { LandmarkView } from './landmark_view';
 import { MapView } from './map_view';
 import { MergeView } from './merge_view';
-import { OrbitView } from './orbit';
+import { OrbitView, spaceSwitch } from './orbit';
 import { SolverView } from './solver_view';
 import { State } from './state';
 import { Mark, Timeline } from './timeline';
@@ -44,8 +44,11 @@ export function mapPage(data: MapData) {
   const search = searchBox(data, history, state, tabs);
   const header = el('header', {}, el('h1', {}, data.title || 'Replay'), el('span', { class: 'quiet head-line' }, headline(data)),
       search, theme(restyle));
+  if (orbit) {
+    view.map.root.append(orbit.root);
+    view.root.firstElementChild!.prepend(spaceSwitch(orbit));
+  }
   const stage = el('main', {}, view.root);
-  if (orbit) stage.append(orbit.root, spaceSwitch(view, orbit));
   document.body.append(el('div', { class: 'page' }, header, stage, tabs.root, timeline.root));
   state.listen((now, changed) => {
     if (changed.has('landmark') && now.landmark !== null && now.sighting === null) tabs.openNamed('Landmark');
@@ -110,20 +113,6 @@ function inSpace(data: MapData): OrbitView {
   ];
   if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' as const });
   return new OrbitView(strands);
-}
-
-function spaceSwitch(view: MapView, orbit: OrbitView): HTMLElement {
-  const button = el('button', { type: 'button', class: 'space-switch', 'aria-pressed': 'false', id: 'space' }, '3-D');
-  orbit.root.hidden = true;
-  button.addEventListener('click', () => {
-    const on = orbit.root.hidden;
-    orbit.root.hidden = !on;
-    view.root.classList.toggle('behind', on);
-    button.setAttribute('aria-pressed', String(on));
-    button.textContent = on ? 'plan' : '3-D';
-    if (on) orbit.show(); else orbit.hide();
-  });
-  return button;
 }
 
 function keys(e: KeyboardEvent, data: MapData, state: State, view: MapView, timeline: Timeline, tabs: Tabs, search: HTMLInputElement) {

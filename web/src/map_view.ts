@@ -21,6 +21,7 @@ export class MapView {
   private layers = new Map<Layer, boolean>();
   private sigmas = 3;
   private tree: Quadtree<Mark> = quadtree<Mark>();
+  private marks: Mark[] = [];
   private snapshot: Snapshot | null = null;
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
@@ -95,7 +96,7 @@ export class MapView {
     }
     for (const [index, count] of [...counts].sort((a, b) => a[0] - b[0])) {
       const mark = el('canvas', { width: 32, height: 32, 'data-class': index });
-      this.marks.push([mark, index]);
+      this.legendMarks.push([mark, index]);
       box.append(entry(mark as unknown as HTMLElement, `${this.data.classes[index]} (${count})`));
     }
     if (counts.size) box.append(el('div', { class: 'quiet' }, 'pale: class unsure'));
@@ -103,12 +104,13 @@ export class MapView {
     this.drawMarks();
     return box;
   }
-  private marks: [HTMLCanvasElement, number][] = [];
+  private legendMarks: [HTMLCanvasElement, number][] = [];
   private drawMarks() {
-    for (const [canvas, index] of this.marks) {
+    for (const [canvas, index] of this.legendMarks) {
       const c = canvas.getContext('2d')!;
       c.clearRect(0, 0, 32, 32);
       c.fillStyle = classColor(index);
+      c.beginPath();
       trace(c, classShape(index), 16, 16, 10);
       c.fill();
     }
@@ -126,13 +128,14 @@ export class MapView {
     } else {
       for (const l of this.data.landmarks) marks.push({ id: l.id, x: l.at[0], y: l.at[1] });
     }
+    this.marks = marks;
     this.tree = quadtree<Mark>(marks, m => m.x, m => m.y);
     this.map.redraw();
   }
 
   /** Where a landmark is on the screen. */
   screen(id: Id): [number, number] | null {
-    const mark = this.tree.data().find(m => m.id === id);
+    const mark = this.marks.find(m => m.id === id);
     return mark ? [this.map.px(mark.x), this.map.py(mark.y)] : null;
   }
   private at(x: number, y: number): Mark | undefined {
@@ -167,7 +170,7 @@ export class MapView {
   }
   private reveal(id: Id) {
     const at = this.screen(id);
-    const place = this.tree.data().find(m => m.id === id);
+    const place = this.marks.find(m => m.id === id);
     if (place && at && !this.map.inside(at[0], at[1], -30)) this.map.center(place.x, place.y);
   }
 
@@ -275,25 +278,36 @@ export class MapView {
       c.stroke();
     }
   }
+  /** Those that look the same together: many small paths are slow. */
   private drawLandmarks(k: number) {
     const c = this.map.context, size = Math.max(3, Math.min(7, 2 + 0.6 * Math.sqrt(this.map.scale)));
-    for (const { id, x, y } of this.tree.data()) {
-      const px = this.map.px(x), py = this.map.py(y);
-      if (!this.map.inside(px, py)) continue;
+    const groups = new Map<string, { best: number | null; alpha: number; gone: boolean; at: [number, number][] }>();
+    const rings: [number, number][] = [];
+    for (const { id, x, y } of this.marks) {
+      const at: [number, number] = [this.map.px(x), this.map.py(y)];
+      if (!this.map.inside(at[0], at[1])) continue;
       const p = this.history.belief(id, k), best = p ? mostProbable(p) : null;
       const gone = !this.history.landmarks.has(id);
+      const alpha = p && best !== null ? Math.max(0.1, Math.round(20 * p[best]) / 20) : 0.9;
+      const key = `${best} ${alpha} ${gone}`, group = groups.get(key);
+      if (group) group.at.push(at); else groups.set(key, { best, alpha, gone, at: [at] });
+      if (id === this.state.view.landmark || id === this.hovered) rings.push(at);
+    }
+    c.lineWidth = 1.2;
+    for (const { best, alpha, gone, at } of groups.values()) {
       c.fillStyle = c.strokeStyle = gone ? themed('quiet') : classColor(best);
-      trace(c, classShape(best), px, py, size);
-      c.globalAlpha = p && best !== null ? Math.max(0.12, p[best]) : 0.9;
+      c.beginPath();
+      for (const [x, y] of at) trace(c, classShape(best), x, y, size);
+      c.globalAlpha = alpha;
       if (!gone) c.fill();
       c.globalAlpha = 1;
-      c.lineWidth = 1.2;
-      c.stroke();
-      if (id !== this.state.view.landmark && id !== this.hovered) continue;
-      c.strokeStyle = themed('select');
-      c.lineWidth = 2.5;
+      if (gone || alpha < 0.9) c.stroke();
+    }
+    c.strokeStyle = themed('select');
+    c.lineWidth = 2.5;
+    for (const [x, y] of rings) {
       c.beginPath();
-      c.arc(px, py, size + 5, 0, 2 * Math.PI);
+      c.arc(x, y, size + 5, 0, 2 * Math.PI);
       c.stroke();
     }
   }
@@ -320,7 +334,7 @@ export class MapView {
     c.textAlign = 'left';
     c.textBaseline = 'middle';
     c.fillStyle = themed('text');
-    for (const { id, x, y } of this.tree.data()) {
+    for (const { id, x, y } of this.marks) {
       const px = this.map.px(x) + 8, py = this.map.py(y) - 8;
       if (!this.map.inside(px, py) || taken.some(([a, b]) => Math.abs(a - px) < 30 && Math.abs(b - py) < 12)) continue;
       taken.push([px, py]);

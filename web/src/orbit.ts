@@ -154,3 +154,16 @@ export class OrbitView {
   }
   private until = 0;
 }
+
+/** Changes between the plan and the view in space that lies over it. */
+export function spaceSwitch(orbit: OrbitView): HTMLElement {
+  orbit.root.hidden = true;
+  const button = el('button', { type: 'button', class: 'small', id: 'space', 'aria-pressed': 'false', title: 'plan, or in space', click: () => {
+    const on = orbit.root.hidden;
+    orbit.root.hidden = !on;
+    button.textContent = on ? 'Plan' : '3-D';
+    button.setAttribute('aria-pressed', String(on));
+    if (on) orbit.show(); else orbit.hide();
+  } }, '3-D');
+  return button;
+}

@@ -24,15 +24,14 @@ export function themed(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-/** Traces a mark of radius r about a point. */
+/** Adds a mark of radius r about a point to the path. */
 export function trace(c: CanvasRenderingContext2D, shape: Shape, x: number, y: number, r: number) {
   const polygon = (...points: [number, number][]) => {
     points.forEach(([dx, dy], i) => i ? c.lineTo(x + r * dx, y + r * dy) : c.moveTo(x + r * dx, y + r * dy));
     c.closePath();
   };
-  c.beginPath();
   switch (shape) {
-    case 'circle': c.arc(x, y, r, 0, 2 * Math.PI); break;
+    case 'circle': c.moveTo(x + r, y); c.arc(x, y, r, 0, 2 * Math.PI); break;
     case 'square': c.rect(x - 0.88 * r, y - 0.88 * r, 1.76 * r, 1.76 * r); break;
     case 'triangle': polygon([0, -1.15], [1, 0.75], [-1, 0.75]); break;
     case 'wedge': polygon([0, 1.15], [1, -0.75], [-1, -0.75]); break;

@@ -30,6 +30,9 @@ export class Table {
     this.head.style.gridTemplateColumns = template;
     this.body.style.setProperty('--columns', template);
     this.body.setAttribute('aria-label', label);
+    // Columns that stretch have five rem at least; where there is less room the table scrolls.
+    const least = columns.reduce((sum, c) => sum + (parseFloat(c.width) >= 2 ? parseFloat(c.width) : 5), 1);
+    this.head.style.minWidth = this.body.style.minWidth = `${least}rem`;
     for (const column of columns) {
       const cell = el('button', { type: 'button', class: column.number ? 'number' : '', title: column.hint,
         click: () => this.sortBy(column) }, column.title);

@@ -9,7 +9,8 @@ import { Table } from './table';
 
 /** The report of an experiment: every trial, to sort and filter. */
 export function trialsPage(data: TrialsData) {
-  const { columns, rows } = data;
+  const wanted = data.columns.map((_, c) => c).filter(c => data.columns[c] !== 'reliability');
+  const columns = wanted.map(c => data.columns[c]), rows = data.rows.map(r => wanted.map(c => r[c]));
   const numeric = columns.map((_, c) => rows.some(r => typeof r[c] === 'number'));
   const table = new Table(columns.map((title, c) => ({
     title, width: numeric[c] ? '6rem' : 'minmax(7rem, 1fr)', number: numeric[c],
