@@ -3,6 +3,9 @@
 
 #include "mrpt_plugins/report/map_report.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -16,6 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostTruePoses = 10000;  // of the drawn path
+constexpr double kGap = 20;                    // median intervals over which no line is drawn
 
 Json point_json(const Eigen::Vector3d& point, bool is_3d) {
   Json out = {decimals(point.x()), decimals(point.y())};
@@ -43,10 +47,27 @@ Json landmarks_json(const MapResult& result) {
   return out;
 }
 
+/// Of the times of a path; infinite where it has none.
+double median_interval(const Trajectory& path) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (path[i].time > path[i - 1].time) intervals.push_back(path[i].time - path[i - 1].time);
+  }
+  if (intervals.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+/// The true path, with gaps where it was not known, as without satellites.
 Json truth_json(const GroundTruth& truth, bool is_3d) {
   std::vector<Eigen::Vector3d> path;
   const std::size_t every = 1 + truth.path.size() / kMostTruePoses;
+  const double longest = kGap * median_interval(truth.path);
   for (std::size_t i = 0; i < truth.path.size(); i += every) {
+    const bool gap = i > 0 && truth.path[i].time - truth.path[i - every].time >
+                                  longest * static_cast<double>(every);
+    if (gap) path.push_back(Eigen::Vector3d::Constant(std::nan("")));
     path.push_back(point_of(truth.path[i].pose));
   }
   Json landmarks = Json::array();

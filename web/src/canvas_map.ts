@@ -108,15 +108,18 @@ export class CanvasMap {
     });
   }
 
-  line(x: ArrayLike<number>, y: ArrayLike<number>, from = 0, to = x.length) {
+  /** A line through points; null is a gap. */
+  line(x: ArrayLike<number | null>, y: ArrayLike<number | null>, from = 0, to = x.length) {
     const c = this.context;
     c.beginPath();
-    let lastX = NaN, lastY = NaN;
+    let lastX = NaN, lastY = NaN, gap = true;
     for (let i = from; i < to; ++i) {
-      const px = this.px(x[i]), py = this.py(y[i]);
+      if (x[i] === null) { gap = true; continue; }
+      const px = this.px(x[i]!), py = this.py(y[i]!);
       // Less than half a pixel is not seen.
-      if (i > from && i < to - 1 && Math.abs(px - lastX) < 0.5 && Math.abs(py - lastY) < 0.5) continue;
-      if (i === from) c.moveTo(px, py); else c.lineTo(px, py);
+      if (!gap && i < to - 1 && Math.abs(px - lastX) < 0.5 && Math.abs(py - lastY) < 0.5) continue;
+      if (gap) c.moveTo(px, py); else c.lineTo(px, py);
+      gap = false;
       lastX = px;
       lastY = py;
     }
@@ -143,14 +146,15 @@ export class CanvasMap {
 }
 
 /** The box about some columns of coordinates. */
-export function boxOf(...columns: { x: ArrayLike<number>; y: ArrayLike<number> }[]): number[] {
+export function boxOf(...columns: { x: ArrayLike<number | null>; y: ArrayLike<number | null> }[]): number[] {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (const { x, y } of columns) {
     for (let i = 0; i < x.length; ++i) {
-      box[0] = Math.min(box[0], x[i]);
-      box[1] = Math.min(box[1], y[i]);
-      box[2] = Math.max(box[2], x[i]);
-      box[3] = Math.max(box[3], y[i]);
+      if (x[i] === null) continue;
+      box[0] = Math.min(box[0], x[i]!);
+      box[1] = Math.min(box[1], y[i]!);
+      box[2] = Math.max(box[2], x[i]!);
+      box[3] = Math.max(box[3], y[i]!);
     }
   }
   return box[0] > box[2] ? [-1, -1, 1, 1] : box;

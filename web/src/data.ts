@@ -7,6 +7,8 @@ export type Id = number;
 type Num = number | null;
 
 export interface Coordinates { x: number[]; y: number[]; z?: number[] }
+/** null: a gap. */
+export interface Path { x: Num[]; y: Num[]; z?: Num[] }
 export interface Poses extends Coordinates { t: number[]; yaw: number[] }
 
 export interface Landmark {
@@ -84,7 +86,7 @@ export interface MapData {
   poses: Poses;
   reckoned: Poses;
   landmarks: Landmark[];
-  truth: { path: Coordinates; landmarks: { id: Id; at: number[]; class: number | null }[] };
+  truth: { path: Path; landmarks: { id: Id; at: number[]; class: number | null }[] };
   steps: Record<string, number[]>;
   errors: { t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] };
   modes: { names: string[]; of: number[] };

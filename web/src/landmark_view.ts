@@ -12,13 +12,13 @@ import { Table } from './table';
 /** What is known of one landmark, and how it came to be known. */
 export class LandmarkView {
   readonly root = el('div', { class: 'pane' });
-  private plots: Plot[] = [];
+  private plots: [Plot, (keyframe: number) => number][] = [];  // and where a keyframe is on the axis
 
   constructor(private data: MapData, private history: History, private state: State,
               private explain: (sighting: number) => void) {
     state.listen((view, changed) => {
       if (changed.has('landmark')) this.render();
-      if (changed.has('keyframe')) for (const plot of this.plots) plot.mark(view.keyframe);
+      if (changed.has('keyframe')) for (const [plot, at] of this.plots) plot.mark(at(view.keyframe));
     });
     this.render();
   }
@@ -36,7 +36,7 @@ export class LandmarkView {
     this.root.replaceChildren(
         el('h2', {}, `Landmark ${id}`), this.summary(id), this.probabilities(id), this.beliefs(id),
         this.innovations(id), this.sightings(id));
-    for (const plot of this.plots) plot.mark(this.state.view.keyframe);
+    for (const [plot, at] of this.plots) plot.mark(at(this.state.view.keyframe));
   }
 
   private list(): HTMLElement {
@@ -112,15 +112,12 @@ export class LandmarkView {
     const list = this.history.beliefsOf.get(id) ?? [];
     if (list.length < 2) return '';
     const { k, p } = this.data.beliefs;
-    const x: number[] = [], rows: number[][] = [];
-    for (const b of list) {  // the last of a keyframe counts
-      if (x.length && x[x.length - 1] === k[b]) rows[rows.length - 1] = p[b];
-      else { x.push(k[b]); rows.push(p[b]); }
+    const news: number[] = [], rows: number[][] = [];  // the last of a keyframe counts
+    for (const b of list) {
+      if (news.length && news[news.length - 1] === k[b]) rows[rows.length - 1] = p[b];
+      else { news.push(k[b]); rows.push(p[b]); }
     }
-    if (x[x.length - 1] < this.state.last) {
-      x.push(this.state.last);
-      rows.push(rows[rows.length - 1]);
-    }
+    if (rows.length < 2) return '';
     const used = this.data.classes.map((_, c) => c).filter(c => rows.some(r => r[c] > 0.005));
     used.sort((a, b) => rows[rows.length - 1][b] - rows[rows.length - 1][a]);
     // Stacked: every class on top of those before; the largest sums are drawn first.
@@ -128,10 +125,12 @@ export class LandmarkView {
     const sums = rows.map(() => 0);
     const stacked = used.map(c => rows.map((r, i) => (sums[i] += r[c])));
     for (let i = used.length - 1; i >= 0; --i) {
-      series.push({ label: this.data.classes[used[i]], values: stacked[i], color: classColor(used[i]), fill: true, steps: true, width: 0.5 });
+      series.push({ label: this.data.classes[used[i]], values: stacked[i], shown: rows.map(r => r[used[i]]), color: classColor(used[i]), fill: true, steps: true, width: 0.5 });
     }
-    return this.add(new Plot('Class probabilities over its sightings, stacked', 'keyframe', x, series,
-        { height: 140, max: 1, press: at => this.state.set({ keyframe: at }) }));
+    const plot = new Plot('Class probabilities over its sightings, stacked', 'sighting', rows.map((_, i) => i), series,
+        { height: 140, max: 1, press: at => this.state.set({ keyframe: news[at] }) });
+    this.plots.push([plot, keyframe => news.filter(at => at <= keyframe).length - 1]);
+    return plot.root;
   }
 
   private innovations(id: Id): HTMLElement | string {
@@ -144,7 +143,7 @@ export class LandmarkView {
     ], { height: 150, press: at => this.state.set({ keyframe: at }), note: `expected on average: ${this.data.dimension} for an innovation` }));
   }
   private add(plot: Plot): HTMLElement {
-    this.plots.push(plot);
+    this.plots.push([plot, keyframe => keyframe]);
     return plot.root;
   }
 

@@ -3,7 +3,7 @@
 
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
-import { MapData } from './data';
+import { MapData, Path } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
@@ -105,7 +105,8 @@ function searchBox(data: MapData, history: History, state: State, tabs: Tabs): H
 
 function inSpace(data: MapData): OrbitView {
   const { poses, reckoned, truth, landmarks } = data;
-  const columns = (c: { x: number[]; y: number[]; z?: number[] }) => [c.x, c.y, c.z ?? c.x.map(() => 0)];
+  const known = (axis: (number | null)[]) => axis.filter(v => v !== null) as number[];
+  const columns = (c: Path) => [known(c.x), known(c.y), c.z ? known(c.z) : known(c.x).map(() => 0)];
   const strands = [
     { label: 'estimate', points: columns(poses), color: 'estimate', mode: 'line' as const },
     { label: 'odometry alone', points: columns(reckoned), color: 'odometry', mode: 'line' as const, alpha: 0.8 },

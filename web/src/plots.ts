@@ -14,9 +14,13 @@ export interface Series {
   fill?: boolean;
   points?: boolean;
   steps?: boolean;
+  shown?: number[];  // in the legend, instead of the values
 }
 
 const color = (name: string) => (name.startsWith('#') ? name : themed(name));
+
+/** Of a logarithmic axis the powers of ten. */
+const powers = (_: uPlot, ticks: number[]) => ticks.map(t => (Math.abs(Math.log10(t) - Math.round(Math.log10(t))) < 1e-9 ? t : null));
 
 /** A plot over numbers that fits its place; pressing it gives the x that is nearest. */
 export class Plot {
@@ -62,7 +66,7 @@ export class Plot {
       points: { show: s.points ?? false, size: 5 },
       paths: s.steps ? uPlot.paths.stepped!({ align: 1 }) : undefined,
       spanGaps: false,
-      value: (_: uPlot, v: number | null) => show(v),
+      value: (_: uPlot, v: number | null, __: number, at: number | null) => show(at !== null && s.shown ? s.shown[at] : v),
     }));
     const options: uPlot.Options = {
       width,
@@ -70,7 +74,7 @@ export class Plot {
       padding: [8, 8, 0, 0],
       scales: { x: { time: false }, y: this.options.log ? { distr: 3 } :
           this.options.max !== undefined ? { range: [0, this.options.max] } : {} },
-      axes: [{ ...axis, label: undefined }, { ...axis, size: 56, values: (_, ticks) => ticks.map(t => t === null ? '' : show(t)) }],
+      axes: [{ ...axis, label: undefined }, { ...axis, ...(this.options.log ? { filter: powers, grid: { ...axis.grid, filter: powers } } : {}), size: 56, values: (_, ticks) => ticks.map(t => t === null ? '' : show(t)) }],
       series: [{ label: this.axis, value: (_, v) => show(v) }, ...lines],
       legend: { live: true },
       cursor: { drag: { x: true, y: false } },

@@ -50,6 +50,7 @@ export class Table {
     this.sort();
     this.body.setAttribute('aria-rowcount', String(rows.length));
     this.space.style.height = `${this.rows.length * kRowHeight}px`;
+    this.body.style.setProperty('--height', `${this.rows.length * kRowHeight + 2}px`);
     this.body.scrollTop = 0;
     this.render();
   }
