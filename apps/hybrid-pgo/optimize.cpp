@@ -89,8 +89,9 @@ Solution solve(const Input& input, const Options& options, std::vector<Loop>& lo
   }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
   const bool trust_all = options.trusted.empty() || options.trusted == "all";
-  return trust_all ? solve_online(input)
-                   : solve_selection(input, options.trusted, options.methods.online);
+  return trust_all
+             ? solve_online(input)
+             : solve_selection(input, options.trusted, options.methods.online, options.report);
 }
 
 Provenance provenance(const Options& options) {

@@ -48,6 +48,7 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
     if (decision == decisions.end()) return;
     loops.back().decision = decision->second.text;
     loops.back().inlier_probability = decision->second.inlier_probability;
+    loops.back().history = decision->second.history;
   });
   return loops;
 }
@@ -130,7 +131,7 @@ GraphReport graph_report(const std::string& title, const Input& input, const Sol
   for (const Loop& loop : loops) {
     report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision,
                                loop.inlier_probability, loop.residual, loop.redundancy, loop.margin,
-                               loop.checkable});
+                               loop.checkable, loop.history});
   }
   for (const PosePair& pair : truth) {
     report.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());

@@ -23,6 +23,7 @@ struct Loop {
   double redundancy = 1;  ///< see Verdict, as for the next two
   bool checkable = true;
   double margin = 0;
+  std::vector<std::pair<std::uint64_t, std::string>> history = {};  ///< see Decision
 
   bool in_force() const { return decision == "trusted" || decision == "accepted"; }
 };

@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 
 Json closures_json(const std::vector<GraphReport::Closure>& closures) {
   Json out = Json::object();
-  for (const char* name :
-       {"i", "j", "decision", "probability", "residual", "redundancy", "margin", "checkable"}) {
+  for (const char* name : {"i", "j", "decision", "probability", "residual", "redundancy", "margin",
+                           "checkable", "history"}) {
     out[name] = Json::array();
   }
   for (const GraphReport::Closure& c : closures) {
@@ -30,6 +30,7 @@ Json closures_json(const std::vector<GraphReport::Closure>& closures) {
     out["redundancy"].push_back(digits(c.redundancy));
     out["margin"].push_back(digits(c.margin));
     out["checkable"].push_back(c.checkable ? 1 : 0);
+    out["history"].push_back(c.history);
   }
   return out;
 }

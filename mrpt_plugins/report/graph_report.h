@@ -25,6 +25,8 @@ struct GraphReport {
     double redundancy = 1;   ///< see Verdict, as for the next two
     double margin = 0;
     bool checkable = true;
+    /// Online: ids of the poses at which it was taken for something else, and for what.
+    std::vector<std::pair<std::uint64_t, std::string>> history = {};
   };
   std::string title;
   bool is_3d = false;

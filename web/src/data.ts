@@ -112,7 +112,7 @@ export interface GraphData {
   edges: { i: number[]; j: number[] };  // of trusted measurements
   closures: {
     i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[];
-    redundancy: Num[]; margin: Num[]; checkable: number[];
+    redundancy: Num[]; margin: Num[]; checkable: number[]; history: [number, string][][];
   };
   objectives: number[];
   steps: Record<string, number[]>;

@@ -113,6 +113,7 @@ export function graphPage(data: GraphData) {
         facts([['probability that it is right', closures.probability[e] === null ? '–' : percent(closures.probability[e]!)],
           ['residual', `${show(closures.residual[e])} sigmas`], ['redundancy', show(closures.redundancy[e])],
           ['margin of the objective', show(closures.margin[e])],
+          ...(closures.history[e].length ? [['online', closures.history[e].map(([pose, text]) => `${text} at pose ${pose}`).join(', then ')] as [string, string]] : []),
           ['', link('show on the map', () => map.center((x[i] + x[j]) / 2, (y[i] + y[j]) / 2, 60 / (1e-6 + Math.hypot(x[i] - x[j], y[i] - y[j]))))]]));
   };
   const table = new Table([

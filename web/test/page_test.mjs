@@ -13,7 +13,7 @@ import { withPage } from './browser.mjs';
 
 const [bin, scratch] = process.argv.slice(2);
 const source = join(dirname(fileURLToPath(import.meta.url)), '../..');
-const run = (program, ...args) => execFileSync(join(bin, program), args, { stdio: ['ignore', 'ignore', 'inherit'] });
+const run = (program, ...args) => execFileSync(join(bin, program), args, { stdio: ['ignore', 'ignore', 'pipe'] });
 const json = path => JSON.parse(readFileSync(path, 'utf8'));
 
 let failed = 0;
@@ -221,6 +221,19 @@ await test('a pose graph: before, after, closures', async () => {
     assert.match(await p.textContent('#pane-0 .why'), /rejected/);
     await p.keyboard.press('b');
     assert.equal(await p.textContent('#before'), 'before');
+    clean(faults);
+  });
+});
+
+await test('a pose graph online: when a closure was decided', async () => {
+  const graph = join(scratch, 'graph.g2o'), out = join(scratch, 'online');
+  run('hybrid-pgo', graph, '--online', '--trusted', 'odometry', '-o', out, '--report');
+  await withPage(page(out), desktop, async (p, faults) => {
+    await p.selectOption('#pane-0 select', 'accepted');
+    await p.click('#pane-0 .row');
+    const { i, history } = await p.evaluate(() => window.report.data.closures);
+    assert.ok(history.length === i.length && history.every(h => h.length > 0));
+    assert.match(await p.textContent('#pane-0 .why'), /accepted at pose \d+/);
     clean(faults);
   });
 });
