@@ -24,7 +24,8 @@ std::string footer() {
          "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, "
          "summary.json;\n"
          "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
-         "sparsity_*.png with --sparsity. They replace the result that OUT holds; files of others "
+         "report.html with --report; sparsity_*.png with --sparsity. They replace the result that "
+         "OUT holds; files of others "
          "stay.\n"
          "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit "
          "of\n"
@@ -100,6 +101,8 @@ void add_graph_options(CLI::App& app, Options& options) {
                  "true poses: a graph file (by id), a TUM file (.tum), or rows 'x y angle' or "
                  "'x y z yaw pitch roll' (in order of the ids)")
       ->type_name("FILE");
+  app.add_flag("--report", options.report,
+               "write report.html, a page to look into the graph and its closures with a browser");
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");

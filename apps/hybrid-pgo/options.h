@@ -28,6 +28,7 @@ struct Options {
   MethodOptions methods;                 ///< settings of the methods
   std::vector<std::string> warnings;     ///< about names that are no longer used
   bool sparsity = false;
+  bool report = false;
   std::string output = "hybrid-pgo-out";
 };
 

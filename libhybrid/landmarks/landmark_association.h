@@ -93,6 +93,7 @@ class LandmarkAssociation {
   void count_open();
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
+  static MergeEvent event_of(const Merge& merge, bool undone);
   Contribution undo_merge(const MapView& map);
 
   std::vector<std::string> sensors_;

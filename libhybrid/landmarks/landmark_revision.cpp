@@ -98,7 +98,20 @@ Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) 
     merging_.sighted(into, last, 1);
   }
   merge_ = merge;
+  if (map.explain) out.events.merges.push_back(event_of(merge, false));
   return out;
+}
+
+/// A merge as it is told to those who ask why.
+MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
+  MergeEvent event;
+  event.pairs.assign(merge.pairs.begin(), merge.pairs.end());
+  event.loop = merge.settle;
+  event.undone = undone;
+  event.evidence = merge.evidence;
+  event.chi_square = merge.chi_square;
+  event.allowed_rise = merge.allowed_rise;
+  return event;
 }
 
 /// Takes back a merge that the objective speaks against.
@@ -111,6 +124,7 @@ Contribution LandmarkAssociation::undo_merge(const MapView& map) {
     landmarks_.revive(undo.from, undo.position, undo.assignment, classes_, out);
     for (int s : undo.sightings) landmarks_.attach(s, undo.from, map.is_3d, out);
   }
+  if (map.explain) out.events.merges.push_back(event_of(*merge_, true));
   merging_.refuse(*merge_, landmarks_);
   merge_.reset();
   undo_.clear();

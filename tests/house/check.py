@@ -48,6 +48,7 @@ FLOORS = {
         {"mapping"},
         {"plugins", "evaluation"},
         {"output"},
+        {"report"},
         {"replay"},
         {"simulation"},
         {"import", "experiment"},
