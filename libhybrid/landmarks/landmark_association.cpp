@@ -81,8 +81,9 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     phi.push_back(landmarks_.sighting(s).phi);
   }
   if (!sightings.empty()) {
-    const FrameCandidates candidates = find_candidates(frame, unknown, phi, map, coverage, classes_,
-                                                       options_, loops_.local_since(), landmarks_);
+    const FrameCandidates candidates =
+        find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
+                        loops_.local_since(), loops_.views(), landmarks_);
     const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
     if (found.size() > 1 && map.keeps_all) {
       doubt(found, sightings, frame, map, out);
