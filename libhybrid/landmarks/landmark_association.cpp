@@ -85,7 +85,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   std::vector<FrameHypothesis> found;
   if (!sightings.empty()) {
     candidates = find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
-                                 loops_.local_since(), landmarks_);
+                                 loops_.local_since(), loops_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
   }
   const bool open = found.size() > 1 && map.keeps_all;

@@ -50,7 +50,7 @@ struct AssociationEvent {
   bool open = false;                    ///< whether the graph keeps several as a discrete variable
 };
 
-/// What an open sighting was decided to be.
+/// What a sighting was decided to be that was left open, or that was taken for something else.
 struct DecisionEvent {
   std::int64_t sighting = 0;  ///< its number
   std::optional<std::int64_t> landmark;
