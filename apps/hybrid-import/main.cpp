@@ -39,7 +39,9 @@ int main(int argc, char** argv) {
     hybrid::Convert convert;
     for (const auto& add_format : hybrid::kFormats) {
       CLI::App* format = add_format(app, convert);
-      format->add_option("-o,--output", output, "Rawlog to write, F.rawlog")->required();
+      format->add_option("-o,--output", output, "the rawlog to write")
+          ->type_name("F.rawlog")
+          ->required();
     }
     int exit_code = hybrid::kExitOk;
     if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
