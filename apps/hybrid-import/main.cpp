@@ -4,6 +4,7 @@
 #include "apps/command_line.h"
 #include "apps/hybrid-import/formats.h"
 #include "apps/program.h"
+#include "apps/progress_line.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 
 namespace {
@@ -46,7 +47,13 @@ int main(int argc, char** argv) {
     int exit_code = hybrid::kExitOk;
     if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
     hybrid::note_interrupts();
+    hybrid::ProgressLine line;
+    hybrid::watch_steps([&line](std::size_t steps, double seconds) {
+      if (line.is_due()) line.show(fmt::format("{} steps, {:.0f} s of the log", steps, seconds));
+    });
     const hybrid::ImportReport report = convert(output);
+    hybrid::watch_steps({});
+    line.clear();
     const int code = hybrid::settle(hybrid::kExitOk);
     print(report);
     return code;
