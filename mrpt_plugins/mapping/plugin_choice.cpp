@@ -95,7 +95,8 @@ std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses
   std::string advice = "-p loads further plugins";
   for (const auto& [name, use] : uses_of_log) {
     if (name == "CObservationOdometry") continue;
-    if (!use.users.empty()) return "nothing that the plugins saw became a landmark; what was dropped tells why";
+    if (!use.users.empty())
+      return "nothing that the plugins saw became a landmark; what was dropped tells why";
     std::vector<std::string> could;
     for (const auto& plugin : samples()) {
       if (uses(*plugin, name)) could.push_back(name_of(*plugin));
