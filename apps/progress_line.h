@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <string>
 
@@ -22,6 +23,19 @@ class ProgressLine {
   ~ProgressLine() { clear(); }
 
   bool terminal() const { return terminal_; }
+  /// Whether a terminal is to see the next text: ten times per second at most.
+  bool is_due() {
+    const Clock::time_point now = Clock::now();
+    if (!terminal_ || now - last_ < std::chrono::milliseconds(100)) return false;
+    last_ = now;
+    return true;
+  }
+  /// Since the line was made [s].
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  /// "12 s left", by the share of the work that is done; "" before there is any.
+  std::string time_left(double share) const {
+    return share > 0 ? fmt::format("{:.0f} s left", elapsed() * (1 - share) / share) : "";
+  }
   void show(const std::string& text) {
     complain("{}", terminal_ ? "\r\033[K" + text : text + "\n");
     std::fflush(stderr);
@@ -38,6 +52,9 @@ class ProgressLine {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  Clock::time_point start_ = Clock::now(), last_ = start_;
   bool terminal_;
   bool shown_ = false;
 };

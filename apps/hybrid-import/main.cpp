@@ -4,6 +4,7 @@
 #include "apps/command_line.h"
 #include "apps/hybrid-import/formats.h"
 #include "apps/program.h"
+#include "apps/progress_line.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 
 namespace {
@@ -39,12 +40,20 @@ int main(int argc, char** argv) {
     hybrid::Convert convert;
     for (const auto& add_format : hybrid::kFormats) {
       CLI::App* format = add_format(app, convert);
-      format->add_option("-o,--output", output, "Rawlog to write, F.rawlog")->required();
+      format->add_option("-o,--output", output, "the rawlog to write")
+          ->type_name("F.rawlog")
+          ->required();
     }
     int exit_code = hybrid::kExitOk;
     if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
     hybrid::note_interrupts();
+    hybrid::ProgressLine line;
+    hybrid::watch_steps([&line](std::size_t steps, double seconds) {
+      if (line.is_due()) line.show(fmt::format("{} steps, {:.0f} s of the log", steps, seconds));
+    });
     const hybrid::ImportReport report = convert(output);
+    hybrid::watch_steps({});
+    line.clear();
     const int code = hybrid::settle(hybrid::kExitOk);
     print(report);
     return code;

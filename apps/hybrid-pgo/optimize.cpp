@@ -21,6 +21,7 @@
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/output/trajectory_writer.h"
 #include "mrpt_plugins/report/page.h"
 
 namespace hybrid {
@@ -122,6 +123,12 @@ void check_finite(const Input& input, const Solution& solution, const std::strin
                   file, which.empty() ? "some vertex" : which));
 }
 
+/// The true poses of pairs that belong to the poses of a path.
+Trajectory true_path(Trajectory path, const std::vector<PosePair>& pairs) {
+  for (std::size_t i = 0; i < path.size(); ++i) path[i].pose = pairs.at(i).truth;
+  return path;
+}
+
 void write_outputs(const Options& options, const OutputDirectory& out, const Input& input,
                    const Solution& solution, const std::vector<Loop>& loops,
                    const std::vector<PosePair>& truth) {
@@ -132,7 +139,11 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
     out.write("hypotheses.csv", hypotheses_csv(input, solution.hypotheses));
   }
   if (!solution.steps.empty()) out.write("steps.csv", steps_csv(solution.steps));
-  out.write("graph.png", png(draw_graph(title, input, solution, loops, truth)));
+  const std::vector<Key> poses = input.poses();
+  const Trajectory path = trajectory_of(poses, solution.values);
+  out.write("trajectory.tum", tum_text(path));
+  if (!truth.empty()) out.write("trajectory_truth.tum", tum_text(true_path(path, truth)));
+  if (options.pictures) draw_graph(out, title, input, solution, loops, truth);
   if (!options.sparsity) return;
   HybridGraph graph;
   for (const auto& factor : input.factors) graph.add(factor);

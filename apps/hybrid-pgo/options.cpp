@@ -21,10 +21,12 @@ constexpr const char* kAbout =
 
 std::string footer() {
   return "\nMethods:\n" + method_list() +
-         "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, "
-         "summary.json;\n"
-         "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
-         "report.html with --report; sparsity_*.png with --sparsity. They replace the result that "
+         "\nWritten to OUT: graph.g2o (estimate and measurements), trajectory.tum (the id of a "
+         "pose\n"
+         "as its time), loops.csv, summary.json, graph_start.png, graph.png; with a truth\n"
+         "trajectory_truth.tum; steps.csv with --online; hypotheses.csv for a graph with "
+         "hypotheses;\n"
+         "report.html with --report; sparsity_*.png with --sparsity. They replace the result that\n"
          "OUT holds; files of others "
          "stay.\n"
          "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit "
@@ -103,6 +105,8 @@ void add_graph_options(CLI::App& app, Options& options) {
       ->type_name("FILE");
   app.add_flag("--report", options.report,
                "write report.html, a page to look into the graph and its closures with a browser");
+  app.add_flag("!--no-pictures", options.pictures,
+               "do not draw graph_start.png, graph.png and graph_3d.png");
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");

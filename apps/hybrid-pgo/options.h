@@ -27,6 +27,7 @@ struct Options {
   std::string labels;                    ///< file of true closures; empty if unknown
   MethodOptions methods;                 ///< settings of the methods
   std::vector<std::string> warnings;     ///< about names that are no longer used
+  bool pictures = true;
   bool sparsity = false;
   bool report = false;
   std::string output = "hybrid-pgo-out";

@@ -11,6 +11,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
+#include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/graph_image.h"
 
 namespace hybrid {
@@ -82,14 +83,22 @@ void write_graph(const OutputDirectory& out, const Input& input, const Values& e
   out.write("graph.g2o", to_g2o(graph));
 }
 
-Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
-                 const std::vector<Loop>& loops, const std::vector<PosePair>& truth) {
+Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values) {
+  Trajectory path;
+  for (const Key key : poses) {
+    if (values.contains(key))
+      path.push_back({static_cast<double>(key.index()), to_mrpt(values, key)});
+  }
+  return path;
+}
+
+namespace {
+
+/// All but loop closures and truth.
+GraphDrawing drawing_of(const std::string& title, const Input& input, const Values& values) {
   GraphDrawing drawing;
   drawing.title = "Pose graph " + title;
-  drawing.subtitle =
-      fmt::format("{}: cost {:.6g}", solution.steps.empty() ? "Batch" : "Online", solution.cost);
   drawing.is_3d = input.is_3d();
-  const Values& values = solution.values;
   for (Key key : input.poses()) drawing.poses.push_back(position(values, key));
   for (Key key : values.keys()) {
     if (key.letter() == key_letter::kLandmark) drawing.landmarks.push_back(position(values, key));
@@ -98,6 +107,28 @@ Image draw_graph(const std::string& title, const Input& input, const Solution& s
     if (!is_odometry(from, to)) return;
     drawing.odometry.emplace_back(position(values, from), position(values, to));
   });
+  return drawing;
+}
+
+GraphDrawing drawing_of_start(const std::string& title, const Input& input) {
+  GraphDrawing drawing = drawing_of(title, input, input.initial);
+  drawing.subtitle = "Before optimisation, where the solver starts";
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
+    if (is_odometry(from, to)) return;
+    drawing.closures.emplace_back(position(input.initial, from), position(input.initial, to));
+  });
+  return drawing;
+}
+
+}  // namespace
+
+void draw_graph(const OutputDirectory& out, const std::string& title, const Input& input,
+                const Solution& solution, const std::vector<Loop>& loops,
+                const std::vector<PosePair>& truth) {
+  const Values& values = solution.values;
+  GraphDrawing drawing = drawing_of(title, input, values);
+  drawing.subtitle = fmt::format("After optimisation ({}): cost {:.6g}",
+                                 solution.steps.empty() ? "batch" : "online", solution.cost);
   for (const Loop& loop : loops) {
     (loop.in_force() ? drawing.closures : drawing.rejected)
         .emplace_back(position(values, loop.from), position(values, loop.to));
@@ -105,7 +136,9 @@ Image draw_graph(const std::string& title, const Input& input, const Solution& s
   for (const PosePair& pair : truth) {
     drawing.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());
   }
-  return graph_image(drawing);
+  out.write("graph_start.png", png(graph_image(drawing_of_start(title, input))));
+  out.write("graph.png", png(graph_image(drawing)));
+  if (drawing.is_3d) out.write("graph_3d.png", png(graph_3d_image(drawing)));
 }
 
 GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,

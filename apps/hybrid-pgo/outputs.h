@@ -41,9 +41,14 @@ std::string loops_csv(const std::vector<Loop>& loops);
 /// graph.g2o: the estimate with the measurements of the input.
 void write_graph(const OutputDirectory& out, const Input& input, const Values& estimate);
 
-/// graph.png.
-Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
-                 const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
+/// Poses by rising id, the id as the time.
+Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values);
+
+/// Draws graph_start.png, the poses where the solver started with all measurements, graph.png, and
+/// for a graph in space graph_3d.png.
+void draw_graph(const OutputDirectory& out, const std::string& title, const Input& input,
+                const Solution& solution, const std::vector<Loop>& loops,
+                const std::vector<PosePair>& truth);
 
 /// What report.html shows.
 GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,

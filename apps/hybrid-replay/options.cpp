@@ -17,8 +17,9 @@ constexpr const char* kFooter =
     "landmarks.json,\n"
     "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; with a "
     "true\n"
-    "path error.png; where asked, report.html, events.jsonl, sparsity_*.png and frames/. They\n"
-    "replace the result that OUT holds; files of others stay.\n"
+    "path trajectory_truth.tum, error.png; where asked, report.html, events.jsonl, "
+    "sparsity_*.png\n"
+    "and frames/. They replace the result that OUT holds; files of others stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\", or no landmark "
@@ -27,7 +28,8 @@ constexpr const char* kFooter =
     "mapped\n"
     "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
     "written.\n"
-    "\nExample: hybrid-replay -c config/kf_slam_demo.ini -o out";
+    "\nExamples: hybrid-replay robot.rawlog -o out\n"
+    "          hybrid-replay -c config/kf_slam_demo.ini -o out";
 
 }  // namespace
 
@@ -38,7 +40,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-c,--config", options.request.config,
                  "INI file with all settings; see --print-config")
       ->type_name("INI");
-  app.add_option("--rawlog", options.request.rawlog, "the log, instead of [log] rawlog")
+  app.add_option("--rawlog,LOG", options.request.rawlog,
+                 "the log, instead of [log] rawlog, whose truth is then left out; without -c the "
+                 "log itself chooses the plugins")
       ->type_name("FILE");
   app.add_option("--truth-path", options.request.truth_path,
                  "true path of the robot, instead of [log] truth_path: MRPT's "
@@ -62,8 +66,10 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")
       ->type_name("N")
       ->check(CLI::Range(1, 9999));
-  app.add_option("--video", options.request.video,
-                 "write the growing map as an MPEG-4 video of N frames, 100 without --frames")
+  app.add_option(
+         "--video", options.request.video,
+         "write the growing map as an H.264 video of N frames, 100 without --frames; a name "
+         "without a folder is one in OUT")
       ->type_name("FILE.mp4");
   app.add_flag("--report", options.request.report,
                "write report.html, a page to look into the run with a browser, and events.jsonl");
@@ -75,8 +81,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   app.callback([&] {
-    if (options.request.config.empty() && !options.print_config) {
-      throw CLI::RequiredError("-c (try -c config/kf_slam_demo.ini, or --help)");
+    if (options.request.config.empty() && options.request.rawlog.empty() && !options.print_config) {
+      throw CLI::RequiredError("a log or -c INI (try -c config/kf_slam_demo.ini, or --help)");
     }
   });
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;

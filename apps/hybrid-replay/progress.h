@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <string>
 
@@ -24,10 +23,6 @@ class Progress {
   void clear() { line_.clear(); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point shown_ = start_;
   ProgressLine line_;
 };
 

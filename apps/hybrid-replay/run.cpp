@@ -4,6 +4,9 @@
 #include "apps/hybrid-replay/run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-replay/progress.h"
@@ -25,8 +28,20 @@ void report(const CalibrationEstimate& calibration) {
   }
 }
 
+/// Tells which plugins were chosen, and what of the log nobody uses.
+void report_plugins(const Summary& summary, Progress& progress) {
+  if (!summary.chosen_plugins.empty()) {
+    say("plugins chosen by what the log holds: {}\n",
+        fmt::format("{}", fmt::join(summary.chosen_plugins, ", ")));
+  }
+  for (const auto& [name, use] : summary.observations) {
+    if (use.users.empty()) progress.message(fmt::format("not used: {} {}", use.count, name));
+  }
+}
+
 void report(const Summary& summary, const std::string& folder, Progress& progress) {
   progress.clear();
+  report_plugins(summary, progress);
   for (const auto& [reason, count] : summary.dropped) {
     progress.message(fmt::format("{}: {}", reason, count));
   }
@@ -35,7 +50,8 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
   for (const CalibrationEstimate& calibration : summary.calibration) report(calibration);
   say("{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
       summary.keyframes, summary.landmarks, summary.objective, summary.total_s, summary.solver_s);
-  if (summary.truth && summary.truth->trajectory) {
+  if (summary.truth && summary.truth->trajectory &&
+      std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
     say(", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
   }
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {

@@ -59,14 +59,15 @@ int main(int argc, char** argv) {
     app.footer(kFooter);
     std::string config, output, seed;
     bool print = false;
-    app.add_option("-c,--config", config, "Scenario, e.g. config/simulate_classed_demo.ini");
-    app.add_option("-o,--output", output, "Rawlog to write, F.rawlog");
-    app.add_option("--seed", seed, "Overrides [simulation] seed");
+    app.add_option("-c,--config", config, "scenario, e.g. config/simulate_classed_demo.ini")
+        ->type_name("INI");
+    app.add_option("-o,--output", output, "the rawlog to write")->type_name("F.rawlog");
+    app.add_option("--seed", seed, "instead of [simulation] seed")->type_name("NUMBER");
     app.add_flag("--print-config", print,
                  "Print all keys with meaning, default and value, and exit");
     app.callback([&] {
       if (!print && (config.empty() || output.empty())) {
-        throw CLI::RequiredError("both -c CONFIG and -o F.rawlog");
+        throw CLI::RequiredError("-c CONFIG with -o F.rawlog");
       }
     });
     int exit_code = hybrid::kExitOk;

@@ -24,6 +24,10 @@ class RobustBearingRange : public hybrid::MappingPlugin {
                          hybrid::kPositive);
   }
 
+  std::vector<std::string> uses() const override {
+    return {"CObservationBearingRange", "CObservationClassedBearingRange"};
+  }
+
   hybrid::Contribution observe(const hybrid::Frame& frame, const hybrid::MapView& map) override {
     hybrid::Contribution out;
     for (const hybrid::DetectionFrame& seen : frame.detections) {

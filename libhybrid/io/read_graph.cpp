@@ -22,6 +22,14 @@ using Visit = std::function<void(const TextRow&)>;
 /// Reads all rows of the graph from its start.
 using ReadRows = std::function<void(const Visit&)>;
 
+/// What a file may be whose rows begin with such a word, for a message.
+const char* other_form(std::string_view word) {
+  if (word[0] == '[') return ": this is an INI file, not a pose graph";
+  const bool is_table = word.find(',') != std::string_view::npos ||
+                        std::string_view("+-.0123456789").find(word[0]) != std::string_view::npos;
+  return is_table ? ": this is a table, not a pose graph" : "";
+}
+
 std::uint64_t id(const TextRow& row, std::size_t i) {
   return static_cast<std::uint64_t>(row.id(i, kLargestVertexId));
 }
@@ -120,7 +128,7 @@ class Parser {
 
   void parse(const TextRow& row) {
     const Tag* tag = find(row[0]);
-    if (tag == nullptr) row.fail("unknown tag " + in_quotes(row[0]));
+    if (tag == nullptr) row.fail("unknown tag " + in_quotes(row[0]) + other_form(row[0]));
     if (tag->words > 0) row.expect(tag->words, tag->form);
     (this->*tag->read)(row);
   }

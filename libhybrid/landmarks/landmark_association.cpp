@@ -102,7 +102,7 @@ bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& fram
   const std::optional<std::int64_t> id = landmarks_.sighting(sighting).detection.id;
   if (!id) return false;
   const auto it = track_of_id_.find(*id);
-  if (it != track_of_id_.end()) {
+  if (it != track_of_id_.end() && landmarks_.track(it->second).alive) {
     attach(sighting, it->second, map, out);
   } else {
     create(sighting, frame.T_map_robot, map, out);

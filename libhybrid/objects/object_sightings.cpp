@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <system_error>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
@@ -77,7 +78,10 @@ std::vector<std::string> object_names(const fs::path& folder) {
       names.push_back(stem.substr(4));
     }
   }
-  if (failure) throw Error(folder.string() + ": " + failure.message());
+  if (failure == std::errc::no_such_file_or_directory) {
+    throw Error(folder.string() + ": no such folder");
+  }
+  if (failure) throw Error(folder.string() + ": cannot be read: " + failure.message());
   if (names.empty()) throw Error(folder.string() + ": holds no sightings (det_NAME.txt)");
   std::sort(names.begin(), names.end());
   return names;

@@ -49,6 +49,18 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   return fmt::format("; known are: {}", ini::format(known));
 }
 
+/// The program whose INIs alone have such a section, or "".
+std::string program_with(const std::string& section) {
+  constexpr std::pair<const char*, const char*> kTold[] = {{"log", "hybrid-replay"},
+                                                           {"experiment", "hybrid-experiment"},
+                                                           {"world", "hybrid-simulate"},
+                                                           {"online_selection", "hybrid-pgo"}};
+  for (const auto& [name, program] : kTold) {
+    if (ini::same_name(name, section)) return program;
+  }
+  return "";
+}
+
 std::string describe(const std::string& type, const IniRange& range) {
   const char* not_equal = range.open ? "" : "=";
   std::string text = type;
@@ -184,6 +196,11 @@ void IniFile::reject_unknown() const {
   };
   for (const Section& section : sections_) {
     if (!section.declared) {
+      const std::string program = program_with(section.name);
+      if (!program.empty()) {
+        throw Error(fmt::format("{}: [{}] is a section of {}: this is an INI of that program",
+                                section.where, section.name, program));
+      }
       add([&] {
         return fmt::format("{}: unknown section [{}]{}", section.where, escaped(section.name),
                            suggestion(section.name, known_sections));
@@ -213,7 +230,7 @@ std::string IniFile::documentation() const {
     text += fmt::format("[{}]\n", section.name);
     for (const Declaration& key : section.declarations) {
       text += fmt::format("# {} ({}; {})\n{} = {}\n", key.meaning, key.type, key.default_value,
-                          key.key, key.value);
+                          key.key, key.absolute.empty() ? key.value : key.absolute);
     }
     text += "\n";
   }
@@ -316,13 +333,23 @@ double IniSection::degrees(const std::string& key, double default_degrees,
   return get(key, default_degrees, meaning, range_degrees) * (M_PI / 180.0);
 }
 
+void IniSection::note_path(const std::string& key, const std::string& absolute) {
+  for (IniFile::Declaration& declaration : section_->declarations) {
+    if (ini::same_name(declaration.key, key)) declaration.absolute = absolute;
+  }
+}
+
 std::string IniSection::path(const std::string& key, const std::string& default_value,
                              const std::string& meaning) {
   const std::string value = get(key, default_value, meaning);
   const IniFile::Entry* entry = find(key);
   const bool from_file = entry != nullptr && entry->where.rfind(file_->name(), 0) == 0;
-  if (value.empty() || std::filesystem::path(value).is_absolute() || !from_file) return value;
-  return (file_->directory() / value).lexically_normal().string();
+  std::string path = value;
+  if (!value.empty() && !std::filesystem::path(value).is_absolute() && from_file) {
+    path = (file_->directory() / value).lexically_normal().string();
+  }
+  if (!path.empty()) note_path(key, std::filesystem::absolute(path).lexically_normal().string());
+  return path;
 }
 
 template bool IniSection::get(const std::string&, const bool&, const std::string&, const IniRange&);

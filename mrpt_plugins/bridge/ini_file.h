@@ -94,7 +94,7 @@ class IniFile {
   void reject_unknown() const;
 
   /// All declared sections and keys as a valid INI: meaning, type, range and default as comments,
-  /// and the value in effect.
+  /// and the value in effect; paths are absolute, so that it reads back from any folder.
   std::string documentation() const;
 
   /// Declared sections with their keys and the values in effect, in order.
@@ -119,6 +119,7 @@ class IniFile {
   };
   struct Declaration {
     std::string key, type, default_value, value, meaning;
+    std::string absolute = {};  // path, for documentation() to be read from elsewhere
   };
   struct Section {
     std::string name;
@@ -152,6 +153,8 @@ class IniSection {
  public:
   const std::string& name() const { return section_->name; }
   bool has(const std::string& key) const { return find(key) != nullptr; }
+  /// Whether the value of the key comes from the command line.
+  bool is_overridden(const std::string& key) const;
   /// Keys present in the file, in order.
   std::vector<std::string> keys() const;
 
@@ -199,6 +202,7 @@ class IniSection {
   const IniFile::Entry& find_required(const std::string& key) const;
   std::string about(const std::string& key) const;
   void declare(IniFile::Declaration declaration);
+  void note_path(const std::string& key, const std::string& absolute);
   template <class T>
   T parse(const IniFile::Entry& entry, const IniRange& range) const;
 

@@ -66,6 +66,11 @@ void IniSection::replaces(const std::string& key, const std::string& old_key,
   section_->add(std::move(entry));
 }
 
+bool IniSection::is_overridden(const std::string& key) const {
+  const IniFile::Entry* entry = find(key);
+  return entry != nullptr && entry->overrides;
+}
+
 std::string IniSection::about(const std::string& key) const {
   const IniFile::Entry* entry = find(key);
   const std::string& section_where = section_->where.empty() ? file_->name() : section_->where;

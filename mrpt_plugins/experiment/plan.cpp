@@ -142,6 +142,7 @@ void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
                                     "names of the sections that tell the graphs");
   check_names(experiment, "graphs", names);
   if (documenting) return;
+  if (!ini.has_section("experiment")) ini.reject_unknown();
   if (names.empty()) experiment.fail("graphs", "names no graph");
   for (const std::string& name : names) plan.graphs.push_back(read_graph_plan(ini, name, data));
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
@@ -16,12 +17,19 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/stated_noise.h"
 
 namespace hybrid {
 namespace {
 
 using mrpt::poses::CPose3D;
+
+/// No name of a column does.
+bool starts_like_a_number(std::string_view word) {
+  return !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
+                           std::string_view("+-.").find(word[0]) != std::string_view::npos);
+}
 
 /// A table with commas whose first row names its columns.
 class NamedTable {
@@ -30,6 +38,10 @@ class NamedTable {
     const auto header = table_.next();
     for (std::size_t i = 0; i < header->size(); ++i) {
       const std::string name((*header)[i]);
+      if (starts_like_a_number(name)) {
+        header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",
+                                    in_quotes(name), fmt::join(known, " ")));
+      }
       if (std::find(known.begin(), known.end(), name) == known.end()) {
         header->fail(i, fmt::format("unknown column {}; known are: {}", in_quotes(name),
                                     fmt::join(known, " ")));
@@ -100,47 +112,97 @@ class NamedTable {
   std::map<std::string, std::size_t> columns_;
 };
 
+/// Whether the first row has eight numbers, as a TUM trajectory.
+bool is_tum(const std::string& path) {
+  const auto row = TextReader(path).next();
+  if (row->size() != 8) return false;
+  for (std::size_t i = 0; i < row->size(); ++i) {
+    if (!starts_like_a_number((*row)[i])) return false;
+  }
+  return true;
+}
+
+/// Whether the poses differ in nothing but x, y and yaw, to the digits of a text.
+bool is_planar(const std::vector<TimedPose>& poses) {
+  constexpr double kDigits = 1e-6;
+  return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& p) {
+    return std::abs(p.pose.z() - poses.front().pose.z()) < kDigits &&
+           std::abs(p.pose.pitch()) < kDigits && std::abs(p.pose.roll()) < kDigits;
+  });
+}
+
 /// The odometry, interpolated at rising times.
 class Odometry {
  public:
-  explicit Odometry(const std::string& path)
-      : table_(path, {"time", "x", "y", "z", "yaw", "pitch", "roll"}) {
-    table_.require({"time", "x", "y", "yaw"});
-    is_3d_ = table_.has("z");
-    if (is_3d_) table_.require({"pitch", "roll"});
+  explicit Odometry(const std::string& path) {
+    if (is_tum(path)) {
+      poses_ = read_tum(path);
+      is_3d_ = !is_planar(poses_);
+    } else {
+      table_.emplace(path, std::vector<std::string>{"time", "x", "y", "z", "yaw", "pitch", "roll"});
+      table_->require({"time", "x", "y", "yaw"});
+      is_3d_ = table_->has("z");
+      if (is_3d_) table_->require({"pitch", "roll"});
+    }
     advance();
+    if (after_) start_ = after_->time;
     advance();
   }
 
   bool is_3d() const { return is_3d_; }
+  /// Of the first pose; 0 if there is none.
+  double start() const { return start_; }
 
   /// Nothing before the first pose and after the last one.
   std::optional<CPose3D> at(double time) {
-    while (after_ && after_->first < time) advance();
-    if (!before_ || time < before_->first) return std::nullopt;
-    if (!after_) return time == before_->first ? std::optional(before_->second) : std::nullopt;
-    const double f = (time - before_->first) / (after_->first - before_->first);
-    const CPose3D step = after_->second - before_->second;
+    while (after_ && after_->time < time) advance();
+    if (!before_ || time < before_->time) return std::nullopt;
+    if (!after_) return time == before_->time ? std::optional(before_->pose) : std::nullopt;
+    const double f = (time - before_->time) / (after_->time - before_->time);
+    const CPose3D step = after_->pose - before_->pose;
     const auto part = [f](double angle) { return f * mrpt::math::wrapToPi(angle); };
-    return before_->second + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
-                                     part(step.pitch()), part(step.roll()));
+    return before_->pose + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
+                                   part(step.pitch()), part(step.roll()));
   }
 
  private:
   void advance() {
     if (after_ || !before_) before_ = after_;
     after_.reset();
-    if (!table_.next()) return;
-    const double time = table_.time();
-    if (before_ && time <= before_->first) table_.fail("time", "time is not after the one above");
-    const auto space = [&](const char* name) { return is_3d_ ? table_.number(name) : 0.0; };
-    after_ = {time, CPose3D(table_.number("x"), table_.number("y"), space("z"),
-                            table_.number("yaw"), space("pitch"), space("roll"))};
+    if (table_) {
+      read_row();
+    } else if (read_ < poses_.size()) {
+      after_ = poses_[read_++];
+    }
   }
 
-  NamedTable table_;
+  void read_row() {
+    if (!table_->next()) return;
+    const double time = table_->time();
+    if (before_ && time <= before_->time) table_->fail("time", "time is not after the one above");
+    const double yaw = table_->number("yaw");
+    if (yaw_ && std::abs(yaw - *yaw_) > 2 * M_PI) {
+      table_->fail("yaw",
+                   fmt::format("yaw turns by {:.4g} in one row, over a full turn: angles are "
+                               "in radians",
+                               yaw - *yaw_));
+    }
+    yaw_ = yaw;
+    const auto space = [&](const char* name, bool is_angle) {
+      if (!is_3d_) return 0.0;
+      return is_angle ? table_->angle(name) : table_->number(name);
+    };
+    after_ = {time, CPose3D(table_->number("x"), table_->number("y"), space("z", false), yaw,
+                            space("pitch", true), space("roll", true))};
+  }
+
+  std::optional<NamedTable> table_;
+  std::vector<TimedPose> poses_;  // of a TUM file, which has no names
+  std::size_t read_ = 0;          // of them
   bool is_3d_ = false;
-  std::optional<std::pair<double, CPose3D>> before_, after_;
+  double start_ = 0;
+  std::optional<double> yaw_;  // of the last row
+  std::optional<TimedPose> before_, after_;
 };
 
 const std::vector<std::string> kDetectionColumns{
@@ -224,6 +286,7 @@ class Steps {
 
   bool is_of(double time) const { return frame_ && time == time_; }
   double time() const { return time_; }
+  double start_of_odometry() const { return odometry_.start(); }
   CObservationClassedBearingRange& frame() { return *frame_; }
 
  private:
@@ -261,8 +324,10 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   NamedTable table(options.detections, kDetectionColumns);
   table.require({"time", "yaw"});
   Steps steps(options, log);
+  double first = 0;
   while (table.next()) {
     const double time = table.time();
+    if (!std::isfinite(steps.time())) first = time;
     if (time < steps.time()) table.fail("time", "time goes backwards");
     if (!steps.is_of(time)) {
       steps.end();
@@ -278,7 +343,12 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   table.note_blanks(log);
   log.note_end(options.odometry);
   log.note_end(options.detections);
-  if (log.steps() == 0) throw Error(options.detections + ": no detection has odometry around it");
+  if (log.steps() == 0) {
+    throw Error(
+        fmt::format("{}: no detection has odometry around it: they are of {} to {} s, and "
+                    "the odometry begins at {} s; times of both are of one clock",
+                    options.detections, first, steps.time(), steps.start_of_odometry()));
+  }
   return log.finish();
 }
 

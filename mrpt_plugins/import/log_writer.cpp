@@ -22,6 +22,8 @@
 namespace hybrid {
 namespace {
 
+std::function<void(std::size_t, double)> step_watcher;
+
 constexpr int kCompression = 6;
 
 mrpt::obs::CActionCollection action_2d(const OdometryIncrement& motion,
@@ -69,6 +71,10 @@ FileWriter& LogWriter::side_file(std::string_view suffix, const std::string& hea
   return file;
 }
 
+void watch_steps(std::function<void(std::size_t steps, double seconds)> watcher) {
+  step_watcher = std::move(watcher);
+}
+
 void LogWriter::add(const ImportedStep& step) {
   throw_if_interrupted();
   if (report_.steps == 0) {
@@ -106,6 +112,7 @@ void LogWriter::add(const ImportedStep& step) {
   last_time_ = step.time;
   report_.observations += step.observations.size();
   ++report_.steps;
+  if (step_watcher) step_watcher(report_.steps, last_time_ - first_time_);
 }
 
 void LogWriter::true_landmark(std::int64_t id, const Eigen::Vector3d& position,

@@ -7,6 +7,7 @@
 #include <mrpt/poses/CPose3D.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -87,6 +88,10 @@ class LogWriter {
   double first_time_ = 0, last_time_ = 0;
   bool has_truth_ = false;
 };
+
+/// Tells `watcher` of every step that is written from now on by this process: how many there are,
+/// and the time of the log so far [s]. For a line of progress; empty: nobody is told.
+void watch_steps(std::function<void(std::size_t steps, double seconds)> watcher);
 
 /// A frame of a planar detector: its noise close by, place on the robot.
 CObservationClassedBearingRange::Ptr planar_detections(const std::string& label,

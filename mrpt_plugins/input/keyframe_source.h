@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,6 +61,8 @@ class KeyframeSource {
   double progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
+  /// Observations read so far by class, without namespace, used or not.
+  const std::map<std::string, std::size_t>& observations() const { return reader_.observations(); }
   /// Odd things in the log that were got over, by kind.
   DropReport warnings() const { return reader_.warnings(); }
 

@@ -98,6 +98,7 @@ void RawlogReader::take(const LoggedFrame& frame) {
   auto stamp = INVALID_TIMESTAMP;
   std::optional<CPose2D> absolute;
   for (const LoggedObservation& observation : frame.observations) {
+    ++observations_[escaped(without_namespace(observation.class_name))];
     if (stamp == INVALID_TIMESTAMP) stamp = observation.time;
     if (const auto* odometry =
             dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
@@ -120,6 +121,7 @@ void RawlogReader::take(const LoggedFrame& frame) {
 
 void RawlogReader::take(const LoggedObservation& observation) {
   static const std::string kComment = CLASS_ID(mrpt::obs::CObservationComment)->className;
+  ++observations_[escaped(without_namespace(observation.class_name))];
   if (observation.class_name == kComment) return;
   if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
     take_odometry(*odometry);

@@ -77,6 +77,8 @@ class RawlogReader {
   std::uint64_t objects() const { return objects_.objects(); }
   /// Odd things met and got over: bad odometry, missing timestamps, unused objects.
   DropReport warnings() const;
+  /// Observations read so far by class, without namespace, used or not.
+  const std::map<std::string, std::size_t>& observations() const { return observations_; }
 
  private:
   struct TimedOdometry {
@@ -104,6 +106,7 @@ class RawlogReader {
   ObjectReader objects_;
   RawlogOptions options_;
   DropReport warnings_;
+  std::map<std::string, std::size_t> observations_;
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
   double emitted_time_ = 0;  // of the last one

@@ -13,14 +13,13 @@
 IMPLEMENTS_VIRTUAL_MRPT_OBJECT(MappingPlugin, mrpt::rtti::CObject, hybrid)
 
 namespace hybrid {
-namespace {
 
-std::string without_namespace(const std::string& name) {
-  const std::size_t colon = name.rfind(':');
-  return colon == std::string::npos ? name : name.substr(colon + 1);
+bool MappingPlugin::suits(const LogContents& log) const {
+  const std::vector<std::string> used = uses();
+  return std::any_of(used.begin(), used.end(), [&](const std::string& name) {
+    return log.observations.count(without_namespace(name)) != 0;
+  });
 }
-
-}  // namespace
 
 std::vector<std::string> registered_plugins() {
   std::vector<std::string> names;

@@ -19,6 +19,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
+#include "mrpt_plugins/input/log_contents.h"
 
 namespace HYBRID_API hybrid {
 
@@ -51,6 +52,14 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// parsed in a process of its own (rawlog/object_reader.h), from which objects of these classes
   /// come whole; of any other class only their time does.
   virtual std::vector<std::string> observation_classes() const { return {}; }
+
+  /// All classes of observations that it makes factors of, with or without namespace: what a user
+  /// is told, and whose observations are left to it where [plugins] classes = auto.
+  virtual std::vector<std::string> uses() const { return observation_classes(); }
+
+  /// Whether [plugins] classes = auto chooses it for a log; asked before it is configured. By
+  /// default where the log holds a class that it uses.
+  virtual bool suits(const LogContents& log) const;
 
   /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;

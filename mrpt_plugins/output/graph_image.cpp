@@ -30,13 +30,14 @@ Series points(const GraphDrawing::Points& points, const std::string& label, Colo
 }
 
 /// Lines with a gap after each.
-Series segments(const GraphDrawing::Segments& segments, const std::string& what, Color color,
-                double width) {
+Series segments(const GraphDrawing::Segments& segments, const std::string& what,
+                const Stroke& stroke) {
   const double gap = std::numeric_limits<double>::quiet_NaN();
   Series series;
   series.label = fmt::format("{} {}", segments.size(), what);
-  series.color = color;
-  series.width = width;
+  series.color = stroke.color;
+  series.width = stroke.width;
+  series.line = stroke.style;
   for (const auto& [a, b] : segments) {
     series.x.insert(series.x.end(), {a.x(), b.x(), gap});
     series.y.insert(series.y.end(), {a.y(), b.y(), gap});
@@ -45,6 +46,14 @@ Series segments(const GraphDrawing::Segments& segments, const std::string& what,
 }
 
 }  // namespace
+
+GraphStrokes graph_strokes(const GraphDrawing& graph) {
+  const double thin = graph.closures.size() > 3000 ? 0.5 : 1.0;
+  return {{palette::kTruth, 6, LineStyle::kSolid},
+          {kRejected, thin, LineStyle::kDashed},
+          {kClosure, thin, LineStyle::kSolid},
+          {palette::kEstimate, 2, LineStyle::kSolid}};
+}
 
 Image graph_image(const GraphDrawing& graph) {
   PlotSpec plot;
@@ -56,19 +65,20 @@ Image graph_image(const GraphDrawing& graph) {
   plot.equal_aspect = true;
   plot.width = 1500;
   plot.height = 1400;
+  const GraphStrokes strokes = graph_strokes(graph);
   if (!graph.truth.empty()) {
-    plot.series.push_back(points(graph.truth, "truth", palette::kTruth));
-    plot.series.back().width = 6;
+    plot.series.push_back(points(graph.truth, "truth", strokes.truth.color));
+    plot.series.back().width = strokes.truth.width;
   }
-  const double thin = graph.closures.size() > 3000 ? 0.5 : 1.0;
   if (!graph.rejected.empty()) {
-    plot.series.push_back(segments(graph.rejected, "closures rejected", kRejected, thin));
-    plot.series.back().line = LineStyle::kDashed;
+    plot.series.push_back(segments(graph.rejected, "closures rejected", strokes.rejected));
   }
   if (!graph.closures.empty()) {
-    plot.series.push_back(segments(graph.closures, "loop closures", kClosure, thin));
+    plot.series.push_back(segments(graph.closures, "loop closures", strokes.closures));
   }
-  plot.series.push_back(segments(graph.odometry, "odometry edges", palette::kEstimate, 2));
+  if (!graph.odometry.empty()) {
+    plot.series.push_back(segments(graph.odometry, "odometry edges", strokes.odometry));
+  }
   Series poses = points(graph.poses, fmt::format("{} poses", graph.poses.size()), palette::kInk);
   poses.line = LineStyle::kNone;
   poses.marker = Marker::kCircle;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/image.h"
 
 namespace HYBRID_API hybrid {
@@ -28,7 +29,16 @@ struct GraphDrawing {
   Segments rejected;  ///< loop closures judged wrong
 };
 
+/// How the lines of a graph look in every picture of it.
+struct GraphStrokes {
+  Stroke truth, rejected, closures, odometry;
+};
+GraphStrokes graph_strokes(const GraphDrawing& graph);
+
 /// The graph from above, same scale in x and y.
 Image graph_image(const GraphDrawing& graph);
+
+/// A graph in space in perspective, what is far away paler.
+Image graph_3d_image(const GraphDrawing& graph);
 
 }  // namespace hybrid

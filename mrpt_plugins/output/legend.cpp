@@ -85,42 +85,70 @@ void Legend::note(const std::string& text) {
   if (!row.empty()) flush();
 }
 
-void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
-                const Stroke& truth_stroke) {
+namespace {
+
+/// Paths, and the ends of the estimated one.
+void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
+                 const Stroke& truth_stroke, const Extent& extent) {
   legend.heading("Robot path");
   if (!result.trajectory.empty()) legend.line("estimated", map_style::kEstimate);
-  if (!result.dead_reckoning.empty()) {
-    legend.line("odometry alone", map_style::kDeadReckoning);
+  if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
+    legend.note("Dead reckoning lies under the estimate.");
+    legend.gap(10);
+  } else if (!result.dead_reckoning.empty()) {
+    legend.line("dead reckoning", map_style::kDeadReckoning);
   }
   if (!truth.path.empty()) legend.line("ground truth", truth_stroke);
   for (std::size_t m = 1; m < result.mode_names.size(); ++m) {
     const auto count =
         std::count(result.motion_modes.begin(), result.motion_modes.end(), static_cast<int>(m));
+    if (count == 0) continue;
     legend.line(fmt::format("{} ({} motions)", result.mode_names[m], count),
                 map_style::mode_stroke(static_cast<int>(m)));
   }
-  if (!result.trajectory.empty()) {
-    legend.marker("start", Marker::kTriangle, 10, palette::kWhite);
-    legend.marker("end", Marker::kSquare, 8, palette::kBlack);
-  }
-  legend.gap(12);
-  legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
+  if (result.trajectory.empty()) return;
+  legend.marker("start", Marker::kTriangle, 10, palette::kWhite);
+  legend.marker("end", Marker::kSquare, 8, palette::kBlack);
+}
+
+/// The classes that there are, with counts.
+void class_legend(Legend& legend, const MapResult& result) {
   std::vector<std::size_t> count(result.class_names.size() + 1, 0);
   for (const LandmarkEstimate& l : result.landmarks) {
     ++count[l.class_index ? static_cast<std::size_t>(*l.class_index) : count.size() - 1];
   }
   constexpr std::size_t kMostClasses = 14;
-  for (std::size_t c = 0; c < std::min(kMostClasses, result.class_names.size()); ++c) {
-    legend.marker(fmt::format("{} ({})", result.class_names[c], count[c]), class_marker(c), 8,
-                  series_color(c));
+  std::size_t shown = 0, left_out = 0;
+  for (std::size_t c = 0; c < result.class_names.size(); ++c) {
+    if (count[c] == 0) continue;
+    if (++shown > kMostClasses) {
+      ++left_out;
+    } else {
+      legend.marker(fmt::format("{} ({})", result.class_names[c], count[c]), class_marker(c), 8,
+                    series_color(c));
+    }
   }
-  if (result.class_names.size() > kMostClasses) {
-    legend.note(fmt::format("and {} more classes", result.class_names.size() - kMostClasses));
-  }
+  if (left_out > 0) legend.note(fmt::format("and {} more classes", left_out));
   if (count.back() > 0) {
     legend.marker(result.class_names.empty() ? "estimated, with id" : "class unknown",
                   Marker::kCircle, 8, palette::kUnclassed);
   }
+  constexpr double kSure = 0.95;
+  if (std::any_of(result.landmarks.begin(), result.landmarks.end(),
+                  [](const LandmarkEstimate& l) { return class_probability(l) < kSure; })) {
+    legend.note("The paler a landmark, the less probable its class.");
+    legend.gap(10);
+  }
+}
+
+}  // namespace
+
+void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
+                const Stroke& truth_stroke, const Extent& extent) {
+  path_legend(legend, result, truth, truth_stroke, extent);
+  legend.gap(12);
+  legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
+  class_legend(legend, result);
   if (!truth.landmarks.empty()) {
     legend.marker("true position", Marker::kPlus, 13, map_style::kTrueLandmark);
   }

@@ -138,10 +138,10 @@ Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth,
                   result.trajectory.size(), result.landmarks.size(), layout.grid_step),
       subtitle);
   Legend legend(canvas, {options.width - kPanel - kMargin + 10, kTop + 14}, kPanel - 10);
-  map_legend(legend, result, truth, kBeads);
+  map_legend(legend, result, truth, kBeads, layout.frame.extent);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
-    legend.note(ellipse_note("Ellipsoids", layout.magnification));
+    legend.note(ellipse_note("Ellipsoids", layout.frame.magnification));
   }
   if (result.is_3d) legend.note("Thin lines drop from the landmarks to the ground.");
   return {canvas.image(), ""};

@@ -61,7 +61,7 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   for (const Trajectory& piece : pieces(truth.path)) {
     canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
   }
-  canvas.polyline(reckoned, map_style::kDeadReckoning);
+  canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
   canvas.polyline(path, map_style::kEstimate);
   for (std::size_t i = 1; i < result.motion_modes.size() && i < path.size(); ++i) {
     const int mode = result.motion_modes[i];
@@ -87,7 +87,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
   }
   for (const LandmarkEstimate& l : result.landmarks) {
     const Pixel p = axes.pixel(l.position.x(), l.position.y());
-    canvas.marker(p, landmark_marker(l), radius, landmark_color(l));
+    canvas.marker(p, landmark_marker(l), radius, landmark_fill(l));
     labels.block(p, radius);
   }
   TextStyle style;
@@ -104,10 +104,11 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 }  // namespace
 
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
-                const std::optional<Extent>& shown) {
+                const std::optional<MapFrame>& shown, const std::string& clock) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
-  const Extent extent = shown ? *shown : map_extent(result, truth);
+  const MapFrame frame = shown ? *shown : map_frame(result, truth);
+  const Extent& extent = frame.extent;
   const double rim = 0.05 * (extent.high - extent.low).head<2>().maxCoeff();
   Axis x{"x (m)", Scale::kLinear, {{extent.low.x() - rim, extent.high.x() + rim}}};
   Axis y{"y (m)", Scale::kLinear, {{extent.low.y() - rim, extent.high.y() + rim}}};
@@ -121,26 +122,24 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   subtitle.size = 14;
   subtitle.color = {90, 90, 90};
   canvas.text({box.left, 70},
-              fmt::format("{}: {} poses of the robot, {} landmarks",
-                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
+              fmt::format("{}: {}{} poses of the robot, {} landmarks",
+                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan", clock,
                           result.trajectory.size(), result.landmarks.size()),
               subtitle);
   axes.draw(canvas);
 
-  const double factor =
-      ellipse_magnification(result.landmarks, box.width() / axes.pixels_per_unit());
   LabelPlacer labels(box);
   canvas.clip(box);
-  draw_ellipses(canvas, axes, result, factor);
+  draw_ellipses(canvas, axes, result, frame.magnification);
   draw_paths(canvas, axes, result, truth, labels);
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
-  map_legend(legend, result, truth, map_style::kTruth);
+  map_legend(legend, result, truth, map_style::kTruth, extent);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
-    legend.note(ellipse_note("Ellipses", factor));
+    legend.note(ellipse_note("Ellipses", frame.magnification));
   }
   if (ids < result.landmarks.size()) {
     legend.note(

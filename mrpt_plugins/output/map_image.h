@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/mapping/map_result.h"
@@ -14,9 +15,10 @@ namespace HYBRID_API hybrid {
 /// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
 /// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their
 /// ids and covariance ellipses (3 standard deviations; enlarged by a round factor that the legend
-/// states when they would be too small to see), legend and scale bar. It shows `extent`, or all
-/// there is.
+/// states when they would be too small to see), legend and scale bar. It shows `frame`, or all
+/// there is; where a `clock` is given, that is its subtitle and the picture one of a film.
 Image map_image(const MapResult& result, const GroundTruth& truth = {}, int width = 1600,
-                int height = 1200, const std::optional<Extent>& extent = {});
+                int height = 1200, const std::optional<MapFrame>& frame = {},
+                const std::string& clock = {});
 
 }  // namespace hybrid

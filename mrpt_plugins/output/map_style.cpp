@@ -17,6 +17,21 @@ Color landmark_color(const LandmarkEstimate& l) {
                        : palette::kUnclassed;
 }
 
+double class_probability(const LandmarkEstimate& l) {
+  if (!l.class_index || l.class_probabilities.empty()) return 1;
+  return l.class_probabilities.at(static_cast<std::size_t>(*l.class_index));
+}
+
+Color landmark_fill(const LandmarkEstimate& l) {
+  constexpr double kFaintest = 0.15;  // still to be told from white
+  const double opacity = std::clamp(class_probability(l), kFaintest, 1.0);
+  const auto mixed = [opacity](std::uint8_t part) {
+    return static_cast<std::uint8_t>(std::lround(255 + opacity * (part - 255.0)));
+  };
+  const Color color = landmark_color(l);
+  return {mixed(color.red), mixed(color.green), mixed(color.blue)};
+}
+
 Marker landmark_marker(const LandmarkEstimate& l) {
   return l.class_index ? class_marker(static_cast<std::size_t>(*l.class_index)) : Marker::kCircle;
 }
@@ -53,6 +68,22 @@ Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   return extent;
 }
 
+MapFrame map_frame(const MapResult& result, const GroundTruth& truth) {
+  const Extent extent = map_extent(result, truth);
+  const double size = (extent.high - extent.low).head<2>().maxCoeff();
+  return {extent, ellipse_magnification(result.landmarks, size)};
+}
+
+bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, const Extent& extent) {
+  constexpr double kLineWidth = 0.002;  // of the picture
+  if (dead_reckoning.size() != estimate.size()) return false;
+  const double width = kLineWidth * (extent.high - extent.low).head<2>().maxCoeff();
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    if (dead_reckoning[i].pose.distanceTo(estimate[i].pose) > width) return false;
+  }
+  return true;
+}
+
 double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, double size) {
   std::vector<double> radii;
   for (const LandmarkEstimate& l : landmarks) {
@@ -65,7 +96,7 @@ double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, dou
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   constexpr double kSmallest = 0.008;  // of the size of the scene
-  constexpr double kEnlarged = 0.02;
+  constexpr double kEnlarged = 0.03;   // beyond the marker
   return *middle >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / *middle));
 }
 

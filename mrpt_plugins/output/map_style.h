@@ -28,6 +28,10 @@ constexpr double kSigmas = 3;  ///< standard deviations that ellipses and ellips
 
 /// Colour and shape of a landmark's class.
 Color landmark_color(const LandmarkEstimate& landmark);
+/// Probability of that class; 1 where there are no classes.
+double class_probability(const LandmarkEstimate& landmark);
+/// The colour on white with that probability as opacity: the paler, the less is known.
+Color landmark_fill(const LandmarkEstimate& landmark);
 Marker landmark_marker(const LandmarkEstimate& landmark);
 
 /// Bounds in metres.
@@ -43,6 +47,18 @@ struct Extent {
 /// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
 /// picture more than half as large again on any side. Never empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
+
+/// What a picture shows of a map: pictures that go together share it.
+struct MapFrame {
+  Extent extent;
+  double magnification = 1;  ///< of ellipses and ellipsoids
+};
+
+/// All of the map, with the ellipses large enough to see.
+MapFrame map_frame(const MapResult& result, const GroundTruth& truth);
+
+/// Whether dead reckoning lies under the estimate everywhere, in a picture of this extent.
+bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, const Extent& extent);
 
 /// A round factor that makes the typical covariance ellipse large enough to see in a picture of a
 /// scene of `size` metres; 1 if it already is.

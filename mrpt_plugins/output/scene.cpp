@@ -11,6 +11,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "mrpt_plugins/bridge/gzip_writer.h"
@@ -74,9 +75,9 @@ void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
       continue;
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l.covariance);
-    const Vector3d half_axes =
-        (map_style::kSigmas * layout.magnification * eigen.eigenvalues().cwiseMax(0).cwiseSqrt())
-            .cwiseMax(0.05 * layout.landmark_radius);
+    const Vector3d half_axes = (map_style::kSigmas * layout.frame.magnification *
+                                eigen.eigenvalues().cwiseMax(0).cwiseSqrt())
+                                   .cwiseMax(0.05 * layout.landmark_radius);
     Mesh mesh(landmark_color(l), 0.3);
     mesh.ellipsoid(l.position, eigen.eigenvectors() * half_axes.asDiagonal());
     scene.insert(mesh.object());
@@ -91,12 +92,13 @@ void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
   }
   scene.insert(crosses.object());
   const Vector3d toward = (layout.view.eye() - layout.view.target).normalized();
-  std::map<std::optional<int>, Mesh> solids;
+  std::map<std::array<std::uint8_t, 3>, Mesh> solids;  // by colour
   auto stems = mrpt::opengl::CSetOfLines::Create();
   stems->setColor_u8(150, 150, 150);
   for (const LandmarkEstimate& l : result.landmarks) {
     if (!l.position.allFinite()) continue;
-    const auto mesh = solids.try_emplace(l.class_index, landmark_color(l)).first;
+    const Color fill = landmark_fill(l);
+    const auto mesh = solids.try_emplace({fill.red, fill.green, fill.blue}, fill).first;
     mesh->second.marker(l.position, landmark_marker(l), layout.landmark_radius, toward);
     if (result.is_3d) {
       stems->appendLine(l.position.x(), l.position.y(), layout.ground.low.z(), l.position.x(),
@@ -104,7 +106,7 @@ void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
     }
   }
   scene.insert(stems);
-  for (const auto& [class_index, mesh] : solids) scene.insert(mesh.object());
+  for (const auto& [color, mesh] : solids) scene.insert(mesh.object());
 }
 
 void add_texts(mrpt::opengl::COpenGLScene& scene, const MapResult& result,

@@ -16,31 +16,6 @@ namespace {
 
 constexpr double kRadians = M_PI / 180;
 
-/// Moves the target and the distance until the points fill the picture.
-SceneView fitted(SceneView view, const std::vector<Eigen::Vector3d>& points, const Extent& extent,
-                 double aspect) {
-  view.target = 0.5 * (extent.low + extent.high).matrix();
-  view.distance = 4 * (extent.high - extent.low).matrix().norm();
-  for (int round = 0; round < 12; ++round) {
-    Eigen::Array2d low = Eigen::Array2d::Constant(1e300);
-    Eigen::Array2d high = Eigen::Array2d::Constant(-1e300);
-    for (const Eigen::Vector3d& point : points) {
-      const Pixel p = view.project(point, aspect, 1);
-      if (!p.allFinite()) continue;
-      low = low.min(p.array());
-      high = high.max(p.array());
-    }
-    const Eigen::Array2d middle = 0.5 * (low + high) - Eigen::Array2d(aspect / 2, 0.5);
-    const double unit = 2 * view.distance * std::tan(0.5 * kRadians * SceneView::kFieldOfViewDeg);
-    const Eigen::Vector3d forward = (view.target - view.eye()).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    view.target += unit * (middle.x() * right - middle.y() * right.cross(forward));
-    constexpr double kFilled = 0.9;
-    view.distance *= std::max((high - low).x() / aspect, (high - low).y()) / kFilled;
-  }
-  return view;
-}
-
 /// The extent in whole squares of the grid, flat at height `z`.
 Extent ground_of(const Extent& extent, double step, double z) {
   Extent ground;
@@ -71,18 +46,46 @@ Pixel SceneView::project(const Eigen::Vector3d& point, double width, double heig
           0.5 * height - focal * ray.dot(right.cross(forward)) / depth};
 }
 
+/// Moves the target and the distance until the points fill the picture.
+SceneView view_of(const std::vector<Eigen::Vector3d>& points, double elevation_deg, double aspect) {
+  SceneView view;
+  view.elevation_deg = elevation_deg;
+  Extent extent;
+  for (const Eigen::Vector3d& point : points) extent.add(point);
+  if (extent.empty()) return view;
+  view.target = 0.5 * (extent.low + extent.high).matrix();
+  view.distance = 4 * (extent.high - extent.low).matrix().norm();
+  for (int round = 0; round < 12; ++round) {
+    Eigen::Array2d low = Eigen::Array2d::Constant(1e300);
+    Eigen::Array2d high = Eigen::Array2d::Constant(-1e300);
+    for (const Eigen::Vector3d& point : points) {
+      const Pixel p = view.project(point, aspect, 1);
+      if (!p.allFinite()) continue;
+      low = low.min(p.array());
+      high = high.max(p.array());
+    }
+    const Eigen::Array2d middle = 0.5 * (low + high) - Eigen::Array2d(aspect / 2, 0.5);
+    const double unit = 2 * view.distance * std::tan(0.5 * kRadians * SceneView::kFieldOfViewDeg);
+    const Eigen::Vector3d forward = (view.target - view.eye()).normalized();
+    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+    view.target += unit * (middle.x() * right - middle.y() * right.cross(forward));
+    constexpr double kFilled = 0.9;
+    view.distance *= std::max((high - low).x() / aspect, (high - low).y()) / kFilled;
+  }
+  return view;
+}
+
 SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, double aspect) {
   SceneLayout layout;
-  const Extent extent = map_extent(result, truth);
+  layout.frame = map_frame(result, truth);
+  const Extent& extent = layout.frame.extent;
   const double size = (extent.high - extent.low).maxCoeff();
   layout.landmark_radius = 0.012 * size;
   layout.path_radius = 0.0032 * size;
   layout.axis_length = 0.08 * size;
-  layout.magnification = ellipse_magnification(result.landmarks, 2 * size);  // beyond the solids
   layout.grid_step = nice_below(size / 5);
   const double below = result.is_3d ? extent.low.z() - 0.02 * size : -0.003 * size;
   layout.ground = ground_of(extent, layout.grid_step, below);
-  layout.view.elevation_deg = result.is_3d ? 28 : 52;
   std::vector<Eigen::Vector3d> points;
   for (const double x : {layout.ground.low.x(), layout.ground.high.x()}) {
     for (const double y : {layout.ground.low.y(), layout.ground.high.y()}) {
@@ -93,7 +96,7 @@ SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, doub
   for (const Trajectory* path : {&result.trajectory, &truth.path}) {
     for (const TimedPose& p : *path) points.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
   }
-  layout.view = fitted(layout.view, points, extent, aspect);
+  layout.view = view_of(points, result.is_3d ? 28 : 52, aspect);
   return layout;
 }
 

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <vector>
+
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/map_style.h"
@@ -29,9 +31,13 @@ struct SceneLayout {
   double path_radius = 0.02;
   double landmark_radius = 0.1;
   double axis_length = 1;
-  double magnification = 1;  ///< of the ellipsoids
+  MapFrame frame;  ///< as in the plan
   SceneView view;
 };
+
+/// The view at an elevation [deg] that shows all points, in a picture `aspect` times as wide as
+/// high.
+SceneView view_of(const std::vector<Eigen::Vector3d>& points, double elevation_deg, double aspect);
 
 /// The layout for a picture `aspect` times as wide as high.
 SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, double aspect = 1.2);

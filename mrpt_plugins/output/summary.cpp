@@ -149,6 +149,11 @@ Json summary_json(const Summary& s) {
   out["steps"] = to_json(s.steps);
   out["plugins"] = to_json(s.plugins);
   for (const auto& [name, value] : s.statistics) out["plugins"][name] = value;
+  if (!s.chosen_plugins.empty()) out["chosen_plugins"] = s.chosen_plugins;
+  out["observations"] = Json::object();
+  for (const auto& [name, use] : s.observations) {
+    out["observations"][name] = {{"count", use.count}, {"used_by", use.users}};
+  }
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;

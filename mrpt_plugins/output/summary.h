@@ -14,6 +14,7 @@
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/mapping/map_result.h"
+#include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/mode_writer.h"
 
 namespace HYBRID_API hybrid {
@@ -59,8 +60,10 @@ struct Summary {
   double total_s = 0;
   StepStatistics steps;
   StepStatistics plugins;
-  std::map<std::string, double> statistics;    ///< figures of the plugins, by name
-  std::map<std::string, std::size_t> dropped;  ///< reason -> number of measurements
+  std::vector<std::string> chosen_plugins;             ///< where the log chose them
+  std::map<std::string, ObservationUse> observations;  ///< of the log, by class
+  std::map<std::string, double> statistics;            ///< figures of the plugins, by name
+  std::map<std::string, std::size_t> dropped;          ///< reason -> number of measurements
   std::vector<std::string> warnings;
   std::vector<CalibrationEstimate> calibration;
   std::map<std::string, std::size_t> modes;  ///< of motion -> number of motions

@@ -17,20 +17,33 @@
 namespace hybrid {
 namespace {
 
-void encode(const std::string& path, int count, const std::function<Image(int)>& picture,
-            double pictures_per_second) {
+/// Opens a film with the best encoder there is; returns what the user should know of it.
+std::string open_film(cv::VideoWriter& writer, const std::string& path, const cv::Size& size,
+                      double pictures_per_second) {
+  const auto open = [&](int codec) {
+    return writer.open(path, cv::CAP_FFMPEG, codec, pictures_per_second, size);
+  };
+  const bool is_even = size.width % 2 == 0 && size.height % 2 == 0;  // which H.264 demands
+  if (is_even && open(cv::VideoWriter::fourcc('a', 'v', 'c', '1'))) return "";
+  if (open(cv::VideoWriter::fourcc('m', 'p', '4', 'v'))) {
+    return "the film is MPEG-4 part 2, which browsers do not play: OpenCV on this machine has no "
+           "H.264 encoder";
+  }
+  throw Error(
+      "OpenCV on this machine has neither an H.264 nor an MPEG-4 encoder, or the file cannot be "
+      "created; write single frames instead");
+}
+
+std::string encode(const std::string& path, int count, const std::function<Image(int)>& picture,
+                   double pictures_per_second) {
   cv::VideoWriter writer;
   cv::Size size;
+  std::string note;
   for (int i = 0; i < count; ++i) {
     const Image image = picture(i);
     if (i == 0) {
       size = {image.width, image.height};
-      const int codec = cv::VideoWriter::fourcc('m', 'p', '4', 'v');
-      if (!writer.open(path, cv::CAP_FFMPEG, codec, pictures_per_second, size)) {
-        throw Error(
-            "OpenCV on this machine has no MPEG-4 encoder (mp4v), or the file cannot be created; "
-            "write single frames instead");
-      }
+      note = open_film(writer, path, size, pictures_per_second);
     }
     if (image.width != size.width || image.height != size.height) {
       throw Error(fmt::format("picture {} is {} x {}, the first is {} x {}", i, image.width,
@@ -42,6 +55,7 @@ void encode(const std::string& path, int count, const std::function<Image(int)>&
     cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
     writer.write(bgr);
   }
+  return note;
 }
 
 /// The number that `count` bytes make, the highest first.
@@ -76,9 +90,9 @@ bool has_whole_boxes(const std::string& path) {
 
 }  // namespace
 
-void encode_video(const std::filesystem::path& path, int count,
-                  const std::function<Image(int)>& picture, double pictures_per_second) {
-  encode(path.string(), count, picture, pictures_per_second);
+std::string encode_video(const std::filesystem::path& path, int count,
+                         const std::function<Image(int)>& picture, double pictures_per_second) {
+  std::string note = encode(path.string(), count, picture, pictures_per_second);
   // OpenCV does not say that something could not be written.
   if (!has_whole_boxes(path.string())) {
     throw Error("the film is not complete; is the disk full?");
@@ -86,6 +100,7 @@ void encode_video(const std::filesystem::path& path, int count,
   const cv::VideoCapture film(path.string(), cv::CAP_FFMPEG);
   const auto found = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
   if (found != count) throw Error(fmt::format("{} of {} pictures are in it", found, count));
+  return note;
 }
 
 }  // namespace hybrid

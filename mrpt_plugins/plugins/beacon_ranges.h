@@ -24,6 +24,7 @@ class BeaconRanges : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  std::vector<std::string> uses() const override { return {"CObservationBeaconRanges"}; }
   Contribution observe(const Frame& frame, const MapView& map) override;
   /// Takes the ranges in that still wait.
   Contribution conclude(const MapView& map) override;

@@ -27,6 +27,10 @@ class BearingOnlyKnownIds : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  std::vector<std::string> uses() const override { return {"CObservationClassedBearingRange"}; }
+  bool suits(const LogContents& log) const override {
+    return log.without_range.mostly_identified();
+  }
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override;
   void refused() override;

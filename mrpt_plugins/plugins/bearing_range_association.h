@@ -19,6 +19,12 @@ class BearingRangeAssociation : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  std::vector<std::string> uses() const override {
+    return {"CObservationBearingRange", "CObservationClassedBearingRange"};
+  }
+  bool suits(const LogContents& log) const override {
+    return log.with_range.all > 0 && !log.with_range.mostly_identified();
+  }
   Contribution observe(const Frame& frame, const MapView& map) override {
     return association_.observe(frame.view(), map);
   }

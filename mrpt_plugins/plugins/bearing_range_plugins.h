@@ -18,6 +18,12 @@ class BearingRangeKnownIds : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  std::vector<std::string> uses() const override {
+    return {"CObservationBearingRange", "CObservationClassedBearingRange"};
+  }
+  bool suits(const LogContents& log) const override {
+    return log.with_range.mostly_identified() && !log.with_range.mostly_classified();
+  }
   Contribution observe(const Frame& frame, const MapView& map) override;
 
  private:
@@ -32,6 +38,12 @@ class ClassedBearingRangeKnownIds : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  std::vector<std::string> uses() const override {
+    return {"CObservationBearingRange", "CObservationClassedBearingRange"};
+  }
+  bool suits(const LogContents& log) const override {
+    return log.with_range.mostly_identified() && log.with_range.mostly_classified();
+  }
   Contribution observe(const Frame& frame, const MapView& map) override;
   std::vector<std::string> class_names() const override { return classes_.names(); }
 

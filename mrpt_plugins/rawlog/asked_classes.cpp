@@ -14,6 +14,11 @@
 
 namespace hybrid {
 
+std::string without_namespace(const std::string& class_name) {
+  const std::size_t colon = class_name.rfind(':');
+  return colon == std::string::npos ? class_name : class_name.substr(colon + 1);
+}
+
 void register_mrpt_classes() {
   mrpt::obs::registerAllClasses_mrpt_obs();
   mrpt::maps::registerAllClasses_mrpt_maps();

@@ -12,6 +12,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// The name of a class as MRPT registers it, without what stands before its last colon.
+std::string without_namespace(const std::string& class_name);
+
 /// Makes the classes of MRPT known by name: the linker drops libraries that are used in no other
 /// way.
 void register_mrpt_classes();

@@ -25,22 +25,24 @@ Film::Film(const std::string& path, const OutputDirectory& out) : path_(path), o
     throw Error(fmt::format("cannot write '{}': the name of a video ends in .mp4", path));
   }
   name_ = file.filename().string();
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  if (!fs::is_directory(folder)) {
-    throw Error(fmt::format("cannot write '{}': there is no folder '{}'", path, folder.string()));
+  if (const fs::path folder = file.parent_path(); !folder.empty()) {
+    if (!fs::is_directory(folder)) {
+      throw Error(fmt::format("cannot write '{}': there is no folder '{}'", path, folder.string()));
+    }
+    if (!fs::equivalent(folder, out.folder())) group_.emplace(file);
   }
-  if (!fs::equivalent(folder, out.folder())) group_.emplace(file);
   const auto black = [](int) { return Image{64, 64, std::vector<std::uint8_t>(64 * 64 * 3)}; };
   encode(1, black);
 }
 
-void Film::encode(int count, const std::function<Image(int)>& picture) const {
+std::string Film::encode(int count, const std::function<Image(int)>& picture) const {
   if (!group_) {
-    out_.save(name_, [&](const std::string& file) { encode_video(file, count, picture); });
-    return;
+    std::string note;
+    out_.save(name_, [&](const std::string& file) { note = encode_video(file, count, picture); });
+    return note;
   }
   try {
-    encode_video(group_->stage(name_), count, picture);
+    return encode_video(group_->stage(name_), count, picture);
   } catch (const std::exception& e) {
     throw Error(fmt::format("cannot write '{}': {}", path_, e.what()));
   }

@@ -14,7 +14,7 @@
 namespace HYBRID_API hybrid {
 
 /// The video that a replay writes: one of the files of the result, where it is to be in their
-/// folder, else a result beside.
+/// folder, as a name without a folder is, else a result beside.
 class Film {
  public:
   /// Tries whether it can be written, before long work; an empty path is no film. `out` must live
@@ -22,8 +22,8 @@ class Film {
   Film(const std::string& path, const OutputDirectory& out);
 
   bool wanted() const { return !path_.empty(); }
-  /// Encodes the pictures 0 .. count-1.
-  void encode(int count, const std::function<Image(int)>& picture) const;
+  /// Encodes the pictures 0 .. count-1; returns a warning, or "".
+  std::string encode(int count, const std::function<Image(int)>& picture) const;
 
   /// Shows the film, where that is not for the result to do; `undo` takes it back.
   void commit();

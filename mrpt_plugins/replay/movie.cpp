@@ -31,7 +31,10 @@ Image Movie::frame(int i, const GroundTruth& truth) const {
   scene.title = last.title;
   const auto poses = static_cast<std::ptrdiff_t>(scene.trajectory.size());
   scene.dead_reckoning.assign(last.dead_reckoning.begin(), last.dead_reckoning.begin() + poses);
-  return map_image(scene, truth, 1600, 1200, map_extent(last, truth));
+  const double seconds =
+      scene.trajectory.empty() ? 0 : scene.trajectory.back().time - last.trajectory.front().time;
+  return map_image(scene, truth, 1600, 1200, map_frame(last, truth),
+                   fmt::format("after {:.1f} s, ", seconds));
 }
 
 void Movie::write_frames(const OutputDirectory& out, const GroundTruth& truth) const {

@@ -14,6 +14,7 @@
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/film.h"
@@ -26,6 +27,7 @@
 namespace hybrid {
 namespace {
 
+using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kVideoFrames = 100;  // where --frames does not say
@@ -106,7 +108,7 @@ void set_status(const KeyframeSource& source, const Mapper& mapper, const MapRes
     summary.message = source.message();
   } else if (result.landmarks.empty() && refused.empty()) {
     summary.status = "empty";
-    summary.message = "no landmark was mapped: no plugin found a detection to use";
+    summary.message = "no landmark was mapped: " + why_nothing_mapped(summary.observations);
   } else if (!refused.empty()) {
     summary.status = "partial";
   }
@@ -114,9 +116,10 @@ void set_status(const KeyframeSource& source, const Mapper& mapper, const MapRes
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
 }
 
-Summary summarize(const KeyframeSource& source, const Mapper& mapper, const BackendReport& last,
-                  const MapResult& result, int signal) {
+Summary summarize(const KeyframeSource& source, const Plugins& plugins, const Mapper& mapper,
+                  const BackendReport& last, const MapResult& result, int signal) {
   Summary summary;
+  summary.observations = observation_uses(source.observations(), plugins);
   set_status(source, mapper, result, signal, summary);
   summary.mode = mapper.backend().mode();
   summary.keyframes = result.trajectory.size();
@@ -158,7 +161,9 @@ std::vector<std::string> write_extras(const ReplayRequest& request, const Output
   }
   if (movie.size() > 0) movie.finish(result);
   if (request.frames > 0) movie.write_frames(out, truth);
-  if (film.wanted()) film.encode(movie.size(), [&](int i) { return movie.frame(i, truth); });
+  if (!film.wanted()) return warnings;
+  const std::string note = film.encode(movie.size(), [&](int i) { return movie.frame(i, truth); });
+  if (!note.empty()) warnings.push_back(note);
   return warnings;
 }
 
@@ -202,11 +207,9 @@ ReplayOutcome replay(const ReplayRequest& request,
                      const std::function<void(const ReplayProgress&)>& progress,
                      const std::function<void(const ReplayOutcome&)>& published) {
   const auto start = Clock::now();
-  IniFile ini(request.config);
+  const std::unique_ptr<IniFile> ini_file = open_config(request);
+  IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
-  if (settings.rawlog.empty()) {
-    ini.section("log").fail("rawlog", "names no log, and neither does --rawlog");
-  }
   Truth truth(settings.truth_path, settings.truth_map, settings.truth_point);
   if (!settings.truth_associations.empty()) truth.read_associations(settings.truth_associations);
   KeyframeSource source(settings.rawlog, settings.source);
@@ -214,6 +217,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   Film film(request.video, out);
   Movie movie = make_movie(request, settings);
 
+  const Plugins plugins = settings.plugins;
   Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
                 source.is_3d(), settings.calibration);
   RunReport report(request, out);
@@ -224,8 +228,10 @@ ReplayOutcome replay(const ReplayRequest& request,
   MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
   result.title = settings.title;
   report.finish(mapper, result, last.objective_after);
-  ReplayOutcome outcome{summarize(source, mapper, last, result, signal), out.folder(), signal};
+  ReplayOutcome outcome{summarize(source, plugins, mapper, last, result, signal), out.folder(),
+                        signal};
   Summary& summary = outcome.summary;
+  summary.chosen_plugins = settings.chosen;
   truth.adapt_to(result, mapper.log_rows());
   summary.truth = compare(truth, result, mapper, settings.match_radius);
   summary.truth->modes = mode_score(settings, result, mapper);
@@ -239,6 +245,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }
   warn(write_texts(out, result, mapper.backend()));
+  write_true_path(out, result, truth, mapper.log_rows());
   summary.total_s = seconds_since(start);
   if (request.pictures) {
     warn(write_pictures(out, result, truth.get()));

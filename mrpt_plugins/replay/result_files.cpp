@@ -34,6 +34,17 @@ std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult
                       fmt::join(graph.left_out, ", "))};
 }
 
+void write_true_path(const OutputDirectory& out, const MapResult& result, const Truth& truth,
+                     const std::vector<std::size_t>& log_rows) {
+  if (truth.get().path.empty()) return;
+  const Truth::Pairs pairs = truth.pairs(result.trajectory, log_rows);
+  Trajectory path;
+  for (std::size_t i = 0; i < pairs.times.size(); ++i) {
+    path.push_back({pairs.times[i], pairs.poses[i].truth});
+  }
+  out.write("trajectory_truth.tum", tum_text(path));
+}
+
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
                                         const GroundTruth& truth) {
   std::vector<std::string> warnings;

@@ -18,6 +18,11 @@ namespace HYBRID_API hybrid {
 std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult& result,
                                      const Backend& backend);
 
+/// Writes trajectory_truth.tum, the true poses at the times of trajectory.tum in the frame of the
+/// map, if there is a true path.
+void write_true_path(const OutputDirectory& out, const MapResult& result, const Truth& truth,
+                     const std::vector<std::size_t>& log_rows);
+
 /// Draws map.png, map_3d.png, steps.png and scene.3Dscene; returns warnings for the user.
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
                                         const GroundTruth& truth);

@@ -27,16 +27,19 @@ struct ReplaySettings {
   MotionOptions motion;
   CalibrationOptions calibration;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;
+  std::vector<std::string> chosen;  ///< their names, where they were chosen by what the log holds
   std::unique_ptr<Backend> backend;
 };
 
-/// Declares and reads all sections, and creates the plugins. While `ini` documents, the sections of
-/// all registered plugins are declared, and no log needs to be named. Throws Error for anything
-/// unknown or wrong.
+/// The INI of a request, or an empty one where it names none.
+std::unique_ptr<IniFile> open_config(const ReplayRequest& request);
+
+/// Declares and reads all sections, and creates the plugins; where [plugins] classes = auto, which
+/// is the default, the log is read once to choose them. Throws Error for anything unknown or wrong.
 ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request);
 
-/// All sections and keys as a valid INI with comments: those of the INI given, or without one those
-/// of every registered plugin with the defaults.
+/// All sections and keys as a valid INI with comments, which reads back from any folder: those of
+/// the plugins that the INI names, or of all where they are chosen by the log.
 std::string config_text(const ReplayRequest& request);
 
 }  // namespace hybrid

@@ -81,8 +81,11 @@ mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,
   const std::vector<PosePair> known =
       (all ? pairs(estimate, log_rows) : pairs({estimate.front()}, {log_rows.front()})).poses;
   if (known.empty()) {
-    throw Error(fmt::format("{}: has no pose within {} s of {} pose of the log", path_file_,
-                            kMaxTimeDifference, all ? "any" : "the first"));
+    throw Error(fmt::format(
+        "{}: has no pose within {} s of {} pose of the log: it is of {} to {} s, "
+        "the log of {} to {} s; times of both are of one clock",
+        path_file_, kMaxTimeDifference, all ? "any" : "the first", truth_.path.front().time,
+        truth_.path.back().time, estimate.front().time, estimate.back().time));
   }
   return all ? alignment(known) : known.front().truth;
 }
@@ -102,8 +105,10 @@ Truth::Pairs Truth::pairs(const Trajectory& estimate,
   }
   const std::size_t last = *std::max_element(log_rows.begin(), log_rows.end());
   if (last >= truth_.path.size()) {
-    throw Error(fmt::format("{}: has {} poses, but the log has a frame for row {}", path_file_,
-                            truth_.path.size(), last));
+    throw Error(
+        fmt::format("{}: has {} poses, but the log has a frame for row {}: this is the truth of "
+                    "another log",
+                    path_file_, truth_.path.size(), last));
   }
   for (const TimedPose& pose : estimate) out.times.push_back(pose.time);
   out.poses = pair_by_index(estimate, truth_.path, log_rows);

@@ -125,9 +125,10 @@ TEST_F(OutputFolders, HoldOneResultAndFilesOfOthers) {
   EXPECT_EQ(names().count("modes.csv"), 1U);
   write("out/notes.txt", "mine");
   summary_of(kClassed);
-  EXPECT_EQ(names(), (std::set<std::string>{"trajectory.tum", "trajectory_dead_reckoning.tum",
-                                            "landmarks.csv", "landmarks.json", "graph.g2o",
-                                            "steps.csv", "summary.json", "notes.txt"}));
+  EXPECT_EQ(names(),
+            (std::set<std::string>{"trajectory.tum", "trajectory_dead_reckoning.tum",
+                                   "trajectory_truth.tum", "landmarks.csv", "landmarks.json",
+                                   "graph.g2o", "steps.csv", "summary.json", "notes.txt"}));
 }
 
 TEST_F(OutputFolders, ASecondProgramIsRefusedByName) {
@@ -174,7 +175,7 @@ TEST_F(OutputFolders, AVideoThatCannotBeWrittenIsAFailure) {
   const std::string film = at("map.mp4");
   write("map.mp4", "an older one");
   const Ran ran =
-      run_app("hybrid-replay " + kClassed + " --frames 40 --video " + film + " -o " + at("out"),
+      run_app("hybrid-replay " + kClassed + " --no-pictures --video " + film + " -o " + at("out"),
               limit(400));
   EXPECT_EQ(ran.code, 1) << ran.text;
   EXPECT_NE(ran.text.find(film), std::string::npos) << ran.text;

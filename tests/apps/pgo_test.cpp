@@ -131,11 +131,11 @@ TEST_F(Pgo, WritesFilesThatReadBack) {
                 .find("i,j,decision,inlier_probability,residual,redundancy,"
                       "checkable,margin\n0,8,trusted,1"),
             0u);
-  for (const char* name : {"graph", "sparsity_jacobian", "sparsity_information", "sparsity_factor",
-                           "sparsity_marginalized"}) {
+  for (const char* name : {"graph", "graph_start", "sparsity_jacobian", "sparsity_information",
+                           "sparsity_factor", "sparsity_marginalized"}) {
     EXPECT_EQ(read(std::string("out/new/") + name + ".png").substr(1, 3), "PNG") << name;
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/new"), {}), 9);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/new"), {}), 11);
   const hybrid::PoseGraph written = hybrid::read_graph(at("out/new/graph.g2o"));
   EXPECT_EQ(written.values.size(), 24u);
   EXPECT_EQ(written.edge_count(), 23u + 16u);
@@ -160,6 +160,40 @@ TEST_F(Pgo, ComparesWithTheTruth) {
   EXPECT_NEAR(summary("self")["truth"]["trajectory"]["rotation_rmse_deg"], 0.0, 1e-6);
   expect_failure(file + " --truth " + write("short.txt", "0 0 0\n"), "has 1 poses, the graph 6");
   expect_failure(file + " --truth " + write("bad.txt", "0 0 0\n1 x 2\n"), "bad.txt:2");
+}
+
+TEST_F(Pgo, TrajectoriesPairByTheIdOfThePose) {
+  std::string graph;
+  for (int k = 4; k < 9; ++k) graph += edge(k - 1, k, hybrid::SE2(1, 0, M_PI_2));
+  const std::string file = write("g.g2o", graph);
+  ASSERT_EQ(run(file + " --no-pictures -o " + at("out")).code, 0);
+  EXPECT_FALSE(fs::exists(at("out/graph.png")));
+  EXPECT_FALSE(fs::exists(at("out/trajectory_truth.tum")));
+  ASSERT_EQ(run(file + " --truth " + at("out/trajectory.tum") + " -o " + at("self")).code, 0);
+  for (const char* name : {"self/trajectory.tum", "self/trajectory_truth.tum"}) {
+    std::istringstream rows(read(name));
+    std::string heading;
+    std::getline(rows, heading);
+    for (int k = 3; k < 9; ++k) {
+      double stamp = 0, x = 0, rest[6];
+      rows >> stamp >> x;
+      for (double& value : rest) rows >> value;
+      EXPECT_EQ(stamp, k) << name;
+      if (k != 4) continue;
+      EXPECT_NEAR(x, 1, 1e-9) << name;
+    }
+  }
+}
+
+TEST_F(Pgo, GraphsInSpaceAreDrawnInSpace) {
+  const std::string information = " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
+  std::string graph;
+  for (int k = 1; k < 5; ++k) {
+    graph += "EDGE_SE3:QUAT " + std::to_string(k - 1) + ' ' + std::to_string(k) +
+             " 1 0 0.5 0 0 0.7071 0.7071" + information;
+  }
+  ASSERT_EQ(run(write("g.g2o", graph) + " -o " + at("out")).code, 0);
+  EXPECT_EQ(read("out/graph_3d.png").substr(1, 3), "PNG");
 }
 
 TEST_F(Pgo, FeedsLandmarksAndPosesThatWait) {

@@ -25,7 +25,8 @@ const std::string kDemoLog = "/usr/share/mrpt/datasets/kf-slam_demo.rawlog";
 const std::string kClassedLog = HYBRID_SOURCE_DIR "/rawlogs/classed_demo.rawlog";
 
 std::string with_log(const std::string& path) {
-  return "-c " + config("kf_slam_demo.ini") + " --rawlog " + path;
+  return "-c " + config("kf_slam_demo.ini") + " --rawlog " + path +
+         " --truth-path /usr/share/mrpt/datasets/kf-slam_demo_ground_truth_robot_path.txt";
 }
 
 TEST_F(ReplayTest, IniNonsenseNamesSectionAndKey) {
@@ -100,10 +101,10 @@ TEST_F(ReplayTest, UnusableLogsFail) {
 }
 
 TEST_F(ReplayTest, MissingOrMalformedTruthFails) {
-  expect_failure(with_log(kDemoLog) + " --truth-map " + at("none.txt"), "none.txt");
-  expect_failure(with_log(kDemoLog) + " --truth-path " + write("bad.txt", "1 2 x\n"), "bad.txt:1");
-  expect_failure(with_log(kDemoLog) + " --truth-path " + write("short.txt", "0 0 0 0 0 0\n"),
-                 "short.txt");
+  const std::string demo = "-c " + config("kf_slam_demo.ini");
+  expect_failure(demo + " --truth-map " + at("none.txt"), "none.txt");
+  expect_failure(demo + " --truth-path " + write("bad.txt", "1 2 x\n"), "bad.txt:1");
+  expect_failure(demo + " --truth-path " + write("short.txt", "0 0 0 0 0 0\n"), "short.txt");
 }
 
 TEST_F(ReplayTest, TruncatedLogGivesAPartialMap) {

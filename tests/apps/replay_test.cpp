@@ -132,13 +132,33 @@ TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
     EXPECT_GT(entry.file_size(), 100U) << entry.path();
     files.insert(entry.path().filename());
   }
-  const std::set<std::string> expected{"trajectory.tum", "trajectory_dead_reckoning.tum",
-                                       "landmarks.csv",  "landmarks.json",
-                                       "graph.g2o",      "steps.csv",
-                                       "summary.json",   "map.png",
-                                       "map_3d.png",     "scene.3Dscene",
-                                       "steps.png",      "error.png"};
+  const std::set<std::string> expected{"trajectory.tum",      "trajectory_dead_reckoning.tum",
+                                       "landmarks.csv",       "landmarks.json",
+                                       "graph.g2o",           "steps.csv",
+                                       "summary.json",        "map.png",
+                                       "map_3d.png",          "scene.3Dscene",
+                                       "steps.png",           "error.png",
+                                       "trajectory_truth.tum"};
   EXPECT_EQ(files, expected);
+}
+
+/// The first word of every row but the heading.
+std::vector<std::string> stamps_of(const std::string& tum) {
+  std::vector<std::string> stamps;
+  std::istringstream rows(read_file(tum));
+  for (std::string row; std::getline(rows, row);) {
+    if (row[0] != '#') stamps.push_back(row.substr(0, row.find(' ')));
+  }
+  return stamps;
+}
+
+TEST_F(ReplayTest, TheTruthHasTheStampsOfTheTrajectory) {
+  summary_of("-c " + config("kf_slam_demo.ini"));
+  const auto stamps = stamps_of(at("out/trajectory.tum"));
+  EXPECT_EQ(stamps.size(), 250U);
+  EXPECT_EQ(stamps_of(at("out/trajectory_truth.tum")), stamps);
+  summary_of("--rawlog /usr/share/mrpt/datasets/kf-slam_demo.rawlog");
+  EXPECT_FALSE(fs::exists(at("out/trajectory_truth.tum")));
 }
 
 TEST_F(ReplayTest, GrowingMapAndMatricesWhereAsked) {

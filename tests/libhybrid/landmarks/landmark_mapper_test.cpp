@@ -93,6 +93,27 @@ class LandmarkMapping : public ::testing::Test {};
 using Poses = ::testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(LandmarkMapping, Poses);
 
+/// A landmark seen once and then missed is taken for clutter; its id may well be seen again.
+TYPED_TEST(LandmarkMapping, AnIdThatWasTakenForClutterIsMappedWhenItIsSeenAgain) {
+  using Pose = TypeParam;
+  Curve<Pose> drive;
+  LandmarkMapper<Pose> mapper;
+  for (int i = 0; i < 45; ++i) {
+    const Pose motion = i == 0 ? Pose() : drive.step();
+    DetectionFrame seen = drive.look(true);
+    if (i == 3 || i >= 38) {
+      Detection again;
+      again.id = 99;
+      again.range = i == 3 ? 3 : 3 - 0.4 * (i - 38);
+      again.covariance.diagonal() << 9e-4, 9e-4, Curve<Pose>::kIs3d ? 9e-4 : 0;
+      seen.detections.push_back(again);
+    }
+    EXPECT_TRUE(mapper.add(motion, Curve<Pose>::noise(i == 0 ? 0.01 : 1), {seen})) << i;
+  }
+  mapper.finish();
+  EXPECT_EQ(mapper.landmarks().size(), drive.points.size() + 1);
+}
+
 TYPED_TEST(LandmarkMapping, EveryPointIsALandmarkAndEverySightingGoesToItsOwn) {
   using Pose = TypeParam;
   Curve<Pose> drive;

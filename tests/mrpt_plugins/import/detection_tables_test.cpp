@@ -91,5 +91,35 @@ TEST_F(Tables, FaultsAreNamed) {
   expect_table_error(odometry, "time,range,yaw\n7,1,0\n", "no detection has odometry around it");
 }
 
+TEST_F(Tables, ATumTrajectoryIsOdometry) {
+  DetectionTablesOptions options = tables();
+  import_detection_tables(options, log());
+  const auto expected = steps();
+  write("odometry.csv",
+        "# timestamp tx ty tz qx qy qz qw\n0 0 0 0.1 0 0 0 1\n1 2 0 0.1 0 0 0 1\n"
+        "2 2 0 0.1 0 0 0.6816387600233341 0.7316888688738209\n");
+  import_detection_tables(options, log());
+  const auto all = steps();
+  ASSERT_EQ(all.size(), expected.size());
+  ASSERT_TRUE(all[1].odometry);
+  EXPECT_TRUE(all[1].odometry->is_planar);
+  EXPECT_NEAR(all[1].odometry->mean.distanceTo(expected[1].odometry->mean), 0, 1e-9);
+  EXPECT_NEAR(all[1].odometry->mean.yaw(), expected[1].odometry->mean.yaw(), 1e-9);
+  write("odometry.csv", "0 0 0 0 0 0 0 1\n1 2 0 0.5 0 0 0 1\n2 2 0 1 0 0 0 1\n");
+  import_detection_tables(options, log());
+  EXPECT_FALSE(steps().at(1).odometry->is_planar);
+}
+
+TEST_F(Tables, UsualMistakesAreNamed) {
+  const char* seen = "time,range,yaw\n0.5,3,0.1\n";
+  const char* path = "time,x,y,yaw\n0,0,0,0\n1,1,0,0\n";
+  expect_table_error("time,x,y,yaw\n0,0,0,0\n1,1,0,179\n2,2,0,-179\n", seen,
+                     "angles are in radians");
+  expect_table_error(path, "time,range,yaw\n0.5,3,45\n", "angles are in radians");
+  expect_table_error(path, "0.5,3,0.1\n", "the first row names the columns");
+  expect_table_error("0,0,0,0\n1,1,0,0\n", seen, "the first row names the columns");
+  expect_table_error(path, "time,range,yaw\n1700000000,3,0.1\n", "times of both are of one clock");
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -114,6 +114,39 @@ TEST(MapStyle, EllipsesAreEnlargedOnlyWhenTheyWouldNotShow) {
   EXPECT_EQ(ellipse_magnification({}, 10), 1);
 }
 
+TEST(MapStyle, TheLessProbableAClassThePalerIsTheLandmark) {
+  LandmarkEstimate landmark = round_trip(false).landmarks.front();
+  const Color full = landmark_fill(landmark);
+  EXPECT_EQ(full.blue, landmark_color(landmark).blue);
+  int before = full.blue;
+  for (const double p : {0.9, 0.5, 0.2}) {
+    landmark.class_probabilities = {p, 1 - p, 0, 0, 0, 0};
+    EXPECT_GT(landmark_fill(landmark).blue, before) << p;
+    before = landmark_fill(landmark).blue;
+  }
+  MapResult map = round_trip(false);
+  const int sure = count(map_image(map), series_color(0));
+  for (LandmarkEstimate& l : map.landmarks) l.class_probabilities.assign(6, 1.0 / 6);
+  EXPECT_LT(count(map_image(map), series_color(0)), sure);
+}
+
+TEST(MapStyle, PlanAndSpaceEnlargeEllipsesByOneFactor) {
+  MapResult map = round_trip(true);
+  for (LandmarkEstimate& l : map.landmarks) l.covariance *= 1e-4;
+  EXPECT_GT(map_frame(map, {}).magnification, 1);
+  EXPECT_EQ(scene_layout(map, {}).frame.magnification, map_frame(map, {}).magnification);
+}
+
+TEST(MapStyle, DeadReckoningUnderTheEstimateIsNotListed) {
+  MapResult map = round_trip(false);
+  const Extent extent = map_extent(map, {});
+  EXPECT_FALSE(is_hidden(map.dead_reckoning, map.trajectory, extent));
+  const int apart = count(map_image(map), palette::kDeadReckoning);
+  map.dead_reckoning = map.trajectory;
+  EXPECT_TRUE(is_hidden(map.dead_reckoning, map.trajectory, extent));
+  EXPECT_LT(count(map_image(map), palette::kDeadReckoning), apart / 10);
+}
+
 TEST(MapStyle, AFarDeadReckoningDoesNotShrinkTheMap) {
   MapResult map = round_trip(false);
   const Extent before = map_extent(map, {});

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/command_line.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
+
+#include "apps/program.h"
+#include "apps/version.h"
+#include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/bridge/ini_file.h"
+
+namespace hybrid {
+namespace {
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
+  const std::string nearest = nearest_name(word, known);
+  return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
+}
+
+/// What is wrong with the first word that the program does not know, or "" if it knows all.
+std::string unknown_word(const CLI::App& app) {
+  const CLI::App* command = &app;
+  for (const CLI::App* parsed : app.get_subcommands()) command = parsed;
+  const std::vector<std::string> words = app.remaining(true);
+  for (const std::string& word : words) {
+    if (word.size() < 2 || word[0] != '-') continue;
+    const std::string name = word.substr(0, word.find('='));
+    return fmt::format("there is no option {}{}", escaped(name),
+                       suggestion(name, option_names(*command)));
+  }
+  if (words.empty()) return "";
+  const std::vector<std::string> commands = command_names(*command);
+  if (commands.empty()) return "nothing is made of " + in_quotes(words.front());
+  return fmt::format("there is no {}{}; known are: {}", in_quotes(words.front()),
+                     suggestion(words.front(), commands), fmt::join(commands, " "));
+}
+
+int complain_of(const CLI::App& app, const CLI::ParseError& error) {
+  std::string what = unknown_word(app);
+  if (what.empty()) what = error.what();
+  const std::vector<std::string> commands = command_names(app);
+  if (what == error.what() && !commands.empty() && app.get_subcommands().empty()) {
+    what = fmt::format("one of these must be named: {}", fmt::join(commands, " "));
+  }
+  complain("{}: {}\nRun with --help for more information.\n", app.get_name(), what);
+  return kExitFailure;
+}
+
+}  // namespace
+
+void add_output_folder(CLI::App& app, std::string& output) {
+  app.add_option("-o,--output", output, "folder for the results, created if absent")
+      ->type_name("OUT")
+      ->capture_default_str();
+}
+
+bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code) {
+  app.set_version_flag("--version", app.get_name() + " " + program_version(),
+                       "print the version and exit");
+  try {
+    app.parse(argc, argv);
+    return true;
+  } catch (const CLI::ParseError& e) {
+    const bool is_asked_for = e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
+    exit_code = is_asked_for ? app.exit(e) : complain_of(app, e);
+    return false;
+  }
+}
+
+Provenance provenance_of(int argc, char** argv) {
+  Provenance provenance;
+  provenance.version = program_version();
+  provenance.command.assign(argv, argv + argc);
+  return provenance;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,47 @@
+# What Debian packages hold beside what is installed everywhere: man pages by help2man, completion for bash and zsh,
+# copyright and changelog of each package.
+find_program(HELP2MAN help2man REQUIRED)
+find_program(GZIP gzip REQUIRED)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+
+# The line that `man -k` finds.
+set(HYBRID_PURPOSE_hybrid-replay "map landmarks and correct the trajectory of an MRPT rawlog")
+set(HYBRID_PURPOSE_hybrid-import "convert data sets of others into MRPT rawlogs")
+set(HYBRID_PURPOSE_hybrid-pgo "optimise pose graphs whose loop closures may be false")
+set(HYBRID_PURPOSE_hybrid-switching "find the modes of a switching system")
+set(HYBRID_PURPOSE_hybrid-experiment "run trials over methods and seeds")
+set(HYBRID_PURPOSE_hybrid-objects "estimate poses of objects from odometry and detections")
+set(HYBRID_PURPOSE_hybrid-register "align two clouds of points")
+set(HYBRID_PURPOSE_hybrid-simulate "simulate a rawlog with its ground truth")
+
+set(package_dir ${PROJECT_BINARY_DIR}/package_files)
+set(outputs)
+foreach(app ${HYBRID_APPS})
+  set(page ${package_dir}/man1/${app}.1.gz)
+  set(bash ${package_dir}/bash/${app})
+  set(zsh ${package_dir}/zsh/_${app})
+  add_custom_command(
+    OUTPUT ${page} ${bash} ${zsh}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${package_dir}/man1 ${package_dir}/bash ${package_dir}/zsh
+    COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=0 LC_ALL=C.UTF-8 ${HELP2MAN} --no-info --section=1 --source=hybrid
+            --version-string=${PROJECT_VERSION} --name=${HYBRID_PURPOSE_${app}} --output=${package_dir}/man1/${app}.1
+            $<TARGET_FILE:${app}>
+    COMMAND ${GZIP} -9nf ${package_dir}/man1/${app}.1
+    COMMAND ${Python3_EXECUTABLE} -B ${PROJECT_SOURCE_DIR}/scripts/completion.py $<TARGET_FILE:${app}> ${bash} ${zsh}
+    DEPENDS ${app} ${PROJECT_SOURCE_DIR}/scripts/completion.py
+    COMMENT "Manual and completion of ${app}" VERBATIM)
+  list(APPEND outputs ${page} ${bash} ${zsh})
+endforeach()
+add_custom_target(hybrid_package_files ALL DEPENDS ${outputs})
+
+install(DIRECTORY ${package_dir}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT hybrid-apps)
+install(DIRECTORY ${package_dir}/bash/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+        COMPONENT hybrid-apps)
+install(DIRECTORY ${package_dir}/zsh/ DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT hybrid-apps)
+
+configure_file(${PROJECT_SOURCE_DIR}/LICENSE ${package_dir}/copyright COPYONLY)
+execute_process(COMMAND ${GZIP} -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${package_dir}/changelog.gz)
+foreach(package libhybrid0 libhybrid-dev hybrid-apps)
+  install(FILES ${package_dir}/copyright ${package_dir}/changelog.gz ${package_dir}/changelog.Debian.gz
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${package})
+endforeach()

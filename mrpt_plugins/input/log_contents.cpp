@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/input/log_contents.h"
+
+#include <algorithm>
+
+#include "mrpt_plugins/bridge/interrupt.h"
+
+namespace hybrid {
+namespace {
+
+void count(const DetectionFrame& frame, LogContents& contents) {
+  DetectionCounts& counts = frame.has_range ? contents.with_range : contents.without_range;
+  const auto identified =
+      std::count_if(frame.detections.begin(), frame.detections.end(),
+                    [](const Detection& detection) { return detection.id.has_value(); });
+  counts.all += frame.detections.size();
+  counts.identified += static_cast<std::size_t>(identified);
+  if (!frame.class_names.empty()) counts.classified += frame.detections.size();
+}
+
+}  // namespace
+
+LogContents read_contents(const std::string& rawlog, const SourceOptions& options) {
+  LogContents contents;
+  RawlogReader reader(rawlog, options.reader);
+  DropReport dropped;
+  while (const auto step = reader.next()) {
+    throw_if_interrupted();
+    for (const auto& observation : step->observations) {
+      const auto frame = detections_in(*observation, options.detections, dropped);
+      if (frame) count(*frame, contents);
+    }
+  }
+  contents.observations = reader.observations();
+  return contents;
+}
+
+}  // namespace hybrid

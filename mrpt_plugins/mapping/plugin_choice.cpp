@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/mapping/plugin_choice.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+namespace hybrid {
+namespace {
+
+bool uses(const MappingPlugin& plugin, const std::string& observation) {
+  const std::vector<std::string> used = plugin.uses();
+  return std::any_of(used.begin(), used.end(), [&](const std::string& name) {
+    return without_namespace(name) == observation;
+  });
+}
+
+std::string name_of(const MappingPlugin& plugin) {
+  return without_namespace(plugin.GetRuntimeClass()->className);
+}
+
+/// Which loaded file a thing that lives as long as the program stands in.
+const void* file_of(const void* thing) {
+  Dl_info place{};
+  return ::dladdr(thing, &place) != 0 ? place.dli_fbase : nullptr;
+}
+
+/// Whether its class is one of this program, not of a library that a user loads.
+bool is_own(const MappingPlugin& plugin) {
+  static const int here = 0;
+  return file_of(plugin.GetRuntimeClass()) == file_of(&here);
+}
+
+/// One object of every registered class of plugins, not configured, sorted by name.
+std::vector<std::shared_ptr<MappingPlugin>> samples() {
+  std::map<std::string, std::shared_ptr<MappingPlugin>> samples;
+  for (const auto* id : mrpt::rtti::getAllRegisteredClassesChildrenOf(CLASS_ID(MappingPlugin))) {
+    if (!id->ptrCreateObject) continue;
+    auto plugin = std::dynamic_pointer_cast<MappingPlugin>(id->createObject());
+    samples.emplace(name_of(*plugin), std::move(plugin));
+  }
+  std::vector<std::shared_ptr<MappingPlugin>> out;
+  for (auto& [name, plugin] : samples) out.push_back(std::move(plugin));
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> choose_plugins(const LogContents& log) {
+  std::vector<std::shared_ptr<MappingPlugin>> suitable = samples();
+  suitable.erase(std::remove_if(suitable.begin(), suitable.end(),
+                                [&](const auto& plugin) { return !plugin->suits(log); }),
+                 suitable.end());
+  std::set<std::string> taken;
+  for (const auto& plugin : suitable) {
+    if (is_own(*plugin)) continue;
+    for (const auto& [name, count] : log.observations) {
+      if (uses(*plugin, name)) taken.insert(name);
+    }
+  }
+  std::vector<std::string> chosen;
+  for (const auto& plugin : suitable) {
+    const bool is_left_to_others =
+        is_own(*plugin) && std::any_of(taken.begin(), taken.end(), [&](const std::string& name) {
+          return uses(*plugin, name);
+        });
+    if (!is_left_to_others) chosen.push_back(name_of(*plugin));
+  }
+  return chosen;
+}
+
+std::map<std::string, ObservationUse> observation_uses(
+    const std::map<std::string, std::size_t>& observations,
+    const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
+  std::map<std::string, ObservationUse> out;
+  for (const auto& [name, count] : observations) {
+    if (name == "CObservationComment") continue;
+    ObservationUse use{count, {}};
+    if (name == "CObservationOdometry") use.users.push_back("odometry");
+    for (const auto& plugin : plugins) {
+      if (uses(*plugin, name)) use.users.push_back(name_of(*plugin));
+    }
+    out.emplace(name, std::move(use));
+  }
+  return out;
+}
+
+std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses_of_log) {
+  std::vector<std::string> unused;
+  std::string advice = "-p loads further plugins";
+  for (const auto& [name, use] : uses_of_log) {
+    if (name == "CObservationOdometry") continue;
+    if (!use.users.empty())
+      return "nothing that the plugins saw became a landmark; what was dropped tells why";
+    std::vector<std::string> could;
+    for (const auto& plugin : samples()) {
+      if (uses(*plugin, name)) could.push_back(name_of(*plugin));
+    }
+    unused.push_back(fmt::format("{} {}", use.count, name));
+    if (could.empty()) continue;
+    unused.back() += fmt::format(" for {}", fmt::join(could, " or "));
+    advice = "[plugins] classes = auto chooses what suits a log";
+  }
+  if (unused.empty()) return "the log holds no observations of landmarks";
+  return fmt::format("no plugin that was chosen uses what the log holds, {}; {}",
+                     fmt::join(unused, ", "), advice);
+}
+
+}  // namespace hybrid
