@@ -103,6 +103,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
     return update_one_by_one(delta, contributions);
   }
   landmarks_.commit();
+  note_start(delta, report);
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
     add_work(report, solve());
@@ -115,6 +116,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
 BackendReport Mapper::update_one_by_one(const Delta& delta,
                                         const std::vector<Contribution>& contributions) {
   BackendReport report = backend_->update(delta);
+  note_start(delta, report);
   count(report);
   for (std::size_t p = 0; p < contributions.size(); ++p) {
     const Contribution& own = contributions[p];

@@ -16,6 +16,7 @@
 
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/known_map.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
@@ -51,6 +52,12 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// parsed in a process of its own (rawlog/object_reader.h), from which objects of these classes
   /// come whole; of any other class only their time does.
   virtual std::vector<std::string> observation_classes() const { return {}; }
+
+  /// Told before the first keyframe of landmarks that are in the map already.
+  virtual void adopt(const KnownMap&, bool /*is_3d*/) {}
+
+  /// Log odds that a landmark is there, by id; one that is missing is taken to be there.
+  virtual std::map<std::int64_t, double> existence() const { return {}; }
 
   /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;

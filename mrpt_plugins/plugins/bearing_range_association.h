@@ -19,6 +19,8 @@ class BearingRangeAssociation : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  void adopt(const KnownMap& known, bool is_3d) override { association_.adopt(known, is_3d); }
+  std::map<std::int64_t, double> existence() const override { return association_.existence(); }
   Contribution observe(const Frame& frame, const MapView& map) override {
     return association_.observe(frame.view(), map);
   }

@@ -32,6 +32,7 @@ class ClassedBearingRangeKnownIds : public MappingPlugin {
 
  public:
   void configure(IniSection section) override;
+  void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
   std::vector<std::string> class_names() const override { return classes_.names(); }
 

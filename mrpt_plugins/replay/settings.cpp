@@ -62,6 +62,7 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
                "one of the map is this near, each taken once [m]",
                kPositiveLength);
   settings.source = read_source_options(ini);
+  settings.map = read_map_options(ini, request);
   settings.motion = read_motion_options(ini);
   settings.calibration = read_calibration_options(ini);
   settings.backend = make_backend(ini.section("solver", "How the estimate is found"));
