@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -24,9 +25,17 @@ namespace fs = std::filesystem;
 
 constexpr int kPatience = 2000;  // [ms] for a reader to finish
 
+constexpr const char* kEmpty = "is empty, not a map yet";
+
+/// The text in one line.
+std::string in_a_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
 /// What SQLite says in the words of who has the file.
 Error explained(const fs::path& file, const SQLite::Exception& e) {
-  const std::string name = file.string() + ": ";
+  const std::string name = file.string() + ": ", what = in_a_line(e.what());
   switch (e.getErrorCode()) {
     case SQLITE_FULL:
       return Error(name + "no room left on its disk; the map is as it was");
@@ -36,13 +45,13 @@ Error explained(const fs::path& file, const SQLite::Exception& e) {
     case SQLITE_NOTADB:
       return Error(name + "is no map: not a SQLite database");
     case SQLITE_CORRUPT:
-      return Error(name + "is damaged: " + e.what() + "; take a copy from before");
+      return Error(name + "is damaged: " + what + "; take a copy from before");
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
-      return Error(name + "cannot be written: " + e.what());
+      return Error(name + "cannot be written: " + what);
     default:
-      return Error(name + e.what());
+      return Error(name + what);
   }
 }
 
@@ -75,7 +84,7 @@ void check(SQLite::Database& database) {
                     version, map_schema::kVersion));
   }
   const std::string whole = database.execAndGet("PRAGMA quick_check(1)").getString();
-  if (whole != "ok") throw Error("is damaged: " + whole + "; take a copy from before");
+  if (whole != "ok") throw Error("is damaged: " + in_a_line(whole) + "; take a copy from before");
 }
 
 /// Opens for writing where that is allowed: an interrupted transaction is then rolled back.
@@ -85,10 +94,14 @@ std::unique_ptr<SQLite::Database> open(const fs::path& file, int flags) {
   return database;
 }
 
-bool is_new(const fs::path& file) {
+void refuse_folder(const fs::path& file) {
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) throw Error(file.string() + ": is a folder, not a map");
-  return !fs::exists(file, unknown) || fs::file_size(file, unknown) == 0;
+}
+
+/// Whether a file is new, or was left by a process that died before its first transaction ended.
+bool holds_nothing(SQLite::Database& database) {
+  return pragma(database, "page_count") == 0;
 }
 
 fs::path lock_of(const fs::path& file) {
@@ -100,7 +113,7 @@ fs::path lock_of(const fs::path& file) {
 MapRecord read_map(const fs::path& file) {
   std::error_code unknown;
   if (!fs::exists(file, unknown)) throw Error(file.string() + ": no such map");
-  if (is_new(file)) throw Error(file.string() + ": is empty, not a map yet");
+  refuse_folder(file);
   return about_map(file, [&] {
     std::unique_ptr<SQLite::Database> database;
     try {
@@ -108,6 +121,7 @@ MapRecord read_map(const fs::path& file) {
     } catch (const SQLite::Exception&) {
       database = open(file, SQLite::OPEN_READONLY);
     }
+    if (holds_nothing(*database)) throw Error(kEmpty);
     check(*database);
     SQLite::Transaction snapshot(*database);
     return read_rows(*database);
@@ -115,13 +129,13 @@ MapRecord read_map(const fs::path& file) {
 }
 
 MapFile::MapFile(fs::path file) : file_(std::move(file)), lock_(lock_of(file_), file_) {
-  const bool fresh = is_new(file_);
-  about_map(file_, [&] {
+  refuse_folder(file_);
+  const bool fresh = about_map(file_, [&] {
     database_ = open(file_, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-    if (!fresh) {
-      check(*database_);
-      record_ = read_rows(*database_);
-    }
+    if (holds_nothing(*database_)) return true;
+    check(*database_);
+    record_ = read_rows(*database_);
+    return false;
   });
   if (!fresh) return;
   transaction([&] {

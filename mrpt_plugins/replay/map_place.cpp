@@ -76,6 +76,7 @@ void MapPlace::tell(MapResult& result, Summary& summary) const {
                                                  [&](const auto& k) { return k.id == l.id; });
                            }),
             all.end());
+  summary.landmarks = all.size();
 }
 
 void MapPlace::finish(const Mapper& mapper, const MapResult& result,
