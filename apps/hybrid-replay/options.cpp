@@ -19,7 +19,7 @@ constexpr const char* kFooter =
     "true\n"
     "path error.png; where asked, sparsity_*.png and frames/. They replace the result that OUT "
     "holds;\n"
-    "files of others stay.\n"
+    "files of others stay. A map file is written besides, docs/maps.md.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\", or no landmark "

@@ -12,12 +12,13 @@
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/maps/place_seeds.h"
+#include "libhybrid/maps/detail/place_seeds.h"
 
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostSeeds = 20;  // that are matched and weighed
+constexpr std::size_t kMostSeeds = 12;  // that are matched and weighed
+constexpr int kHypotheses = 100;        // pairs of pairs of each that are followed up
 
 template <class Pose>
 class PlaceFinder {
@@ -63,19 +64,22 @@ class PlaceFinder {
   std::optional<FoundPlace<Pose>> weigh(const PlaceSeed<Pose>& seed) const {
     const std::vector<int> near = about(seed.T_map_here);
     ConstellationMatchProblem<Pose> match;
-    double variance = 0;
+    std::vector<double> variances;
     for (const int j : near) {
       match.a.points.push_back(q_.map[j]);
       match.a.covariances.push_back(relative_covariance<Pose>(q_.covariance, j, seed.anchor));
       match.a.covariances.back().diagonal().array() += 1e-10;  // of the anchor itself
-      variance = std::max(variance, match.a.covariances.back().trace() / kDim);
+      variances.push_back(match.a.covariances.back().trace() / kDim);
     }
     match.a.covers = q_.covers;
     match.b = q_.here;
-    for (const auto& C : q_.here.covariances) variance = std::max(variance, C.trace() / kDim);
+    for (const auto& C : q_.here.covariances) variances.push_back(C.trace() / kDim);
+    const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
+    std::nth_element(variances.begin(), middle, variances.end());
     match.T_a_b = seed.T_map_here;
     match.covariance.setZero();
-    const double width = 25 * variance;  // five sigmas: wide beside what the landmarks say
+    // Five sigmas are wide beside what the landmarks say; one place is not two that are apart.
+    const double width = std::min(25 * *middle, spacing() * spacing());
     match.covariance.diagonal().template head<kDim>().setConstant(width);
     match.covariance.diagonal().template tail<kTurn>().setConstant(width / (radius_ * radius_));
     match.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(near.size()),
@@ -88,6 +92,7 @@ class PlaceFinder {
     PlaceOptions options;
     options.gate = options_.gate;
     options.answers = 1;
+    options.hypotheses = kHypotheses;
     const auto answers = match_places(match, options);
     if (answers.empty() || answers.front().pairs.size() <= kDim) return std::nullopt;
     return place_of(answers.front(), match, near);
@@ -118,6 +123,9 @@ class PlaceFinder {
     return out;
   }
 
+  /// How far landmarks are apart.
+  double spacing() const { return std::exp(-std::log(density_) / kDim); }
+
   /// Of the poses that lie in the map.
   double log_volume() const {
     Point low = q_.map.front(), high = q_.map.front();
@@ -125,16 +133,14 @@ class PlaceFinder {
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
-    const double spacing = std::exp(-std::log(density_) / kDim);
     const double headings = kDim == 2 ? 2 * M_PI : 8 * M_PI * M_PI;
-    return ((high - low).array() + spacing).log().sum() + std::log(headings);
+    return ((high - low).array() + spacing()).log().sum() + std::log(headings);
   }
 
   bool same(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) const {
-    const double spacing = std::exp(-std::log(density_) / kDim);
     double sum = 0;
     for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
-    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing;
+    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing();
   }
 
   const PlaceQuestion<Pose>& q_;

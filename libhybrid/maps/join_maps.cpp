@@ -15,8 +15,8 @@
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
+#include "libhybrid/maps/detail/place_seeds.h"
 #include "libhybrid/maps/find_place.h"
-#include "libhybrid/maps/place_seeds.h"
 
 namespace hybrid {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/maps/place_seeds.h"
+#include "libhybrid/maps/detail/place_seeds.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kFigures = 300;    // of landmarks of here that are looked for, at most
-constexpr std::size_t kGuesses = 30000;  // that are scored, at most
+constexpr std::size_t kGuesses = 20000;  // that are scored, at most
 constexpr double kSigmas = 3;            // by which two distances may differ
 
 /// Two landmarks, three in space, that fix a rigid motion.
@@ -96,6 +96,14 @@ class SeedSearch {
     for (const Point& a : q_.here.points) {
       for (const Point& b : q_.here.points) reach = std::max(reach, (a - b).norm());
     }
+    spacing_ = std::exp(-log_density_ / kDim);
+    const auto n = static_cast<Eigen::Index>(q_.map.size());
+    relative_.resize(n, n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        relative_(i, j) = relative_covariance<Pose>(q_.covariance, i, j).trace() / kDim;
+      }
+    }
     neighbours_.resize(q_.map.size());
     for (int i = 0; i < static_cast<int>(q_.map.size()); ++i) {
       grid_.put(i, q_.map[i][0], q_.map[i][1]);
@@ -128,9 +136,8 @@ class SeedSearch {
   bool possible(int i, int a) const { return q_.class_log_likelihood_ratio(i, a) > -3; }
 
   double variance(int i, int j, int a, int b) const {
-    return (q_.here.covariances[i].trace() + q_.here.covariances[j].trace() +
-            relative_covariance<Pose>(q_.covariance, a, b).trace()) /
-           kDim;
+    return (q_.here.covariances[i].trace() + q_.here.covariances[j].trace()) / kDim +
+           relative_(a, b);
   }
 
   /// Landmarks of the map as far from a as j is from i.
@@ -187,14 +194,14 @@ class SeedSearch {
   double gain(int i, const Point& p, int anchor, double lever) const {
     double best = 0;
     const double own = q_.here.covariances[i].trace() / kDim;
-    const double far = relative_covariance<Pose>(q_.covariance, widest(anchor), anchor).trace();
-    grid_.visit_near(p[0], p[1], kSigmas * std::sqrt(lever * (own + far / kDim)), [&](int j) {
-      if (!possible(i, j)) return;
-      const double map = relative_covariance<Pose>(q_.covariance, j, anchor).trace() / kDim;
-      const double s2 = lever * (own + map) + 1e-12;
-      const double off = (q_.map[j] - p).squaredNorm() / s2;
+    // What is known less well than landmarks are apart is told from no other.
+    const double wide = kSigmas * std::sqrt(lever * (own + relative_(widest(anchor), anchor)));
+    grid_.visit_near(p[0], p[1], std::min(wide, spacing_), [&](int j) {
+      const double squared = (q_.map[j] - p).squaredNorm();
+      if (squared > spacing_ * spacing_ || !possible(i, j)) return;
+      const double s2 = lever * (own + relative_(j, anchor)) + 1e-12;
       best = std::max(best, q_.class_log_likelihood_ratio(i, j) - log_density_ -
-                                0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * off);
+                                0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * squared / s2);
     });
     return best;
   }
@@ -203,12 +210,13 @@ class SeedSearch {
   bool same(const PlaceSeed<Pose>& a, const PlaceSeed<Pose>& b) const {
     double sum = 0;
     for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
-    const double spacing = std::exp(-log_density_ / kDim);
-    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing;
+    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing_;
   }
 
   const PlaceQuestion<Pose>& q_;
   double log_density_;
+  double spacing_ = 0;        // of landmarks [m]
+  Eigen::MatrixXd relative_;  // variances of landmarks of the map relative to each other [m^2]
   SpatialGrid grid_;
   std::vector<std::vector<std::pair<double, int>>> neighbours_;  // by distance
   std::vector<PlaceSeed<Pose>> seeds_;

@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/map_file/map_rows.h"
-#include "mrpt_plugins/map_file/map_schema.h"
+#include "mrpt_plugins/map_file/detail/map_rows.h"
+#include "mrpt_plugins/map_file/detail/map_schema.h"
 
 namespace hybrid {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/map_file/map_rows.h"
+#include "mrpt_plugins/map_file/detail/map_rows.h"
 
 #include <SQLiteCpp/Statement.h>
 #include <fmt/format.h>

@@ -16,9 +16,10 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostLandmarks = 40;  // of the session, about its newest pose
+constexpr std::size_t kMostLandmarks = 30;  // of the session, about its newest pose
 constexpr int kFewestSightings = 2;
-constexpr std::size_t kPatience = 10;  // keyframes without a new landmark until it looks again
+constexpr std::size_t kNews = 3;       // landmarks more or less, to look again
+constexpr std::size_t kPatience = 10;  // keyframes without such news until it looks again
 
 double distance_to(const std::vector<Eigen::Vector3d>& path, const Eigen::Vector3d& point) {
   double best = kInfinity;
@@ -133,7 +134,8 @@ bool Localizer::covers(const Eigen::Vector3d& point) const {
 
 std::optional<KnownStart> Localizer::look(const Mapper& mapper) {
   const std::size_t landmarks = mapper.landmarks().size();
-  if (landmarks == asked_ && ++waited_ < kPatience) return std::nullopt;
+  const std::size_t news = landmarks > asked_ ? landmarks - asked_ : asked_ - landmarks;
+  if (news < kNews && ++waited_ < kPatience) return std::nullopt;
   asked_ = landmarks;
   waited_ = 0;
   return map_.is_3d ? look_in<SE3>(mapper) : look_in<SE2>(mapper);
