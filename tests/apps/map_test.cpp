@@ -72,6 +72,32 @@ TEST_F(MapTest, ARobotIsNotFoundInAnotherMap) {
   EXPECT_EQ(read("a.hmap"), map);
 }
 
+TEST_F(MapTest, LandmarksThatVanishedLoseTheirExistence) {
+  // Landmarks are drawn one after the other, so that the second world is the first without six.
+  for (const char* const n : {"20", "14"}) {
+    const std::string name = std::string("world") + n;
+    write(name + ".ini", std::string("[world]\nlandmarks = ") + n +
+                             "\n[path]\nlaps = 2\n[sensor]\nmax_range = 30\n");
+    ASSERT_EQ(
+        run_app("hybrid-simulate -c " + at(name + ".ini") + " -o " + at(name + ".rawlog")).code, 0);
+  }
+  write("a.ini",
+        "[log]\nrawlog = world20.rawlog\n[sensor]\nids = none\n"
+        "[plugins]\nclasses = BearingRangeAssociation\n");
+  ASSERT_EQ(run_replay(replay_of("world20.rawlog", "a.hmap", "before")).code, 0);
+  EXPECT_EQ(info_of("a.hmap")["vanished"], 0);
+  const int before = info_of("a.hmap")["landmarks"];
+  ASSERT_EQ(run_replay(replay_of("world14.rawlog", "a.hmap", "after")).code, 0);
+  const auto info = info_of("a.hmap");
+  EXPECT_EQ(info["vanished"], 6);
+  const int after = info["landmarks"];
+  EXPECT_NEAR(after, before - 6, 1);
+  ASSERT_EQ(run_app("hybrid-map prune --vanished " + at("a.hmap")).code, 0);
+  EXPECT_EQ(info_of("a.hmap")["vanished"], 0);
+  EXPECT_EQ(info_of("a.hmap")["landmarks"], after);
+  EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
+}
+
 TEST_F(MapTest, AStartMayBeGiven) {
   cut_in_two();
   ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
