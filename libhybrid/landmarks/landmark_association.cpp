@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
@@ -16,8 +17,9 @@
 namespace hybrid {
 namespace {
 
-constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
-constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
+constexpr std::int64_t kMostIds = 10'000'000;  // of landmarks that a map may have had
+constexpr int kPlacedPerFrame = 32;            // tracks whose place in the grid is renewed
+constexpr double kSureOdds = 12.0;             // log odds of existence above which they do not grow
 constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
 
 }  // namespace
@@ -31,6 +33,11 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       loops_(options) {}
 
 void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
+  for (const KnownLandmark& landmark : known.landmarks) {
+    if (landmark.id >= 0 && landmark.id < kMostIds) continue;
+    throw Error("landmark " + std::to_string(landmark.id) +
+                " of the map has the id of a log; use the plugin that made the map");
+  }
   if (!known.class_names.empty()) classes_.learn_names(known.class_names);
   landmarks_.adopt(known.landmarks, classes_, is_3d);
 }
