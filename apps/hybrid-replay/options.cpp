@@ -19,7 +19,8 @@ constexpr const char* kFooter =
     "true\n"
     "path trajectory_truth.tum, error.png; where asked, report.html, events.jsonl, "
     "sparsity_*.png\n"
-    "and frames/. They replace the result that OUT holds; files of others stay.\n"
+    "and frames/. They replace the result that OUT holds; files of others stay. A map\n"
+    "file is written besides, docs/maps.md.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\", or no landmark "
@@ -59,6 +60,15 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
+  app.add_option("--map", options.request.map,
+                 "map file that the log makes, extends or is localised in, instead of [map] file")
+      ->type_name("F.hmap");
+  app.add_option("--map-mode", options.request.map_mode,
+                 "what the log does to it, instead of [map] mode")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"auto", "build", "extend", "localize"}));
+  app.add_flag("--resume", options.request.resume,
+               "go on with the session of the map file that was interrupted");
   add_output_folder(app, options.request.output);
   app.add_flag("!--no-pictures", options.request.pictures,
                "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");

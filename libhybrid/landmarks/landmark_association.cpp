@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
@@ -17,8 +18,9 @@
 namespace hybrid {
 namespace {
 
-constexpr int kPlacedPerFrame = 32;    // tracks whose place in the grid is renewed
-constexpr double kSureOdds = 12.0;     // log odds of existence above which they do not grow
+constexpr std::int64_t kMostIds = 10'000'000;  // of landmarks that a map may have had
+constexpr int kPlacedPerFrame = 32;            // tracks whose place in the grid is renewed
+constexpr double kSureOdds = 12.0;             // log odds of existence above which they do not grow
 constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
 
 }  // namespace
@@ -30,6 +32,24 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       classes_(std::move(classes)),
       merging_(options),
       loops_(options) {}
+
+void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
+  for (const KnownLandmark& landmark : known.landmarks) {
+    if (landmark.id >= 0 && landmark.id < kMostIds) continue;
+    throw Error("landmark " + std::to_string(landmark.id) +
+                " of the map has the id of a log; use the plugin that made the map");
+  }
+  if (!known.class_names.empty()) classes_.learn_names(known.class_names);
+  landmarks_.adopt(known.landmarks, classes_, is_3d);
+}
+
+std::map<std::int64_t, double> LandmarkAssociation::existence() const {
+  std::map<std::int64_t, double> out;
+  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
+    if (landmarks_.track(t).alive) out[t] = landmarks_.track(t).existence;
+  }
+  return out;
+}
 
 Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
   Contribution out;
@@ -249,7 +269,8 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
       [&](int t) {
         const Track& track = landmarks_.track(t);
         // Where a landmark lies that was last seen long ago is known less well than this asks for.
-        if (track.last_keyframe + options_.recent < keyframe_ || !map.holds(track.position)) return;
+        const bool long_ago = track.last_keyframe + options_.recent < keyframe_;
+        if ((long_ago && track.known_sightings == 0) || !map.holds(track.position)) return;
         if (track.last_keyframe == keyframe_ || track.open > 0) return;
         if (coverage.well_in_view(T_map_sensor, point_at(map.values, track.position))) {
           missed.push_back(t);
@@ -264,7 +285,7 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
   for (int t : missed) {
     Track& track = landmarks_.track(t);
     track.existence += miss;
-    const bool tentative = landmarks_.seen(t) < options_.confirm;
+    const bool tentative = landmarks_.seen(t) < options_.confirm && track.known_sightings == 0;
     if (tentative && track.existence < kDeadOdds && map.keeps_all) discard(t, map, out);
   }
 }
@@ -290,6 +311,7 @@ std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& m
   std::vector<AssociationDecision> out;
   for (std::size_t s = 0; s < landmarks_.sightings().size(); ++s) {
     const Sighting& sighting = landmarks_.sightings()[s];
+    if (sighting.frame == 0) continue;  // of a landmark known before
     const auto it = now.find(static_cast<int>(s));
     const int t = it == now.end() ? sighting.track : it->second;
     AssociationDecision decision{std::nullopt, sighting.detection.true_id};

@@ -33,6 +33,12 @@ class LandmarkAssociation {
   explicit LandmarkAssociation(const AssociationOptions& options = {}, ClassModel classes = {},
                                std::vector<std::string> sensors = {});
 
+  /// Takes landmarks known before the first keyframe, which are in the map already, each under its
+  /// id. Throws Error where their classes are not those of the options.
+  void adopt(const KnownMap& known, bool is_3d);
+  /// Log odds that a landmark is there, by id.
+  std::map<std::int64_t, double> existence() const;
+
   /// Factors and variables for one keyframe. Throws Error where classes of a sensor are not known.
   Contribution observe(const KeyframeView& frame, const MapView& map);
   /// Takes note of what became of the last contribution.

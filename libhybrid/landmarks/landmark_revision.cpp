@@ -181,6 +181,7 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
   for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
     const Track& track = landmarks_.track(t);
     const bool confirmed = landmarks_.seen(t) >= options_.confirm;
+    if (track.known_sightings > 0) continue;  // what becomes of it is for the map to say
     if (track.alive && !(confirmed && track.existence > 0)) discard(t, map, out);
   }
   return out;

@@ -16,6 +16,7 @@ namespace hybrid {
 namespace {
 
 constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
+constexpr double kLeastProbability = 1e-12;  // of a class of a known landmark
 
 int most_probable(const std::vector<double>& p) {
   return static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
@@ -57,6 +58,39 @@ int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const Cl
   revive(t, position, assignment, classes, out);
   attach(s, t, is_3d, out);
   return t;
+}
+
+void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const ClassModel& classes,
+                           bool is_3d) {
+  const int dim = is_3d ? 3 : 2;
+  for (const KnownLandmark& known : landmarks) {
+    const int t = static_cast<int>(known.id);
+    if (t >= static_cast<int>(tracks_.size())) {
+      Track none;
+      none.alive = false;
+      tracks_.resize(static_cast<std::size_t>(t) + 1, none);
+    }
+    Track& track = tracks_[t];
+    track.position = position_key(known.id);
+    track.alive = true;
+    track.existence = known.existence;
+    track.covariance = known.covariance.topLeftCorner(dim, dim);
+    track.known_sightings = std::max(1, known.sightings);
+    Sighting sighting;
+    if (!known.class_probabilities.empty()) {
+      const std::vector<double> prior = classes.prior();
+      track.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, position_key(known.id).index()),
+                                    static_cast<int>(prior.size())};
+      track.class_evidence.assign(prior.size(), 0.0);
+      for (std::size_t s = 0; s < prior.size(); ++s) {
+        const double p = std::max(known.class_probabilities[s], kLeastProbability);
+        sighting.phi.push_back(prior[s] > 0 ? p / prior[s] : 1.0);
+      }
+    }
+    join(note(std::move(sighting)), t);
+    ++alive_;
+    grid_.put(t, known.position.x(), known.position.y());
+  }
 }
 
 void LandmarkTracks::revive(int t, const Values& position, const Assignment& assignment,
@@ -217,7 +251,7 @@ double LandmarkTracks::same_class(int a, int b, const ClassModel& classes) const
 }
 
 int LandmarkTracks::seen(int t) const {
-  std::size_t count = 0;
+  auto count = static_cast<std::size_t>(tracks_[t].known_sightings);
   for (int s : tracks_[t].sightings) {
     const std::size_t n = sightings_[s].detection.members.size();
     count += n < kFewestForMotion ? 1 : n;

@@ -14,6 +14,7 @@
 #include "libhybrid/association/spatial_grid.h"
 #include "libhybrid/landmarks/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/known_map.h"
 
 namespace HYBRID_API hybrid {
 
@@ -40,6 +41,7 @@ struct Track {
   int last_keyframe = 0;
   int open = 0;  ///< factors that hold it and are not decided
   bool alive = true;
+  int known_sightings = 0;  ///< before the first keyframe; 0: it was not known then
 };
 
 /// Landmarks and sightings, and how a change of what belongs to what becomes a change of the graph.
@@ -61,6 +63,9 @@ class LandmarkTracks {
   /// Makes a landmark where sighting `s` puts it, seen from `T_map_robot`.
   int create(int s, const Eigen::Isometry3d& T_map_robot, const ClassModel& classes, bool is_3d,
              Contribution& out);
+  /// Notes landmarks known before, which are in the map already, under their ids; each has one
+  /// sighting, in frame 0 and from the pose Key(), so that they count as seen together, long ago.
+  void adopt(const std::vector<KnownLandmark>& landmarks, const ClassModel& classes, bool is_3d);
   /// Takes sighting `s` for track `t`.
   void attach(int s, int t, bool is_3d, Contribution& out);
   /// The same in the books only; its factor is made elsewhere.

@@ -52,6 +52,7 @@ struct CalibrationEstimate {
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
   bool is_3d = false;
+  bool in_known_map = false;             ///< else the frame is that of the first pose
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
   Trajectory trajectory;
   Trajectory dead_reckoning;

@@ -84,6 +84,10 @@ Mapper::Motion Mapper::predict_from(const OdometryIncrement* measured) const {
   if (i == 0) {
     out.factor = origin_factor(pose_key(0), options_, is_3d_);
     out.delta.continuous.push_back(out.factor);
+    if (options_.start) {
+      out.T_map_robot = to_mrpt(options_.start->T_map_robot);
+      out.T_odometry_robot = out.T_map_robot;
+    }
   } else {
     const OdometryIncrement motion =
         measured != nullptr ? *measured : unknown_motion(options_, is_3d_);

@@ -31,6 +31,15 @@ class Mapper {
   Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
          std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration = {});
 
+  /// Takes landmarks over that are known before the first keyframe. Throws Error where they are not
+  /// of the kind that the plugins make.
+  void adopt(const KnownMap& known);
+  /// Gives up what was known of the start (MotionOptions::start), once measurements say where the
+  /// robot is.
+  void forget_start();
+  /// Log odds that landmarks are there, by id, as far as plugins tell.
+  std::map<std::int64_t, double> existence() const;
+
   /// Takes one keyframe in. What of it cannot become part of the map (a measurement of the motion
   /// that makes no sense, observations that leave a variable undetermined, a plugin that throws) is
   /// left out and counted in `dropped`; the pose is always kept. Throws SettingsError where the
@@ -45,6 +54,8 @@ class Mapper {
 
   /// Row of MRPT's ground truth of the path that belongs to each pose of the trajectory.
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }
+  /// When a pose was [s].
+  double time_of(std::size_t pose) const { return steps_[pose].time; }
   /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty where not known.
   std::vector<Eigen::MatrixXd> pose_covariances() const;
 
@@ -91,6 +102,7 @@ class Mapper {
                                   const std::vector<Contribution>& contributions);
   void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
             std::array<std::size_t, 3>& first);
+  void note_start(const Delta& motion, const BackendReport& report);
   void count(const BackendReport& report);
   void keep(const BackendReport& report);
   void keep(const Contribution& contribution);
@@ -106,6 +118,7 @@ class Mapper {
   Calibrator calibrator_;
   std::optional<DiscreteKey> last_mode_;  // of the newest motion
   LandmarkRegistry landmarks_;
+  std::optional<Handle> start_;  // of what is known of the first pose in a known map
   std::map<std::string, std::size_t> dropped_;
   std::vector<std::string> warnings_;
   std::vector<StepRecord> steps_;

@@ -47,6 +47,7 @@ std::vector<std::string> Mapper::class_names() const {
 MapResult Mapper::result() const {
   MapResult result;
   result.is_3d = is_3d_;
+  result.in_known_map = options_.start.has_value();
   result.class_names = class_names();
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;

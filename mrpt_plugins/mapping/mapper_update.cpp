@@ -106,6 +106,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
   landmarks_.commit();
   keep(report);
   for (const Contribution& contribution : contributions) keep(contribution);
+  note_start(delta, report);
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
     add_work(report, solve());
@@ -119,6 +120,7 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
                                         const std::vector<Contribution>& contributions) {
   BackendReport report = backend_->update(delta);
   keep(report);
+  note_start(delta, report);
   count(report);
   for (std::size_t p = 0; p < contributions.size(); ++p) {
     const Contribution& own = contributions[p];

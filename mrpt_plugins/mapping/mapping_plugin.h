@@ -16,6 +16,7 @@
 
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/known_map.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
@@ -60,6 +61,12 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// Whether [plugins] classes = auto chooses it for a log; asked before it is configured. By
   /// default where the log holds a class that it uses.
   virtual bool suits(const LogContents& log) const;
+
+  /// Told before the first keyframe of landmarks that are in the map already.
+  virtual void adopt(const KnownMap&, bool /*is_3d*/) {}
+
+  /// Log odds that a landmark is there, by id; one that is missing is taken to be there.
+  virtual std::map<std::int64_t, double> existence() const { return {}; }
 
   /// Factors and variables for one keyframe. Throws Error where the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;

@@ -174,6 +174,12 @@ void check(const MotionOptions& options, bool is_3d) {
 }
 
 ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool is_3d) {
+  if (options.start) {
+    const Noise noise = Noise::covariance(options.start->covariance);
+    const Eigen::Isometry3d& T = options.start->T_map_robot;
+    if (is_3d) return std::make_shared<Prior<SE3>>(pose, to_se3(T), noise);
+    return std::make_shared<Prior<SE2>>(pose, to_se2(T), noise);
+  }
   const Noise noise =
       Noise::diagonal(two_sigmas(options.prior_sigma_m, options.prior_sigma_rad, is_3d));
   if (is_3d) return std::make_shared<Prior<SE3>>(pose, SE3(), noise);

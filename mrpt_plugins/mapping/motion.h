@@ -23,6 +23,13 @@ struct MotionMode {
   double sigma_rad = 0;    ///< added noise of the rotation
 };
 
+/// Where a robot starts in a map that there is already.
+struct KnownStart {
+  Eigen::Isometry3d T_map_robot = Eigen::Isometry3d::Identity();
+  /// In the tangent of a right perturbation, 3x3 in the plane or 6x6.
+  Eigen::MatrixXd covariance;
+};
+
 /// How motion enters the map. Sigmas are over (x, y, angle) for a map in the plane and over (x, y,
 /// z, rotation vector) in space [m, rad].
 struct MotionOptions {
@@ -31,7 +38,8 @@ struct MotionOptions {
   double standstill_sigma_rad = 0;
   double prior_sigma_m = 1e-6;  ///< of the first pose, which defines the map frame
   double prior_sigma_rad = 1e-6;
-  double lost_sigma_m = 1.0;  ///< of standing still, assumed where odometry is missing
+  std::optional<KnownStart> start;  ///< instead of these: the map frame is that of a map
+  double lost_sigma_m = 1.0;        ///< of standing still, assumed where odometry is missing
   double lost_sigma_rad = 0.5;
   /// Where positive, the step of the robot changes by about this much from keyframe to keyframe
   /// [m].

@@ -159,6 +159,7 @@ Json summary_json(const Summary& s) {
   out["warnings"] = s.warnings;
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
+  if (s.uses_map) out["localized_at"] = s.localized_at ? Json(*s.localized_at) : Json();
   if (s.truth) out["truth"] = to_json(*s.truth);
   return out;
 }

@@ -67,6 +67,8 @@ struct Summary {
   std::vector<std::string> warnings;
   std::vector<CalibrationEstimate> calibration;
   std::map<std::string, std::size_t> modes;  ///< of motion -> number of motions
+  bool uses_map = false;                     ///< of a file, in which the log is to be localised
+  std::optional<std::size_t> localized_at;   ///< keyframe; none: not found in the map
   std::optional<TruthSummary> truth;
 };
 

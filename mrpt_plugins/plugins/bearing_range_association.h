@@ -25,6 +25,8 @@ class BearingRangeAssociation : public MappingPlugin {
   bool suits(const LogContents& log) const override {
     return log.with_range.all > 0 && !log.with_range.mostly_identified();
   }
+  void adopt(const KnownMap& known, bool is_3d) override { association_.adopt(known, is_3d); }
+  std::map<std::int64_t, double> existence() const override { return association_.existence(); }
   Contribution observe(const Frame& frame, const MapView& map) override {
     return association_.observe(frame.view(), map);
   }

@@ -102,6 +102,10 @@ void ClassedBearingRangeKnownIds::configure(IniSection section) {
   classes_ = read_class_model(section);
 }
 
+void ClassedBearingRangeKnownIds::adopt(const KnownMap& known, bool) {
+  classes_.learn_names(known.class_names);
+}
+
 Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
   for_each_identified(

@@ -44,6 +44,7 @@ class ClassedBearingRangeKnownIds : public MappingPlugin {
   bool suits(const LogContents& log) const override {
     return log.with_range.mostly_identified() && log.with_range.mostly_classified();
   }
+  void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
   std::vector<std::string> class_names() const override { return classes_.names(); }
 

@@ -18,6 +18,7 @@
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/film.h"
+#include "mrpt_plugins/replay/map_place.h"
 #include "mrpt_plugins/replay/movie.h"
 #include "mrpt_plugins/replay/result_files.h"
 #include "mrpt_plugins/replay/run_report.h"
@@ -56,7 +57,7 @@ struct Ending {
 };
 
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
-Ending map_log(KeyframeSource& source, Mapper& mapper,
+Ending map_log(KeyframeSource& source, Mapper& mapper, MapPlace& place,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
                RunReport& report) {
   int signal = 0;
@@ -65,6 +66,7 @@ Ending map_log(KeyframeSource& source, Mapper& mapper,
     signal = interrupted();
     if (signal != 0) break;
     const StepRecord& step = mapper.add(*keyframe);
+    place.added(keyframes, mapper);
     ++keyframes;
     if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
     if (movie.size() > 0) movie.watch(keyframes, mapper);
@@ -74,6 +76,7 @@ Ending map_log(KeyframeSource& source, Mapper& mapper,
     throw_if_interrupted();
     throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
   }
+  if (signal != 0) place.pause(mapper);
   return {mapper.finish(), signal};
 }
 
@@ -216,14 +219,19 @@ ReplayOutcome replay(const ReplayRequest& request,
   OutputDirectory out(request.output);
   Film film(request.video, out);
   Movie movie = make_movie(request, settings);
+  MapPlace place(
+      request, settings, [&] { return provenance(request, settings, ini); }, source.is_3d());
 
+  settings.motion.start = place.start();
   const Plugins plugins = settings.plugins;
   Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
                 source.is_3d(), settings.calibration);
+  place.enter(mapper);
   RunReport report(request, out);
   report.begin(mapper, settings.title);
-  const auto [last, signal] =
-      about({settings.rawlog}, [&] { return map_log(source, mapper, progress, movie, report); });
+  const auto [last, signal] = about({settings.rawlog, settings.map.file}, [&] {
+    return map_log(source, mapper, place, progress, movie, report);
+  });
 
   MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
   result.title = settings.title;
@@ -232,6 +240,7 @@ ReplayOutcome replay(const ReplayRequest& request,
                         signal};
   Summary& summary = outcome.summary;
   summary.chosen_plugins = settings.chosen;
+  place.tell(result, summary);
   truth.adapt_to(result, mapper.log_rows());
   summary.truth = compare(truth, result, mapper, settings.match_radius);
   summary.truth->modes = mode_score(settings, result, mapper);
@@ -253,7 +262,13 @@ ReplayOutcome replay(const ReplayRequest& request,
   }
   warn(write_extras(request, out, result, truth.get(), mapper, movie, film));
   report.write(result, truth, mapper.log_rows(), summary_json(summary));
-  const std::vector<std::string> told = publish(summary, out, film);
+  std::vector<std::string> told;
+  const auto show = [&] { told = publish(summary, out, film); };
+  if (signal != 0) {
+    show();
+  } else {
+    place.finish(mapper, result, show);
+  }
   if (published) published(outcome);
   warn(told);
   return outcome;

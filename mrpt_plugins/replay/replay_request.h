@@ -18,6 +18,9 @@ struct ReplayRequest {
   std::vector<std::string> plugin_libraries;  ///< loaded already; the parser of rawlogs loads them
   std::vector<std::string> settings;          ///< section.key=value, instead of what the INI says
   std::string output = "hybrid-replay-out";
+  std::string map;       ///< map file, instead of that of the INI
+  std::string map_mode;  ///< auto, build, extend, localize; empty: as the INI
+  bool resume = false;   ///< go on with the session that was interrupted
   bool pictures = true;
   bool sparsity = false;
   bool events = false;  ///< write events.jsonl

@@ -100,6 +100,7 @@ ReplaySettings read_all_but_plugins(IniFile& ini, const ReplayRequest& request) 
                kPositiveLength);
   settings.source = read_source_options(ini);
   settings.source.reader.libraries = request.plugin_libraries;
+  settings.map = read_map_options(ini, request);
   settings.motion = read_motion_options(ini);
   settings.calibration = read_calibration_options(ini);
   settings.backend = make_backend(ini.section("solver", "How the estimate is found"));

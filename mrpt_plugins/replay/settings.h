@@ -13,6 +13,7 @@
 #include "mrpt_plugins/mapping/calibration.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
+#include "mrpt_plugins/replay/map_options.h"
 #include "mrpt_plugins/replay/replay_request.h"
 
 namespace HYBRID_API hybrid {
@@ -26,6 +27,7 @@ struct ReplaySettings {
   SourceOptions source;
   MotionOptions motion;
   CalibrationOptions calibration;
+  MapOptions map;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;
   std::vector<std::string> chosen;  ///< their names, where they were chosen by what the log holds
   std::unique_ptr<Backend> backend;

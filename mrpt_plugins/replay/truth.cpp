@@ -66,7 +66,10 @@ void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& lo
     truth_.landmarks[i].class_index = static_cast<int>(it - names.begin());
   }
   if (truth_.path.empty() || result.trajectory.empty()) return;
-  const mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
+  mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
+  if (result.in_known_map && content_ == TruthContent::kPoses) {
+    origin = origin + (mrpt::poses::CPose3D() - result.trajectory.front().pose);
+  }
   for (TimedPose& pose : truth_.path) pose.pose = pose.pose - origin;
   for (TrueLandmark& landmark : truth_.landmarks) {
     const auto p = origin.inverseComposePoint(

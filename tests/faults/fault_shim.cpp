@@ -166,6 +166,7 @@ HYBRID_FAULT(int, rmdir, false, (const char* p), (p))
 HYBRID_FAULT(int, fsync, false, (int f), (f))
 HYBRID_FAULT(int, fdatasync, false, (int f), (f))
 HYBRID_FAULT(int, ftruncate, false, (int f, off_t n), (f, n))
+HYBRID_FAULT(int, ftruncate64, false, (int f, off64_t n), (f, n))
 HYBRID_FAULT(int, chmod, false, (const char* p, mode_t m), (p, m))
 HYBRID_FAULT(int, flock, false, (int f, int x), (f, x))
 

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The commands that write a map.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "apps/exit_code.h"
+#include "apps/hybrid-map/commands.h"
+#include "apps/program.h"
+#include "libhybrid/core/error.h"
+#include "libhybrid/maps/join_maps.h"
+#include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/map_file/map_file.h"
+
+namespace hybrid {
+namespace {
+
+/// A map whose sessions are all complete.
+MapRecord whole_map(const std::string& file) {
+  MapRecord map = read_map(file);
+  for (const MapSession& s : map.sessions) {
+    if (!s.complete) {
+      throw Error(
+          fmt::format("{}: session {} was interrupted; resume or prune it first", file, s.id));
+    }
+  }
+  if (map.landmarks.empty()) throw Error(file + ": holds no landmark");
+  return map;
+}
+
+}  // namespace
+
+int join(const Options& options) {
+  for (const std::string& file : options.maps) {
+    std::error_code unknown;
+    if (std::filesystem::equivalent(file, options.output, unknown)) {
+      throw Error(options.output + ": is one of the maps to join; name a new file");
+    }
+  }
+  std::error_code unknown;
+  if (std::filesystem::exists(options.output, unknown) &&
+      std::filesystem::file_size(options.output, unknown) > 0 &&
+      !read_map(options.output).sessions.empty()) {
+    throw Error(options.output + ": holds a map already; name a new file");
+  }
+  MapRecord all = whole_map(options.maps.front());
+  std::vector<std::string> left(options.maps.begin() + 1, options.maps.end());
+  // A map may touch the first only through another one.
+  for (bool progress = true; progress && !left.empty();) {
+    progress = false;
+    for (auto it = left.begin(); it != left.end();) {
+      const MapRecord next = whole_map(*it);
+      const auto joined =
+          about(std::vector<std::string>{*it}, [&] { return join_maps(all, next, options.odds); });
+      if (!joined) {
+        ++it;
+        continue;
+      }
+      const Eigen::Vector3d t = joined->T_first_second.translation();
+      const Eigen::Matrix3d R = joined->T_first_second.linear();
+      say("{}: {} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
+          *it, joined->common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
+          joined->log_odds);
+      all = joined->map;
+      it = left.erase(it);
+      progress = true;
+    }
+  }
+  if (!left.empty()) {
+    throw Error(left.front() +
+                ": no common place with the other maps stands out; nothing was "
+                "merged");
+  }
+  MapFile file(options.output);
+  file.replace(all);
+  say("{} landmarks, {} sessions -> {}\n", all.landmarks.size(), all.sessions.size(),
+      options.output);
+  return kExitOk;
+}
+
+int prune(const Options& options) {
+  const std::string& name = options.maps[0];
+  if (options.sessions.empty() && !options.vanished) {
+    throw Error(name + ": nothing to remove: name a --session, or --vanished");
+  }
+  read_map(name);  // a missing one is not created
+  MapFile file(name);
+  MapRecord map = file.record();
+  for (const int id : options.sessions) {
+    const auto it = std::find_if(map.sessions.begin(), map.sessions.end(),
+                                 [id](const MapSession& s) { return s.id == id; });
+    if (it == map.sessions.end()) throw Error(fmt::format("{}: has no session {}", name, id));
+    if (!it->complete) {
+      map.sessions.erase(it);
+    } else {
+      it->keyframes.clear();
+    }
+  }
+  std::vector<std::int64_t> gone;
+  for (const MapLandmark& l : map.landmarks) {
+    if (options.vanished && !exists(l)) gone.push_back(l.id);
+  }
+  if (!gone.empty()) map = without_landmarks(map, gone);
+  file.replace(map);
+  say("{}: {} landmarks, {} sessions\n", name, map.landmarks.size(), map.sessions.size());
+  return kExitOk;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "apps/hybrid-map/options.h"
+
+namespace hybrid {
+
+/// Each does what its command says, prints, and returns the exit code. All throw Error.
+int info(const Options& options);
+int check(const Options& options);
+int export_map(const Options& options);
+int join(const Options& options);
+int prune(const Options& options);
+
+}  // namespace hybrid

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The commands that change no map.
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/exit_code.h"
+#include "apps/hybrid-map/commands.h"
+#include "apps/program.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/map_file/export_map.h"
+#include "mrpt_plugins/output/landmark_writer.h"
+#include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/trajectory_writer.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::size_t existing(const MapRecord& map) {
+  return static_cast<std::size_t>(
+      std::count_if(map.landmarks.begin(), map.landmarks.end(), exists));
+}
+
+Json describe(const MapRecord& map) {
+  Json out = {
+      {"dimension", map.dim()},           {"classes", map.class_names},
+      {"landmarks", existing(map)},       {"vanished", map.landmarks.size() - existing(map)},
+      {"prior_loss_nat", map.prior.loss}, {"sessions", Json::array()}};
+  for (const MapSession& s : map.sessions) {
+    Json inputs = Json::array();
+    for (const auto& [path, sha256] : s.inputs) {
+      inputs.push_back({{"path", path}, {"sha256", sha256}});
+    }
+    out["sessions"].push_back({{"session", s.id},
+                               {"mode", s.mode},
+                               {"complete", s.complete},
+                               {"keyframes", s.keyframes.size()},
+                               {"version", s.version},
+                               {"command", s.command},
+                               {"inputs", std::move(inputs)}});
+  }
+  return out;
+}
+
+}  // namespace
+
+int info(const Options& options) {
+  const MapRecord map = read_map(options.maps[0]);
+  if (options.json) {
+    say("{}\n", describe(map).dump(1));
+    return kExitOk;
+  }
+  say("{}: a map {}, {} landmarks", options.maps[0], map.is_3d ? "in space" : "in the plane",
+      existing(map));
+  if (existing(map) < map.landmarks.size()) {
+    say(" and {} that vanished", map.landmarks.size() - existing(map));
+  }
+  say(", {} classes\n", map.class_names.size());
+  for (const MapSession& s : map.sessions) {
+    say("session {}: {}, {} keyframes{}, {}\n", s.id, s.mode, s.keyframes.size(),
+        s.complete ? "" : ", interrupted", s.inputs.empty() ? "-" : s.inputs.front().first);
+  }
+  return kExitOk;
+}
+
+int check(const Options& options) {
+  const std::vector<std::string> faults = faults_of(read_map(options.maps[0]));
+  if (faults.empty()) {
+    say("{}: all well\n", options.maps[0]);
+    return kExitOk;
+  }
+  throw Error(options.maps[0] + ": " + faults.front() +
+              (faults.size() > 1 ? fmt::format(", and {} more", faults.size() - 1) : ""));
+}
+
+int export_map(const Options& options) {
+  const MapRecord map = read_map(options.maps[0]);
+  OutputDirectory out(options.output);
+  const MapResult result =
+      result_of(map, std::filesystem::path(options.maps[0]).filename().string());
+  out.write("landmarks.csv", landmarks_csv(result));
+  out.write("landmarks.json", landmarks_json(result));
+  out.write("landmarks.pcd", pcd_text(map));
+  for (const MapSession& s : map.sessions) {
+    out.write(fmt::format("trajectory_{}.tum", s.id), tum_text(trajectory_of(s)));
+  }
+  const std::vector<double>& o = options.origin.empty() ? map.origin : options.origin;
+  if (!o.empty()) out.write("map.geojson", geojson_text(map, {o[0], o[1], o[2]}));
+  if (options.pictures) out.write("map.png", png(map_image(result)));
+  Provenance provenance = options.provenance;
+  provenance.add_input(options.maps[0]);
+  Json summary = summary_start("ok", "", provenance);
+  summary.update(describe(map));
+  warn_of(out.publish(summary));
+  say("{} landmarks, {} sessions -> {}\n", existing(map), map.sessions.size(),
+      out.folder().string());
+  return kExitOk;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/maps/find_place.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/factors/sensor_view.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+#include "libhybrid/maps/detail/place_seeds.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMostSeeds = 12;  // that are matched and weighed
+constexpr int kHypotheses = 100;        // pairs of pairs of each that are followed up
+
+template <class Pose>
+class PlaceFinder {
+ public:
+  static constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  static constexpr int kTurn = Pose::kDim - kDim;
+  using Point = typename Pose::Point;
+  using Jacobian = typename Pose::Jacobian;
+
+  PlaceFinder(const PlaceQuestion<Pose>& question, const FindPlaceOptions& options)
+      : q_(question), options_(options), density_(local_density(q_.map)) {
+    for (const Point& p : q_.here.points) center_ += p / static_cast<double>(q_.here.points.size());
+    for (const Point& p : q_.here.points) radius_ = std::max(radius_, (p - center_).norm());
+  }
+
+  std::optional<FoundPlace<Pose>> run() const {
+    std::vector<FoundPlace<Pose>> found;
+    for (const PlaceSeed<Pose>& seed : place_seeds(q_, density_, kMostSeeds)) {
+      if (auto place = weigh(seed)) found.push_back(std::move(*place));
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+    const double margin = std::log(options_.odds);
+    if (found.empty() || found.front().log_odds < margin) return std::nullopt;
+    for (const FoundPlace<Pose>& other : found) {
+      const bool rival = other.log_odds > found.front().log_odds - margin;
+      if (rival && !same(other, found.front())) return std::nullopt;
+    }
+    return found.front();
+  }
+
+ private:
+  /// The landmarks of the map about a guess, relative to its anchor.
+  std::vector<int> about(const Pose& T_map_here) const {
+    const Point middle = T_map_here * center_;
+    std::vector<int> out;
+    for (int j = 0; j < static_cast<int>(q_.map.size()); ++j) {
+      if ((q_.map[j] - middle).norm() < 1.5 * radius_) out.push_back(j);
+    }
+    return out;
+  }
+
+  std::optional<FoundPlace<Pose>> weigh(const PlaceSeed<Pose>& seed) const {
+    const std::vector<int> near = about(seed.T_map_here);
+    ConstellationMatchProblem<Pose> match;
+    std::vector<double> variances;
+    for (const int j : near) {
+      match.a.points.push_back(q_.map[j]);
+      match.a.covariances.push_back(relative_covariance<Pose>(q_.covariance, j, seed.anchor));
+      match.a.covariances.back().diagonal().array() += 1e-10;  // of the anchor itself
+      variances.push_back(match.a.covariances.back().trace() / kDim);
+    }
+    match.a.covers = q_.covers;
+    match.b = q_.here;
+    for (const auto& C : q_.here.covariances) variances.push_back(C.trace() / kDim);
+    const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
+    std::nth_element(variances.begin(), middle, variances.end());
+    match.T_a_b = seed.T_map_here;
+    match.covariance.setZero();
+    // Five sigmas are wide beside what the landmarks say; one place is not two that are apart.
+    const double width = std::min(25 * *middle, spacing() * spacing());
+    match.covariance.diagonal().template head<kDim>().setConstant(width);
+    match.covariance.diagonal().template tail<kTurn>().setConstant(width / (radius_ * radius_));
+    match.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(near.size()),
+                                            q_.class_log_likelihood_ratio.rows());
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      match.class_log_likelihood_ratio.row(static_cast<Eigen::Index>(k)) =
+          q_.class_log_likelihood_ratio.col(near[k]).transpose();
+    }
+    match.log_density = std::log(density_);
+    PlaceOptions options;
+    options.gate = options_.gate;
+    options.answers = 1;
+    options.hypotheses = kHypotheses;
+    const auto answers = match_places(match, options);
+    if (answers.empty() || answers.front().pairs.size() <= kDim) return std::nullopt;
+    return place_of(answers.front(), match, near);
+  }
+
+  FoundPlace<Pose> place_of(const ConstellationMatch<Pose>& answer,
+                            const ConstellationMatchProblem<Pose>& match,
+                            const std::vector<int>& near) const {
+    FoundPlace<Pose> out;
+    out.T_map_here = answer.T_a_b;
+    Jacobian information = Jacobian::Zero();
+    const auto R = answer.T_a_b.rotation().matrix();
+    for (const auto& [a, b] : answer.pairs) {
+      Eigen::Matrix<double, kDim, Pose::kDim> J;
+      J.template leftCols<kDim>() = R;
+      J.template rightCols<kTurn>() = -R * rotation_derivative(match.b.points[b]);
+      const Eigen::Matrix<double, kDim, kDim> S =
+          match.a.covariances[a] + R * match.b.covariances[b] * R.transpose();
+      information += J.transpose() * S.llt().solve(J);
+      out.pairs.emplace_back(b, near[static_cast<std::size_t>(a)]);
+    }
+    std::sort(out.pairs.begin(), out.pairs.end());
+    out.covariance = information.inverse();
+    // The prior of the match gives way to one that is uniform over map and headings.
+    const double narrow =
+        0.5 * std::log(match.covariance.determinant()) + 0.5 * Pose::kDim * std::log(2 * M_PI);
+    out.log_odds = -(answer.cost - narrow + log_volume());
+    return out;
+  }
+
+  /// How far landmarks are apart.
+  double spacing() const { return std::exp(-std::log(density_) / kDim); }
+
+  /// Of the poses that lie in the map.
+  double log_volume() const {
+    Point low = q_.map.front(), high = q_.map.front();
+    for (const Point& p : q_.map) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    const double headings = kDim == 2 ? 2 * M_PI : 8 * M_PI * M_PI;
+    return ((high - low).array() + spacing()).log().sum() + std::log(headings);
+  }
+
+  bool same(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) const {
+    double sum = 0;
+    for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
+    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing();
+  }
+
+  const PlaceQuestion<Pose>& q_;
+  const FindPlaceOptions& options_;
+  double density_;
+  Point center_ = Point::Zero();
+  double radius_ = 1e-3;
+};
+
+}  // namespace
+
+template <class Pose>
+std::optional<FoundPlace<Pose>> find_place(const PlaceQuestion<Pose>& question,
+                                           const FindPlaceOptions& options) {
+  constexpr std::size_t kFewest = Pose::Point::RowsAtCompileTime + 1;
+  if (question.here.points.size() < kFewest || question.map.size() < kFewest) return std::nullopt;
+  return PlaceFinder<Pose>(question, options).run();
+}
+
+double same_class_log_likelihood_ratio(const std::vector<double>& p, const std::vector<double>& q,
+                                       const std::vector<double>& prior) {
+  if (p.empty() || q.empty()) return 0;
+  double sum = 0;
+  for (std::size_t s = 0; s < p.size(); ++s) {
+    if (prior[s] > 0) sum += p[s] * q[s] / prior[s];
+  }
+  return sum > 0 ? std::log(sum) : -kInfinity;
+}
+
+template std::optional<FoundPlace<SE2>> find_place(const PlaceQuestion<SE2>&,
+                                                   const FindPlaceOptions&);
+template std::optional<FoundPlace<SE3>> find_place(const PlaceQuestion<SE3>&,
+                                                   const FindPlaceOptions&);
+
+}  // namespace hybrid

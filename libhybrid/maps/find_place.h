@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/association/constellation.h"
+#include "libhybrid/geometry/eigen.h"
+
+namespace HYBRID_API hybrid {
+
+/// Where in a map some landmarks are, of which no pose is known. The points of `here` have their
+/// frame in common.
+template <class Pose>
+struct PlaceQuestion {
+  using Point = typename Pose::Point;
+  Constellation<Pose> here;
+  std::vector<Point> map;      ///< landmarks of the map [m]
+  Eigen::MatrixXd covariance;  ///< of all of them together [m^2]
+  /// Whether a point of the map was looked at, so that a landmark there would be in it.
+  std::function<bool(const Point&)> covers;
+  /// log evidence that a landmark of `here` (row) and one of the map (column) are one by all but
+  /// where they are; -infinity where they cannot be.
+  Eigen::MatrixXd class_log_likelihood_ratio;
+};
+
+struct FindPlaceOptions {
+  double odds = 1e4;  ///< evidence needed for the place against no place, and against any other
+  double gate = 0.9999;
+};
+
+/// A place found.
+template <class Pose>
+struct FoundPlace {
+  Pose T_map_here;
+  /// Of it, given the map near by, in the tangent of a right perturbation.
+  typename Pose::Jacobian covariance;
+  std::vector<std::pair<int, int>> pairs;  ///< of `here` and of the map
+  double log_odds = 0;                     ///< for this place against none
+};
+
+/// The one place of the map that the landmarks speak for, or nothing. Every two landmarks (three
+/// in space) that are as far apart as others of the map put `here` into it; the most promising
+/// of these places are matched and weighed by match_places, with a prior that is uniform over the
+/// map and all headings. At least `dim` + 1 landmarks must agree.
+template <class Pose>
+HYBRID_API std::optional<FoundPlace<Pose>> find_place(const PlaceQuestion<Pose>& question,
+                                                      const FindPlaceOptions& options = {});
+
+/// The class of two landmarks as evidence that they are one: log sum p q / prior.
+HYBRID_API double same_class_log_likelihood_ratio(const std::vector<double>& p,
+                                                  const std::vector<double>& q,
+                                                  const std::vector<double>& prior);
+
+}  // namespace hybrid

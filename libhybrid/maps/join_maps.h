@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+
+#include "libhybrid/maps/map_record.h"
+
+namespace HYBRID_API hybrid {
+
+/// Two maps as one.
+struct JoinedMaps {
+  MapRecord map;  ///< in the frame of the first
+  Eigen::Isometry3d T_first_second = Eigen::Isometry3d::Identity();
+  std::size_t common = 0;  ///< landmarks that both have
+  double log_odds = 0;     ///< for the common place against none
+};
+
+/// Finds where the second map lies in the first by the landmarks that both have, makes these one,
+/// and estimates all landmarks together, given what each map knows of its own. Landmarks of the
+/// second that the first lacks get new ids, unless ids are those of logs. Nothing where no common
+/// place stands out with these `odds`. Throws Error where the maps are not of one kind.
+std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds);
+
+/// The map without some landmarks, by their ids.
+MapRecord without_landmarks(const MapRecord& map, const std::vector<std::int64_t>& ids);
+
+}  // namespace hybrid

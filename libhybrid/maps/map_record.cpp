@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/maps/map_record.h"
+
+#include <memory>
+
+#include "libhybrid/factors/linear_factor.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+
+KnownMap known_map(const MapRecord& map) {
+  KnownMap out;
+  out.class_names = map.class_names;
+  const int dim = map.dim();
+  const Noise unit = Noise::unit(dim);
+  for (const MapLandmark& landmark : map.landmarks) out.landmarks.push_back(landmark);
+  for (const SparseRow& row : map.prior.rows) {
+    std::vector<LinearFactor::Term> terms;
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(dim);
+    for (std::size_t k = 0; k < row.variables.size(); ++k) {
+      const MapLandmark& landmark = map.landmarks[static_cast<std::size_t>(row.variables[k])];
+      const Eigen::MatrixXd A = row.R.middleCols(dim * static_cast<Eigen::Index>(k), dim);
+      terms.push_back({position_key(landmark.id), A});
+      b += A * landmark.position.head(dim);
+    }
+    out.prior.push_back(std::make_shared<LinearFactor>(terms, b, unit));
+  }
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/landmarks/known_map.h"
+#include "libhybrid/maps/sparse_gaussian.h"
+
+namespace HYBRID_API hybrid {
+
+/// A landmark of a stored map; `covariance` is that of its position alone.
+struct MapLandmark : KnownLandmark {
+  int session = 0;  ///< that made it
+};
+
+/// A keyframe of a stored map.
+struct MapKeyframe {
+  std::size_t row = 0;  ///< step of the log
+  double time = 0;      ///< [s]
+  Eigen::Isometry3d T_map_robot = Eigen::Isometry3d::Identity();
+};
+
+/// One run over one log.
+struct MapSession {
+  int id = 0;
+  std::string mode;           ///< build, extend, localize or join
+  bool complete = false;      ///< else the log was not mapped to its end
+  std::string version;        ///< of the program
+  std::string command;        ///< its name and arguments
+  std::string configuration;  ///< settings in effect, JSON
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< files and their SHA-256
+  std::vector<MapKeyframe> keyframes;
+};
+
+/// All that a map file holds.
+struct MapRecord {
+  bool is_3d = false;
+  bool identified = false;  ///< the ids of the landmarks are those of the log
+  std::vector<std::string> class_names;
+  /// Latitude and longitude of the origin [deg, WGS 84] and the direction of the x axis [deg,
+  /// counter-clockwise from east]; empty where not known.
+  std::vector<double> origin;
+  std::vector<MapLandmark> landmarks;  ///< by ascending id
+  SparseGaussian prior;                ///< of their positions, in this order
+  std::vector<MapSession> sessions;
+
+  int dim() const { return is_3d ? 3 : 2; }
+};
+
+/// Whether a landmark is more likely there than not.
+inline bool exists(const MapLandmark& landmark) {
+  return landmark.existence > 0;
+}
+
+/// Joint covariance of all landmarks, dim rows for each.
+inline Eigen::MatrixXd joint_covariance(const MapRecord& map) {
+  return map.prior.covariance();
+}
+
+/// The landmarks as what is known before the first keyframe of a session.
+KnownMap known_map(const MapRecord& map);
+
+}  // namespace hybrid

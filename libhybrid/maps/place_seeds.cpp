@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/maps/detail/place_seeds.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libhybrid/association/spatial_grid.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kFigures = 300;    // of landmarks of here that are looked for, at most
+constexpr std::size_t kGuesses = 20000;  // that are scored, at most
+constexpr double kSigmas = 3;            // by which two distances may differ
+
+/// Two landmarks, three in space, that fix a rigid motion.
+template <int N>
+using Figure = std::array<int, N>;
+
+template <class Point>
+double size_of(const std::vector<Point>& p, const Figure<2>& f) {
+  return (p[f[0]] - p[f[1]]).norm();
+}
+template <class Point>
+double size_of(const std::vector<Point>& p, const Figure<3>& f) {
+  return (p[f[1]] - p[f[0]]).cross(p[f[2]] - p[f[0]]).norm();
+}
+
+/// The largest figure about each landmark in turn, then the second largest, and so on.
+template <int N, class Point>
+std::vector<Figure<N>> figures(const std::vector<Point>& points) {
+  const int n = static_cast<int>(points.size());
+  std::vector<std::vector<Figure<N>>> own(points.size());
+  std::size_t all = 0;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      if (j == i) continue;
+      if constexpr (N == 2) {
+        own[i].push_back({i, j});
+      } else {
+        for (int k = j + 1; k < n; ++k) {
+          if (k != i) own[i].push_back({i, j, k});
+        }
+      }
+    }
+    std::stable_sort(own[i].begin(), own[i].end(), [&](const auto& a, const auto& b) {
+      return size_of(points, a) > size_of(points, b);
+    });
+    all += own[i].size();
+  }
+  std::vector<Figure<N>> out;
+  for (std::size_t rank = 0; out.size() < std::min(all, kFigures); ++rank) {
+    for (const auto& list : own) {
+      if (rank < list.size()) out.push_back(list[rank]);
+    }
+  }
+  return out;
+}
+
+template <class Pose>
+Pose fitted(const std::array<typename Pose::Point, Pose::Point::RowsAtCompileTime>& from,
+            const std::array<typename Pose::Point, Pose::Point::RowsAtCompileTime>& to) {
+  constexpr int N = Pose::Point::RowsAtCompileTime;
+  Eigen::Matrix<double, N, N> a, b;
+  for (int i = 0; i < N; ++i) {
+    a.col(i) = from[static_cast<std::size_t>(i)];
+    b.col(i) = to[static_cast<std::size_t>(i)];
+  }
+  const Eigen::Matrix<double, N + 1, N + 1> T = Eigen::umeyama(a, b, false);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear().template topLeftCorner<N, N>() = T.template topLeftCorner<N, N>();
+  pose.translation().template head<N>() = T.template topRightCorner<N, 1>();
+  if constexpr (N == 2) {
+    return to_se2(pose);
+  } else {
+    return to_se3(pose);
+  }
+}
+
+template <class Pose>
+class SeedSearch {
+ public:
+  static constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  using Point = typename Pose::Point;
+
+  SeedSearch(const PlaceQuestion<Pose>& question, double density)
+      : q_(question), log_density_(std::log(density)) {
+    double reach = 0;
+    for (const Point& a : q_.here.points) {
+      for (const Point& b : q_.here.points) reach = std::max(reach, (a - b).norm());
+    }
+    spacing_ = std::exp(-log_density_ / kDim);
+    const auto n = static_cast<Eigen::Index>(q_.map.size());
+    relative_.resize(n, n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        relative_(i, j) = relative_covariance<Pose>(q_.covariance, i, j).trace() / kDim;
+      }
+    }
+    neighbours_.resize(q_.map.size());
+    for (int i = 0; i < static_cast<int>(q_.map.size()); ++i) {
+      grid_.put(i, q_.map[i][0], q_.map[i][1]);
+      for (int j = 0; j < static_cast<int>(q_.map.size()); ++j) {
+        const double d = (q_.map[i] - q_.map[j]).norm();
+        if (i != j && d < 1.1 * reach) neighbours_[i].emplace_back(d, j);
+      }
+      std::sort(neighbours_[i].begin(), neighbours_[i].end());
+    }
+  }
+
+  std::vector<PlaceSeed<Pose>> run(std::size_t most) {
+    for (const Figure<kDim>& figure : figures<kDim>(q_.here.points)) {
+      for (int a = 0; a < static_cast<int>(q_.map.size()); ++a) extend(figure, a);
+      if (guesses_ > kGuesses) break;
+    }
+    std::stable_sort(seeds_.begin(), seeds_.end(),
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
+    std::vector<PlaceSeed<Pose>> out;
+    for (const PlaceSeed<Pose>& seed : seeds_) {
+      const bool near = std::any_of(out.begin(), out.end(),
+                                    [&](const auto& better) { return same(seed, better); });
+      if (!near) out.push_back(seed);
+      if (out.size() == most) break;
+    }
+    return out;
+  }
+
+ private:
+  bool possible(int i, int a) const { return q_.class_log_likelihood_ratio(i, a) > -3; }
+
+  double variance(int i, int j, int a, int b) const {
+    return (q_.here.covariances[i].trace() + q_.here.covariances[j].trace()) / kDim +
+           relative_(a, b);
+  }
+
+  /// Landmarks of the map as far from a as j is from i.
+  template <class Use>
+  void visit(int i, int j, int a, const Use& use) const {
+    const double d = (q_.here.points[i] - q_.here.points[j]).norm();
+    // The variance relative to the anchor differs between neighbours: the widest bounds the range.
+    const double wide = kSigmas * std::sqrt(variance(i, j, a, widest(a)));
+    auto it = std::lower_bound(neighbours_[a].begin(), neighbours_[a].end(),
+                               std::make_pair(d - wide, -1));
+    for (; it != neighbours_[a].end() && it->first < d + wide; ++it) {
+      const int b = it->second;
+      if (!possible(j, b)) continue;
+      if (std::abs(it->first - d) < kSigmas * std::sqrt(variance(i, j, a, b))) use(b);
+    }
+  }
+
+  int widest(int a) const { return neighbours_[a].empty() ? a : neighbours_[a].back().second; }
+
+  void extend(const Figure<kDim>& f, int a) {
+    if (!possible(f[0], a)) return;
+    visit(f[0], f[1], a, [&](int b) {
+      if constexpr (kDim == 2) {
+        take(f, {a, b});
+      } else {
+        visit(f[0], f[2], a, [&](int c) {
+          const double want = (q_.here.points[f[1]] - q_.here.points[f[2]]).norm();
+          const double got = (q_.map[b] - q_.map[c]).norm();
+          const double off = kSigmas * std::sqrt(variance(f[1], f[2], b, c));
+          if (c != b && std::abs(want - got) < off) take(f, {a, b, c});
+        });
+      }
+    });
+  }
+
+  void take(const Figure<kDim>& f, const Figure<kDim>& m) {
+    if (++guesses_ > kGuesses) return;
+    std::array<Point, kDim> from, to;
+    for (std::size_t k = 0; k < kDim; ++k) {
+      from[k] = q_.here.points[f[k]];
+      to[k] = q_.map[m[k]];
+    }
+    PlaceSeed<Pose> seed{fitted<Pose>(from, to), m[0], 0};
+    const double baseline = (from[1] - from[0]).norm() + 1e-9;
+    for (std::size_t i = 0; i < q_.here.points.size(); ++i) {
+      const Point p = seed.T_map_here * q_.here.points[i];
+      const double lever = 1 + (q_.here.points[i] - from[0]).norm() / baseline;
+      seed.score += gain(static_cast<int>(i), p, m[0], lever * lever);
+    }
+    if (seed.score > 0) seeds_.push_back(seed);
+  }
+
+  /// What the best landmark of the map near a point is worth.
+  double gain(int i, const Point& p, int anchor, double lever) const {
+    double best = 0;
+    const double own = q_.here.covariances[i].trace() / kDim;
+    // What is known less well than landmarks are apart is told from no other.
+    const double wide = kSigmas * std::sqrt(lever * (own + relative_(widest(anchor), anchor)));
+    grid_.visit_near(p[0], p[1], std::min(wide, spacing_), [&](int j) {
+      const double squared = (q_.map[j] - p).squaredNorm();
+      if (squared > spacing_ * spacing_ || !possible(i, j)) return;
+      const double s2 = lever * (own + relative_(j, anchor)) + 1e-12;
+      best = std::max(best, q_.class_log_likelihood_ratio(i, j) - log_density_ -
+                                0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * squared / s2);
+    });
+    return best;
+  }
+
+  /// Whether two guesses put the landmarks to the same places, by how these are apart.
+  bool same(const PlaceSeed<Pose>& a, const PlaceSeed<Pose>& b) const {
+    double sum = 0;
+    for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
+    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing_;
+  }
+
+  const PlaceQuestion<Pose>& q_;
+  double log_density_;
+  double spacing_ = 0;        // of landmarks [m]
+  Eigen::MatrixXd relative_;  // variances of landmarks of the map relative to each other [m^2]
+  SpatialGrid grid_;
+  std::vector<std::vector<std::pair<double, int>>> neighbours_;  // by distance
+  std::vector<PlaceSeed<Pose>> seeds_;
+  std::size_t guesses_ = 0;
+};
+
+}  // namespace
+
+template <class Point>
+double local_density(const std::vector<Point>& points) {
+  constexpr int kDim = Point::RowsAtCompileTime;
+  const std::size_t k = std::min<std::size_t>(5, points.size() - 1);
+  const double unit = kDim == 2 ? M_PI : 4 * M_PI / 3;  // of a disc or a ball
+  std::vector<double> densities;
+  for (const Point& p : points) {
+    std::vector<double> d;
+    for (const Point& q : points) d.push_back((p - q).norm());
+    std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(k), d.end());
+    densities.push_back(static_cast<double>(k) / (unit * std::pow(std::max(d[k], 1e-3), kDim)));
+  }
+  const auto middle = densities.begin() + static_cast<std::ptrdiff_t>(densities.size() / 2);
+  std::nth_element(densities.begin(), middle, densities.end());
+  return *middle;
+}
+
+template <class Pose>
+typename Constellation<Pose>::Matrix relative_covariance(const Eigen::MatrixXd& joint, int i,
+                                                         int anchor) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  const auto block = [&](int r, int c) {
+    return joint.template block<kDim, kDim>(kDim * r, kDim * c);
+  };
+  return block(i, i) + block(anchor, anchor) - block(i, anchor) - block(anchor, i);
+}
+
+template <class Pose>
+std::vector<PlaceSeed<Pose>> place_seeds(const PlaceQuestion<Pose>& question, double density,
+                                         std::size_t most) {
+  return SeedSearch<Pose>(question, density).run(most);
+}
+
+template double local_density(const std::vector<Eigen::Vector2d>&);
+template double local_density(const std::vector<Eigen::Vector3d>&);
+template Constellation<SE2>::Matrix relative_covariance<SE2>(const Eigen::MatrixXd&, int, int);
+template Constellation<SE3>::Matrix relative_covariance<SE3>(const Eigen::MatrixXd&, int, int);
+template std::vector<PlaceSeed<SE2>> place_seeds(const PlaceQuestion<SE2>&, double, std::size_t);
+template std::vector<PlaceSeed<SE3>> place_seeds(const PlaceQuestion<SE3>&, double, std::size_t);
+
+}  // namespace hybrid

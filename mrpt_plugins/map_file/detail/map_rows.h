@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <SQLiteCpp/Database.h>
+
+#include "mrpt_plugins/map_file/map_file.h"
+
+/// The rows of the tables of a map file. All throw SQLite::Exception.
+namespace hybrid {
+
+/// Reads all tables. Throws Error where they contradict each other.
+MapRecord read_rows(SQLite::Database& database);
+
+/// Empties all tables and fills them.
+void write_rows(SQLite::Database& database, const MapRecord& record);
+
+/// One session without its keyframes; and one keyframe and one draft, replaced or new.
+void write_session(SQLite::Database& database, const MapSession& session);
+void write_keyframes(SQLite::Database& database, int session,
+                     const std::vector<std::pair<std::size_t, MapKeyframe>>& keyframes);
+void write_drafts(SQLite::Database& database, const std::vector<DraftLandmark>& landmarks);
+
+/// What kind of map it is.
+void write_kind(SQLite::Database& database, const MapRecord& record);
+
+}  // namespace hybrid

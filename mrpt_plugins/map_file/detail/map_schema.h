@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+namespace hybrid::map_schema {
+
+/// "HMAP" in ASCII: the application id in the header of the file.
+inline constexpr int kApplicationId = 0x484d4150;
+/// The user version in the header: raised with every change of the tables.
+inline constexpr int kVersion = 1;
+
+/// The tables of docs/map_format.md.
+inline constexpr const char* kTables = R"(
+CREATE TABLE map (
+  name TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
+CREATE TABLE class (
+  number INTEGER PRIMARY KEY, name TEXT NOT NULL);
+CREATE TABLE session (
+  id INTEGER PRIMARY KEY, mode TEXT NOT NULL, complete INTEGER NOT NULL, version TEXT NOT NULL,
+  command TEXT NOT NULL, configuration TEXT NOT NULL);
+CREATE TABLE input (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, path TEXT NOT NULL,
+  sha256 TEXT NOT NULL, PRIMARY KEY (session, number)) WITHOUT ROWID;
+CREATE TABLE keyframe (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, row INTEGER NOT NULL,
+  time REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
+  qx REAL NOT NULL, qy REAL NOT NULL, qz REAL NOT NULL, qw REAL NOT NULL,
+  PRIMARY KEY (session, number)) WITHOUT ROWID;
+CREATE TABLE landmark (
+  id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES session(id),
+  x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
+  xx REAL NOT NULL, xy REAL NOT NULL, xz REAL NOT NULL,
+  yy REAL NOT NULL, yz REAL NOT NULL, zz REAL NOT NULL,
+  existence REAL NOT NULL, sightings INTEGER NOT NULL);
+CREATE TABLE landmark_class (
+  landmark INTEGER NOT NULL REFERENCES landmark(id), class INTEGER NOT NULL REFERENCES class(number),
+  probability REAL NOT NULL, PRIMARY KEY (landmark, class)) WITHOUT ROWID;
+CREATE TABLE prior (
+  landmark INTEGER NOT NULL REFERENCES landmark(id), number INTEGER NOT NULL,
+  given INTEGER NOT NULL REFERENCES landmark(id),
+  r11 REAL NOT NULL, r12 REAL NOT NULL, r13 REAL NOT NULL,
+  r21 REAL NOT NULL, r22 REAL NOT NULL, r23 REAL NOT NULL,
+  r31 REAL NOT NULL, r32 REAL NOT NULL, r33 REAL NOT NULL,
+  PRIMARY KEY (landmark, number)) WITHOUT ROWID;
+CREATE TABLE draft (
+  landmark INTEGER PRIMARY KEY, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
+  class INTEGER, sightings INTEGER NOT NULL);
+)";
+
+}  // namespace hybrid::map_schema

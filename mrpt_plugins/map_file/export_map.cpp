@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/map_file/export_map.h"
+
+#include <fmt/format.h>
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kTolerance = 0.5;  // of a standard deviation, beside what the prior has lost
+
+int most_probable(const MapLandmark& landmark) {
+  const auto& p = landmark.class_probabilities;
+  return p.empty() ? -1 : static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
+}
+
+double probability(double log_odds) {
+  return 1 / (1 + std::exp(-log_odds));
+}
+
+/// Points of the map as longitude and latitude.
+class Globe {
+ public:
+  explicit Globe(const MapOrigin& origin)
+      : local_(origin.latitude, origin.longitude),
+        turn_(Eigen::AngleAxisd(origin.direction * M_PI / 180, Eigen::Vector3d::UnitZ())) {}
+
+  Json operator()(const Eigen::Vector3d& point) const {
+    const Eigen::Vector3d p = turn_ * point;
+    double latitude = 0, longitude = 0, height = 0;
+    local_.Reverse(p.x(), p.y(), p.z(), latitude, longitude, height);
+    return Json::array({longitude, latitude});
+  }
+
+ private:
+  GeographicLib::LocalCartesian local_;
+  Eigen::Matrix3d turn_;
+};
+
+}  // namespace
+
+Trajectory trajectory_of(const MapSession& session) {
+  Trajectory out;
+  for (const MapKeyframe& k : session.keyframes) out.push_back({k.time, to_mrpt(k.T_map_robot)});
+  return out;
+}
+
+MapResult result_of(const MapRecord& map, const std::string& title) {
+  MapResult out;
+  out.title = title;
+  out.is_3d = map.is_3d;
+  out.in_known_map = true;
+  out.class_names = map.class_names;
+  for (const MapSession& session : map.sessions) {
+    for (const TimedPose& pose : trajectory_of(session)) out.trajectory.push_back(pose);
+  }
+  for (const MapLandmark& l : map.landmarks) {
+    if (!exists(l)) continue;
+    LandmarkEstimate landmark;
+    landmark.id = l.id;
+    landmark.position = l.position;
+    landmark.covariance = l.covariance;
+    landmark.is_3d = map.is_3d;
+    landmark.class_probabilities = l.class_probabilities;
+    if (most_probable(l) >= 0) landmark.class_index = most_probable(l);
+    landmark.sightings = l.sightings;
+    out.landmarks.push_back(std::move(landmark));
+  }
+  return out;
+}
+
+std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
+  const Globe globe(origin);
+  Json features = Json::array();
+  for (const MapLandmark& l : map.landmarks) {
+    if (!exists(l)) continue;
+    Json properties = {{"id", l.id},
+                       {"existence", probability(l.existence)},
+                       {"sightings", l.sightings},
+                       {"sigma_m", std::sqrt(l.covariance.trace() / map.dim())}};
+    const int best = most_probable(l);
+    if (best >= 0) properties["class"] = map.class_names[static_cast<std::size_t>(best)];
+    features.push_back({{"type", "Feature"},
+                        {"geometry", {{"type", "Point"}, {"coordinates", globe(l.position)}}},
+                        {"properties", std::move(properties)}});
+  }
+  for (const MapSession& session : map.sessions) {
+    if (session.keyframes.size() < 2) continue;
+    Json line = Json::array();
+    for (const MapKeyframe& k : session.keyframes)
+      line.push_back(globe(k.T_map_robot.translation()));
+    features.push_back({{"type", "Feature"},
+                        {"geometry", {{"type", "LineString"}, {"coordinates", std::move(line)}}},
+                        {"properties", {{"session", session.id}, {"mode", session.mode}}}});
+  }
+  const Json all = {{"type", "FeatureCollection"}, {"features", std::move(features)}};
+  return all.dump(1) + "\n";
+}
+
+std::string pcd_text(const MapRecord& map) {
+  std::string rows;
+  std::size_t count = 0;
+  for (const MapLandmark& l : map.landmarks) {
+    if (!exists(l)) continue;
+    ++count;
+    rows += fmt::format("{} {} {} {} {}\n", l.position.x(), l.position.y(), l.position.z(),
+                        most_probable(l), l.id);
+  }
+  return fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z class id\n"
+      "SIZE 4 4 4 4 4\nTYPE F F F I I\nCOUNT 1 1 1 1 1\nWIDTH {0}\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA ascii\n{1}",
+      count, rows);
+}
+
+std::vector<std::string> faults_of(const MapRecord& map) {
+  std::vector<std::string> faults;
+  const int dim = map.dim();
+  const Eigen::MatrixXd joint = joint_covariance(map);
+  if (!joint.allFinite()) faults.push_back("the prior of the landmarks is not finite");
+  const double allowed = kTolerance + std::sqrt(2 * map.prior.loss);
+  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
+    const MapLandmark& l = map.landmarks[i];
+    const Eigen::Index at = dim * static_cast<Eigen::Index>(i);
+    const double stated = l.covariance.topLeftCorner(dim, dim).trace();
+    const double implied = joint.block(at, at, dim, dim).trace();
+    if (!(std::abs(std::sqrt(stated) - std::sqrt(implied)) <= allowed * std::sqrt(implied))) {
+      faults.push_back(fmt::format("landmark {}: its covariance and the prior contradict", l.id));
+    }
+    double sum = 0;
+    for (const double p : l.class_probabilities) sum += p;
+    if (!l.class_probabilities.empty() && !(std::abs(sum - 1) < 1e-6)) {
+      faults.push_back(fmt::format("landmark {}: its class probabilities do not sum to 1", l.id));
+    }
+  }
+  return faults;
+}
+
+}  // namespace hybrid

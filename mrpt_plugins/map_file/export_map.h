@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/map_file/map_file.h"
+#include "mrpt_plugins/mapping/map_result.h"
+
+namespace HYBRID_API hybrid {
+
+/// Where a map lies on the globe.
+struct MapOrigin {
+  double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
+  double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]
+};
+
+/// The keyframes of a session.
+Trajectory trajectory_of(const MapSession& session);
+
+/// The landmarks that exist and the keyframes of all sessions, one after the other.
+MapResult result_of(const MapRecord& map, const std::string& title);
+
+/// Landmarks that exist as points and the way of each session as a line (RFC 7946).
+std::string geojson_text(const MapRecord& map, const MapOrigin& origin);
+
+/// Landmarks that exist as a point cloud: x y z [m], number of the class (-1: none), id.
+std::string pcd_text(const MapRecord& map);
+
+/// What is wrong with the numbers of a map; empty where nothing is.
+std::vector<std::string> faults_of(const MapRecord& map);
+
+}  // namespace hybrid

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// What the map knows before the first keyframe.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/sighting.h"
+#include "mrpt_plugins/mapping/mapper.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLeastProbability = 1e-12;  // of a class, so that none is ruled out
+constexpr double kForgotten = 1e6;  // by which the variances of a start grow that is given up
+
+std::vector<double> positive(std::vector<double> p) {
+  double sum = 0;
+  for (double& v : p) sum += (v = std::max(v, kLeastProbability));
+  for (double& v : p) v /= sum;
+  return p;
+}
+
+}  // namespace
+
+void Mapper::adopt(const KnownMap& known) {
+  for (const auto& plugin : plugins_) plugin->adopt(known, is_3d_);
+  if (!known.landmarks.empty() && class_names() != known.class_names) {
+    throw Error(fmt::format("the classes of the map are '{}', those of the settings '{}'",
+                            fmt::join(known.class_names, " "), fmt::join(class_names(), " ")));
+  }
+  Delta delta;
+  delta.continuous = known.prior;
+  for (const KnownLandmark& landmark : known.landmarks) {
+    Landmark entry{landmark.id, position_key(landmark.id), std::nullopt, landmark.sightings};
+    insert_point(delta.values, entry.position, landmark.position, is_3d_);
+    const std::vector<double>& p = landmark.class_probabilities;
+    if (!p.empty()) {
+      entry.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, entry.position.index()),
+                                    static_cast<int>(p.size())};
+      delta.discrete.push_back(prior_table(*entry.class_key, positive(p)));
+      delta.assignment.set(entry.class_key->key,
+                           static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin()));
+    }
+    landmarks_.add(entry);
+  }
+  if (!known.landmarks.empty()) count(backend_->update(delta));
+  landmarks_.commit();
+}
+
+/// Notes where the prior of the first pose is, for forget_start().
+void Mapper::note_start(const Delta& motion, const BackendReport& report) {
+  if (!options_.start || start_ || !steps_.empty() || motion.continuous.empty()) return;
+  start_ = report.handles.continuous.front();
+}
+
+void Mapper::forget_start() {
+  if (!start_ || !backend_->keeps_all()) return;
+  Delta delta;
+  delta.remove.push_back(*start_);
+  MotionOptions wide = options_;
+  wide.start->covariance *= kForgotten;
+  delta.continuous.push_back(origin_factor(pose_key(0), wide, is_3d_));
+  start_.reset();
+  count(backend_->update(delta));
+}
+
+std::map<std::int64_t, double> Mapper::existence() const {
+  std::map<std::int64_t, double> all;
+  for (const auto& plugin : plugins_) all.merge(plugin->existence());
+  return all;
+}
+
+}  // namespace hybrid

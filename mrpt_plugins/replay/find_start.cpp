@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/replay/find_start.h"
+
+#include <utility>
+
+#include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/replay/localizer.h"
+#include "mrpt_plugins/replay/settings.h"
+
+namespace hybrid {
+
+std::optional<FoundStart> find_start(const ReplayRequest& request, const MapRecord& map,
+                                     double odds) {
+  IniFile ini(request.config);
+  ReplaySettings settings = read_settings(ini, request);
+  KeyframeSource source(settings.rawlog, settings.source);
+  Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
+                source.is_3d(), settings.calibration);
+  Localizer localizer(map, odds);
+  return about({settings.rawlog}, [&]() -> std::optional<FoundStart> {
+    for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {
+      if (interrupted() != 0) break;
+      mapper.add(*keyframe);
+      if (const auto start = localizer.look(mapper)) return FoundStart{*start, i};
+    }
+    return std::nullopt;
+  });
+}
+
+}  // namespace hybrid

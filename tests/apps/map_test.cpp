@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/map_file/map_file.h"
+#include "tests/apps/map_runner.h"
+
+namespace hybrid {
+namespace {
+
+TEST_F(MapTest, ALogMakesAMapThatSaysWhatItHolds) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  const auto info = info_of("a.hmap");
+  EXPECT_EQ(info["dimension"], 2);
+  EXPECT_EQ(info["landmarks"], summary_in("out")["landmarks"]);
+  ASSERT_EQ(info["sessions"].size(), 1u);
+  EXPECT_EQ(info["sessions"][0]["mode"], "build");
+  EXPECT_EQ(info["sessions"][0]["keyframes"], 250);
+  EXPECT_EQ(info["sessions"][0]["complete"], true);
+  EXPECT_EQ(info["sessions"][0]["inputs"][0]["sha256"], summary_in("out")["inputs"][0]["sha256"]);
+  EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
+}
+
+TEST_F(MapTest, AMapDoesNotChangeWhatALogGives) {
+  ASSERT_EQ(run_replay(replay_of("", "", "plain")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  EXPECT_EQ(read("plain/trajectory.tum"), read("out/trajectory.tum"));
+  EXPECT_EQ(read("plain/landmarks.csv"), read("out/landmarks.csv"));
+  EXPECT_FALSE(summary_in("plain").contains("localized_at"));
+}
+
+TEST_F(MapTest, ARobotFindsItsPlaceWithoutAPose) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("", "", "whole")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  const std::string map = read("a.hmap");
+  ASSERT_EQ(
+      run_replay(replay_of("second.rawlog", "a.hmap", "second") + " --map-mode localize").code, 0);
+  EXPECT_EQ(read("a.hmap"), map);
+  const auto summary = summary_in("second");
+  EXPECT_TRUE(summary["localized_at"].is_number());
+  EXPECT_LT(summary["localized_at"], 20);
+  EXPECT_EQ(summary["landmarks"], info_of("a.hmap")["landmarks"]);
+  // The whole is in the frame of the first part; ranges have a sigma of 1 cm.
+  EXPECT_LT(distance("second/trajectory.tum", "whole/trajectory.tum", kBeforeSecond), 0.02);
+}
+
+TEST_F(MapTest, AMapGrowsWithALog) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("", "", "whole")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "second")).code, 0);
+  const auto info = info_of("a.hmap");
+  ASSERT_EQ(info["sessions"].size(), 2u);
+  EXPECT_EQ(info["sessions"][1]["mode"], "extend");
+  const int whole = summary_in("whole")["landmarks"], grown = info["landmarks"];
+  EXPECT_GT(grown, summary_in("first")["landmarks"]);
+  EXPECT_NEAR(grown, whole, 4);
+  EXPECT_LT(distance("second/trajectory.tum", "whole/trajectory.tum", kBeforeSecond), 0.02);
+  expect_refusal("hybrid-replay " + replay_of("second.rawlog", "a.hmap", "again"), "a.hmap",
+                 "mapped this log already");
+}
+
+TEST_F(MapTest, ARobotIsNotFoundInAnotherMap) {
+  write("other.ini", "[simulation]\nseed = 5\nobservation = plain\n[world]\nlandmarks = 40\n");
+  ASSERT_EQ(run_app("hybrid-simulate -c " + at("other.ini") + " -o " + at("other.rawlog")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  const std::string map = read("a.hmap");
+  const Ran ran = run_replay(replay_of("other.rawlog", "a.hmap", "other"));
+  EXPECT_EQ(ran.code, 2) << ran.text;
+  EXPECT_NE(ran.text.find("not found in"), std::string::npos) << ran.text;
+  EXPECT_TRUE(summary_in("other")["localized_at"].is_null());
+  EXPECT_EQ(read("a.hmap"), map);
+}
+
+TEST_F(MapTest, LandmarksThatVanishedLoseTheirExistence) {
+  // Landmarks are drawn one after the other, so that the second world is the first without six.
+  for (const char* const n : {"20", "14"}) {
+    const std::string name = std::string("world") + n;
+    write(name + ".ini", std::string("[world]\nlandmarks = ") + n +
+                             "\n[path]\nlaps = 2\n[sensor]\nmax_range = 30\n");
+    ASSERT_EQ(
+        run_app("hybrid-simulate -c " + at(name + ".ini") + " -o " + at(name + ".rawlog")).code, 0);
+  }
+  write("a.ini",
+        "[log]\nrawlog = world20.rawlog\n[sensor]\nids = none\n"
+        "[plugins]\nclasses = BearingRangeAssociation\n");
+  ASSERT_EQ(run_replay(replay_of("world20.rawlog", "a.hmap", "before")).code, 0);
+  EXPECT_EQ(info_of("a.hmap")["vanished"], 0);
+  const int before = info_of("a.hmap")["landmarks"];
+  ASSERT_EQ(run_replay(replay_of("world14.rawlog", "a.hmap", "after")).code, 0);
+  const auto info = info_of("a.hmap");
+  EXPECT_EQ(info["vanished"], 6);
+  const int after = info["landmarks"];
+  EXPECT_NEAR(after, before - 6, 1);
+  ASSERT_EQ(run_app("hybrid-map prune --vanished " + at("a.hmap")).code, 0);
+  EXPECT_EQ(info_of("a.hmap")["vanished"], 0);
+  EXPECT_EQ(info_of("a.hmap")["landmarks"], after);
+  EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
+}
+
+TEST_F(MapTest, AStartMayBeGiven) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "again") +
+                       " --map-mode localize --set map.start=0.1,-0.1,1 --set map.start_sigma_m=0.2"
+                       " --set map.start_sigma_deg=2")
+                .code,
+            0);
+  EXPECT_EQ(summary_in("again")["localized_at"], 0);
+  EXPECT_LT(distance("first/trajectory.tum", "again/trajectory.tum"), 0.02);
+}
+
+TEST_F(MapTest, OneProcessWritesAMapAtATime) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  const MapFile writer(at("a.hmap"));
+  expect_refusal("hybrid-replay " + replay_of("", "a.hmap", "out"), "a.hmap",
+                 "(process " + std::to_string(getpid()) + ") is writing it");
+}
+
+TEST_F(MapTest, RefusesWhatDoesNotFitTheLog) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  const std::string with = "hybrid-replay --no-pictures -o " + at("new") + " --map " + at("a.hmap");
+  expect_refusal(with + " -c " + config("kf_slam_6d_demo.ini") + " --set solver.mode=incremental",
+                 "a.hmap", "in the plane");
+  expect_refusal(with + " -c " + config("classed_demo.ini") + " --set map.start=0,0,0", "a.hmap",
+                 "classes");
+  const std::string again = "hybrid-replay " + replay_of("", "a.hmap", "new");
+  expect_refusal(again + " --map-mode build", "a.hmap", "holds a map already");
+  expect_refusal(again + " --resume", "a.hmap", "nothing to resume");
+  expect_refusal(again + " --set solver.mode=fixed_lag", "a.hmap", "incremental");
+  EXPECT_FALSE(std::filesystem::exists(folder / "new" / "summary.json"));
+  std::filesystem::remove_all(folder / "out");
+  expect_failure("-c " + at("a.ini") + " --map-mode localize", "need a map file");
+  expect_failure("-c " + at("a.ini") + " --map-mode localize --map " + at("b.hmap"), "no such map");
+}
+
+TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  const std::string map = read("a.hmap");
+  const auto changed = [&](std::size_t at, const std::string& bytes) {
+    std::string out = map;
+    return out.replace(at, bytes.size(), bytes);
+  };
+  const std::map<std::string, std::pair<std::string, std::string>> cases = {
+      {"text.hmap",
+       {"no database at all, but long enough to be read as one by who does not look", "is no map"}},
+      {"foreign.hmap", {changed(68, "\1\2\3\4"), "is no map"}},
+      {"later.hmap", {changed(63, "\7"), "format 7"}},
+      {"damaged.hmap", {changed(3 * 4096, std::string(4096, '\x55')), "damaged"}},
+      {"short.hmap", {map.substr(0, map.size() / 2), "damaged"}},
+  };
+  for (const auto& [name, content] : cases) {
+    write(name, content.first);
+    expect_refusal("hybrid-replay " + replay_of("", name, "new"), name, content.second);
+    expect_refusal("hybrid-map info " + at(name), name, content.second);
+    expect_refusal("hybrid-map prune --vanished " + at(name), name, content.second);
+    expect_refusal("hybrid-map join -o " + at("c.hmap") + " " + at("a.hmap") + " " + at(name), name,
+                   content.second);
+  }
+}
+
+TEST_F(MapTest, ExportsWhatOthersRead) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out") + " --set map.origin=36.7,-4.5,90").code, 0);
+  ASSERT_EQ(run_app("hybrid-map export --no-pictures -o " + at("ex") + " " + at("a.hmap")).code, 0);
+  EXPECT_EQ(read("ex/landmarks.csv"), read("out/landmarks.csv"));
+  EXPECT_LT(distance("ex/trajectory_1.tum", "out/trajectory.tum"), 1e-12);
+  const auto globe = nlohmann::json::parse(read("ex/map.geojson"));
+  EXPECT_EQ(globe["features"].size(), summary_in("out")["landmarks"].get<std::size_t>() + 1);
+  // The x axis points north: a metre there is 1/111 km of a degree of latitude.
+  const MapRecord map = read_map(at("a.hmap"));
+  const auto& first = globe["features"][0]["geometry"]["coordinates"];
+  EXPECT_NEAR(first[1].get<double>(), 36.7 + map.landmarks[0].position.x() / 110967, 1e-7);
+  EXPECT_NE(read("ex/landmarks.pcd").find("\nPOINTS "), std::string::npos);
+}
+
+TEST_F(MapTest, TwoMapsBecomeOne) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("", "", "whole")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "b.hmap", "second")).code, 0);
+  const Ran ran =
+      run_app("hybrid-map join " + at("a.hmap") + " " + at("b.hmap") + " -o " + at("c.hmap"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  const auto info = info_of("c.hmap");
+  EXPECT_EQ(info["sessions"].size(), 2u);
+  EXPECT_NEAR(info["landmarks"].get<int>(), summary_in("whole")["landmarks"].get<int>(), 6);
+  ASSERT_EQ(run_app("hybrid-map export --no-pictures -o " + at("ex") + " " + at("c.hmap")).code, 0);
+  EXPECT_LT(distance("ex/trajectory_2.tum", "whole/trajectory.tum", kBeforeSecond), 0.05);
+  expect_refusal("hybrid-map join " + at("a.hmap") + " " + at("b.hmap") + " -o " + at("c.hmap"),
+                 "c.hmap", "holds a map already");
+}
+
+TEST_F(MapTest, SessionsAreRemoved) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);
+  EXPECT_EQ(info_of("a.hmap")["sessions"][0]["keyframes"], 0);
+  EXPECT_EQ(info_of("a.hmap")["landmarks"], summary_in("out")["landmarks"]);
+  expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/known_map.h"
+
+#include <gtest/gtest.h>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/landmarks/landmark_association.h"
+
+namespace hybrid {
+namespace {
+
+KnownMap known_with_ids(const std::vector<std::int64_t>& ids) {
+  KnownMap known;
+  for (const std::int64_t id : ids) {
+    KnownLandmark landmark;
+    landmark.id = id;
+    landmark.covariance.setIdentity();
+    landmark.existence = 3;
+    known.landmarks.push_back(landmark);
+  }
+  return known;
+}
+
+TEST(KnownMap, LandmarksKeepTheirIds) {
+  LandmarkAssociation association;
+  association.adopt(known_with_ids({2, 7}), false);
+  EXPECT_EQ(association.existence(), (std::map<std::int64_t, double>{{2, 3.0}, {7, 3.0}}));
+}
+
+TEST(KnownMap, IdsOfALogAreRefused) {
+  for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{1} << 40}) {
+    LandmarkAssociation association;
+    EXPECT_THROW(association.adopt(known_with_ids({id}), false), Error) << id;
+  }
+}
+
+TEST(KnownMap, OtherClassesAreRefused) {
+  ClassOptions options;
+  options.names = {"tree", "car"};
+  LandmarkAssociation association({}, ClassModel(options));
+  KnownMap known = known_with_ids({0});
+  known.class_names = {"tree", "boat"};
+  known.landmarks[0].class_probabilities = {0.5, 0.5};
+  EXPECT_THROW(association.adopt(known, false), Error);
+}
+
+}  // namespace
+}  // namespace hybrid

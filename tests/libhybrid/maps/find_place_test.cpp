@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/maps/find_place.h"
+
+#include <gtest/gtest.h>
+
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+#include "tests/libhybrid/maps/stored_maps.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kSigma = 0.05;  // of what is seen here [m]
+
+template <class Pose>
+Pose pose_of(const Eigen::Isometry3d& T) {
+  Values values;
+  insert_pose(values, Key(), T, Pose::kDim == 6);
+  return values.at<Pose>(Key());
+}
+
+/// What a robot at T_world_here sees of a map: those within 12 m, and some things more.
+template <class Pose>
+PlaceQuestion<Pose> question(const MapRecord& map, const std::vector<Eigen::Vector3d>& places,
+                             const Eigen::Isometry3d& T_world_here, int others,
+                             std::mt19937_64& random) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime;
+  std::normal_distribution<double> normal(0, kSigma);
+  std::uniform_real_distribution<double> along(-12, 12);
+  PlaceQuestion<Pose> q;
+  const auto see = [&](const Eigen::Vector3d& p) {
+    typename Pose::Point seen = p.head<kDim>();
+    for (double& v : seen) v += normal(random);
+    q.here.points.push_back(seen);
+    q.here.covariances.push_back(kSigma * kSigma * Constellation<Pose>::Matrix::Identity());
+  };
+  for (const Eigen::Vector3d& p : places) {
+    if ((p - T_world_here.translation()).norm() < 12) see(T_world_here.inverse() * p);
+  }
+  for (int i = 0; i < others; ++i) {
+    see({along(random), along(random), kDim == 3 ? along(random) : 0.0});
+  }
+  for (const MapLandmark& l : map.landmarks) q.map.push_back(l.position.head<kDim>());
+  q.covariance = joint_covariance(map);
+  q.class_log_likelihood_ratio.setZero(static_cast<Eigen::Index>(q.here.points.size()),
+                                       static_cast<Eigen::Index>(q.map.size()));
+  return q;
+}
+
+TEST(FindPlace, FindsARobotAnywhereInThePlane) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> along(8, 32), turn(-M_PI, M_PI);
+  const auto places = scattered(60, 40, false, random);
+  const MapRecord map = stored_map(places, motion(5, -3, 2), false, 0.05, 0.02, random);
+  int found = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Isometry3d here = motion(along(random), along(random), turn(random));
+    const auto place = find_place(question<SE2>(map, places, here, 2, random));
+    if (!place) continue;
+    ++found;
+    const SE2 off = pose_of<SE2>(motion(5, -3, 2) * here).between(place->T_map_here);
+    EXPECT_LT(off.translation().norm(), 1.0) << i;
+    EXPECT_LT(std::abs(off.log()[2]), 0.1) << i;
+  }
+  EXPECT_GE(found, 15);
+}
+
+TEST(FindPlace, FindsARobotAnywhereInSpace) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> along(6, 14), turn(-M_PI, M_PI);
+  const auto places = scattered(40, 20, true, random);
+  const MapRecord map = stored_map(places, motion(5, -3, 2), true, 0.05, 0.01, random);
+  int found = 0;
+  for (int i = 0; i < 5; ++i) {
+    Eigen::Isometry3d here = motion(along(random), along(random), turn(random));
+    here.rotate(Eigen::AngleAxisd(turn(random), Eigen::Vector3d(1, 2, 3).normalized()));
+    here.translation().z() = along(random);
+    const auto place = find_place(question<SE3>(map, places, here, 2, random));
+    if (!place) continue;
+    ++found;
+    const SE3 off = pose_of<SE3>(motion(5, -3, 2) * here).between(place->T_map_here);
+    EXPECT_LT(off.log().norm(), 0.5) << i;
+  }
+  EXPECT_GE(found, 4);
+}
+
+TEST(FindPlace, FindsNothingInAnotherMap) {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> along(8, 32), turn(-M_PI, M_PI);
+  const auto here = scattered(60, 40, false, random);
+  for (int i = 0; i < 20; ++i) {
+    const auto elsewhere = scattered(60, 40, false, random);
+    const MapRecord map = stored_map(elsewhere, motion(0, 0, 0), false, 0.05, 0.02, random);
+    const Eigen::Isometry3d T = motion(along(random), along(random), turn(random));
+    EXPECT_FALSE(find_place(question<SE2>(map, here, T, 0, random))) << i;
+  }
+}
+
+TEST(FindPlace, DoesNotChooseBetweenTwoThatAreAlike) {
+  std::mt19937_64 random(14);
+  auto places = scattered(15, 12, false, random);
+  const std::size_t n = places.size();
+  for (std::size_t i = 0; i < n; ++i) places.push_back(places[i] + Eigen::Vector3d(60, 0, 0));
+  const MapRecord map = stored_map(places, motion(0, 0, 0), false, 0.05, 0.001, random);
+  const auto q = question<SE2>(map, places, motion(6, 6, 1), 0, random);
+  EXPECT_FALSE(find_place(q));
+}
+
+TEST(FindPlace, ClassesTellTwoThatAreAlikeApart) {
+  std::mt19937_64 random(14);
+  auto places = scattered(15, 12, false, random);
+  const std::size_t n = places.size();
+  for (std::size_t i = 0; i < n; ++i) places.push_back(places[i] + Eigen::Vector3d(60, 0, 0));
+  const MapRecord map = stored_map(places, motion(0, 0, 0), false, 0.05, 0.001, random);
+  auto q = question<SE2>(map, places, motion(6, 6, 1), 0, random);
+  const std::vector<double> seen{0.9, 0.1}, one{0.9, 0.1}, other{0.1, 0.9}, prior{0.5, 0.5};
+  for (Eigen::Index j = 0; j < q.class_log_likelihood_ratio.cols(); ++j) {
+    const bool first = j < static_cast<Eigen::Index>(n);
+    q.class_log_likelihood_ratio.col(j).setConstant(
+        same_class_log_likelihood_ratio(seen, first ? one : other, prior));
+  }
+  const auto place = find_place(q);
+  ASSERT_TRUE(place);
+  EXPECT_LT((place->T_map_here.translation() - Eigen::Vector2d(6, 6)).norm(), 0.5);
+}
+
+}  // namespace
+}  // namespace hybrid
