@@ -49,7 +49,7 @@ def update():
 
 
 def held():
-    return lambda: sum(range(1000000))
+    return lambda: sum(range(100000))
 
 
 @pytest.mark.parametrize("make", [held, register, solve, covariances, update])
@@ -71,7 +71,10 @@ def test_the_lock_is_free_while_the_library_computes(make):
         other.start()
         started.wait()
         before = counts[0]
-        work()
+        for _ in range(100):  # a busy machine may leave the other thread waiting for one of them
+            work()
+            if counts[0] > before:
+                break
         during = counts[0] - before
     finally:
         stop.set()
