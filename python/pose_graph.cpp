@@ -61,9 +61,17 @@ void bind_pose_graph(py::module_& m) {
       .field("loss", &GraphFactorOptions::loss, "Of all edges.")
       .field("anchor_sigma", &GraphFactorOptions::anchor_sigma,
              "Standard deviation [m, rad] of the priors of fixed poses.");
-  m.def("read_graph", &read_graph, "path"_a, Unlocked(),
-        "Reads a g2o or TORO file. An Error names file and line.");
+  m.def(
+      "read_graph",
+      [](const std::string& path, bool repair_information) {
+        return read_graph(path, {repair_information});
+      },
+      "path"_a, "repair_information"_a = false, Unlocked(),
+      "Reads a g2o or TORO file. An Error names file and line; information that is not positive "
+      "definite is one unless it is to be repaired.");
   m.def("write_g2o", &write_g2o, "path"_a, "graph"_a, Unlocked(), "Writes a graph as g2o.");
+  m.def("initialize_from_tree", &initialize_from_tree, "graph"_a, Unlocked(),
+        "The same along the shortest paths from the first pose, by the variance of rotations.");
   m.def("initialize_from_odometry", &initialize_from_odometry, "graph"_a, Unlocked(),
         "Values of all vertices from relative motions alone.");
   m.def(
