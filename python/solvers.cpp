@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include "libhybrid/solvers/alternating.h"
+#include "libhybrid/solvers/certificate.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/dogleg.h"
 #include "libhybrid/solvers/exhaustive.h"
@@ -90,11 +91,32 @@ void bind_reports(py::module_& m) {
                     "Basis (dim, k) of where it can move, in its tangent.");
 }
 
+void bind_certificate(py::module_& m) {
+  py::class_<Certificate>(m, "Certificate", "What is proven of an estimate of a pose graph.")
+      .def_readonly("verified", &Certificate::verified,
+                    "No other poses cost less, but for `relative_gap`.")
+      .def_readonly("min_eigenvalue", &Certificate::min_eigenvalue)
+      .def_readonly("relative_gap", &Certificate::relative_gap)
+      .def_readonly("cost", &Certificate::cost, "Of the isotropic problem.")
+      .def_readonly("message", &Certificate::message, "Where nothing could be computed.");
+  m.def(
+      "certify",
+      [](const std::vector<FactorArgument>& factors, const Values& estimate) {
+        const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
+        const py::gil_scoped_release unlocked;
+        return certify(pointers, estimate);
+      },
+      "factors"_a, "estimate"_a,
+      "Whether an estimate lies in the basin of the global optimum of its relative poses, by the "
+      "dual certificate of SE-Sync.");
+}
+
 }  // namespace
 
 void bind_solvers(py::module_& m) {
   bind_options(m);
   bind_reports(m);
+  bind_certificate(m);
   m.def(
       "alternate",
       [](const HybridGraph& graph, const Estimate& initial, const AlternatingOptions& options) {

@@ -203,6 +203,9 @@ int optimize(const Options& options) {
   if (!input.graph.alternatives.empty() && options.certify) {
     throw Error(options.graph + ": has edges with hypotheses, of which nothing can be certified");
   }
+  if (options.certify && input.graph.points2.size() + input.graph.points3.size() > 0) {
+    throw Error(options.graph + ": has landmarks; only graphs of relative poses can be certified");
+  }
   const std::vector<Key> poses = input.poses();
   std::vector<PosePair> truth;
   if (!options.truth.empty()) truth = pair_with_truth(options.truth, poses, input.initial);

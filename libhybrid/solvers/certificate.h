@@ -27,9 +27,9 @@ struct Certificate {
 /// form and Lambda the multipliers of the rotations' orthogonality; and no other poses cost less if
 /// S = M - Lambda, translations eliminated, has no negative eigenvalue: the cost of all others is
 /// at least `cost` + d n min_eigenvalue, for n poses. It says nothing of costs that are not
-/// isotropic, but that the estimate is not far from where that of a verified problem is lowest, and
-/// nothing of measurements that are no relative poses, which are left out. Throws Error where no
-/// factor is a relative pose, or values are missing.
+/// isotropic, but that the estimate is where the factors as stated end from the verified poses,
+/// else it is not verified. Throws Error where no factor is a relative pose, one is over several
+/// variables and none, or values are missing.
 Certificate certify(const std::vector<ContinuousFactorPtr>& factors, const Values& estimate);
 
 }  // namespace hybrid

@@ -248,6 +248,29 @@ def test_pose_graphs_and_false_closures(tmp_path):
         h.read_graph(str(tmp_path / "missing.g2o"))
 
 
+def test_starts_and_certificate(tmp_path):
+    graph = ring(tmp_path)
+    tree = h.initialize_from_tree(graph)
+    assert len(tree) == 31
+    factors = h.to_factors(graph, tree)
+    problem = h.HybridGraph()
+    for factor in factors:
+        problem.add(factor)
+    values = h.levenberg_marquardt(problem, h.Estimate(tree)).values
+    certificate = h.certify(problem.continuous, values)
+    assert certificate.verified and certificate.relative_gap <= 1e-6, certificate.message
+    with pytest.raises(h.Error, match="nothing to certify"):
+        h.certify([], values)
+
+
+def test_information_is_repaired_where_asked(tmp_path):
+    path = tmp_path / "bad.g2o"
+    path.write_text("EDGE_SE2 0 1 1 0 0 4 0 0 9 0 -1\n")
+    with pytest.raises(h.Error, match="bad.g2o:1: information matrix is not positive definite"):
+        h.read_graph(str(path))
+    assert h.read_graph(str(path), repair_information=True).edge_count == 1
+
+
 def test_closures_selected_online(tmp_path):
     graph = ring(tmp_path)
     selection = h.OnlineClosureSelection()
