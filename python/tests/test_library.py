@@ -266,7 +266,7 @@ def test_starts_and_certificate(tmp_path):
 def test_information_is_repaired_where_asked(tmp_path):
     path = tmp_path / "bad.g2o"
     path.write_text("EDGE_SE2 0 1 1 0 0 4 0 0 9 0 -1\n")
-    with pytest.raises(h.Error, match="bad.g2o:1: information matrix is not positive definite"):
+    with pytest.raises(h.Error, match="bad.g2o:1:1: information matrix is not positive definite"):
         h.read_graph(str(path))
     assert h.read_graph(str(path), repair_information=True).edge_count == 1
 
