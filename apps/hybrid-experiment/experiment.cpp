@@ -27,6 +27,8 @@
 #include "mrpt_plugins/experiment/replay_trial.h"
 #include "mrpt_plugins/experiment/statistics.h"
 #include "mrpt_plugins/output/figures.h"
+#include "mrpt_plugins/report/graph_report.h"
+#include "mrpt_plugins/report/page.h"
 
 namespace hybrid {
 namespace {
@@ -284,6 +286,10 @@ int run_experiment(const Options& options) {
   draw(plan, ledger, points, out);
   out.write("results.csv", ledger.text(trials_of(plan)));
   const auto summary = summary_json(plan, provenance, counts);
+  if (options.report) {
+    out.write("report.html",
+              report_page(trials_report_json(plan.title, ledger.text(trials_of(plan)), summary)));
+  }
   const std::vector<std::string> told = out.publish(summary);
   const int code = settle(summary.contains("message") ? kExitPartial : kExitOk);
   for (const std::string& text : told) complain("hybrid-experiment: {}\n", text);

@@ -21,7 +21,8 @@ std::string footer() {
   text +=
       "\nWritten to OUT: results.csv (a row per trial, appended as it ends), summary.csv (medians\n"
       "and quartiles), summary.txt (the table printed at the end), summary.json, a PNG per graph,\n"
-      "reliability_*.png, experiment.ini (the settings); for replays also trials/.\n"
+      "reliability_*.png, experiment.ini (the settings); for replays also trials/; with --report\n"
+      "report.html.\n"
       "\nIt may be interrupted at any time: run again with the same OUT, it goes on where it was, "
       "and\n"
       "trials that have ended are not run again. More trials, rates, methods or graphs may be "
@@ -59,6 +60,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                "run trials again that failed, crashed or took too long, as with a mended program");
   app.add_flag("--summary", options.summary_only,
                "run nothing: tables and plots of the trials that OUT has");
+  app.add_flag("--report", options.report,
+               "write report.html, a page with all trials, to sort and filter in a browser");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   app.callback([&] {

@@ -19,6 +19,7 @@ struct Options {
   int jobs = 0;          ///< overrides the INI where positive
   bool summary_only = false;
   bool retry = false;  ///< run trials again that failed, crashed or took too long
+  bool report = false;
   bool print_config = false;
 };
 

@@ -45,7 +45,7 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   Progress progress(feed.steps());
   while (!feed.done() && interrupted() == 0) {
     const Key pose = feed.pose();
-    const UpdateReport report = update(feed.next(selection.smoother().values()));
+    const UpdateReport report = update(pose, feed.next(selection.smoother().values()));
     if (report.status != UpdateReport::Status::kOk) {
       throw Error(fmt::format("at pose {}: {}; closures that are not trusted determine nothing",
                               pose.index(), report.message));
@@ -76,13 +76,18 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   return solution;
 }
 
+const char* text_of(ClosureStatus status) {
+  const char* const texts[] = {"rejected", "undecided", "accepted"};
+  return texts[static_cast<int>(status)];
+}
+
 }  // namespace
 
 Solution solve_hypotheses(const Input& input) {
   DelayedDecisionSmoother decisions;
   PoseFeed feed(input.graph, input.initial);
   Solution solution =
-      run(feed, decisions, [&](const Delta& delta) { return decisions.update(delta); });
+      run(feed, decisions, [&](Key, const Delta& delta) { return decisions.update(delta); });
   solution.method = "incremental, hypotheses decided";
   for (std::size_t i = 0; i < input.graph.alternatives.size(); ++i) {
     solution.hypotheses.push_back(decisions.smoother().assignment().find(hypothesis_key(i)));
@@ -91,7 +96,7 @@ Solution solve_hypotheses(const Input& input) {
 }
 
 Solution solve_selection(const Input& input, const std::string& trusted,
-                         const OnlineClosureSelectionOptions& options) {
+                         const OnlineClosureSelectionOptions& options, bool keep_history) {
   const Pairs pairs = trusted == "odometry" ? Pairs() : read_closures(trusted, input);
   OnlineClosureSelection selection(options);
   PoseFeed feed(input.graph, input.initial);
@@ -99,7 +104,16 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
   std::vector<std::size_t> arrived;  // numbers of the closures, as they arrive
-  Solution solution = run(feed, selection, [&](Delta delta) {
+  std::vector<Decision> decisions;   // of these
+  Key newest;
+  const auto note = [&](std::size_t k) {
+    const char* const now = text_of(selection.status(k));
+    if (decisions[k].text == now) return;
+    decisions[k].text = now;
+    if (keep_history) decisions[k].history.emplace_back(newest.index(), now);
+  };
+  Solution solution = run(feed, selection, [&](Key pose, Delta delta) {
+    newest = pose;
     std::vector<ContinuousFactorPtr> known, closures;
     for (const ContinuousFactorPtr& factor : delta.continuous) {
       const std::vector<Key>& keys = factor->keys();
@@ -110,14 +124,18 @@ Solution solve_selection(const Input& input, const std::string& trusted,
       if (closure) arrived.push_back(f);
     }
     delta.continuous = std::move(known);
-    return selection.update(delta, closures);
+    const UpdateReport report = selection.update(delta, closures);
+    decisions.resize(arrived.size());
+    if (!keep_history || report.status != UpdateReport::Status::kOk) return report;
+    for (std::size_t k = 0; k < arrived.size(); ++k) note(k);
+    return report;
   });
   solution.method = "incremental, closures selected";
   const std::vector<Verdict> verdicts = selection.verdicts();
   for (std::size_t k = 0; k < arrived.size(); ++k) {
-    const char* const texts[] = {"rejected", "undecided", "accepted"};
-    solution.decisions[arrived[k]] = {texts[static_cast<int>(selection.status(k))],
-                                      verdicts[k].inlier_probability};
+    note(k);
+    decisions[k].inlier_probability = verdicts[k].inlier_probability;
+    solution.decisions[arrived[k]] = std::move(decisions[k]);
   }
   return solution;
 }

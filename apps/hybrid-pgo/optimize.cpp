@@ -21,6 +21,7 @@
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/report/page.h"
 
 namespace hybrid {
 namespace {
@@ -125,8 +126,9 @@ Solution solve(const Input& input, const Options& options, std::vector<Loop>& lo
   }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
   const bool trust_all = options.trusted.empty() || options.trusted == "all";
-  return trust_all ? solve_online(input)
-                   : solve_selection(input, options.trusted, options.methods.online);
+  return trust_all
+             ? solve_online(input)
+             : solve_selection(input, options.trusted, options.methods.online, options.report);
 }
 
 Provenance provenance(const Options& options) {
@@ -228,6 +230,12 @@ int optimize(const Options& options) {
   }
   summary.provenance = provenance(options);
   write_outputs(options, out, input, solution, loops, truth);
+  if (options.report) {
+    const std::string title = std::filesystem::path(options.graph).stem().string();
+    out.write("report.html",
+              report_page(graph_report_json(graph_report(title, input, solution, loops, truth),
+                                            summary_json(summary))));
+  }
   summary.total_s = std::chrono::duration<double>(Clock::now() - start).count();
   const std::vector<std::string> told = out.publish(summary_json(summary));
   const int code = settle(solution.signal != 0       ? kExitInterrupted + solution.signal

@@ -24,7 +24,8 @@ std::string footer() {
          "\nWritten to OUT: graph.g2o (estimate and measurements), graph.png, loops.csv, "
          "summary.json;\n"
          "steps.csv with --online; hypotheses.csv for a graph with hypotheses;\n"
-         "sparsity_*.png with --sparsity. They replace the result that OUT holds; files of others "
+         "report.html with --report; sparsity_*.png with --sparsity. They replace the result that "
+         "OUT holds; files of others "
          "stay.\n"
          "\nExit code: 0 all well; 1 failure, nothing written; 2 the solver stopped at its limit "
          "of\n"
@@ -107,6 +108,8 @@ void add_graph_options(CLI::App& app, Options& options) {
   app.add_flag("--repair-information", options.repair_information,
                "put the nearest positive definite matrix in the place of information that is not, "
                "and say of how many edges");
+  app.add_flag("--report", options.report,
+               "write report.html, a page to look into the graph and its closures with a browser");
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");

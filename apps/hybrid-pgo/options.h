@@ -29,6 +29,7 @@ struct Options {
   bool sparsity = false;
   bool certify = false;
   bool repair_information = false;  ///< that is not positive definite
+  bool report = false;
   std::string output = "hybrid-pgo-out";
 };
 

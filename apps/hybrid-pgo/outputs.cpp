@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <unordered_map>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
@@ -47,6 +48,7 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
     if (decision == decisions.end()) return;
     loops.back().decision = decision->second.text;
     loops.back().inlier_probability = decision->second.inlier_probability;
+    loops.back().history = decision->second.history;
   });
   return loops;
 }
@@ -104,6 +106,42 @@ Image draw_graph(const std::string& title, const Input& input, const Solution& s
     drawing.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());
   }
   return graph_image(drawing);
+}
+
+GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,
+                         const std::vector<Loop>& loops, const std::vector<PosePair>& truth) {
+  GraphReport report;
+  report.title = title;
+  report.is_3d = input.is_3d();
+  const Values& values = solution.values;
+  std::unordered_map<Key, std::size_t> place;
+  for (const Key key : input.poses()) {
+    if (!values.contains(key)) continue;
+    place[key] = report.ids.size();
+    report.ids.push_back(key.index());
+    report.before.push_back(position(input.initial, key));
+    report.after.push_back(position(values, key));
+  }
+  for (const Key key : values.keys()) {
+    if (key.letter() == key_letter::kLandmark) report.landmarks.push_back(position(values, key));
+  }
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
+    if (is_odometry(from, to)) report.edges.emplace_back(place.at(from), place.at(to));
+  });
+  for (const Loop& loop : loops) {
+    report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision,
+                               loop.inlier_probability, loop.residual, loop.redundancy, loop.margin,
+                               loop.checkable, loop.history});
+  }
+  for (const PosePair& pair : truth) {
+    report.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());
+  }
+  report.objectives = solution.objectives;
+  for (const StepRecord& step : solution.steps) {
+    if (solution.objectives.empty()) report.objectives.push_back(step.objective_after);
+  }
+  report.steps = solution.steps;
+  return report;
 }
 
 }  // namespace hybrid

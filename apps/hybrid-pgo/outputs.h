@@ -10,6 +10,7 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/report/graph_report.h"
 
 namespace hybrid {
 
@@ -22,6 +23,7 @@ struct Loop {
   double redundancy = 1;  ///< see Verdict, as for the next two
   bool checkable = true;
   double margin = 0;
+  std::vector<std::pair<std::uint64_t, std::string>> history = {};  ///< see Decision
 
   bool in_force() const { return decision == "trusted" || decision == "accepted"; }
 };
@@ -42,5 +44,9 @@ void write_graph(const OutputDirectory& out, const Input& input, const Values& e
 /// graph.png.
 Image draw_graph(const std::string& title, const Input& input, const Solution& solution,
                  const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
+
+/// What report.html shows.
+GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,
+                         const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
 
 }  // namespace hybrid

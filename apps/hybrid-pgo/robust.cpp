@@ -124,6 +124,7 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
   solution.cost = result.cost;
   solution.variance_factor = result.variance_factor;
   solution.members = result.members;
+  solution.objectives = result.objectives;
   if (!result.converged) solution.message = result.message;
   if (task.bridges > 0) {
     solution.note = fmt::format(

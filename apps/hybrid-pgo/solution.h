@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
@@ -43,6 +44,8 @@ Input read_input(const std::string& path, const std::string& start,
 struct Decision {
   std::string text;  ///< "accepted", "undecided" or "rejected"
   double inlier_probability = 0;
+  /// Online: the poses at which it was taken for something else than before, and for what.
+  std::vector<std::pair<std::uint64_t, std::string>> history = {};
 };
 
 /// What a solver made of it.
@@ -56,6 +59,7 @@ struct Solution {
   double seconds = 0;
   double objective = 0;
   double cost = 0;
+  std::vector<double> objectives;         ///< in batch, at the start and after each step down
   std::vector<StepRecord> steps;          ///< online
   std::optional<double> variance_factor;  ///< of the noise, where the method estimates it
   std::vector<MemberSummary> members;     ///< of a portfolio
@@ -79,6 +83,6 @@ Solution solve_online(const Input& input);
 /// for a file that cannot be read or names a closure that the graph does not have.
 Solution solve_hypotheses(const Input& input);
 Solution solve_selection(const Input& input, const std::string& trusted,
-                         const OnlineClosureSelectionOptions& options);
+                         const OnlineClosureSelectionOptions& options, bool keep_history);
 
 }  // namespace hybrid

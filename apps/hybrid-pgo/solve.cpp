@@ -60,6 +60,9 @@ Solution solve_batch(const Input& input, bool compare) {
   solution.seconds = report.seconds;
   solution.cost = cost(graph, solution.values, {});
   solution.objective = objective(graph, solution.values, {});
+  for (const double cost : report.costs) {
+    solution.objectives.push_back(cost + solution.objective - solution.cost);
+  }
   return solution;
 }
 

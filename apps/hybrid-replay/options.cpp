@@ -17,9 +17,8 @@ constexpr const char* kFooter =
     "landmarks.json,\n"
     "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; with a "
     "true\n"
-    "path error.png; where asked, sparsity_*.png and frames/. They replace the result that OUT "
-    "holds;\n"
-    "files of others stay.\n"
+    "path error.png; where asked, report.html, events.jsonl, sparsity_*.png and frames/. They\n"
+    "replace the result that OUT holds; files of others stay.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\", or no landmark "
@@ -66,6 +65,11 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("--video", options.request.video,
                  "write the growing map as an MPEG-4 video of N frames, 100 without --frames")
       ->type_name("FILE.mp4");
+  app.add_flag("--report", options.request.report,
+               "write report.html, a page to look into the run with a browser, and events.jsonl");
+  app.add_flag("--events", options.request.events,
+               "write events.jsonl: why each sighting was given to its landmark, what flipped, "
+               "merged and closed, the objective after every half-step");
   app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,

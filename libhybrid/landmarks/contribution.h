@@ -13,6 +13,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/landmarks/detection.h"
+#include "libhybrid/landmarks/landmark_events.h"
 #include "libhybrid/landmarks/landmark_registry.h"
 
 namespace HYBRID_API hybrid {
@@ -31,6 +32,7 @@ struct MapView {
   const LandmarkRegistry& landmarks;
   bool is_3d = false;
   bool keeps_all = true;  ///< whether factors may still be removed by their handles
+  bool explain = false;   ///< whether contributions are to say why, in `events`
   /// Whether a variable is in the graph and not marginalised out.
   std::function<bool(Key)> holds = {};
   /// Joint covariance (eq. 11b) of the pose of the keyframe, before its detections are used, and of
@@ -46,6 +48,7 @@ struct Contribution {
   std::vector<std::int64_t> unsighted;         ///< the reverse, where a sighting was not one
   std::vector<std::int64_t> forgotten;         ///< ids of landmarks that `delta` removes
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
+  LandmarkEvents events;                       ///< why, where the map view asks for it
   bool settle = false;  ///< solve to convergence, as after a loop: one update may not come so far
 
   bool empty() const {

@@ -27,7 +27,8 @@ constexpr int kMoreMatchings = 4;  // times those wanted: their order changes wi
 /// Where detections fall in the map and how far off they may be.
 struct Located {
   Eigen::Vector3d point;
-  double sigma;  // along the longest axis of its covariance [m]
+  double sigma;                // along the longest axis of its covariance [m]
+  Eigen::MatrixXd covariance;  // [m^2]
 };
 
 template <class Pose>
@@ -39,7 +40,8 @@ Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& 
   point.head(at.mean.size()) = at.mean;
   return {
       point,
-      std::sqrt(at.covariance.template selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff())};
+      std::sqrt(at.covariance.template selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()),
+      at.covariance};
 }
 
 template <class Pose>
@@ -88,6 +90,35 @@ double class_cost(const std::vector<double>& phi, const std::vector<double>& bel
   return -std::log(p);
 }
 
+/// The log of the volume that what is known shrinks by if detection i is matched with candidate j.
+double information(const FrameCandidates& c, Eigen::Index i, Eigen::Index j) {
+  const Eigen::MatrixXd& R = c.measured[i].covariance;
+  const Eigen::Index at = c.predicted.dim * j;
+  const Eigen::MatrixXd S =
+      R + c.predicted.covariance.block(at, at, c.predicted.dim, c.predicted.dim);
+  return 0.5 * std::log(S.determinant() / R.determinant());
+}
+
+/// By detection, the share of landmarks that are undetected where it falls. Asked only where there
+/// is a choice: with no candidate within the gate, what a new landmark costs decides nothing.
+std::vector<double> undetected(const FrameCandidates& c, const std::vector<Located>& located,
+                               const Views& views, const SensorCoverage& coverage,
+                               const AssociationOptions& options, const MapView& map) {
+  const double gate = chi_square_quantile(options.gate, c.predicted.dim);
+  const double detected = coverage.detection_probability(options.detection_probability);
+  std::vector<double> shares(located.size(), 1.0);
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    bool choice = false;
+    for (int j = 0; j < static_cast<int>(c.tracks.size()) && !choice; ++j) {
+      choice = c.predicted.score(c.measured[i], j).chi_square <= gate;
+    }
+    if (!choice) continue;
+    shares[i] = views.undetected(located[i].point.head(c.predicted.dim), located[i].covariance,
+                                 detected, map);
+  }
+  return shares;
+}
+
 /// A landmark of the last stretch may be matched by what it is worth. Of others only those that one
 /// detection alone can tell: where the way back to them has drifted, places are recognised by many.
 void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverage& coverage,
@@ -95,9 +126,8 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
                 const LandmarkTracks& landmarks, Key local_since, FrameCandidates& c) {
   const auto rows = static_cast<Eigen::Index>(c.measured.size());
   const auto cols = static_cast<Eigen::Index>(c.tracks.size());
-  const double density =
-      (coverage.expected_in_view(options.landmarks_in_view) + options.clutter_in_view) /
-      coverage.measurement_volume();
+  const double volume = coverage.measurement_volume();
+  const double landmarks_in_view = coverage.expected_in_view(options.landmarks_in_view);
   const double gate = chi_square_quantile(options.gate, c.predicted.dim);
   const std::vector<double> prior =
       classes.names().empty() ? std::vector<double>{} : classes.prior();
@@ -105,6 +135,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
   c.problem.unmatched.resize(rows);
   c.class_cost.setZero(rows, cols);
   for (Eigen::Index i = 0; i < rows; ++i) {
+    const double density = (c.undetected[i] * landmarks_in_view + options.clutter_in_view) / volume;
     c.problem.unmatched[i] = -std::log(density) + class_cost(phi[i], prior);
   }
   for (Eigen::Index j = 0; j < cols; ++j) {
@@ -117,7 +148,8 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
       const GaussianScore score = c.predicted.score(c.measured[i], static_cast<int>(j));
       if (score.chi_square > gate) continue;
       const double cost = score.cost + c.class_cost(i, j);
-      const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square;
+      const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square -
+                             options.information_penalty * information(c, i, j);
       if (local || at_best > std::log(options.open_odds)) c.problem.matched(i, j) = cost;
     }
   }
@@ -200,7 +232,6 @@ FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching
                               double information_penalty) {
   FrameHypothesis out;
   out.cost = joint_cost(c, matching, information_penalty);
-  const int dim = c.predicted.dim;
   for (std::size_t i = 0; i < c.measured.size(); ++i) {
     const int j = matching.column[i];
     out.track.push_back(j < 0 ? -1 : c.tracks[j]);
@@ -210,9 +241,7 @@ FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching
     }
     // The factor knows the noise R of the sensor alone, the evidence was under S = H P H' + R: the
     // difference of their normalisers is the Occam factor of the point estimate.
-    const Eigen::MatrixXd R = c.measured[i].covariance;
-    const Eigen::MatrixXd S = R + c.predicted.covariance.block(dim * j, dim * j, dim, dim);
-    out.constant.push_back(0.5 * std::log(S.determinant() / R.determinant()));
+    out.constant.push_back(information(c, static_cast<Eigen::Index>(i), j));
   }
   return out;
 }
@@ -240,7 +269,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
                                 const AssociationOptions& options, Key local_since,
-                                LandmarkTracks& landmarks) {
+                                const Views& views, LandmarkTracks& landmarks) {
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
@@ -269,6 +298,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
     landmarks.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
     landmarks.place(c.tracks[j], map.values);
   }
+  c.undetected = undetected(c, located, views, coverage, options, map);
   fill_costs(phi, coverage, classes, options, landmarks, local_since, c);
   return c;
 }

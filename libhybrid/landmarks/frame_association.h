@@ -11,6 +11,7 @@
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/sensor_coverage.h"
+#include "libhybrid/landmarks/views.h"
 
 namespace HYBRID_API hybrid {
 
@@ -26,18 +27,20 @@ struct FrameCandidates {
   std::vector<MeasuredPoint> measured;  ///< by detection
   std::vector<int> tracks;              ///< the candidates
   PredictedSightings predicted;         ///< of the candidates
+  std::vector<double> undetected;       ///< by detection: share of landmarks, see Views::undetected
   Eigen::MatrixXd class_cost;  ///< -log p(class scores | candidate), detections x candidates
   MatchingProblem problem;     ///< costs of single pairs
 };
 
 /// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of
-/// pose and landmarks. `phi` holds the class likelihoods of each detection, or nothing. The pose
-/// `local_since` begins the last stretch of the way.
+/// pose and landmarks. That a detection is of a new landmark is the less probable the more often
+/// `views` looked where it lies. `phi` holds the class likelihoods of each detection, or nothing.
+/// The pose `local_since` begins the last stretch of the way.
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
                                 const AssociationOptions& options, Key local_since,
-                                LandmarkTracks& landmarks);
+                                const Views& views, LandmarkTracks& landmarks);
 
 /// Ways to see the frame, best first, as the method chosen finds them; those but the best are close
 /// to it.

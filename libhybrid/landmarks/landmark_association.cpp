@@ -11,6 +11,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/explain.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
@@ -80,15 +81,18 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     unknown.detections.push_back(detection);
     phi.push_back(landmarks_.sighting(s).phi);
   }
+  FrameCandidates candidates;
+  std::vector<FrameHypothesis> found;
   if (!sightings.empty()) {
-    const FrameCandidates candidates = find_candidates(frame, unknown, phi, map, coverage, classes_,
-                                                       options_, loops_.local_since(), landmarks_);
-    const std::vector<FrameHypothesis> found = find_hypotheses(candidates, options_);
-    if (found.size() > 1 && map.keeps_all) {
-      doubt(found, sightings, frame, map, out);
-    } else {
-      take_best(found.front(), sightings, frame, map, out);
-    }
+    candidates = find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
+                                 loops_.local_since(), loops_.views(), landmarks_);
+    found = find_hypotheses(candidates, options_);
+  }
+  const bool open = found.size() > 1 && map.keeps_all;
+  if (open) doubt(found, sightings, frame, map, out);
+  if (!open && !found.empty()) take_best(found.front(), sightings, frame, map, out);
+  if (map.explain) {
+    explain_frame(landmarks_, noted, sightings, candidates, found, classes_, open, out.events);
   }
   judge_existence(seen, frame, map, noted, out);
 }
@@ -210,6 +214,9 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
       landmarks_.attach(s, t, map.is_3d, out);
     } else {
       create(s, isometry_at(map.values, landmarks_.sighting(s).pose), map, out);
+    }
+    if (map.explain) {
+      out.events.decisions.push_back({s, landmarks_.sighting(s).track, value != 0});
     }
   }
 }

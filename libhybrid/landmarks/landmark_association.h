@@ -93,7 +93,9 @@ class LandmarkAssociation {
   void count_open();
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
+  static MergeEvent event_of(const Merge& merge, bool undone);
   Contribution undo_merge(const MapView& map);
+  Contribution match_again(const MapView& map);
 
   std::vector<std::string> sensors_;
   AssociationOptions options_;
@@ -110,6 +112,7 @@ class LandmarkAssociation {
   std::optional<Merge> merge_;  // under test
   std::vector<Undo> undo_;
   bool undo_wanted_ = false;
+  int matched_again_ = 0;  ///< half-steps over all associations so far
   int keyframe_ = -1;
   int frames_ = 0;
   std::map<std::string, double> statistics_;

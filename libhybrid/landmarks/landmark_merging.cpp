@@ -173,6 +173,8 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   if (merge.pairs.empty()) return {};
   news_ = true;
   merge.allowed_rise = 0.5 * set.chi_square - set.cost;
+  merge.evidence = -set.cost;
+  merge.chi_square = set.chi_square;
   return merge;
 }
 

@@ -19,7 +19,9 @@ struct Merge {
   std::vector<std::pair<int, int>> pairs;
   /// What the fewer landmarks are worth: the objective may rise by less than this.
   double allowed_rise = 0;
-  bool settle = false;  ///< the map moves far: only once it has settled does its objective count
+  double evidence = 0;    ///< log odds that the pairs are one, against no pair at all
+  double chi_square = 0;  ///< of their differences, jointly
+  bool settle = false;    ///< the map moves far: only once it has settled does its objective count
 };
 
 /// Finds landmarks that are one: those seen lately against all others that were never seen in one

@@ -4,11 +4,18 @@
 // The second half of the class: what it changes its mind about.
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "libhybrid/landmarks/landmark_association.h"
+#include "libhybrid/landmarks/reassociation.h"
 
 namespace hybrid {
+namespace {
+
+constexpr int kHalfSteps = 20;  // over all associations, at most
+
+}  // namespace
 
 void LandmarkAssociation::applied(const Outcome& outcome) {
   landmarks_.take_handles(outcome.handles);
@@ -98,7 +105,20 @@ Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) 
     merging_.sighted(into, last, 1);
   }
   merge_ = merge;
+  if (map.explain) out.events.merges.push_back(event_of(merge, false));
   return out;
+}
+
+/// A merge as it is told to those who ask why.
+MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
+  MergeEvent event;
+  event.pairs.assign(merge.pairs.begin(), merge.pairs.end());
+  event.loop = merge.settle;
+  event.undone = undone;
+  event.evidence = merge.evidence;
+  event.chi_square = merge.chi_square;
+  event.allowed_rise = merge.allowed_rise;
+  return event;
 }
 
 /// Takes back a merge that the objective speaks against.
@@ -111,10 +131,35 @@ Contribution LandmarkAssociation::undo_merge(const MapView& map) {
     landmarks_.revive(undo.from, undo.position, undo.assignment, classes_, out);
     for (int s : undo.sightings) landmarks_.attach(s, undo.from, map.is_3d, out);
   }
+  if (map.explain) out.events.merges.push_back(event_of(*merge_, true));
   merging_.refuse(*merge_, landmarks_);
   merge_.reset();
   undo_.clear();
   ++statistics_["merges_taken_back"];
+  return out;
+}
+
+/// Alternates (eq. 8): what belongs to what, given the estimate. Landmarks without sightings go.
+Contribution LandmarkAssociation::match_again(const MapView& map) {
+  Contribution out;
+  if (matched_again_ == kHalfSteps) return out;
+  ++matched_again_;
+  std::set<int> emptied;
+  for (const auto& [s, t] : reassociate(map, classes_, coverage_, options_, landmarks_)) {
+    const int before = landmarks_.sighting(s).track;
+    landmarks_.detach(s, out);
+    if (t >= 0) attach(s, t, map, out);
+    if (before >= 0 && landmarks_.track(before).sightings.empty()) emptied.insert(before);
+    ++statistics_["sightings_matched_again"];
+    if (!map.explain) continue;
+    DecisionEvent event{s, std::nullopt, true};
+    if (t >= 0) event.landmark = t;
+    out.events.decisions.push_back(event);
+  }
+  for (int t : emptied) {
+    if (landmarks_.track(t).sightings.empty()) landmarks_.remove(t, out);
+  }
+  out.settle = true;
   return out;
 }
 
@@ -129,6 +174,7 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
   if (options_.merge && map.keeps_all) {
     landmarks_.place_all(map.values);
     Contribution out = next_merge(map, true);
+    if (out.empty()) out = match_again(map);
     if (!out.empty()) return out;
   }
   Contribution out;

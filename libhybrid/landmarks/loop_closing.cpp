@@ -104,6 +104,8 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
   }
   if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();
   merge.allowed_rise = 0.5 * best.chi_square - best.cost;
+  merge.evidence = -best.cost;
+  merge.chi_square = best.chi_square;
   merge.settle = true;
   return merge;
 }
@@ -112,17 +114,7 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
 
 void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
                          const SensorCoverage& coverage, double density, const MapView& map) {
-  View view{frame.pose, T_robot_sensor, coverage, 0};
-  if (!views_.empty()) {
-    const View& last = views_.back();
-    view.travelled = last.travelled;
-    if (last.pose != frame.pose && map.values.contains(last.pose)) {
-      view.travelled += (frame.T_map_robot.translation() - point_of(map.values, last.pose)).norm();
-    }
-  }
-  places_.put(static_cast<int>(views_.size()), frame.T_map_robot.translation().x(),
-              frame.T_map_robot.translation().y());
-  views_.push_back(std::move(view));
+  views_.add(frame, T_robot_sensor, coverage, map);
   const std::size_t newest = views_.size() - 1;
   const auto too_far = [&](std::size_t v, double allowed) {
     return v < newest && views_[v].pose != frame.pose &&
@@ -185,8 +177,7 @@ std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius)
   const Eigen::Vector3d here = point_of(map.values, views_.back().pose);
   const double apart = views_.back().coverage.max_range;
   std::vector<std::pair<double, std::size_t>> near;
-  places_.visit_near(here.x(), here.y(), radius, [&](int v) {
-    const auto view = static_cast<std::size_t>(v);
+  views_.visit_near(here, radius, [&](std::size_t view) {
     if (view >= first_recent_ || !map.holds(views_[view].pose)) return;
     near.emplace_back((point_of(map.values, views_[view].pose) - here).norm(), view);
   });
@@ -224,11 +215,8 @@ std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, const 
 
 bool LoopClosing::covered(const Eigen::Vector3d& point, const std::vector<std::size_t>& views,
                           const MapView& map) const {
-  return std::any_of(views.begin(), views.end(), [&](std::size_t v) {
-    const View& view = views_[v];
-    return view.coverage.well_in_view(
-        compose(isometry_at(map.values, view.pose), view.T_robot_sensor), point);
-  });
+  return std::any_of(views.begin(), views.end(),
+                     [&](std::size_t v) { return views_.covers(v, point, map); });
 }
 
 Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double density,
@@ -259,8 +247,8 @@ bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, co
   question.b = seen_from<Pose>(T_map_b, old, map.joint_covariance(keys_of(there, old, landmarks)),
                                map.values, landmarks);
   std::vector<std::size_t> views;
-  places_.visit_near(center.x(), center.y(), 0.5 * span(), [&](int v) {
-    if (static_cast<std::size_t>(v) < first_recent_) views.push_back(static_cast<std::size_t>(v));
+  views_.visit_near(center, 0.5 * span(), [&](std::size_t v) {
+    if (v < first_recent_) views.push_back(v);
   });
   question.b.covers = [this, T_map_b, views, &map](const typename Pose::Point& p) {
     return covered(padded_point(T_map_b * p), views, map);

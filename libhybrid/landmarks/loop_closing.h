@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "libhybrid/association/constellation.h"
-#include "libhybrid/association/spatial_grid.h"
 #include "libhybrid/landmarks/association_options.h"
 #include "libhybrid/landmarks/frame_association.h"
 #include "libhybrid/landmarks/landmark_merging.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
+#include "libhybrid/landmarks/views.h"
 
 namespace HYBRID_API hybrid {
 
@@ -30,19 +30,15 @@ class LoopClosing {
   /// by one detection.
   Key local_since() const { return views_[first_local_].pose; }
 
+  /// All looks so far.
+  const Views& views() const { return views_; }
+
   /// Landmarks of the last stretch that are others of the map, or none. Looks again only once there
   /// is another landmark. `density` is that of landmarks per m^2 or m^3.
   Merge propose(const MapView& map, const ClassModel& classes, double density, bool concluding,
                 const LandmarkTracks& landmarks);
 
  private:
-  struct View {  // one look of a sensor
-    Key pose;
-    Eigen::Isometry3d T_robot_sensor;
-    SensorCoverage coverage;
-    double travelled;  // so far [m]
-  };
-
   template <class Pose>
   Merge propose_in(const MapView& map, const ClassModel& classes, double density, bool concluding,
                    const LandmarkTracks& landmarks);
@@ -62,8 +58,7 @@ class LoopClosing {
   double span() const;
 
   AssociationOptions options_;
-  std::vector<View> views_;
-  SpatialGrid places_;            // of the views
+  Views views_;
   std::size_t first_local_ = 0;   // view since which single landmarks can be told
   std::size_t first_recent_ = 0;  // view with which the last stretch begins
   std::size_t asked_ = 0;         // tracks that there were when last asked

@@ -166,6 +166,9 @@ bool IncrementalSmoother::discrete_step(UpdateReport& report) {
   flips_ = std::move(done.flips);
   for (const DiscreteHalf::Flip& flip : flips_) choose_components(flip.key);
   if (!flips_.empty()) record(report);
+  for (const DiscreteHalf::Flip& flip : flips_) {
+    report.flipped.push_back({flip.key, flip.from, flip.to, report.objectives.size() - 1});
+  }
   return !flips_.empty();
 }
 
@@ -190,6 +193,7 @@ bool IncrementalSmoother::take_flips(UpdateReport& report) {
       reason + " in the mode that its discrete variables prefer; they were left as they were";
   report.objectives.pop_back();
   report.flips -= static_cast<int>(flips_.size());
+  report.flipped.resize(report.flipped.size() - flips_.size());
   return false;
 }
 

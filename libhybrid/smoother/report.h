@@ -38,6 +38,13 @@ struct UpdateWork {
   }
 };
 
+/// A discrete variable that a half-step gave another value.
+struct Flip {
+  Key key;
+  int from = 0, to = 0;
+  std::size_t half_step = 0;  ///< which one: index into the objectives of the report
+};
+
 /// What one update of the incremental smoother did.
 struct UpdateReport : UpdateWork {
   enum class Status { kOk, kSingular };
@@ -48,6 +55,7 @@ struct UpdateReport : UpdateWork {
 
   AddedHandles handles;            ///< of the factors that the update has added
   std::vector<double> objectives;  ///< after every half-step (eq. 10), never rising
+  std::vector<Flip> flipped;       ///< the discrete variables that changed, by half-step
 };
 
 }  // namespace hybrid

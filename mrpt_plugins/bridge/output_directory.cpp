@@ -94,6 +94,10 @@ void OutputDirectory::write(const std::string& name, std::string_view content) c
   file.close();
 }
 
+std::unique_ptr<FileWriter> OutputDirectory::open(const std::string& name) const {
+  return std::make_unique<FileWriter>(group_.stage(name), folder_ / name);
+}
+
 void OutputDirectory::save(const std::string& name,
                            const std::function<void(const std::string&)>& save) const {
   const fs::path path = group_.stage(name);

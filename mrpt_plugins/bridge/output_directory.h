@@ -5,12 +5,14 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libhybrid/io/file_group.h"
+#include "libhybrid/io/file_writer.h"
 
 namespace HYBRID_API hybrid {
 
@@ -31,6 +33,9 @@ class OutputDirectory {
 
   /// Writes `content` (text or bytes) as the file `name`, which may stand in a folder below.
   void write(const std::string& name, std::string_view content) const;
+
+  /// The file `name`, to be written bit by bit and closed before the result is published.
+  std::unique_ptr<FileWriter> open(const std::string& name) const;
 
   /// For writers that want a path: `save` gets one with the extension of `name`, and throws if it
   /// fails.

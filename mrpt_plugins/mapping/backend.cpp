@@ -89,6 +89,10 @@ std::unique_ptr<Backend> make_backend(IniSection solver) {
 void add_work(BackendReport& into, const BackendReport& from) {
   into.add(from);
   if (from.cost != 0 || into.cost == 0) into.cost = from.cost;
+  for (Flip flip : from.flipped) {
+    flip.half_step += into.objectives.size();
+    into.flipped.push_back(flip);
+  }
   into.objectives.insert(into.objectives.end(), from.objectives.begin(), from.objectives.end());
   into.warnings.insert(into.warnings.end(), from.warnings.begin(), from.warnings.end());
 }

@@ -152,9 +152,15 @@ BackendReport BatchBackend::solve() {
   const auto start = Clock::now();
   AlternatingResult result = alternate(graph_, estimate_, options_);
   BackendReport report;
+  std::size_t last_discrete = 0;  // half-step, for all flips: which one each was in is not kept
   for (const HalfStep& half : result.report.half_steps) {
+    if (half.discrete && half.changes > 0) last_discrete = report.objectives.size();
     report.objectives.push_back(half.objective);
     (half.discrete ? report.flips : report.rounds) += half.changes;
+  }
+  for (const auto& [key, value] : result.estimate.assignment) {
+    const int before = estimate_.assignment.find(key);
+    if (before != value) report.flipped.push_back({key, before, value, last_discrete});
   }
   report.relinearized = report.rounds > 0 ? static_cast<int>(estimate_.values.size()) : 0;
   estimate_ = std::move(result.estimate);

@@ -122,6 +122,7 @@ void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool mea
 MapView Mapper::view() const {
   MapView view{backend_->values(), backend_->assignment(), landmarks_, is_3d_};
   view.keeps_all = backend_->keeps_all();
+  view.explain = events_.has_value();
   view.holds = [this](Key key) { return backend_->holds(key); };
   view.joint_covariance = [this](const std::vector<Key>& keys) {
     return backend_->joint_covariance(keys);

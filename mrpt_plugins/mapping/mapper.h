@@ -17,6 +17,7 @@
 #include "mrpt_plugins/input/keyframe_source.h"
 #include "mrpt_plugins/mapping/backend.h"
 #include "mrpt_plugins/mapping/calibration.h"
+#include "mrpt_plugins/mapping/map_change.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
@@ -55,11 +56,17 @@ class Mapper {
   /// Figures of all plugins, see MappingPlugin; and how often the solver was called, and local
   /// search stood in for exact discrete inference.
   std::map<std::string, double> statistics() const;
+  /// From now on the mapper notes what it does with each keyframe, for `take_events`.
+  void keep_events() { events_.emplace(); }
+  /// What was done since the last call, change by change; empty unless events are kept.
+  std::vector<MapChange> take_events();
   /// Reason -> number of measurements that were not used.
   const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
   /// What exactly was wrong with the first of them, by step of the log.
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool is_3d() const { return is_3d_; }
+  /// Names of the classes of landmarks; empty where they have none, or none was seen yet.
+  std::vector<std::string> class_names() const;
 
  private:
   /// A new pose on its way into the map.
@@ -85,11 +92,12 @@ class Mapper {
   void tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
             std::array<std::size_t, 3>& first);
   void count(const BackendReport& report);
+  void keep(const BackendReport& report);
+  void keep(const Contribution& contribution);
   BackendReport solve();
   BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key(key_letter::kPose, i); }
-  std::vector<std::string> class_names() const;
 
   MotionOptions options_;
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
@@ -109,6 +117,7 @@ class Mapper {
   std::size_t refusals_ = 0;  // of contributions
   double plugin_ms_ = 0;      // time the plugins took for the newest keyframe
   double objective_ = 0;
+  std::optional<std::vector<MapChange>> events_;  // where they are kept
 };
 
 }  // namespace hybrid

@@ -81,6 +81,7 @@ void Mapper::note(const std::string& reason, const std::string& what) {
 void Mapper::refuse(std::size_t plugin, const std::string& reason) {
   ++refusals_;
   plugins_[plugin]->refused();
+  if (events_) events_->push_back({{}, {}, {}, {}, {}, reason});
   note("observations dropped: not usable", reason);
 }
 
@@ -103,6 +104,8 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
     return update_one_by_one(delta, contributions);
   }
   landmarks_.commit();
+  keep(report);
+  for (const Contribution& contribution : contributions) keep(contribution);
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
     add_work(report, solve());
@@ -115,6 +118,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
 BackendReport Mapper::update_one_by_one(const Delta& delta,
                                         const std::vector<Contribution>& contributions) {
   BackendReport report = backend_->update(delta);
+  keep(report);
   count(report);
   for (std::size_t p = 0; p < contributions.size(); ++p) {
     const Contribution& own = contributions[p];
@@ -127,6 +131,8 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
       enter(own, landmarks_);
       BackendReport one = backend_->update(own.delta);
       landmarks_.commit();
+      keep(one);
+      keep(own);
       std::array<std::size_t, 3> first{};
       tell(p, own, one, first);
       count(one);
@@ -167,11 +173,39 @@ void Mapper::count(const BackendReport& report) {
 }
 
 /// Solves to convergence, as far as that is possible.
-BackendReport Mapper::solve() try { return backend_->finish(); } catch (const Error& e) {
+BackendReport Mapper::solve() try {
+  BackendReport report = backend_->finish();
+  keep(report);
+  return report;
+} catch (const Error& e) {
   note("solution to convergence dropped: not possible", e.what());
   BackendReport report;
   report.objective_after = objective_;
   return report;
+}
+
+/// Notes a change that the back-end has made, where that is wanted.
+void Mapper::keep(const BackendReport& report) {
+  if (events_) events_->push_back({report.objectives, report.flipped, {}, {}, {}, {}});
+}
+
+/// Notes what a contribution to the last change says for itself.
+void Mapper::keep(const Contribution& contribution) {
+  if (!events_) return;
+  MapChange& change = events_->back();
+  for (const Landmark& landmark : contribution.landmarks) change.born.push_back(landmark.id);
+  append(change.forgotten, contribution.forgotten);
+  append(change.why.decisions, contribution.events.decisions);
+  append(change.why.sightings, contribution.events.sightings);
+  append(change.why.associations, contribution.events.associations);
+  append(change.why.merges, contribution.events.merges);
+  if (change.why.class_prior.empty()) change.why.class_prior = contribution.events.class_prior;
+}
+
+std::vector<MapChange> Mapper::take_events() {
+  std::vector<MapChange> out;
+  if (events_) out.swap(*events_);
+  return out;
 }
 
 /// Asks all plugins for changes of what they said, until none has any. A plugin whose change is

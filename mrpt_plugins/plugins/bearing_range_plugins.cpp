@@ -9,6 +9,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/landmarks/explain.h"
 #include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -23,19 +24,23 @@ namespace {
 /// Calls use(frame, detection, id) for each detection of these sensors that has an id and fits the
 /// map, and counts the others.
 template <class Use>
-void for_each_identified(const Frame& frame, bool is_3d, const std::vector<std::string>& sensors,
-                         Contribution& out, Use&& use) {
+void for_each_identified(const Frame& frame, const MapView& map,
+                         const std::vector<std::string>& sensors, Contribution& out, Use&& use) {
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors.empty() || std::find(sensors.begin(), sensors.end(),
                                                      seen.sensor_label) != sensors.end();
     if (!wanted || seen.detections.empty()) continue;
-    const std::string reason = misfit(seen, is_3d);
+    const std::string reason = misfit(seen, map.is_3d);
     if (!reason.empty()) {
       out.dropped["detection dropped: " + reason] += seen.detections.size();
       continue;
     }
     for (const Detection& detection : seen.detections) {
       if (detection.id) {
+        if (map.explain) {
+          out.events.sightings.push_back(
+              identified_sighting(frame.view(), seen, detection, *detection.id, map));
+        }
         use(seen, detection, *detection.id);
       } else {
         ++out.dropped["detection dropped: no landmark id"];
@@ -79,7 +84,7 @@ void BearingRangeKnownIds::configure(IniSection section) {
 Contribution BearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
   const Loss loss = huber_width_ > 0 ? Loss::huber(huber_width_) : Loss();
-  for_each_identified(frame, map.is_3d, sensors_, out,
+  for_each_identified(frame, map, sensors_, out,
                       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
                         if (is_new(id, map, out)) {
                           out.landmarks.push_back({id, position_key(id), std::nullopt, 0});
@@ -100,13 +105,17 @@ void ClassedBearingRangeKnownIds::configure(IniSection section) {
 Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
   for_each_identified(
-      frame, map.is_3d, sensors_, out,
+      frame, map, sensors_, out,
       [&](const DetectionFrame& seen, const Detection& detection, std::int64_t id) {
         classes_.learn_names(seen.class_names);
         const DiscreteKey class_key{Key(key_letter::kLandmarkClass, position_key(id).index()),
                                     static_cast<int>(classes_.names().size())};
         const std::vector<double> phi =
             classes_.likelihood(detection.class_probabilities, seen.class_names);
+        if (map.explain) {
+          out.events.class_prior = classes_.prior();
+          out.events.sightings.back().class_likelihood = phi;
+        }
         if (is_new(id, map, out)) {
           out.landmarks.push_back({id, position_key(id), class_key, 0});
           add_position(id, frame, seen, detection, map.is_3d, out.delta);

@@ -19,6 +19,7 @@
 #include "mrpt_plugins/replay/film.h"
 #include "mrpt_plugins/replay/movie.h"
 #include "mrpt_plugins/replay/result_files.h"
+#include "mrpt_plugins/replay/run_report.h"
 #include "mrpt_plugins/replay/settings.h"
 #include "mrpt_plugins/replay/truth.h"
 
@@ -54,7 +55,8 @@ struct Ending {
 
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
 Ending map_log(KeyframeSource& source, Mapper& mapper,
-               const std::function<void(const ReplayProgress&)>& progress, Movie& movie) {
+               const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
+               RunReport& report) {
   int signal = 0;
   std::size_t keyframes = 0;
   while (const auto keyframe = source.next()) {
@@ -64,6 +66,7 @@ Ending map_log(KeyframeSource& source, Mapper& mapper,
     ++keyframes;
     if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
     if (movie.size() > 0) movie.watch(keyframes, mapper);
+    report.watch(mapper, step);
   }
   if (keyframes == 0) {
     throw_if_interrupted();
@@ -213,11 +216,14 @@ ReplayOutcome replay(const ReplayRequest& request,
 
   Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
                 source.is_3d(), settings.calibration);
+  RunReport report(request, out);
+  report.begin(mapper, settings.title);
   const auto [last, signal] =
-      about({settings.rawlog}, [&] { return map_log(source, mapper, progress, movie); });
+      about({settings.rawlog}, [&] { return map_log(source, mapper, progress, movie, report); });
 
   MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
   result.title = settings.title;
+  report.finish(mapper, result, last.objective_after);
   ReplayOutcome outcome{summarize(source, mapper, last, result, signal), out.folder(), signal};
   Summary& summary = outcome.summary;
   truth.adapt_to(result, mapper.log_rows());
@@ -239,6 +245,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     write_error_plot(out, result, truth, mapper.log_rows());
   }
   warn(write_extras(request, out, result, truth.get(), mapper, movie, film));
+  report.write(result, truth, mapper.log_rows(), summary_json(summary));
   const std::vector<std::string> told = publish(summary, out, film);
   if (published) published(outcome);
   warn(told);

@@ -20,8 +20,10 @@ struct ReplayRequest {
   std::string output = "hybrid-replay-out";
   bool pictures = true;
   bool sparsity = false;
-  int frames = 0;     ///< pictures of the growing map, each a file; 0: none
-  std::string video;  ///< film of them; empty: none
+  bool events = false;  ///< write events.jsonl
+  bool report = false;  ///< write report.html, and events.jsonl
+  int frames = 0;       ///< pictures of the growing map, each a file; 0: none
+  std::string video;    ///< film of them; empty: none
 };
 
 }  // namespace hybrid

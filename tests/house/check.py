@@ -49,6 +49,7 @@ FLOORS = {
         {"mapping"},
         {"plugins", "evaluation"},
         {"output"},
+        {"report"},
         {"replay"},
         {"simulation"},
         {"import", "experiment"},

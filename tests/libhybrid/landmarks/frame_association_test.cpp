@@ -24,6 +24,7 @@ struct Look {
   TrackGraph world;
   AssociationOptions options;
   SensorCoverage coverage;
+  Views views;
   std::vector<std::vector<double>> phi;
   DetectionFrame frame;
 
@@ -45,7 +46,7 @@ struct Look {
     const std::vector<DetectionFrame> frames = {frame};
     const KeyframeView view{Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), frames};
     return find_candidates(view, frame, phi, world.map(), coverage, world.classes, options,
-                           Key(key_letter::kPose, 0), world.tracks);
+                           Key(key_letter::kPose, 0), views, world.tracks);
   }
   std::vector<FrameHypothesis> hypotheses() { return find_hypotheses(candidates(), options); }
 };
@@ -62,6 +63,27 @@ TEST(FrameAssociation, ADetectionOnALandmarkIsItAndOneFarFromAllIsNew) {
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].track, (std::vector<int>{b, -1, a}));
   }
+}
+
+TEST(FrameAssociation, WhereManyLooksFoundNothingADetectionIsOfWhatIsKnown) {
+  // 2.9 sigma from the landmark: as likely a new one where nobody looked.
+  Look look;
+  const int known = look.world.landmark({10, 0});
+  look.world.sigma = 0.3;
+  look.detect({10.92, 0});
+  const double before = look.candidates().problem.unmatched[0];
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const Key pose(key_letter::kPose, 500 + i);
+    look.world.values.insert(pose, SE2());
+    look.views.add({pose, Eigen::Isometry3d::Identity(), {}}, Eigen::Isometry3d::Identity(),
+                   look.coverage, look.world.map());
+  }
+  look.views.add({Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), {}},
+                 Eigen::Isometry3d::Identity(), look.coverage, look.world.map());
+  const FrameCandidates after = look.candidates();
+  ASSERT_EQ(after.tracks, std::vector<int>{known});
+  // What is left is clutter: 0.5 in view, where 5 landmarks and 0.5 of clutter were expected.
+  EXPECT_NEAR(after.problem.unmatched[0] - before, std::log(5.5 / 0.5), 0.1);
 }
 
 TEST(FrameAssociation, CandidatesAreThoseWithinTheGate) {
@@ -131,9 +153,9 @@ TEST(FrameAssociation, WhereThePoseIsLostALandmarkSeenLongAgoIsNoCandidate) {
     const std::vector<DetectionFrame> frames = {look.frame};
     const KeyframeView view{Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), frames};
     // The last stretch of the way begins after all that has been seen.
-    const FrameCandidates c = find_candidates(view, look.frame, look.phi, look.world.map(),
-                                              look.coverage, look.world.classes, look.options,
-                                              Key(key_letter::kPose, 999), look.world.tracks);
+    const FrameCandidates c = find_candidates(
+        view, look.frame, look.phi, look.world.map(), look.coverage, look.world.classes,
+        look.options, Key(key_letter::kPose, 999), look.views, look.world.tracks);
     const bool may_match = c.problem.matched.size() > 0 && std::isfinite(c.problem.matched(0, 0));
     EXPECT_EQ(may_match, pose_sigma < 1);
   }

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libhybrid/landmarks/frame_association.h"
+#include "libhybrid/landmarks/landmark_events.h"
+
+namespace HYBRID_API hybrid {
+
+/// Notes what became of the sightings of a frame and why: of all `noted` ones, and of those that
+/// had to be `matched` by these candidates and hypotheses (best first; none where there were none
+/// to match). `open`: several hypotheses stay in the graph.
+void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& noted,
+                   const std::vector<int>& matched, const FrameCandidates& candidates,
+                   const std::vector<FrameHypothesis>& hypotheses, const ClassModel& classes,
+                   bool open, LandmarkEvents& out);
+
+/// A detection of the landmark that the log gives this id; with the NIS of its innovation where
+/// that landmark is in the map and the map has a covariance.
+SightingEvent identified_sighting(const KeyframeView& frame, const DetectionFrame& seen,
+                                  const Detection& detection, std::int64_t id, const MapView& map);
+
+}  // namespace hybrid

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/reassociation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "libhybrid/association/matching.h"
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/polar.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+/// Decrease of cost that is not rounding.
+constexpr double kLeastGain = 1e-6;
+
+/// The frames of a map, one at a time.
+class FrameMatcher {
+ public:
+  FrameMatcher(const MapView& map, const ClassModel& classes, const AssociationOptions& options,
+               const LandmarkTracks& landmarks)
+      : map_(map), classes_(classes), landmarks_(landmarks), dim_(map.is_3d ? 3 : 2) {
+    confirm_ = options.confirm;
+    gate_ = chi_square_quantile(options.gate, dim_);
+    if (classes.names().size() > 1) prior_ = classes.prior();
+  }
+
+  /// What is better otherwise of the sightings of one frame.
+  void match(const std::vector<int>& sightings, double clutter_density,
+             std::vector<Reassignment>& out) {
+    T_map_sensor_ = sensor_pose(landmarks_.sighting(sightings.front()));
+    const std::vector<int> tracks = candidates(sightings);
+    if (tracks.empty()) return;
+    const auto rows = static_cast<Eigen::Index>(sightings.size());
+    const auto cols = static_cast<Eigen::Index>(tracks.size());
+    MatchingProblem problem;
+    problem.matched.setConstant(rows, cols, std::numeric_limits<double>::infinity());
+    problem.unmatched.resize(rows);
+    double now = 0;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const Sighting& sighting = landmarks_.sighting(sightings[i]);
+      problem.unmatched[i] = -std::log(clutter_density) + class_cost(sighting, prior_);
+      for (Eigen::Index j = 0; j < cols; ++j) {
+        const bool own = tracks[j] == sighting.track;
+        const double cost = pair_cost(sighting, tracks[j], own);
+        problem.matched(i, j) = cost;
+        if (own) now += cost;
+      }
+      if (sighting.track < 0) now += problem.unmatched[i];
+    }
+    const Matching best = best_matching(problem);
+    if (!(best.cost < now - kLeastGain)) return;
+    for (std::size_t i = 0; i < sightings.size(); ++i) {
+      const int track = best.column[i] < 0 ? -1 : tracks[best.column[i]];
+      if (track != landmarks_.sighting(sightings[i]).track) out.push_back({sightings[i], track});
+    }
+  }
+
+ private:
+  Eigen::Isometry3d sensor_pose(const Sighting& sighting) const {
+    const DetectionFrame& sensor = *sighting.sensor;
+    const Eigen::Isometry3d T_robot_sensor = sensor.calibrated && map_.holds(*sensor.calibrated)
+                                                 ? isometry_at(map_.values, *sensor.calibrated)
+                                                 : sensor.T_robot_sensor;
+    const Eigen::Isometry3d T_map_sensor =
+        compose(isometry_at(map_.values, sighting.pose), T_robot_sensor);
+    return map_.is_3d ? T_map_sensor : to_isometry(to_se2(T_map_sensor));
+  }
+
+  /// The landmarks that the sightings may be of: those near where they fall, and their own.
+  std::vector<int> candidates(const std::vector<int>& sightings) const {
+    std::set<int> tracks;
+    for (int s : sightings) {
+      const Sighting& sighting = landmarks_.sighting(s);
+      if (sighting.track >= 0) tracks.insert(sighting.track);
+      const Detection& d = sighting.detection;
+      const Eigen::Vector3d point =
+          T_map_sensor_ * from_polar(Eigen::Vector3d(d.range, d.yaw, d.pitch));
+      const double angle = std::max(d.covariance(1, 1), d.covariance(2, 2));
+      const double radius =
+          std::sqrt(gate_ * std::max(d.covariance(0, 0), d.range * d.range * angle));
+      landmarks_.grid().visit_near(point.x(), point.y(), radius, [&](int t) {
+        const Track& track = landmarks_.track(t);
+        const bool confirmed = landmarks_.seen(t) >= confirm_ && track.existence > 0;
+        if (track.alive && confirmed && map_.holds(track.position)) tracks.insert(t);
+      });
+    }
+    return {tracks.begin(), tracks.end()};
+  }
+
+  /// -log p of a sighting of this track; its present one is not gated.
+  double pair_cost(const Sighting& sighting, int t, bool own) const {
+    const Track& track = landmarks_.track(t);
+    const Detection& d = sighting.detection;
+    const Eigen::Vector3d seen = to_polar(
+        Eigen::Vector3d(T_map_sensor_.linear().transpose() *
+                        (point_at(map_.values, track.position) - T_map_sensor_.translation())));
+    Eigen::VectorXd v(dim_);
+    v[0] = d.range - seen[0];
+    v[1] = std::remainder(d.yaw - seen[1], 2 * M_PI);
+    if (dim_ == 3) v[2] = d.pitch - seen[2];
+    const Eigen::MatrixXd R = 2 * M_PI * d.covariance.topLeftCorner(dim_, dim_);
+    const Eigen::LLT<Eigen::MatrixXd> llt(R);
+    const double chi_square = 2 * M_PI * llt.matrixL().solve(v).squaredNorm();
+    if (!own && chi_square > gate_) return std::numeric_limits<double>::infinity();
+    double cost = 0.5 * chi_square + llt.matrixLLT().diagonal().array().log().sum();
+    if (track.class_key) cost += class_cost(sighting, landmarks_.class_belief(track, classes_));
+    return cost;
+  }
+
+  static double class_cost(const Sighting& sighting, const std::vector<double>& belief) {
+    if (sighting.phi.empty() || belief.empty()) return 0;
+    double p = 0;
+    for (std::size_t k = 0; k < belief.size(); ++k) p += sighting.phi[k] * belief[k];
+    return -std::log(p);
+  }
+
+  const MapView& map_;
+  const ClassModel& classes_;
+  const LandmarkTracks& landmarks_;
+  int dim_;
+  int confirm_ = 0;
+  double gate_ = 0;
+  std::vector<double> prior_;  // of the classes
+  Eigen::Isometry3d T_map_sensor_ = Eigen::Isometry3d::Identity();
+};
+
+}  // namespace
+
+std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& classes,
+                                      const std::map<std::string, SensorCoverage>& coverage,
+                                      const AssociationOptions& options,
+                                      const LandmarkTracks& landmarks) {
+  FrameMatcher matcher(map, classes, options, landmarks);
+  std::vector<Reassignment> out;
+  std::vector<int> frame;
+  const auto finish_frame = [&] {
+    if (frame.empty()) return;
+    const SensorCoverage& sensor =
+        coverage.at(landmarks.sighting(frame.front()).sensor->sensor_label);
+    matcher.match(frame, options.clutter_in_view / sensor.measurement_volume(), out);
+    frame.clear();
+  };
+  const auto count = static_cast<int>(landmarks.sightings().size());
+  for (int s = 0; s < count; ++s) {
+    const Sighting& sighting = landmarks.sighting(s);
+    if (s > 0 && sighting.frame != landmarks.sighting(s - 1).frame) finish_frame();
+    const bool named = options.use_ids && sighting.detection.id;
+    if (!named && !sighting.detection.moving && map.holds(sighting.pose)) frame.push_back(s);
+  }
+  finish_frame();
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/views.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/spatial_values.h"
+
+namespace hybrid {
+namespace {
+
+/// Looks that the detection probability of a landmark is known as well as: one that hides from a
+/// look is likely to hide from the next.
+constexpr double kLooksOfPrior = 10;
+constexpr int kMostLooks = 20;  // that are counted: what is left after so many is nothing
+
+/// The probability that a landmark is missed n times in a row (beta-binomial).
+double missed(int n, double detected) {
+  const double misses = kLooksOfPrior * (1 - detected);
+  return std::exp(std::lgamma(misses + n) - std::lgamma(misses) - std::lgamma(kLooksOfPrior + n) +
+                  std::lgamma(kLooksOfPrior));
+}
+
+}  // namespace
+
+void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
+                const SensorCoverage& coverage, const MapView& map) {
+  View view{frame.pose, T_robot_sensor, coverage, 0};
+  const Eigen::Vector3d here = frame.T_map_robot.translation();
+  if (!views_.empty()) {
+    const View& last = views_.back();
+    view.travelled = last.travelled;
+    if (last.pose != frame.pose && map.values.contains(last.pose)) {
+      view.travelled += (here - isometry_at(map.values, last.pose).translation()).norm();
+    }
+  }
+  places_.put(static_cast<int>(views_.size()), here.x(), here.y());
+  views_.push_back(std::move(view));
+}
+
+bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const {
+  const View& look = views_[view];
+  return look.coverage.well_in_view(
+      compose(isometry_at(map.values, look.pose), look.T_robot_sensor), point);
+}
+
+/// The mean over the Gaussian by Gauss-Hermite quadrature with three nodes an axis.
+double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
+                         double detected, const MapView& map) const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const Eigen::MatrixXd axes =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto dim = static_cast<int>(mean.size());
+  const int nodes = dim == 3 ? 27 : 9;
+  double share = 0;
+  for (int node = 0; node < nodes; ++node) {
+    Eigen::VectorXd offset(dim);
+    double weight = 1;
+    for (int k = 0, rest = node; k < dim; ++k, rest /= 3) {
+      offset[k] = std::sqrt(3.0) * (rest % 3 - 1);
+      weight *= rest % 3 == 1 ? 2.0 / 3 : 1.0 / 6;
+    }
+    const Eigen::Vector3d point = padded_point(mean + axes * offset);
+    int looks = 0;
+    visit_near(point, back().coverage.max_range, [&](std::size_t view) {
+      const Key pose = views_[view].pose;
+      if (looks == kMostLooks || pose == back().pose || !map.holds(pose)) return;
+      if (covers(view, point, map)) ++looks;
+    });
+    share += weight * missed(looks, detected);
+  }
+  return share;
+}
+
+}  // namespace hybrid

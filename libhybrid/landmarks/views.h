@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/association/spatial_grid.h"
+#include "libhybrid/landmarks/contribution.h"
+#include "libhybrid/landmarks/sensor_coverage.h"
+
+namespace HYBRID_API hybrid {
+
+/// One look of a sensor.
+struct View {
+  Key pose;
+  Eigen::Isometry3d T_robot_sensor;
+  SensorCoverage coverage;
+  double travelled;  ///< so far [m]
+};
+
+/// All looks of the sensors so far, in order.
+class Views {
+ public:
+  /// Notes a look from a keyframe, `map` being that of its frame.
+  void add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
+           const SensorCoverage& coverage, const MapView& map);
+
+  bool empty() const { return views_.empty(); }
+  std::size_t size() const { return views_.size(); }
+  const View& operator[](std::size_t view) const { return views_[view]; }
+  const View& back() const { return views_.back(); }
+
+  /// Calls visit(view) for those whose robot was about `radius` from a point when it looked.
+  template <class Visit>
+  void visit_near(const Eigen::Vector3d& point, double radius, const Visit& visit) const {
+    places_.visit_near(point.x(), point.y(), radius,
+                       [&](int view) { visit(static_cast<std::size_t>(view)); });
+  }
+
+  /// Whether a point of the map was well in view in a look, which the map still holds.
+  bool covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const;
+
+  /// The share of landmarks that are still undetected where a landmark may be, a Gaussian, after
+  /// all looks there before the newest keyframe: 1 where nobody looked. `detected` is the
+  /// probability that a landmark in view is detected.
+  double undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance, double detected,
+                    const MapView& map) const;
+
+ private:
+  std::vector<View> views_;
+  SpatialGrid places_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/report/graph_report.h"
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "mrpt_plugins/report/columns.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json closures_json(const std::vector<GraphReport::Closure>& closures) {
+  Json out = Json::object();
+  for (const char* name : {"i", "j", "decision", "probability", "residual", "redundancy", "margin",
+                           "checkable", "history"}) {
+    out[name] = Json::array();
+  }
+  for (const GraphReport::Closure& c : closures) {
+    out["i"].push_back(c.from);
+    out["j"].push_back(c.to);
+    out["decision"].push_back(c.decision);
+    out["probability"].push_back(digits(c.probability));
+    out["residual"].push_back(digits(c.residual));
+    out["redundancy"].push_back(digits(c.redundancy));
+    out["margin"].push_back(digits(c.margin));
+    out["checkable"].push_back(c.checkable ? 1 : 0);
+    out["history"].push_back(c.history);
+  }
+  return out;
+}
+
+/// A number where the whole text is one.
+Json value_json(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return text.empty() || *end != '\0' ? Json(text) : digits(value);
+}
+
+}  // namespace
+
+Json steps_json(const std::vector<StepRecord>& steps) {
+  Json out = Json::object();
+  for (const char* name : {"solver_ms", "plugin_ms", "objective", "cost", "landmarks", "flips",
+                           "rounds", "relinearized"}) {
+    out[name] = Json::array();
+  }
+  for (const StepRecord& step : steps) {
+    out["solver_ms"].push_back(digits(1e3 * step.seconds));
+    out["plugin_ms"].push_back(digits(step.plugin_ms));
+    out["objective"].push_back(decimals(step.objective_after, 3));
+    out["cost"].push_back(decimals(step.cost, 3));
+    out["landmarks"].push_back(step.landmarks);
+    out["flips"].push_back(step.flips);
+    out["rounds"].push_back(step.rounds);
+    out["relinearized"].push_back(step.relinearized);
+  }
+  return out;
+}
+
+Json graph_report_json(const GraphReport& report, const Json& summary) {
+  Json edges = {{"i", Json::array()}, {"j", Json::array()}};
+  for (const auto& [from, to] : report.edges) {
+    edges["i"].push_back(from);
+    edges["j"].push_back(to);
+  }
+  return {{"schema", 1},
+          {"kind", "graph"},
+          {"title", report.title},
+          {"dimension", report.is_3d ? 3 : 2},
+          {"ids", report.ids},
+          {"before", coordinates(report.before, report.is_3d)},
+          {"after", coordinates(report.after, report.is_3d)},
+          {"truth", coordinates(report.truth, report.is_3d)},
+          {"landmarks", coordinates(report.landmarks, report.is_3d)},
+          {"edges", edges},
+          {"closures", closures_json(report.closures)},
+          {"objectives", digits(report.objectives)},
+          {"steps", steps_json(report.steps)},
+          {"summary", summary}};
+}
+
+Json trials_report_json(const std::string& title, const std::string& table, const Json& summary) {
+  Json rows = Json::array();
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    Json row = Json::array();
+    std::istringstream cells(line + ',');  // getline drops an empty last cell
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(value_json(cell));
+    rows.push_back(std::move(row));
+  }
+  Json columns = rows.empty() ? Json::array() : rows.front();
+  if (!rows.empty()) rows.erase(0);
+  return {{"schema", 1},        {"kind", "trials"}, {"title", title},
+          {"columns", columns}, {"rows", rows},     {"summary", summary}};
+}
+
+}  // namespace hybrid

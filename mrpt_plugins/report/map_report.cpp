@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/report/map_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/graph_report.h"
+#include "mrpt_plugins/report/history_json.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostTruePoses = 10000;  // of the drawn path
+constexpr double kGap = 20;                    // median intervals over which no line is drawn
+
+Json point_json(const Eigen::Vector3d& point, bool is_3d) {
+  Json out = {decimals(point.x()), decimals(point.y())};
+  if (is_3d) out.push_back(decimals(point.z()));
+  return out;
+}
+
+Json landmarks_json(const MapResult& result) {
+  Json out = Json::array();
+  for (const LandmarkEstimate& l : result.landmarks) {
+    Json covariance = {digits(l.covariance(0, 0)), digits(l.covariance(0, 1)),
+                       digits(l.covariance(1, 1))};
+    if (result.is_3d) {
+      for (int i = 0; i < 3; ++i) covariance.push_back(digits(l.covariance(i, 2)));
+    }
+    Json p = Json::array();
+    for (const double share : l.class_probabilities) p.push_back(decimals(share, 6));
+    out.push_back({{"id", l.id},
+                   {"at", point_json(l.position, result.is_3d)},
+                   {"covariance", covariance},
+                   {"class", l.class_index ? Json(*l.class_index) : Json(nullptr)},
+                   {"p", p},
+                   {"sightings", l.sightings}});
+  }
+  return out;
+}
+
+/// Of the times of a path; infinite where it has none.
+double median_interval(const Trajectory& path) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (path[i].time > path[i - 1].time) intervals.push_back(path[i].time - path[i - 1].time);
+  }
+  if (intervals.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+/// The true path, with gaps where it was not known, as without satellites.
+Json truth_json(const GroundTruth& truth, bool is_3d) {
+  std::vector<Eigen::Vector3d> path;
+  const std::size_t every = 1 + truth.path.size() / kMostTruePoses;
+  const double longest = kGap * median_interval(truth.path);
+  for (std::size_t i = 0; i < truth.path.size(); i += every) {
+    const bool gap = i > 0 && truth.path[i].time - truth.path[i - every].time >
+                                  longest * static_cast<double>(every);
+    if (gap) path.push_back(Eigen::Vector3d::Constant(std::nan("")));
+    path.push_back(point_of(truth.path[i].pose));
+  }
+  Json landmarks = Json::array();
+  for (const TrueLandmark& l : truth.landmarks) {
+    landmarks.push_back({{"id", l.id},
+                         {"at", point_json(l.position, is_3d)},
+                         {"class", l.class_index ? Json(*l.class_index) : Json(nullptr)}});
+  }
+  return {{"path", coordinates(path, is_3d)}, {"landmarks", landmarks}};
+}
+
+double distance(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) {
+  return (point_of(a) - point_of(b)).norm();
+}
+
+/// Errors of position over time: of the estimate as it is and after the best rigid motion onto the
+/// truth, and of odometry alone.
+Json errors_json(const MapReport& report) {
+  Json out = {{"t", Json::array()},
+              {"estimate", Json::array()},
+              {"aligned", Json::array()},
+              {"reckoned", Json::array()}};
+  if (report.estimated.empty()) return out;
+  const mrpt::poses::CPose3D T = alignment(report.estimated);
+  for (std::size_t i = 0; i < report.estimated.size(); ++i) {
+    const PosePair& pair = report.estimated[i];
+    out["t"].push_back(decimals(report.times[i] - report.result.trajectory.front().time, 3));
+    out["estimate"].push_back(decimals(distance(pair.estimate, pair.truth)));
+    out["aligned"].push_back(decimals(distance(T + pair.estimate, pair.truth)));
+    if (i >= report.reckoned.size()) continue;
+    out["reckoned"].push_back(
+        decimals(distance(report.reckoned[i].estimate, report.reckoned[i].truth)));
+  }
+  return out;
+}
+
+}  // namespace
+
+Json map_report_json(const MapReport& report) {
+  const MapResult& result = report.result;
+  Json out = {{"schema", 1},
+              {"kind", "map"},
+              {"title", result.title},
+              {"dimension", result.is_3d ? 3 : 2},
+              {"classes", result.class_names},
+              {"poses", pose_columns(result.trajectory, result.is_3d)},
+              {"reckoned", pose_columns(result.dead_reckoning, result.is_3d)},
+              {"landmarks", landmarks_json(result)},
+              {"truth", truth_json(report.truth, result.is_3d)},
+              {"steps", steps_json(result.steps)},
+              {"errors", errors_json(report)},
+              {"modes", {{"names", result.mode_names}, {"of", result.motion_modes}}},
+              {"summary", report.summary}};
+  out.update(history_json(report.record, result.is_3d));
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/report/run_recorder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "libhybrid/association/prediction.h"
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/report/event_lines.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostSnapshots = 200;  // where there are more, every other one goes
+constexpr int kMostPoses = 1000;             // in a snapshot
+
+Key pose_key(int keyframe) {
+  return {key_letter::kPose, static_cast<std::uint64_t>(keyframe)};
+}
+
+Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
+  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
+  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
+}
+
+template <class Pose>
+Eigen::VectorXd residual_of(const Pose& pose, const Pose& sensor, Key landmark,
+                            const Eigen::VectorXd& z, const Values& values) {
+  constexpr int kDim = Pose::Point::RowsAtCompileTime, kAll = Pose::kDim + kDim;
+  return predict_sightings<Pose>(pose, sensor, {values.at<typename Pose::Point>(landmark)},
+                                 Eigen::MatrixXd::Zero(kAll, kAll))
+      .innovation(z, 0);
+}
+
+}  // namespace
+
+void RunRecorder::tell(const Json& line) const {
+  if (line_) line_(line);
+}
+
+void RunRecorder::begin(const std::string& version, const std::string& title, int dimension) {
+  tell({{"event", "run"},
+        {"schema", 1},
+        {"version", version},
+        {"title", title},
+        {"dimension", dimension}});
+}
+
+void RunRecorder::keyframe(Mapper& mapper, const StepRecord& step) {
+  keyframe_ = step.keyframe;
+  for (const MapChange& change : mapper.take_events()) take(change);
+  tell_classes(mapper.class_names());
+  believe();
+  if (line_) {
+    const auto pose = pose_at(mapper.backend().values(), pose_key(keyframe_));
+    tell({{"event", "keyframe"},
+          {"keyframe", keyframe_},
+          {"time", step.time},
+          {"pose", pose_json(pose, mapper.is_3d())},
+          {"landmarks", step.landmarks},
+          {"objective", step.objective_after},
+          {"cost", step.cost}});
+  }
+  record_.concluded = static_cast<int>(record_.changes.size());
+  if (snapshots_ && keyframe_ % every_ == 0) snap(mapper, keyframe_);
+}
+
+void RunRecorder::take(const MapChange& change) {
+  record_.changes.push_back({keyframe_, change.objectives, change.flipped, change.refused});
+  if (line_) tell(change_line(record_.changes.back()));
+  const auto live = [&](const std::vector<std::int64_t>& ids, bool born) {
+    for (const std::int64_t id : ids) {
+      record_.lives.push_back({keyframe_, id, born});
+      tell({{"event", born ? "birth" : "removal"}, {"keyframe", keyframe_}, {"landmark", id}});
+    }
+  };
+  live(change.born, true);
+  if (!change.why.class_prior.empty()) class_prior_ = change.why.class_prior;
+  for (const DecisionEvent& event : change.why.decisions) take(event);
+  for (const SightingEvent& event : change.why.sightings) take(event);
+  for (const AssociationEvent& event : change.why.associations) take(event);
+  for (const MergeEvent& event : change.why.merges) take(event);
+  live(change.forgotten, false);
+  for (const std::int64_t id : change.forgotten) {
+    for (const std::size_t s : std::vector<std::size_t>(seen_[id])) give(s, std::nullopt);
+  }
+}
+
+/// Notes what a sighting is taken for from now on.
+void RunRecorder::give(std::size_t sighting, std::optional<std::int64_t> landmark) {
+  std::optional<std::int64_t>& now = record_.sightings[sighting].landmark;
+  weigh(record_.sightings[sighting], -1);
+  if (now) {
+    std::vector<std::size_t>& list = seen_[*now];
+    list.erase(std::remove(list.begin(), list.end(), sighting), list.end());
+  }
+  now = landmark;
+  if (!now) return;
+  seen_[*now].push_back(sighting);
+  weigh(record_.sightings[sighting], 1);
+}
+
+void RunRecorder::take(const SightingEvent& event) {
+  const std::size_t s = record_.sightings.size();
+  if (event.number >= 0) numbers_[event.number] = s;
+  record_.sightings.push_back({keyframe_, event, std::nullopt, {}, 0});
+  give(s, event.landmark);
+  if (line_) tell(sighting_line(s, record_.sightings.back()));
+}
+
+void RunRecorder::take(const AssociationEvent& event) {
+  RunRecord::Association own{keyframe_, event};
+  for (std::int64_t& s : own.event.sightings) s = static_cast<std::int64_t>(number(s));
+  if (line_) tell(association_line(keyframe_, own.event));
+  record_.associations.push_back(std::move(own));
+}
+
+void RunRecorder::take(const DecisionEvent& event) {
+  RunRecord::Decision own{keyframe_, event};
+  const std::size_t s = number(event.sighting);
+  own.event.sighting = static_cast<std::int64_t>(s);
+  give(s, event.landmark);
+  if (line_) tell(decision_line(keyframe_, own.event));
+  record_.decisions.push_back(own);
+}
+
+void RunRecorder::take(const MergeEvent& event) {
+  if (!event.undone) moved_.clear();
+  for (const auto& [from, into] : event.pairs) {
+    if (!event.undone) moved_[from] = seen_[from];
+    for (const std::size_t s : moved_[from]) give(s, event.undone ? from : into);
+  }
+  if (line_) tell(merge_line(keyframe_, event));
+  record_.merges.push_back({keyframe_, event});
+}
+
+void RunRecorder::tell_classes(const std::vector<std::string>& names) {
+  if (names == class_names_) return;
+  class_names_ = names;
+  tell({{"event", "classes"}, {"names", names}});
+}
+
+/// Adds what a sighting says of the class of its landmark, or takes it away.
+void RunRecorder::weigh(const RunRecord::Sighting& sighting, double sign) {
+  const std::vector<double>& likelihood = sighting.event.class_likelihood;
+  if (!sighting.landmark || likelihood.empty()) return;
+  std::vector<double>& sum = class_evidence_[*sighting.landmark];
+  sum.resize(likelihood.size(), 0.0);
+  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += sign * std::log(likelihood[c]);
+  touched_.push_back(*sighting.landmark);
+}
+
+/// What the landmarks with news are taken for now, given their sightings (eq. 19).
+void RunRecorder::believe() {
+  std::sort(touched_.begin(), touched_.end());
+  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+  for (const std::int64_t id : touched_) {
+    const std::vector<double>& evidence = class_evidence_[id];
+    if (evidence.size() != class_prior_.size() || seen_[id].empty()) continue;
+    const double top = *std::max_element(evidence.begin(), evidence.end());
+    std::vector<double> p = class_prior_;
+    double sum = 0;
+    for (std::size_t c = 0; c < p.size(); ++c) sum += p[c] *= std::exp(evidence[c] - top);
+    for (double& share : p) share /= sum;
+    believe(id, p);
+  }
+  touched_.clear();
+}
+
+void RunRecorder::believe(std::int64_t landmark, const std::vector<double>& probabilities) {
+  if (probabilities.empty()) return;
+  record_.beliefs.push_back({keyframe_, landmark, probabilities});
+  tell({{"event", "belief"},
+        {"keyframe", keyframe_},
+        {"landmark", landmark},
+        {"probabilities", probabilities}});
+}
+
+void RunRecorder::finish(Mapper& mapper, const MapResult& result, double objective) {
+  tell({{"event", "conclusion"}});
+  for (const MapChange& change : mapper.take_events()) take(change);
+  touched_.clear();
+  tell_classes(result.class_names);
+  for (const LandmarkEstimate& l : result.landmarks) believe(l.id, l.class_probabilities);
+  look_back(mapper);
+  if (snapshots_ && !result.trajectory.empty()) snap(mapper, keyframe_);
+  tell({{"event", "end"},
+        {"keyframes", result.trajectory.size()},
+        {"landmarks", result.landmarks.size()},
+        {"objective", objective}});
+}
+
+/// The residuals of all sightings at the last estimate.
+void RunRecorder::look_back(const Mapper& mapper) {
+  const Values& values = mapper.backend().values();
+  for (std::size_t i = 0; i < record_.sightings.size(); ++i) {
+    RunRecord::Sighting& s = record_.sightings[i];
+    const Landmark* landmark = s.landmark ? mapper.landmarks().find(*s.landmark) : nullptr;
+    const DetectionFrame& sensor = *s.event.sensor;
+    if (landmark != nullptr && sensor.has_range) {
+      const bool moves = sensor.calibrated && values.contains(*sensor.calibrated);
+      const Eigen::Isometry3d T_robot_sensor =
+          moves ? isometry_at(values, *sensor.calibrated) : sensor.T_robot_sensor;
+      const Eigen::Isometry3d T_map_robot = isometry_at(values, s.event.pose);
+      const Detection& d = s.event.detection;
+      const Eigen::Vector3d z(d.range, d.yaw, d.pitch);
+      s.residual = mapper.is_3d() ? residual_of(to_se3(T_map_robot), to_se3(T_robot_sensor),
+                                                landmark->position, z, values)
+                                  : residual_of(to_se2(T_map_robot), to_se2(T_robot_sensor),
+                                                landmark->position, z.head(2), values);
+      const Eigen::Index n = s.residual.size();
+      s.chi_square = gaussian_score(s.residual, d.covariance.topLeftCorner(n, n)).chi_square;
+    }
+    if (line_) tell(residual_line(i, s));
+  }
+}
+
+/// Keeps the present estimate; where there are too many snapshots, those at every other place stay.
+void RunRecorder::snap(const Mapper& mapper, int keyframe) {
+  std::vector<RunRecord::Snapshot>& all = record_.snapshots;
+  if (!all.empty() && all.back().keyframe == keyframe) all.pop_back();
+  if (all.size() >= kMostSnapshots) {
+    every_ *= 2;
+    const auto odd = [&](const auto& s) { return s.keyframe % every_ != 0; };
+    all.erase(std::remove_if(all.begin(), all.end(), odd), all.end());
+    if (keyframe % every_ != 0) return;
+  }
+  const Values& values = mapper.backend().values();
+  RunRecord::Snapshot snapshot;
+  snapshot.keyframe = keyframe;
+  snapshot.every = 1 + keyframe / kMostPoses;
+  for (int i = 0; i < keyframe; i += snapshot.every) {
+    snapshot.path.push_back(isometry_at(values, pose_key(i)).translation());
+  }
+  snapshot.path.push_back(isometry_at(values, pose_key(keyframe)).translation());
+  for (const auto& [id, landmark] : mapper.landmarks()) {
+    snapshot.landmarks.emplace_back(id, point_at(values, landmark.position));
+  }
+  all.push_back(std::move(snapshot));
+}
+
+}  // namespace hybrid

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/views.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libhybrid/geometry/isometry.h"
+#include "tests/libhybrid/landmarks/track_graph.h"
+
+namespace hybrid {
+namespace {
+
+/// A sensor that sees all around to 10 m looked `times` times from the origin.
+struct Looked {
+  testing::TrackGraph world;
+  Views views;
+
+  explicit Looked(int times) {
+    for (int i = 0; i < times; ++i) look({0, 0});
+    look({1000, 0});  // the newest one, which is not in the map yet, counts for nothing
+    world.values.erase(Key('x', static_cast<std::uint64_t>(times)));
+  }
+
+  void look(const Eigen::Vector2d& from) {
+    const Key pose('x', views.size());
+    world.values.insert(pose, SE2(from.x(), from.y(), 0));
+    DetectionFrame frame;
+    frame.is_3d = false;
+    frame.max_range = 10;
+    frame.fov_yaw = 2 * M_PI;
+    SensorCoverage coverage;
+    coverage.learn(frame);
+    const std::vector<DetectionFrame> frames = {frame};
+    const Eigen::Isometry3d T = to_isometry(SE2(from.x(), from.y(), 0));
+    views.add({pose, T, frames}, Eigen::Isometry3d::Identity(), coverage, world.map());
+  }
+
+  double undetected(const Eigen::Vector2d& at, double sigma, double detected = 0.5) {
+    return views.undetected(at, sigma * sigma * Eigen::Matrix2d::Identity(), detected, world.map());
+  }
+};
+
+TEST(Views, WhereNobodyLookedAllIsUndetected) {
+  EXPECT_NEAR(Looked(8).undetected({50, 0}, 0.1), 1.0, 1e-12);
+  EXPECT_NEAR(Looked(0).undetected({2, 0}, 0.1), 1.0, 1e-12);
+}
+
+TEST(Views, TheFirstLookLeavesWhatADetectionMissesAndEveryOtherLookLess) {
+  EXPECT_NEAR(Looked(1).undetected({2, 0}, 0.01, 0.7), 0.3, 1e-12);
+  // A landmark that was missed once is likely to be one that is missed: more than 0.3^2 is left.
+  const double second = Looked(2).undetected({2, 0}, 0.01, 0.7);
+  EXPECT_GT(second, 0.09);
+  EXPECT_LT(second, 0.3);
+  EXPECT_LT(Looked(15).undetected({2, 0}, 0.01, 0.7), 0.01);
+}
+
+TEST(Views, WhereItIsNotKnownWhetherAPlaceWasLookedAtTheMeanCounts) {
+  const double known = Looked(15).undetected({7, 0}, 0.1);
+  const double unsure = Looked(15).undetected({7, 0}, 3.0);
+  EXPECT_LT(known, 0.01);
+  EXPECT_GT(unsure, 0.1);  // one node in six of the axis to the border lies beyond it
+  EXPECT_LT(unsure, 1.0);
+}
+
+TEST(Views, LooksThatLeftTheMapDoNotCount) {
+  Looked looked(8);
+  for (std::uint64_t i = 0; i < 8; ++i) looked.world.values.erase(Key('x', i));
+  EXPECT_NEAR(looked.undetected({2, 0}, 0.1), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace hybrid

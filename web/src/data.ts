@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The data of a page, as mrpt_plugins/report writes them.
+
+export type Id = number;
+type Num = number | null;
+
+export interface Coordinates { x: number[]; y: number[]; z?: number[] }
+/** null: a gap. */
+export interface Path { x: Num[]; y: Num[]; z?: Num[] }
+export interface Poses extends Coordinates { t: number[]; yaw: number[] }
+
+export interface Landmark {
+  id: Id;
+  at: number[];
+  covariance: Num[];  // xx, xy, yy, then xz, yz, zz
+  class: number | null;
+  p: number[];
+  sightings: number;
+}
+
+/** [landmark, NIS, log odds (null: not admitted), log odds of the class]. */
+export type Candidate = [Id, Num, Num, Num];
+
+/** Columns: what detection s was is at place s of each. */
+export interface Sightings {
+  k: number[];
+  sensor: number[];
+  sensors: string[];
+  names: string[][];  // of the classes of each sensor, for the scores
+  range: number[];
+  yaw: number[];
+  first: (Id | null)[];
+  now: (Id | null)[];
+  nis: Num[];
+  chi: Num[];
+  dr: Num[];
+  dyaw: Num[];
+  id: (Id | null)[];
+  true: (Id | null)[];
+  moving: number[];
+  scores: number[][];
+  candidates: Candidate[][];
+}
+
+export interface Association {
+  k: number;
+  sightings: number[];
+  open: boolean;
+  hypotheses: [(Id | null)[], Num][];
+}
+
+export interface Merge {
+  k: number;
+  pairs: [Id, Id][];
+  loop: boolean;
+  undone: boolean;
+  evidence: Num;
+  chi_square: Num;
+  allowed_rise: Num;
+}
+
+export type FlipEntry = [string, number, number, number];
+
+export interface Changes {
+  k: number[];
+  objectives: number[][];
+  flips: FlipEntry[][];
+  refusals: [number, string][];
+}
+
+export interface RawSnapshot {
+  k: number;
+  every: number;
+  path: number[][];
+  ids: number[];
+  landmarks: number[][];
+}
+
+export interface MapData {
+  kind: 'map';
+  title: string;
+  dimension: number;
+  classes: string[];
+  poses: Poses;
+  reckoned: Poses;
+  landmarks: Landmark[];
+  truth: { path: Path; landmarks: { id: Id; at: number[]; class: number | null }[] };
+  steps: Record<string, number[]>;
+  errors: { t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] };
+  modes: { names: string[]; of: number[] };
+  summary: any;
+  sightings: Sightings;
+  associations: Association[];
+  decisions: [number, number, Id | null, number][];
+  merges: Merge[];
+  changes: Changes;
+  beliefs: { k: number[]; id: Id[]; p: number[][] };
+  lives: [number, Id, number][];
+  snapshots: { origin: number[]; unit: number; list: RawSnapshot[] };
+}
+
+export interface GraphData {
+  kind: 'graph';
+  title: string;
+  dimension: number;
+  ids: number[];
+  before: Coordinates;
+  after: Coordinates;
+  truth: Coordinates;
+  edges: { i: number[]; j: number[] };  // of trusted measurements
+  closures: {
+    i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[];
+    redundancy: Num[]; margin: Num[]; checkable: number[]; history: [number, string][][];
+  };
+  objectives: number[];
+  steps: Record<string, number[]>;
+  landmarks: Coordinates;
+  summary: any;
+}
+
+export interface TrialsData {
+  kind: 'trials';
+  title: string;
+  columns: string[];
+  rows: (string | number | null)[][];
+  summary: any;
+}
+
+export type Data = MapData | GraphData | TrialsData;
+
+/** Unpacks what stands in the page. */
+export async function load(): Promise<Data> {
+  const text = document.getElementById('data')!.textContent!.trim();
+  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return JSON.parse(await new Response(stream).text());
+}
+
+/** The estimate after a keyframe. */
+export interface Snapshot {
+  k: number;
+  path: Float64Array[];  // by axis
+  places: Map<Id, number[]>;
+}
+
+/** Undoes the steps that a column is stored as. */
+function sums(steps: number[], origin: number, unit: number): Float64Array {
+  const out = new Float64Array(steps.length);
+  let sum = 0;
+  for (let i = 0; i < steps.length; ++i) {
+    sum += steps[i];
+    out[i] = origin + unit * sum;
+  }
+  return out;
+}
+
+export function snapshotOf(data: MapData, index: number): Snapshot {
+  const { origin, unit, list } = data.snapshots;
+  const raw = list[index];
+  const path = raw.path.map((axis, d) => sums(axis, origin[d], unit));
+  const places = new Map<Id, number[]>();
+  const columns = raw.landmarks.map((axis, d) => sums(axis, origin[d], unit));
+  sums(raw.ids, 0, 1).forEach((id, i) => places.set(id, columns.map(c => c[i])));
+  return { k: raw.k, path, places };
+}
+
+/** Lists of numbers by an id. */
+export function groupBy<K>(keys: ArrayLike<K | null>): Map<K, number[]> {
+  const out = new Map<K, number[]>();
+  for (let i = 0; i < keys.length; ++i) {
+    const key = keys[i];
+    if (key === null) continue;
+    const list = out.get(key);
+    if (list) list.push(i); else out.set(key, [i]);
+  }
+  return out;
+}

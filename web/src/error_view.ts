@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+import { MapData } from './data';
+import { el, facts, percent, show } from './dom';
+import { Plot } from './plots';
+import { State } from './state';
+
+/** Errors against the truth. */
+export class ErrorView {
+  readonly root = el('div', { class: 'pane' });
+  private plots: Plot[] = [];
+
+  constructor(private data: MapData, private state: State) {
+    const { t, estimate, aligned, reckoned } = data.errors, truth = data.summary.truth;
+    if (!truth) {
+      this.root.append(el('p', { class: 'hint' }, 'No truth is known for this log.'));
+      return;
+    }
+    const rows: [string, string][] = [];
+    const path = truth.trajectory;
+    if (path) {
+      rows.push(['path, rmse', `${show(path.rmse_m)} m (${show(path.aligned?.rmse_m)} m aligned)`]);
+      rows.push(['path, greatest', `${show(path.max_m)} m (${show(path.aligned?.max_m)} m aligned)`]);
+    }
+    if (truth.dead_reckoning) rows.push(['odometry alone, rmse', `${show(truth.dead_reckoning.rmse_m)} m`]);
+    if (truth.landmarks) {
+      rows.push(['landmarks', `${truth.landmarks.matched} right, ${truth.landmarks.spurious} spurious, ${truth.landmarks.missed} missed`]);
+      rows.push(['landmarks, mean error', `${show(truth.landmarks.mean_m)} m`]);
+    }
+    if (truth.class_accuracy !== undefined) rows.push(['classes right', percent(truth.class_accuracy)]);
+    if (truth.association_accuracy !== undefined) rows.push(['associations right', percent(truth.association_accuracy)]);
+    if (truth.nees_pose !== undefined) rows.push(['NEES of poses (1 is honest)', show(truth.nees_pose)]);
+    if (truth.nees_landmark !== undefined) rows.push(['NEES of landmarks (1 is honest)', show(truth.nees_landmark)]);
+    this.root.append(facts(rows));
+    if (!t.length) return;
+    const times = data.poses.t;
+    const nearest = (time: number) => {
+      let best = 0;
+      for (let i = 1; i < times.length; ++i) if (Math.abs(times[i] - time) < Math.abs(times[best] - time)) best = i;
+      return best;
+    };
+    for (const log of [false, true]) {
+      const plot = new Plot(log ? 'The same, logarithmic' : 'Error of position [m] over time [s]', 'time', t, [
+        { label: 'estimate', values: estimate, color: 'estimate' },
+        { label: 'estimate, aligned', values: aligned, color: 'truth', dash: [6, 3] },
+        { label: 'odometry alone', values: reckoned, color: 'odometry', dash: [2, 3] }],
+          { log, height: 200, press: time => this.state.set({ keyframe: nearest(time) }) });
+      this.plots.push(plot);
+      this.root.append(plot.root);
+    }
+    state.listen((view, changed) => {
+      if (changed.has('keyframe')) for (const plot of this.plots) plot.mark(this.data.poses.t[view.keyframe]);
+    });
+  }
+  restyle() { for (const plot of this.plots) plot.restyle(); }
+}

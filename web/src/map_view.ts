@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+import { quadtree, Quadtree } from 'd3-quadtree';
+import { boxOf, CanvasMap } from './canvas_map';
+import { Id, MapData, Snapshot } from './data';
+import { el, show } from './dom';
+import { History, mostProbable } from './history';
+import { classColor, classShape, themed, trace } from './palette';
+import { State } from './state';
+
+interface Mark { id: Id; x: number; y: number }
+
+const kLayers = ['estimate', 'odometry', 'truth', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
+type Layer = typeof kLayers[number];
+
+/** The map at a keyframe: path, landmarks with class and probability, sight rays. */
+export class MapView {
+  readonly map = new CanvasMap('Map: path of the robot and landmarks. Arrow keys step, plus and minus zoom.');
+  readonly root: HTMLElement;
+  private layers = new Map<Layer, boolean>();
+  private sigmas = 3;
+  private tree: Quadtree<Mark> = quadtree<Mark>();
+  private marks: Mark[] = [];
+  private snapshot: Snapshot | null = null;
+  private tip = el('div', { class: 'tip', hidden: true });
+  private hovered: Id | null = null;
+
+  constructor(private data: MapData, private history: History, private state: State) {
+    for (const layer of kLayers) this.layers.set(layer, layer !== 'ids');
+    this.map.draw = () => this.draw();
+    this.map.press = (x, y) => {
+      const found = this.at(x, y);
+      if (found) this.state.set({ landmark: found.id, sighting: null });
+      else this.pressPath(x, y);
+    };
+    this.map.hover = (x, y) => this.hover(x, y);
+    this.map.root.append(this.tip, this.legend());
+    this.root = el('div', { class: 'map-room' }, this.controls(), this.map.root);
+    this.map.setBox(this.box());
+    state.listen((view, changed) => {
+      if (changed.has('keyframe')) this.update();
+      if (changed.has('landmark') && view.landmark !== null) this.reveal(view.landmark);
+      this.map.redraw();
+    });
+    this.update();
+  }
+
+  private box(): number[] {
+    const { poses, landmarks, truth } = this.data;
+    const at = { x: landmarks.map(l => l.at[0]), y: landmarks.map(l => l.at[1]) };
+    return boxOf(poses, at, truth.path);
+  }
+
+  private controls(): HTMLElement {
+    const bar = el('div', { class: 'bar', role: 'group', 'aria-label': 'Layers of the map' });
+    for (const layer of kLayers) {
+      if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
+      const box = el('input', { type: 'checkbox', change: () => {
+        this.layers.set(layer, box.checked);
+        this.map.redraw();
+      } });
+      box.checked = this.layers.get(layer)!;
+      bar.append(el('label', {}, box, layer));
+    }
+    const slider = el('input', { type: 'range', min: 0, max: 4, step: 0.01, value: Math.log10(3),
+      'aria-label': 'Size of the ellipses', title: 'size of the ellipses' });
+    const text = el('span', { class: 'quiet' }, '3 σ');
+    slider.addEventListener('input', () => {
+      const wanted = 10 ** Number(slider.value);
+      this.sigmas = Math.abs(wanted - 3) < 0.15 ? 3 : wanted;
+      text.textContent = `${show(Number(this.sigmas.toPrecision(2)))} σ`;
+      this.map.redraw();
+    });
+    bar.append(el('label', { class: 'slider' }, slider, text));
+    const button = (text: string, title: string, press: () => void) =>
+        el('button', { type: 'button', class: 'small', title, 'aria-label': title, click: press }, text);
+    bar.append(el('span', { class: 'zoom' },
+        button('−', 'zoom out (-)', () => this.map.zoomBy(1 / 1.5)),
+        button('+', 'zoom in (+)', () => this.map.zoomBy(1.5)),
+        button('Fit', 'show all (f)', () => this.map.fit())));
+    return bar;
+  }
+
+  private legend(): HTMLElement {
+    const box = el('details', { class: 'legend' }, el('summary', {}, 'Legend'));
+    box.toggleAttribute('open', window.innerWidth > 700);
+    const entry = (mark: HTMLElement, text: string) => el('div', {}, mark, text);
+    const line = (name: string, dashed = false) =>
+        el('i', { class: `line${dashed ? ' dashed' : ''}`, style: `color: var(--${name})` });
+    box.append(entry(line('estimate'), 'estimate'), entry(line('odometry', true), 'odometry alone'));
+    if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
+    const counts = new Map<number, number>();
+    for (const l of this.data.landmarks) {
+      if (l.class !== null) counts.set(l.class, (counts.get(l.class) ?? 0) + 1);
+    }
+    for (const [index, count] of [...counts].sort((a, b) => a[0] - b[0])) {
+      const mark = el('canvas', { width: 32, height: 32, 'data-class': index });
+      this.legendMarks.push([mark, index]);
+      box.append(entry(mark as unknown as HTMLElement, `${this.data.classes[index]} (${count})`));
+    }
+    if (counts.size) box.append(el('div', { class: 'quiet' }, 'pale: class unsure'));
+    if (this.data.lives.some(l => !l[2])) box.append(el('div', { class: 'quiet' }, 'hollow: not in the final map'));
+    this.drawMarks();
+    return box;
+  }
+  private legendMarks: [HTMLCanvasElement, number][] = [];
+  private drawMarks() {
+    for (const [canvas, index] of this.legendMarks) {
+      const c = canvas.getContext('2d')!;
+      c.clearRect(0, 0, 32, 32);
+      c.fillStyle = classColor(index);
+      c.beginPath();
+      trace(c, classShape(index), 16, 16, 10);
+      c.fill();
+    }
+  }
+  restyle() {
+    this.drawMarks();
+    this.map.redraw();
+  }
+
+  private update() {
+    this.snapshot = this.history.snapshot(this.state.view.keyframe);
+    const marks: Mark[] = [];
+    if (this.snapshot) {
+      for (const [id, at] of this.snapshot.places) marks.push({ id, x: at[0], y: at[1] });
+    } else {
+      for (const l of this.data.landmarks) marks.push({ id: l.id, x: l.at[0], y: l.at[1] });
+    }
+    this.marks = marks;
+    this.tree = quadtree<Mark>(marks, m => m.x, m => m.y);
+    this.map.redraw();
+  }
+
+  /** Where a landmark is on the screen. */
+  screen(id: Id): [number, number] | null {
+    const mark = this.marks.find(m => m.id === id);
+    return mark ? [this.map.px(mark.x), this.map.py(mark.y)] : null;
+  }
+  private at(x: number, y: number): Mark | undefined {
+    const [wx, wy] = this.map.toWorld(x, y);
+    return this.tree.find(wx, wy, 14 / this.map.scale);
+  }
+  private pressPath(x: number, y: number) {
+    const [wx, wy] = this.map.toWorld(x, y);
+    const { poses } = this.data;
+    let best = -1, least = (14 / this.map.scale) ** 2;
+    for (let i = 0; i < poses.x.length; ++i) {
+      const d = (poses.x[i] - wx) ** 2 + (poses.y[i] - wy) ** 2;
+      if (d < least) { least = d; best = i; }
+    }
+    if (best >= 0) this.state.set({ keyframe: best });
+  }
+  private hover(x: number, y: number) {
+    const found = this.at(x, y);
+    this.map.canvas.style.cursor = found ? 'pointer' : 'grab';
+    if ((found?.id ?? null) !== this.hovered) {
+      this.hovered = found?.id ?? null;
+      this.map.redraw();
+    }
+    this.tip.hidden = !found;
+    if (!found) return;
+    const p = this.history.belief(found.id, this.state.view.keyframe);
+    const best = p && mostProbable(p);
+    this.tip.textContent = `landmark ${found.id}` +
+        (p && best !== null ? `: ${this.data.classes[best]} ${(100 * p[best]).toFixed(0)} %` : '');
+    this.tip.style.left = `${Math.min(x + 12, this.map.width - 170)}px`;
+    this.tip.style.top = `${y + 12}px`;
+  }
+  private reveal(id: Id) {
+    const at = this.screen(id);
+    const place = this.marks.find(m => m.id === id);
+    if (place && at && !this.map.inside(at[0], at[1], -30)) this.map.center(place.x, place.y);
+  }
+
+  private draw() {
+    const c = this.map.context, k = this.state.view.keyframe;
+    const on = (layer: Layer) => this.layers.get(layer);
+    c.lineJoin = 'round';
+    if (on('truth')) {
+      c.strokeStyle = themed('truth');
+      c.lineWidth = 1.5;
+      c.setLineDash([6, 4]);
+      this.map.line(this.data.truth.path.x, this.data.truth.path.y);
+      this.drawTrueLandmarks();
+    }
+    if (on('odometry')) {
+      c.strokeStyle = themed('odometry');
+      c.lineWidth = 1.2;
+      c.setLineDash([2, 3]);
+      this.map.line(this.data.reckoned.x, this.data.reckoned.y, 0, k + 1);
+    }
+    c.setLineDash([]);
+    if (on('estimate')) this.drawPath(k);
+    if (on('sight rays')) this.drawRays(k);
+    if (on('ellipses')) this.drawEllipses();
+    if (on('landmarks')) this.drawLandmarks(k);
+    this.drawRobot(k);
+    if (on('ids')) this.drawIds();
+  }
+  private drawTrueLandmarks() {
+    const c = this.map.context;
+    c.setLineDash([]);
+    c.strokeStyle = themed('truth');
+    c.lineWidth = 1.2;
+    c.beginPath();
+    for (const l of this.data.truth.landmarks) {
+      const x = this.map.px(l.at[0]), y = this.map.py(l.at[1]);
+      c.moveTo(x - 4, y - 4);
+      c.lineTo(x + 4, y + 4);
+      c.moveTo(x - 4, y + 4);
+      c.lineTo(x + 4, y - 4);
+    }
+    c.stroke();
+  }
+  private drawPath(k: number) {
+    const c = this.map.context;
+    c.strokeStyle = themed('estimate');
+    c.lineWidth = 2;
+    if (!this.snapshot) {
+      this.map.line(this.data.poses.x, this.data.poses.y);
+      return;
+    }
+    const [x, y] = this.snapshot.path, every = this.history.every(k);
+    this.map.line(x, y, 0, Math.min(x.length, Math.ceil(k / every) + 1));
+  }
+  /** Where the robot was at keyframe k, by the estimate that is shown. */
+  private robot(k: number): [number, number] {
+    if (!this.snapshot) return [this.data.poses.x[k], this.data.poses.y[k]];
+    const [x, y] = this.snapshot.path, every = this.history.every(k);
+    const at = k === this.snapshot.k ? x.length - 1 : Math.min(x.length - 1, Math.round(k / every));
+    return [x[at], y[at]];
+  }
+  private place(id: Id): number[] | undefined {
+    return this.snapshot ? this.snapshot.places.get(id) : this.history.position(id);
+  }
+  private drawRays(k: number) {
+    const c = this.map.context, s = this.data.sightings;
+    const ray = (i: number, from: [number, number], id: Id | null, strong: boolean) => {
+      const to = id === null ? undefined : this.place(id);
+      if (!to) return;
+      c.strokeStyle = this.history.wrong(i) ? themed('wrong') : themed('ray');
+      c.lineWidth = strong ? 2.5 : 1;
+      c.setLineDash(strong ? [] : [3, 2]);
+      c.beginPath();
+      c.moveTo(this.map.px(from[0]), this.map.py(from[1]));
+      c.lineTo(this.map.px(to[0]), this.map.py(to[1]));
+      c.stroke();
+    };
+    const from = this.robot(k);
+    for (const i of this.history.sightingsAt.get(k) ?? []) {
+      ray(i, from, s.now[i] ?? s.first[i], this.state.view.sighting === i);
+    }
+    const selected = this.state.view.landmark;
+    if (selected !== null && k >= this.history.last) {
+      c.globalAlpha = 0.35;
+      for (const i of this.history.sightingsOf.get(selected) ?? []) ray(i, this.robot(s.k[i]), selected, false);
+      c.globalAlpha = 1;
+    }
+    c.setLineDash([]);
+  }
+  private drawEllipses() {
+    const c = this.map.context;
+    c.lineWidth = 1;
+    c.strokeStyle = themed('ellipse');
+    for (const l of this.data.landmarks) {
+      const at = this.place(l.id), [xx, xy, yy] = l.covariance;
+      if (!at || xx === null || xy === null || yy === null || xx + yy <= 0) continue;
+      const x = this.map.px(at[0]), y = this.map.py(at[1]);
+      if (!this.map.inside(x, y, 100)) continue;
+      const mean = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy);
+      const factor = this.sigmas * this.map.scale;
+      const a = factor * Math.sqrt(Math.max(mean + spread, 0)), b = factor * Math.sqrt(Math.max(mean - spread, 0));
+      if (a < 1.5) continue;
+      c.beginPath();
+      c.ellipse(x, y, a, b, -0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
+      c.stroke();
+    }
+  }
+  /** Those that look the same together: many small paths are slow. */
+  private drawLandmarks(k: number) {
+    const c = this.map.context, size = Math.max(3, Math.min(7, 2 + 0.6 * Math.sqrt(this.map.scale)));
+    const groups = new Map<string, { best: number | null; alpha: number; gone: boolean; at: [number, number][] }>();
+    const rings: [number, number][] = [];
+    for (const { id, x, y } of this.marks) {
+      const at: [number, number] = [this.map.px(x), this.map.py(y)];
+      if (!this.map.inside(at[0], at[1])) continue;
+      const p = this.history.belief(id, k), best = p ? mostProbable(p) : null;
+      const gone = !this.history.landmarks.has(id);
+      const alpha = p && best !== null ? Math.max(0.1, Math.round(20 * p[best]) / 20) : 0.9;
+      const key = `${best} ${alpha} ${gone}`, group = groups.get(key);
+      if (group) group.at.push(at); else groups.set(key, { best, alpha, gone, at: [at] });
+      if (id === this.state.view.landmark || id === this.hovered) rings.push(at);
+    }
+    c.lineWidth = 1.2;
+    for (const { best, alpha, gone, at } of groups.values()) {
+      c.fillStyle = c.strokeStyle = gone ? themed('quiet') : classColor(best);
+      c.beginPath();
+      for (const [x, y] of at) trace(c, classShape(best), x, y, size);
+      c.globalAlpha = alpha;
+      if (!gone) c.fill();
+      c.globalAlpha = 1;
+      if (gone || alpha < 0.9) c.stroke();
+    }
+    c.strokeStyle = themed('select');
+    c.lineWidth = 2.5;
+    for (const [x, y] of rings) {
+      c.beginPath();
+      c.arc(x, y, size + 5, 0, 2 * Math.PI);
+      c.stroke();
+    }
+  }
+  private drawRobot(k: number) {
+    const c = this.map.context, [x, y] = this.robot(k), yaw = this.data.poses.yaw[k];
+    const px = this.map.px(x), py = this.map.py(y), r = 8;
+    c.fillStyle = themed('estimate');
+    c.strokeStyle = themed('panel');
+    c.lineWidth = 1.5;
+    c.beginPath();
+    for (const [i, angle] of [0, 2.5, Math.PI, -2.5].entries()) {
+      const reach = i === 0 ? 1.4 * r : i === 2 ? 0.3 * r : r;
+      const at: [number, number] = [px + reach * Math.cos(yaw + angle), py - reach * Math.sin(yaw + angle)];
+      if (i) c.lineTo(...at); else c.moveTo(...at);
+    }
+    c.closePath();
+    c.fill();
+    c.stroke();
+  }
+  /** Labels where they do not overlap. */
+  private drawIds() {
+    const c = this.map.context, taken: [number, number][] = [];
+    c.font = '11px system-ui, sans-serif';
+    c.textAlign = 'left';
+    c.textBaseline = 'middle';
+    c.fillStyle = themed('text');
+    for (const { id, x, y } of this.marks) {
+      const px = this.map.px(x) + 8, py = this.map.py(y) - 8;
+      if (!this.map.inside(px, py) || taken.some(([a, b]) => Math.abs(a - px) < 30 && Math.abs(b - py) < 12)) continue;
+      taken.push([px, py]);
+      c.fillText(String(id), px, py);
+    }
+  }
+}

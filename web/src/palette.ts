@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+/** Colours of Okabe and Ito, which those who see few colours can tell; shapes tell them again. */
+const kLight = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#8a8a00', '#555555'];
+const kDark = ['#56b4e9', '#ff8a3d', '#2fd6a4', '#e7a3cb', '#f0c24b', '#8fd0ff', '#e6e04a', '#bbbbbb'];
+
+export type Shape = 'circle' | 'square' | 'triangle' | 'diamond' | 'cross' | 'star' | 'wedge' | 'bar';
+const kShapes: Shape[] = ['circle', 'square', 'triangle', 'diamond', 'cross', 'star', 'wedge', 'bar'];
+
+export const isDark = () => document.documentElement.dataset.theme === 'dark';
+
+export function classColor(index: number | null): string {
+  const colors = isDark() ? kDark : kLight;
+  return index === null ? (isDark() ? '#c9d1d9' : '#3b4650') : colors[index % colors.length];
+}
+
+export function classShape(index: number | null): Shape {
+  return index === null ? 'circle' : kShapes[index % kShapes.length];
+}
+
+/** A colour of the style sheet. */
+export function themed(name: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+/** Adds a mark of radius r about a point to the path. */
+export function trace(c: CanvasRenderingContext2D, shape: Shape, x: number, y: number, r: number) {
+  const polygon = (...points: [number, number][]) => {
+    points.forEach(([dx, dy], i) => i ? c.lineTo(x + r * dx, y + r * dy) : c.moveTo(x + r * dx, y + r * dy));
+    c.closePath();
+  };
+  switch (shape) {
+    case 'circle': c.moveTo(x + r, y); c.arc(x, y, r, 0, 2 * Math.PI); break;
+    case 'square': c.rect(x - 0.88 * r, y - 0.88 * r, 1.76 * r, 1.76 * r); break;
+    case 'triangle': polygon([0, -1.15], [1, 0.75], [-1, 0.75]); break;
+    case 'wedge': polygon([0, 1.15], [1, -0.75], [-1, -0.75]); break;
+    case 'diamond': polygon([0, -1.2], [1.1, 0], [0, 1.2], [-1.1, 0]); break;
+    case 'bar': c.rect(x - r, y - 0.5 * r, 2 * r, r); break;
+    case 'cross': {
+      const a = 0.4, b = 1.1;
+      polygon([-a, -b], [a, -b], [a, -a], [b, -a], [b, a], [a, a], [a, b], [-a, b], [-a, a], [-b, a], [-b, -a], [-a, -a]);
+      break;
+    }
+    case 'star': {
+      const points: [number, number][] = [];
+      for (let i = 0; i < 10; ++i) {
+        const radius = i % 2 ? 0.5 : 1.25, angle = -Math.PI / 2 + (i * Math.PI) / 5;
+        points.push([radius * Math.cos(angle), radius * Math.sin(angle)]);
+      }
+      polygon(...points);
+    }
+  }
+}

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// Opens reports in a browser as a user would: node test/page_test.mjs BIN SCRATCH
+// BIN has the programs, SCRATCH is an empty folder.
+
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync, statSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { withPage } from './browser.mjs';
+
+const [bin, scratch] = process.argv.slice(2);
+const source = join(dirname(fileURLToPath(import.meta.url)), '../..');
+const run = (program, ...args) => execFileSync(join(bin, program), args, { stdio: ['ignore', 'ignore', 'pipe'] });
+const json = path => JSON.parse(readFileSync(path, 'utf8'));
+
+let failed = 0;
+async function test(name, body) {
+  try {
+    await body();
+    console.log(`ok      ${name}`);
+  } catch (error) {
+    ++failed;
+    console.log(`FAILED  ${name}\n${error.stack}`);
+  }
+}
+const desktop = { viewport: { width: 1400, height: 900 } };
+const phone = { viewport: { width: 390, height: 844 }, hasTouch: true };
+const clean = faults => assert.deepEqual(faults, []);
+
+const classed = join(scratch, 'classed'), unknown = join(scratch, 'unknown'), space = join(scratch, 'space');
+run('hybrid-replay', '-c', join(source, 'config/classed_demo.ini'), '-o', classed, '--no-pictures', '--report');
+const ini = join(scratch, 'unknown.ini');
+writeFileSync(ini, `[log]\nrawlog = ${source}/rawlogs/classed_demo.rawlog\n[sensor]\nids = none\n[plugins]\nclasses = BearingRangeAssociation\n`);
+run('hybrid-replay', '-c', ini, '-o', unknown, '--no-pictures', '--report');
+run('hybrid-replay', '-c', join(source, 'config/classed_demo_3d.ini'), '-o', space, '--no-pictures', '--report');
+const page = folder => join(folder, 'report.html');
+
+await test('the page without data holds at most 300 kB', () => {
+  assert.ok(statSync(join(source, 'web/report_template.html')).size <= 300e3);
+});
+
+await test('opens without a request and without a word on the console, and shows its title', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    assert.match(await p.textContent('h1'), /classed/);
+    for (const tab of ['Why', 'Closures', 'Solver', 'Errors', 'About', 'Landmark']) {
+      await p.click(`.tabs button:has-text("${tab}")`);
+      await p.waitForTimeout(80);
+    }
+    clean(faults);
+  }));
+
+await test('a landmark that is pressed shows the probabilities of landmarks.json', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const landmark = json(join(classed, 'landmarks.json')).landmarks.find(l => l.id === 14);
+    const at = await p.evaluate(() => window.report.view.screen(14));
+    await p.click('.map canvas', { position: { x: at[0], y: at[1] } });
+    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 14');
+    const shown = await p.$$eval('#pane-0 .bars > div', rows => rows.map(r => [r.children[0].textContent, Number(r.children[2].dataset.p)]));
+    assert.equal(shown.length, Object.keys(landmark.class_probabilities).length);
+    for (const [name, value] of shown) assert.ok(Math.abs(value - landmark.class_probabilities[name]) <= 5e-7, name);
+    const facts = await p.textContent('#pane-0 .facts');
+    assert.ok(facts.includes(String(landmark.sightings)));
+    assert.ok(facts.includes(String(Number(landmark.position[0].toPrecision(4)))));
+    clean(faults);
+  }));
+
+await test('drag moves the map, the wheel zooms about the mouse, a double click shows all', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const where = () => p.evaluate(() => [...window.report.view.screen(3), window.report.view.map.scale]);
+    const box = await (await p.$('.map canvas')).boundingBox();
+    const middle = [box.x + box.width / 2, box.y + box.height / 2];
+    const start = await where();
+    await p.mouse.move(...middle);
+    await p.mouse.down();
+    await p.mouse.move(middle[0] + 70, middle[1] - 40, { steps: 4 });
+    await p.mouse.up();
+    const dragged = await where();
+    assert.ok(Math.abs(dragged[0] - start[0] - 70) < 1 && Math.abs(dragged[1] - start[1] + 40) < 1);
+    await p.mouse.wheel(0, -400);
+    await p.waitForTimeout(200);
+    assert.ok((await where())[2] > 1.3 * start[2]);
+    await p.dblclick('.map canvas', { position: { x: 5, y: box.height - 60 } });
+    await p.waitForTimeout(100);
+    assert.ok(Math.abs((await where())[2] - start[2]) < 1e-6 * start[2]);
+    clean(faults);
+  }));
+
+await test('the slider shows the estimate as it then was', () =>
+  withPage(page(unknown), desktop, async (p, faults) => {
+    const count = () => p.evaluate(() => window.report.view.tree.size());
+    const all = await count();
+    assert.equal(all, json(join(unknown, 'landmarks.json')).landmarks.length);
+    await p.focus('#keyframe');
+    await p.keyboard.press('Home');
+    assert.match(await p.textContent('.now'), /^keyframe 0 of/);
+    assert.ok((await count()) < all);
+    await p.keyboard.press('ArrowRight');
+    assert.match(await p.textContent('.now'), /^keyframe 1 of/);
+    await p.keyboard.press('End');
+    assert.equal(await count(), all);
+    clean(faults);
+  }));
+
+await test('the table answers why a sighting was given to its landmark', () =>
+  withPage(page(unknown), desktop, async (p, faults) => {
+    await p.keyboard.press('2');
+    const lines = readFileSync(join(unknown, 'events.jsonl'), 'utf8').trim().split('\n').map(l => JSON.parse(l));
+    const sightings = lines.filter(l => l.event === 'sighting');
+    assert.ok((await p.textContent('#pane-1 .bar')).includes(sightings.length.toLocaleString('en')));
+    const one = sightings.find(s => s.landmark !== null && s.candidates?.length > 1 && s.candidates[0].landmark === s.landmark);
+    await p.evaluate(n => window.report.state.set({ sighting: n }), one.sighting);
+    const text = await p.textContent('#pane-1 .why');
+    assert.ok(text.startsWith(`Sighting ${one.sighting}`));
+    const rows = await p.$$eval('#pane-1 .small-table tbody tr', all => all.map(r => [...r.children].map(c => c.textContent)));
+    assert.equal(parseInt(rows[0][0]), one.candidates[0].landmark);
+    assert.ok(Math.abs(Number(rows[0][1]) - one.candidates[0].nis) <= 1e-3 * one.candidates[0].nis + 1e-3);
+    await p.selectOption('#pane-1 select', 'new');
+    const births = await p.textContent('#pane-1 .bar .quiet');
+    assert.ok(parseInt(births) > 0 && parseInt(births) < sightings.length);
+    clean(faults);
+  }));
+
+await test('everything can be done with keys alone', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    await p.keyboard.press('/');
+    await p.keyboard.type('3');
+    await p.keyboard.press('Enter');
+    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 3');
+    await p.keyboard.press('Escape');
+    await p.keyboard.press('n');
+    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 4');
+    await p.keyboard.press('Shift+ArrowLeft');
+    const last = json(join(classed, 'summary.json')).keyframes - 1;
+    assert.match(await p.textContent('.now'), new RegExp(`^keyframe ${last - 10} of`));
+    for (const key of ['2', '3', '4', '5', '6']) {
+      await p.keyboard.press(key);
+      assert.equal(await p.getAttribute(`#tab-${Number(key) - 1}`, 'aria-selected'), 'true');
+    }
+    const theme = () => p.evaluate(() => document.documentElement.dataset.theme);
+    const before = await theme();
+    await p.keyboard.press('d');
+    assert.notEqual(await theme(), before);
+    clean(faults);
+  }));
+
+await test('the objective is told half-step by half-step', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const lines = readFileSync(join(classed, 'events.jsonl'), 'utf8').trim().split('\n').map(l => JSON.parse(l));
+    const flipped = lines.find(l => l.event === 'change' && l.flips.length);
+    await p.keyboard.press('4');
+    await p.evaluate(k => window.report.state.set({ keyframe: k }), flipped.keyframe);
+    const text = await p.textContent('#pane-3');
+    assert.match(text, /the objective never rose/);
+    assert.ok(text.includes(flipped.flips[0].variable));
+    clean(faults);
+  }));
+
+await test('a map in space turns', () =>
+  withPage(page(space), desktop, async (p, faults) => {
+    await p.click('#space');
+    await p.waitForTimeout(500);
+    const shot = () => p.locator('.orbit').screenshot();
+    const before = await shot();
+    const box = await (await p.$('.orbit')).boundingBox();
+    await p.mouse.move(box.x + 200, box.y + 200);
+    await p.mouse.down();
+    await p.mouse.move(box.x + 320, box.y + 240, { steps: 5 });
+    await p.mouse.up();
+    await p.waitForTimeout(400);
+    assert.ok(!before.equals(await shot()));
+    clean(faults);
+  }));
+
+await test('a screen of 390 pixels is enough', () =>
+  withPage(page(unknown), phone, async (p, faults) => {
+    for (const tab of ['Landmark', 'Why', 'Closures', 'Solver', 'Errors', 'About']) {
+      await p.click(`.tabs button:has-text("${tab}")`);
+      await p.waitForTimeout(80);
+      assert.ok((await p.evaluate(() => document.documentElement.scrollWidth)) <= 390, tab);
+    }
+    clean(faults);
+  }));
+
+await test('texts and lines stand out from the ground, light and dark', () =>
+  withPage(page(classed), desktop, async p => {
+    for (const theme of ['light', 'dark']) {
+      const colors = await p.evaluate(name => {
+        document.documentElement.dataset.theme = name;
+        const style = getComputedStyle(document.documentElement);
+        const names = ['panel', 'text', 'quiet', 'accent', 'wrong', 'good', 'estimate', 'odometry', 'truth', 'ray', 'select', 'accepted', 'rejected', 'undecided'];
+        return Object.fromEntries(names.map(n => [n, style.getPropertyValue(`--${n}`).trim()]));
+      }, theme);
+      const light = hex => {
+        const c = [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255).map(v => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+      };
+      for (const [name, color] of Object.entries(colors)) {
+        if (name === 'panel') continue;
+        const [a, b] = [light(color), light(colors.panel)].sort((x, y) => y - x);
+        const least = ['text', 'quiet', 'accent', 'wrong', 'good'].includes(name) ? 4.5 : 3;  // WCAG 2.1, level AA
+        assert.ok((a + 0.05) / (b + 0.05) >= least, `${theme}: ${name}`);
+      }
+    }
+  }));
+
+await test('a pose graph: before, after, closures', async () => {
+  const graph = join(scratch, 'graph.g2o'), out = join(scratch, 'graph');
+  writeFileSync(graph, square());
+  run('hybrid-pgo', graph, '--method', 'selection', '-o', out, '--report');
+  await withPage(page(out), desktop, async (p, faults) => {
+    const rows = readFileSync(join(out, 'loops.csv'), 'utf8').trim().split('\n').slice(1);
+    assert.ok((await p.textContent('#pane-0 .bar')).includes(`${rows.length} of ${rows.length}`));
+    const rejected = rows.filter(r => r.includes('rejected')).length;
+    assert.ok(rejected > 0);
+    await p.selectOption('#pane-0 select', 'rejected');
+    assert.ok((await p.textContent('#pane-0 .bar .quiet')).startsWith(`${rejected} of`));
+    await p.click('#pane-0 .row');
+    assert.match(await p.textContent('#pane-0 .why'), /rejected/);
+    await p.keyboard.press('b');
+    assert.equal(await p.textContent('#before'), 'before');
+    clean(faults);
+  });
+});
+
+await test('a pose graph online: when a closure was decided', async () => {
+  const graph = join(scratch, 'graph.g2o'), out = join(scratch, 'online');
+  run('hybrid-pgo', graph, '--online', '--trusted', 'odometry', '-o', out, '--report');
+  await withPage(page(out), desktop, async (p, faults) => {
+    await p.selectOption('#pane-0 select', 'accepted');
+    await p.click('#pane-0 .row');
+    const { i, history } = await p.evaluate(() => window.report.data.closures);
+    assert.ok(history.length === i.length && history.every(h => h.length > 0));
+    assert.match(await p.textContent('#pane-0 .why'), /accepted at pose \d+/);
+    clean(faults);
+  });
+});
+
+/** A square of 40 poses driven twice, with true closures and one false. */
+function square() {
+  const lines = [];
+  const edge = (i, j, x, y, a) => lines.push(`EDGE_SE2 ${i} ${j} ${x} ${y} ${a} 100 0 0 100 0 400`);
+  for (let i = 0; i < 80; ++i) edge(i, i + 1, 1, 0, i % 10 === 9 ? Math.PI / 2 : 0);
+  for (let i = 0; i < 40; i += 4) edge(i, i + 40, 0, 0, 0);
+  edge(3, 25, 0.2, 0.1, 0.3);
+  return lines.join('\n') + '\n';
+}
+
+process.exit(failed ? 1 : 0);
