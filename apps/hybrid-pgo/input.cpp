@@ -43,9 +43,16 @@ std::vector<Key> Input::poses() const {
 }
 
 Input read_input(const std::string& path, const std::string& start,
-                 std::optional<std::uint64_t> shuffle) {
+                 std::optional<std::uint64_t> shuffle, bool repair_information) {
   Input input;
-  input.graph = read_graph(path);
+  try {
+    input.graph = read_graph(path, {repair_information});
+  } catch (const InformationError& e) {
+    throw Error(fmt::format("{}{}", e.what(),
+                            repair_information ? ""
+                                               : "; --repair-information takes the nearest "
+                                                 "matrix that is"));
+  }
   if (shuffle) {
     if (input.graph.alternatives.empty()) {
       throw Error(path + ": has no edge with several hypotheses; leave --shuffle out");
@@ -60,10 +67,12 @@ Input read_input(const std::string& path, const std::string& start,
         fmt::format("{}: {}; a graph of several parts has no common frame", path, e.what()));
   }
   if (input.poses().empty()) throw Error(path + ": holds no pose");
-  if (start != "odometry" && start != "chordal") {
+  input.start = "odometry";
+  if (start == "auto" || start == "file") {
     const std::string missing = missing_text(input.initial.keys(), input.graph.values);
     if (missing.empty()) {
       input.initial = input.graph.values;
+      input.start = "file";
     } else if (start == "file") {
       throw Error(
           fmt::format("{}: has no VERTEX line for vertex {}; use --start odometry", path, missing));
@@ -71,6 +80,8 @@ Input read_input(const std::string& path, const std::string& start,
   }
   input.factors = to_factors(input.graph, input.initial);
   if (start == "chordal") input.initial = chordal_initialization(input.factors, input.initial);
+  if (start == "tree") input.initial = initialize_from_tree(input.graph);
+  if (start != "auto") input.start = start;
   return input;
 }
 

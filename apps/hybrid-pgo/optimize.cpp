@@ -55,8 +55,16 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     summary.note += fmt::format("{}{} EQUIV lines of the graph are not applied",
                                 summary.note.empty() ? "" : "; ", input.graph.equivalences);
   }
+  if (input.graph.repaired > 0) {
+    summary.note += fmt::format("{}{} information matrices were not positive definite: repaired",
+                                summary.note.empty() ? "" : "; ", input.graph.repaired);
+  }
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
+  summary.start = solution.start;
+  for (const StartTrial& trial : solution.starts) {
+    summary.starts.push_back({trial.name, trial.cost, trial.iterations});
+  }
   if (!solution.steps.empty()) summary.steps = step_statistics(solution.steps);
   if (!truth.empty()) {
     summary.truth.emplace();
@@ -80,13 +88,42 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
         summary.truth->trajectory->aligned.rmse_m);
   }
   say(" -> {}\n", out.folder().string());
+  if (summary.certificate) {
+    say("certificate: {} (relative gap {:.2g}, smallest eigenvalue {:.3g}){}\n",
+        summary.certificate->verified ? "verified, no other poses cost less" : "not verified",
+        summary.certificate->relative_gap, summary.certificate->min_eigenvalue,
+        summary.certificate->message.empty() ? "" : ": " + summary.certificate->message);
+  }
+  if (summary.starts.empty()) return;
+  say("the start '{}' won:", summary.start);
+  for (const StartSummary& start : summary.starts) {
+    say("{} {} cost {:.6g} after {} iterations", &start == &summary.starts.front() ? "" : ",",
+        start.start, start.cost, start.iterations);
+  }
+  say("\n");
+}
+
+/// The factors of a solution: without the closures that are not in force, which are in order.
+std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
+                                                  const std::vector<Loop>& loops) {
+  std::vector<ContinuousFactorPtr> factors;
+  std::size_t next = 0;
+  for (const ContinuousFactorPtr& factor : input.factors) {
+    const std::vector<Key>& keys = factor->keys();
+    const bool is_loop = next < loops.size() && keys.size() == 2 && loops[next].from == keys[0] &&
+                         loops[next].to == keys[1];
+    if (is_loop && !loops[next++].in_force()) continue;
+    factors.push_back(factor);
+  }
+  return factors;
 }
 
 /// `loops` stays empty where the solver leaves them to find_loops.
 Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
   if (!options.online) {
     const bool trust_all = options.method == "lm" || options.trusted == "all";
-    return trust_all ? solve_batch(input) : solve_robust(input, options, loops);
+    return trust_all ? solve_batch(input, options.start == "auto")
+                     : solve_robust(input, options, loops);
   }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
   const bool trust_all = options.trusted.empty() || options.trusted == "all";
@@ -170,10 +207,17 @@ int optimize(const Options& options) {
   const auto start = Clock::now();
   warn_of(options.warnings);
   if (options.online) note_interrupts();
-  Input input = read_input(options.graph, options.start, options.shuffle);
+  Input input =
+      read_input(options.graph, options.start, options.shuffle, options.repair_information);
   if (!input.graph.alternatives.empty() &&
       (!options.online || !(options.trusted.empty() || options.trusted == "all"))) {
     throw Error(options.graph + ": edges with hypotheses need --online, with all closures trusted");
+  }
+  if (!input.graph.alternatives.empty() && options.certify) {
+    throw Error(options.graph + ": has edges with hypotheses, of which nothing can be certified");
+  }
+  if (options.certify && input.graph.points2.size() + input.graph.points3.size() > 0) {
+    throw Error(options.graph + ": has landmarks; only graphs of relative poses can be certified");
   }
   const std::vector<Key> poses = input.poses();
   std::vector<PosePair> truth;
@@ -188,6 +232,9 @@ int optimize(const Options& options) {
   truth = compared(truth, poses, solution.values);
   if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
   GraphSummary summary = summarize(input, solution, loops, truth);
+  if (options.certify) {
+    summary.certificate = certify(factors_in_force(input, loops), solution.values);
+  }
   if (!options.labels.empty()) {
     if (!summary.truth) summary.truth.emplace();
     compare_with_labels(options.labels, loops, *summary.truth);

@@ -87,14 +87,15 @@ void add_graph_options(CLI::App& app, Options& options) {
   app.add_flag("--online", options.online,
                "incrementally, pose by pose, then to convergence; writes steps.csv")
       ->excludes(method);
-  app.add_option("--start", options.start,
-                 "start at the poses of the file, chain the odometry, or solve linearly for "
-                 "rotations, then "
-                 "translations; default: the file if it "
-                 "has a VERTEX line for every vertex. Online, poses start at their first "
-                 "measurement, and this tells the first pose only")
-      ->type_name("file|odometry|chordal")
-      ->check(CLI::IsMember({"file", "odometry", "chordal"}));
+  app.add_option(
+         "--start", options.start,
+         "start at the poses of the file, chain the odometry, solve linearly for rotations, "
+         "then translations, or follow the shortest paths. auto (default): the file if it "
+         "has a VERTEX line for every vertex, else the odometry, and with --method lm, "
+         "where noise does not explain what that comes to, the best of all. Online, poses "
+         "start at their first measurement, and this tells the first pose only")
+      ->type_name("auto|file|odometry|chordal|tree")
+      ->check(CLI::IsMember({"auto", "file", "odometry", "chordal", "tree"}));
   app.add_option("--shuffle", options.shuffle,
                  "seed of a random order of the hypotheses of an edge, which is that of the file "
                  "without it")
@@ -103,6 +104,12 @@ void add_graph_options(CLI::App& app, Options& options) {
                  "true poses: a graph file (by id), a TUM file (.tum), or rows 'x y angle' or "
                  "'x y z yaw pitch roll' (in order of the ids)")
       ->type_name("FILE");
+  app.add_flag("--certify", options.certify,
+               "verify that no other poses fit the odometry and the accepted closures better (dual "
+               "certificate of SE-Sync, of the isotropic problem)");
+  app.add_flag("--repair-information", options.repair_information,
+               "put the nearest positive definite matrix in the place of information that is not, "
+               "and say of how many edges");
   app.add_flag("--report", options.report,
                "write report.html, a page to look into the graph and its closures with a browser");
   app.add_flag("!--no-pictures", options.pictures,

@@ -19,9 +19,8 @@ struct Options {
   std::string graph;
   std::string method;  ///< of robust_methods(); empty: not given
   bool online = false;
-  std::string
-      start;  ///< "file", "odometry", "chordal", or empty: the file if it holds all vertices
-  std::string trusted;  ///< "all", "odometry", or a file of pairs 'i j'; empty: see --help
+  std::string start = "auto";  ///< or "file", "odometry", "chordal", "tree"
+  std::string trusted;         ///< "all", "odometry", or a file of pairs 'i j'; empty: see --help
   std::optional<std::uint64_t> shuffle;  ///< seed of the order of hypotheses
   std::string truth;                     ///< file; empty if unknown
   std::string labels;                    ///< file of true closures; empty if unknown
@@ -29,6 +28,8 @@ struct Options {
   std::vector<std::string> warnings;     ///< about names that are no longer used
   bool pictures = true;
   bool sparsity = false;
+  bool certify = false;
+  bool repair_information = false;  ///< that is not positive definite
   bool report = false;
   std::string output = "hybrid-pgo-out";
 };

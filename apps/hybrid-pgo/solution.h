@@ -13,6 +13,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/solvers/starts.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 
@@ -22,6 +23,7 @@ namespace hybrid {
 struct Input {
   PoseGraph graph;
   Values initial;
+  std::string start;                         ///< what `initial` is, as in Options
   std::vector<ContinuousFactorPtr> factors;  ///< those of `to_factors`
   std::vector<int> first_hypotheses;  ///< where the first of the file is, by edge that has several
 
@@ -30,12 +32,13 @@ struct Input {
   std::vector<Key> poses() const;
 };
 
-/// Reads a graph; `start` is "file", "odometry", "chordal" (from all relative poses) or empty for
-/// the file if it has all vertices; hypotheses are put in a random order where a seed for it is
-/// given. Throws Error naming the file where it is malformed, not connected, or lacks vertices it
-/// needs.
+/// Reads a graph; `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
+/// all vertices, else odometry; hypotheses are put in a random order where a seed for it is given,
+/// and information that is not positive definite is repaired where asked.
+/// Throws Error naming the file where it is malformed, not connected, or lacks vertices it needs.
 Input read_input(const std::string& path, const std::string& start,
-                 std::optional<std::uint64_t> shuffle = std::nullopt);
+                 std::optional<std::uint64_t> shuffle = std::nullopt,
+                 bool repair_information = false);
 
 /// What became of a loop closure that was not trusted.
 struct Decision {
@@ -63,11 +66,14 @@ struct Solution {
   std::optional<double> cost_online;      ///< after the last step, before solving to convergence
   std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
   std::vector<int> hypotheses;                ///< chosen, for each edge that has several
+  std::vector<StartTrial> starts;             ///< that were tried; empty where there was no choice
+  std::string start;                          ///< the one that won
   std::vector<Key> order;  ///< elimination order; empty where the solver does not tell
 };
 
-/// Levenberg-Marquardt on the whole graph. Throws Error where there is no estimate.
-Solution solve_batch(const Input& input);
+/// Levenberg-Marquardt on the whole graph, from the start of the input, or with `compare` from the
+/// best of all cheap ones. Throws Error where there is no estimate.
+Solution solve_batch(const Input& input, bool compare);
 
 /// The incremental smoother, pose by pose, then to convergence; it stops where the program is asked
 /// to. Throws Error where there is no estimate, Interrupted before the first pose.

@@ -9,7 +9,6 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
-#include "libhybrid/solvers/levenberg_marquardt.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
 
@@ -34,14 +33,17 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
 
 }  // namespace
 
-Solution solve_batch(const Input& input) {
+Solution solve_batch(const Input& input, bool compare) {
   Solution solution;
   solution.method = "lm";
   HybridGraph graph;
   for (const auto& factor : input.factors) graph.add(factor);
   SolverOptions options;
   options.relative_decrease = 1e-9;
-  const SolverResult result = levenberg_marquardt(graph, {input.initial, {}}, options);
+  std::vector<Start> starts =
+      pose_graph_starts(input.graph, input.factors, input.start, input.initial);
+  if (!compare) starts.resize(1);
+  StartsResult result = solve_from_starts(graph, starts, options);
   const SolverReport& report = result.report;
   if (report.status == SolverStatus::kIterationLimit) {
     solution.message =
@@ -52,6 +54,8 @@ Solution solve_batch(const Input& input) {
     throw Error(to_string(report.status) + ": " + report.message);
   }
   solution.values = result.values;
+  solution.start = result.trials[result.won].name;
+  if (result.trials.size() > 1) solution.starts = std::move(result.trials);
   solution.iterations = report.iterations;
   solution.seconds = report.seconds;
   solution.cost = cost(graph, solution.values, {});

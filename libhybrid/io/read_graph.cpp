@@ -2,8 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/io/read_graph.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -81,9 +83,20 @@ Eigen::Matrix3d symmetric_toro(const TextRow& row, std::size_t at) {
   return m;
 }
 
+/// The nearest matrix whose smallest eigenvalue is half the digits of a double below its largest.
+Eigen::MatrixXd nearest_definite(const Eigen::MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m);
+  const Eigen::VectorXd& values = eigen.eigenvalues();
+  const double least = std::sqrt(std::numeric_limits<double>::epsilon()) * values.maxCoeff();
+  const Eigen::MatrixXd& V = eigen.eigenvectors();
+  const Eigen::MatrixXd near = V * values.cwiseMax(least).asDiagonal() * V.transpose();
+  return 0.5 * (near + near.transpose());
+}
+
 class Parser {
  public:
-  Parser(const std::string& name, ReadRows read) : name_(name), read_(std::move(read)) {}
+  Parser(const std::string& name, const ReadGraphOptions& options, ReadRows read)
+      : name_(name), options_(options), read_(std::move(read)) {}
 
   PoseGraph run() {
     read_([this](const TextRow& row) { parse(row); });
@@ -174,11 +187,26 @@ class Parser {
                      measured, noise(information, row)});
   }
 
-  static Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
+  Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
+    std::string why;
     try {
       return Noise::information(information);
     } catch (const Error& error) {
-      row.fail(error.what());
+      why = error.what();
+    }
+    if (options_.repair_information) {
+      try {
+        const Noise repaired = Noise::information(nearest_definite(information));
+        ++graph_.repaired;
+        return repaired;
+      } catch (const Error&) {
+        why += ", and none is near";
+      }
+    }
+    try {
+      row.fail(why);
+    } catch (const Error& error) {
+      throw InformationError(error.what());
     }
   }
 
@@ -277,6 +305,7 @@ class Parser {
   }
 
   const std::string& name_;
+  ReadGraphOptions options_;
   ReadRows read_;
   PoseGraph graph_;
   int dimension_ = 0;
@@ -292,8 +321,9 @@ void read_rows(TextReader& text, const Visit& visit) {
 
 }  // namespace
 
-PoseGraph parse_graph(std::string_view text, const std::string& name) {
-  return Parser(name,
+PoseGraph parse_graph(std::string_view text, const std::string& name,
+                      const ReadGraphOptions& options) {
+  return Parser(name, options,
                 [&](const Visit& visit) {
                   TextReader reader(text, name, kFormat);
                   read_rows(reader, visit);
@@ -301,8 +331,8 @@ PoseGraph parse_graph(std::string_view text, const std::string& name) {
       .run();
 }
 
-PoseGraph read_graph(const std::string& path) {
-  return Parser(path,
+PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options) {
+  return Parser(path, options,
                 [&](const Visit& visit) {
                   TextReader reader(path, kFormat);
                   read_rows(reader, visit);

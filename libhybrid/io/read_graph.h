@@ -5,9 +5,23 @@
 #include <string>
 #include <string_view>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace HYBRID_API hybrid {
+
+struct ReadGraphOptions {
+  /// Puts the nearest positive definite matrix (Higham, 1988) in the place of information that is
+  /// not, instead of an error: directions of no or negative information get that of a standard
+  /// deviation some 10^4 times the smallest. PoseGraph::repaired counts them.
+  bool repair_information = false;
+};
+
+/// Thrown for information that is not positive definite.
+class InformationError : public Error {
+ public:
+  using Error::Error;
+};
 
 /// Reads a g2o or TORO file; the tag of a line tells which it is:
 ///   VERTEX_SE2, VERTEX2             id x y angle
@@ -32,12 +46,13 @@ namespace HYBRID_API hybrid {
 /// no information, and get standard deviations of 1/30 m and 1/100 rad.
 /// `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags, numbers
 /// that are too few, too many, malformed or not finite, quaternions that cannot be normalised,
-/// information that is not positive definite, edges from a vertex to itself, duplicate vertices, a
-/// vertex used both as pose and as landmark, plane and space in one file; and for a file that
-/// cannot be read or holds no vertex and no edge.
-PoseGraph read_graph(const std::string& path);
+/// information that is not positive definite (InformationError), edges from a vertex to itself,
+/// duplicate vertices, a vertex used both as pose and as landmark, plane and space in one file; and
+/// for a file that cannot be read or holds no vertex and no edge.
+PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options = {});
 
 /// The same from text; `name` stands for the file in messages.
-PoseGraph parse_graph(std::string_view text, const std::string& name);
+PoseGraph parse_graph(std::string_view text, const std::string& name,
+                      const ReadGraphOptions& options = {});
 
 }  // namespace hybrid

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <queue>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <unordered_map>
 
@@ -34,7 +36,7 @@ std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<P
   return keys;
 }
 
-/// A spanning tree over poses that leaves odometry only where odometry ends.
+/// Spanning trees over poses: by odometry, which is left only where it ends, or of shortest paths.
 template <class Pose>
 class Spanning {
  public:
@@ -47,8 +49,8 @@ class Spanning {
     }
   }
 
-  /// Sets the poses that can be reached from keys[0].
-  void run(const std::vector<Key>& keys, const Pose& start, Values& values) {
+  /// Sets the poses that can be reached from keys[0], by odometry where there is some.
+  void along_odometry(const std::vector<Key>& keys, const Pose& start, Values& values) {
     std::deque<std::size_t> others;
     std::vector<Key> stack;
     const auto reach = [&](Key key, Pose pose) {
@@ -76,7 +78,42 @@ class Spanning {
     }
   }
 
+  /// The same along shortest paths, by Dijkstra; ties go to the first edges.
+  void along_shortest_paths(const std::vector<Key>& keys, const Pose& start, Values& values) {
+    struct Reached {
+      double length;
+      std::size_t edge;  // that leads there
+      Key key;
+      bool operator<(const Reached& other) const {
+        return std::tie(length, edge) > std::tie(other.length, other.edge);
+      }
+    };
+    std::priority_queue<Reached> next;
+    double length = 0.0;
+    const auto reach = [&](Key key, Pose pose) {
+      pose.normalize();
+      values.insert(key, pose);
+      for (const std::size_t e : incident_[ids_.at(key)]) {
+        const Key other = edges_[e].from == key ? edges_[e].to : edges_[e].from;
+        if (values.contains(other)) continue;
+        next.push({length + rotation_variance(edges_[e].noise), e, other});
+      }
+    };
+    reach(keys[0], start);
+    while (!next.empty()) {
+      const Reached nearest = next.top();
+      next.pop();
+      length = nearest.length;
+      cross(edges_[nearest.edge], values, reach);
+    }
+  }
+
  private:
+  static double rotation_variance(const Noise& noise) {
+    constexpr int kRotation = Pose::kDim - Pose::Point::RowsAtCompileTime;
+    return noise.covariance().template bottomRightCorner<kRotation, kRotation>().trace();
+  }
+
   /// Sets the end of an edge that has no value yet from the other.
   template <class Reach>
   void cross(const GraphEdge<Pose>& edge, const Values& values, Reach& reach) {
@@ -106,12 +143,18 @@ void check_connected(const std::vector<Key>& keys, const Values& values) {
 
 template <class Pose>
 void chain(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
-           const std::vector<GraphEdge<typename Pose::Point>>& sightings, Values& values) {
+           const std::vector<GraphEdge<typename Pose::Point>>& sightings, bool shortest_paths,
+           Values& values) {
   using Point = typename Pose::Point;
   std::vector<Key> keys = pose_keys(graph, edges, sightings);
   if (keys.empty()) return;
   const Pose start = graph.values.contains(keys[0]) ? graph.values.at<Pose>(keys[0]) : Pose();
-  Spanning<Pose>(keys, edges).run(keys, start, values);
+  Spanning<Pose> spanning(keys, edges);
+  if (shortest_paths) {
+    spanning.along_shortest_paths(keys, start, values);
+  } else {
+    spanning.along_odometry(keys, start, values);
+  }
   for (const auto& sighting : sightings) {
     if (!values.contains(sighting.from) || values.contains(sighting.to)) continue;
     values.insert(sighting.to, Point(values.at<Pose>(sighting.from) * sighting.measured));
@@ -149,8 +192,15 @@ ContinuousFactorPtr anchor(Key key, const Values& values, double sigma) {
 
 Values initialize_from_odometry(const PoseGraph& graph) {
   Values values;
-  chain(graph, graph.poses2, graph.points2, values);
-  chain(graph, graph.poses3, graph.points3, values);
+  chain(graph, graph.poses2, graph.points2, false, values);
+  chain(graph, graph.poses3, graph.points3, false, values);
+  return values;
+}
+
+Values initialize_from_tree(const PoseGraph& graph) {
+  Values values;
+  chain(graph, graph.poses2, graph.points2, true, values);
+  chain(graph, graph.poses3, graph.points3, true, values);
   return values;
 }
 

@@ -54,6 +54,7 @@ struct PoseGraph {
   std::vector<EdgeAlternatives> alternatives;  ///< in order of their edges
   std::vector<Key> fixed;
   std::size_t equivalences = 0;  ///< EQUIV lines, which are not applied
+  std::size_t repaired = 0;      ///< information matrices of the file that were projected
 
   std::size_t edge_count() const {
     return poses2.size() + poses3.size() + points2.size() + points3.size();
@@ -70,6 +71,11 @@ inline bool is_odometry(Key from, Key to) {
 /// the pose of smallest id, at its VERTEX value or else at the origin. Throws Error naming vertices
 /// that no edge connects to it.
 Values initialize_from_odometry(const PoseGraph& graph);
+
+/// The same along the tree of shortest paths from that pose, where the length of an edge is the
+/// variance of its rotation [rad^2] (the trace, for rotations in space): no start made of relative
+/// motions alone knows the rotations better, and these decide whether solvers converge.
+Values initialize_from_tree(const PoseGraph& graph);
 
 /// How edges become factors.
 struct GraphFactorOptions {

@@ -32,7 +32,11 @@ class ClosureSelection {
     for (; round < options_.max_rounds; ++round) {
       std::vector<Candidate> batch = map_.candidates();
       if (batch.empty() && options_.pairs) batch = map_.best_pair();
-      if (batch.empty()) break;
+      if (batch.empty()) {
+        if (!unfolds()) break;
+        result.objectives.push_back(map_.objective());
+        continue;
+      }
       if (batch.front().partner < 0) {
         batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
       }
@@ -55,6 +59,16 @@ class ClosureSelection {
   }
 
  private:
+  /// Once no closure is left to admit: a map that noise does not explain may have folded on the
+  /// way.
+  bool unfolds() {
+    if (looked_for_folds_ || map_.is_explained()) return false;
+    looked_for_folds_ = true;
+    const double before = map_.objective();
+    map_.unfold();
+    return map_.objective() < before;
+  }
+
   /// Where nearly all closures may well be true, they go in at once.
   bool try_all() {
     const std::size_t count = drops_.size();
@@ -97,6 +111,7 @@ class ClosureSelection {
   const ClosureSelectionOptions& options_;
   Readmission map_;
   std::vector<int> drops_;  // how often a closure had to leave
+  bool looked_for_folds_ = false;
 };
 
 }  // namespace

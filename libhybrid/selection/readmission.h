@@ -10,6 +10,7 @@
 #include "libhybrid/selection/evidence.h"
 #include "libhybrid/selection/innovation.h"
 #include "libhybrid/solvers/problem.h"
+#include "libhybrid/solvers/starts.h"
 
 namespace HYBRID_API hybrid {
 
@@ -43,6 +44,8 @@ class Readmission {
   void drop(const std::vector<int>& closures);
   /// Solves again from a chordal start, and keeps the better of the two maps.
   void unfold();
+  /// Whether noise explains the map, see is_explained_by_noise.
+  bool is_explained() const { return is_explained_by_noise(*problem_, state_); }
   /// Never again.
   void refuse(int closure) { refused_[closure] = true; }
 

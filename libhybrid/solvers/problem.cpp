@@ -180,12 +180,22 @@ double Problem::sum_over_terms(const Function& function) const {
   return sum;
 }
 
+double Problem::term_cost(int t, const State& state) const {
+  const Term& term = terms_[t];
+  return with_pointers(&offsets_[term.first], layout_.residuals[t].count, state.data(),
+                       [&](const double* const* x) { return term.factor->cost(x); });
+}
+
 double Problem::cost(const State& state) const {
-  return sum_over_terms([&](int t) {
-    const Term& term = terms_[t];
-    return with_pointers(&offsets_[term.first], layout_.residuals[t].count, state.data(),
-                         [&](const double* const* x) { return term.factor->cost(x); });
-  });
+  return sum_over_terms([&](int t) { return term_cost(t, state); });
+}
+
+std::vector<FactorCost> Problem::factor_costs(const State& state) const {
+  std::vector<FactorCost> costs(terms_.size());
+  for (std::size_t t = 0; t < costs.size(); ++t) {
+    costs[t] = {term_cost(static_cast<int>(t), state), layout_.residuals[t].rows};
+  }
+  return costs;
 }
 
 double Problem::linearize(const State& state) {

@@ -19,6 +19,12 @@ enum class WeakComponents {
   kCoupled     ///< treated like all others
 };
 
+/// The cost of one continuous factor, and the length of its residual.
+struct FactorCost {
+  double cost = 0.0;
+  int rows = 0;
+};
+
 /// The continuous subproblem of eq. 8b, compiled once for a graph: variables become blocks of a
 /// flat state, factors rows of one Jacobian buffer. A change of assignment keeps the sparsity and
 /// its analysis as long as the chosen components touch the same variables. The graph must outlive
@@ -51,6 +57,8 @@ class Problem {
 
   /// Half the weighted squared error of the factors chosen.
   double cost(const State& state) const;
+  /// Its parts, of each factor chosen.
+  std::vector<FactorCost> factor_costs(const State& state) const;
   /// What the joint objective of eq. 6 adds to the cost for the assignment chosen: log-normalisers,
   /// weights and tables.
   double constant() const { return constant_; }
@@ -96,6 +104,7 @@ class Problem {
   int checked_block(Key key, VariableType type) const;
   void add_term(const ContinuousFactor& factor, const int* blocks, bool coupled);
   void compile(const Assignment& assignment);
+  double term_cost(int t, const State& state) const;
   template <class Function>
   double sum_over_terms(const Function& function) const;
 

@@ -191,6 +191,17 @@ Json summary_json(const GraphSummary& s) {
                               {"inliers", member.accepted},
                               {"seconds", member.seconds}});
   }
+  if (!s.start.empty()) out["start"] = s.start;
+  for (const StartSummary& start : s.starts) {
+    out["starts"].push_back(
+        {{"start", start.start}, {"cost", start.cost}, {"iterations", start.iterations}});
+  }
+  if (s.certificate) {
+    out["certificate"] = {{"verified", s.certificate->verified},
+                          {"min_eigenvalue", s.certificate->min_eigenvalue},
+                          {"relative_gap", s.certificate->relative_gap}};
+    if (!s.certificate->message.empty()) out["certificate"]["message"] = s.certificate->message;
+  }
   if (s.steps) out["steps"] = to_json(*s.steps);
   if (s.truth) out["truth"] = to_json(*s.truth);
   return out;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/solvers/certificate.h"
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -75,6 +76,13 @@ struct Summary {
 /// The summary as JSON; values that are not finite become null in its text.
 nlohmann::ordered_json summary_json(const Summary& summary);
 
+/// What a pose graph came to from one start.
+struct StartSummary {
+  std::string start;
+  double cost = 0;
+  int iterations = 0;
+};
+
 /// The content of the summary.json of a pose graph.
 struct GraphSummary {
   Provenance provenance;
@@ -96,6 +104,9 @@ struct GraphSummary {
   std::string note;                       ///< left out when empty
   std::optional<double> variance_factor;  ///< of the noise of the measurements
   std::vector<MemberSummary> members;
+  std::string start;                 ///< where the solver started; left out when empty
+  std::vector<StartSummary> starts;  ///< those that were compared; left out when there are none
+  std::optional<Certificate> certificate;
   std::optional<StepStatistics> steps;
   std::optional<double> cost_online;  ///< after the last step, before solving to convergence
   std::optional<TruthSummary> truth;

@@ -30,6 +30,15 @@ endforeach()
 # What the libraries show, and that neither holds a copy of the other.
 run(${Python3_EXECUTABLE} -B ${SOURCE_DIR}/../exports.py ${prefix}/lib)
 
+# The Python package finds the installed libraries by itself.
+if(PYTHON)
+  set(first ${HYBRID_SOURCE_DIR}/python/examples/first_graph.py)
+  run(${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/${PYTHON_DIR} ${PYTHON} -B ${first})
+  if(WITH_MRPT)
+    run(${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/${PYTHON_DIR} ${PYTHON} -B -c "import hybrid._mrpt")
+  endif()
+endif()
+
 # A user may or may not compile for the processor of the machine, or with the address sanitizer; Eigen objects cross
 # the border in all cases.
 set(ways "-O1" "-march=native")

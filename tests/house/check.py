@@ -21,6 +21,7 @@ ROOMS = {
     "tests": {"libhybrid", "mrpt_plugins", "apps", "tests"},
     "bench": {"libhybrid", "mrpt_plugins", "tests", "bench"},
     "examples": {"libhybrid", "mrpt_plugins"},
+    "python": {"libhybrid", "mrpt_plugins", "python"},
 }
 
 # Rooms of the two libraries from the ground up: a room includes itself and rooms of lower floors.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <string>
 #include <utility>
@@ -178,6 +179,29 @@ TEST(ReadGraph, SurvivesRandomBytes) {
   }
   EXPECT_GT(errors, 5000);
   EXPECT_LT(errors, 20000);
+}
+
+TEST(ReadGraph, RepairsInformationToTheNearestDefiniteMatrix) {
+  const std::string text =
+      "EDGE_SE2 0 1 1 0 0 4 0 0 9 0 16\n"
+      "EDGE_SE2 1 2 1 0 0 4 0 0 9 0 -1\n"
+      "EDGE_SE2 2 3 1 0 0 1 2 0 1 0 5\n"
+      "EDGE_SE2_XY 2 7 1 0 1 1 1\n";
+  EXPECT_THROW(parse_graph(text, "g"), InformationError);
+  ReadGraphOptions repair;
+  repair.repair_information = true;
+  const PoseGraph graph = parse_graph(text, "g", repair);
+  EXPECT_EQ(graph.repaired, 3u);
+  EXPECT_TRUE(graph.poses2[0].noise.information().isApprox(
+      Eigen::Matrix3d(Eigen::Vector3d(4, 9, 16).asDiagonal()), 1e-14));
+  const double least = std::sqrt(std::numeric_limits<double>::epsilon());
+  EXPECT_TRUE(graph.poses2[1].noise.information().isApprox(
+      Eigen::Matrix3d(Eigen::Vector3d(4, 9, 9 * least).asDiagonal()), 1e-14));
+  // Eigenvalues 3, -1 with (1, 1) and (1, -1): the nearest is 3/2 everywhere.
+  EXPECT_NEAR(graph.poses2[2].noise.information()(0, 1), 1.5, 1e-6);
+  EXPECT_NEAR(graph.points2[0].noise.information()(0, 0), 1.0, 1e-6);
+  EXPECT_THROW(parse_graph("EDGE_SE2 0 1 0 0 0 0 0 0 0 0 0", "g", repair), InformationError);
+  EXPECT_THROW(parse_graph("EDGE_SE2 0 1 0 0 0 nan 0 0 1 0 1", "g", repair), Error);
 }
 
 }  // namespace

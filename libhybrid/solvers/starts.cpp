@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/solvers/starts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/solvers/chordal.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
+
+namespace hybrid {
+namespace {
+
+/// Iterations before starts are compared. In the basin of a minimum Gauss-Newton steps end there in
+/// about so many.
+constexpr int kTrialIterations = 5;
+constexpr double kFalseAlarms = 1e-3;
+
+/// A start under way.
+struct Run {
+  Problem::State state;
+  SolverReport report;
+
+  double cost() const {
+    const double cost = report.final_cost();
+    return std::isfinite(cost) ? cost : kInfinity;
+  }
+  bool may_go_on() const { return report.status == SolverStatus::kIterationLimit; }
+};
+
+/// Goes on for so many iterations at most.
+void advance(Problem& problem, Run& run, SolverOptions options, int iterations) {
+  options.max_iterations = iterations;
+  const SolverReport before = std::move(run.report);
+  if (!before.costs.empty()) options.initial_damping = before.damping;
+  run.report = levenberg_marquardt(problem, run.state, options);
+  if (before.costs.empty()) return;
+  SolverReport& report = run.report;
+  report.iterations += before.iterations;
+  report.costs.insert(report.costs.begin(), before.costs.begin(), before.costs.end() - 1);
+}
+
+/// The runs that are not at their end yet and below all that are, the lowest of them; none: size.
+std::size_t most_promising(const std::vector<Run>& runs) {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < runs.size(); ++i) {
+    if (runs[i].cost() < runs[best].cost()) best = i;
+  }
+  return runs[best].may_go_on() ? best : runs.size();
+}
+
+}  // namespace
+
+bool is_explained_by_noise(const Problem& problem, const Problem::State& state) {
+  const std::vector<FactorCost> costs = problem.factor_costs(state);
+  double sum = 0.0;
+  int rows = 0;
+  std::map<int, double> limits;  // of one factor among all, by rows
+  for (const FactorCost& factor : costs) {
+    auto limit = limits.find(factor.rows);
+    if (limit == limits.end()) {
+      const double quantile =
+          chi_square_quantile(1.0 - kFalseAlarms / double(costs.size()), factor.rows);
+      limit = limits.emplace(factor.rows, quantile).first;
+    }
+    if (!(2.0 * factor.cost <= limit->second)) return false;
+    sum += 2.0 * factor.cost;
+    rows += factor.rows;
+  }
+  const int degrees = std::max(1, rows - problem.system().scalars());
+  return sum <= chi_square_quantile(1.0 - kFalseAlarms, degrees);
+}
+
+StartsResult solve_from_starts(const HybridGraph& graph, const std::vector<Start>& starts,
+                               const SolverOptions& options) {
+  if (starts.empty()) throw Error("nowhere to start from: give at least one start");
+  const auto begin = std::chrono::steady_clock::now();
+  Values values = starts.front().make();
+  Problem problem(graph, values, {}, options.threads, WeakComponents::kUncoupled,
+                  options.elimination);
+  const double analysis = seconds_since(begin);
+  StartsResult result;
+  std::vector<Run> runs;
+  const int trial = std::min(kTrialIterations, options.max_iterations);
+  for (const Start& start : starts) {
+    runs.push_back({problem.load(runs.empty() ? values : start.make()), {}});
+    advance(problem, runs.back(), options, trial);
+    result.trials.push_back({start.name});
+    if (runs.size() == 1 && is_explained_by_noise(problem, runs.front().state)) break;
+  }
+  for (std::size_t i = most_promising(runs); i < runs.size(); i = most_promising(runs)) {
+    if (runs[i].report.iterations >= options.max_iterations) break;
+    advance(problem, runs[i], options, options.max_iterations - runs[i].report.iterations);
+  }
+  int iterations = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    result.trials[i].cost = runs[i].cost();
+    result.trials[i].iterations = runs[i].report.iterations;
+    iterations += runs[i].report.iterations;
+    if (runs[i].cost() < runs[result.won].cost()) result.won = i;
+  }
+  result.report = std::move(runs[result.won].report);
+  problem.store(runs[result.won].state, values);
+  result.values = std::move(values);
+  result.report.iterations = iterations;
+  result.report.analysis_seconds = analysis;
+  result.report.seconds = seconds_since(begin);
+  return result;
+}
+
+std::vector<Start> pose_graph_starts(const PoseGraph& graph,
+                                     const std::vector<ContinuousFactorPtr>& factors,
+                                     const std::string& name, const Values& initial) {
+  std::vector<Start> starts{{name, [&initial] { return initial; }}};
+  const auto add = [&](const std::string& other, std::function<Values()> make) {
+    if (other != name) starts.push_back({other, std::move(make)});
+  };
+  add("odometry", [&graph] { return initialize_from_odometry(graph); });
+  add("chordal", [&] { return chordal_initialization(factors, initial); });
+  add("tree", [&graph] { return initialize_from_tree(graph); });
+  return starts;
+}
+
+}  // namespace hybrid

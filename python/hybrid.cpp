@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/hybrid/graph.h"
+#include "python/bindings.h"
+
+namespace hybrid::python {
+namespace {
+
+template <class T>
+std::vector<T> all_of(const HandleList<T>& factors) {
+  std::vector<T> all;
+  factors.for_each([&](Handle, const T& factor) { all.push_back(factor); });
+  return all;
+}
+
+void bind_handles(py::module_& m) {
+  py::enum_<FactorKind>(m, "FactorKind")
+      .value("CONTINUOUS", FactorKind::kContinuous)
+      .value("DISCRETE", FactorKind::kDiscrete)
+      .value("HYBRID", FactorKind::kHybrid);
+  py::class_<Handle>(m, "Handle", "Name of a factor in a graph, from its addition to its removal.")
+      .def_readonly("kind", &Handle::kind)
+      .def(
+          "__eq__", [](Handle a, Handle b) { return a == b; }, "other"_a)
+      .def("__hash__", [](Handle h) {
+        return std::hash<std::uint64_t>()((std::uint64_t{h.index} << 32 | h.generation) * 4 +
+                                          static_cast<unsigned>(h.kind));
+      });
+  py::class_<AddedHandles>(m, "AddedHandles", "Handles of the factors that a change has added.")
+      .def_readonly("continuous", &AddedHandles::continuous)
+      .def_readonly("discrete", &AddedHandles::discrete)
+      .def_readonly("hybrid", &AddedHandles::hybrid)
+      .def("all", &AddedHandles::all, "Continuous, discrete, hybrid.")
+      .def("__len__", &AddedHandles::size);
+}
+
+void bind_graph(py::module_& m) {
+  py::class_<HybridGraph>(m, "HybridGraph",
+                          "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
+                          "hybrid factors.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](HybridGraph& graph, const FactorArgument& factor) {
+            return graph.add(factor.pointer);
+          },
+          "factor"_a, "Adds a factor, a table or a hybrid factor.")
+      .def(
+          "add", [](HybridGraph& graph, const Table& table) { return graph.add(table); },
+          "factor"_a)
+      .def(
+          "add",
+          [](HybridGraph& graph, const std::shared_ptr<HybridFactor>& factor) {
+            return graph.add(HybridFactorPtr(factor));
+          },
+          "factor"_a)
+      .def(
+          "remove", [](HybridGraph& graph, Handle handle) { graph.remove(handle); }, "handle"_a)
+      .def("__contains__", &HybridGraph::contains, "handle"_a)
+      .def("__len__", &HybridGraph::size, "Number of factors of all kinds.")
+      .def("__copy__", [](const HybridGraph& graph) { return HybridGraph(graph); })
+      .def_property_readonly("continuous",
+                             [](const HybridGraph& graph) { return all_of(graph.continuous()); })
+      .def_property_readonly("discrete",
+                             [](const HybridGraph& graph) { return all_of(graph.discrete()); })
+      .def_property_readonly("hybrid",
+                             [](const HybridGraph& graph) { return all_of(graph.hybrid()); })
+      .def("discrete_keys", &HybridGraph::discrete_keys,
+           "All discrete variables, in the order of first appearance.");
+}
+
+}  // namespace
+
+void bind_hybrid(py::module_& m) {
+  bind_handles(m);
+  bind_mixtures(m);
+  bind_graph(m);
+  py::class_<Estimate>(m, "Estimate", "Values of all unknowns.")
+      .def(py::init([](const Values& values, const Assignment& assignment) {
+             return Estimate{values, assignment};
+           }),
+           "values"_a = Values(), "assignment"_a = Assignment())
+      .def_readwrite("values", &Estimate::values, "Continuous.")
+      .def_readwrite("assignment", &Estimate::assignment, "Discrete.");
+  py::class_<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](Delta& delta, const FactorArgument& factor) {
+            delta.continuous.push_back(factor.pointer);
+          },
+          "factor"_a, "A factor, table or hybrid factor to add.")
+      .def(
+          "add", [](Delta& delta, const Table& table) { delta.discrete.push_back(table); },
+          "factor"_a)
+      .def(
+          "add",
+          [](Delta& delta, const std::shared_ptr<HybridFactor>& factor) {
+            delta.hybrid.push_back(factor);
+          },
+          "factor"_a)
+      .def_readwrite("values", &Delta::values, "Initial values of new continuous variables.")
+      .def_readwrite("assignment", &Delta::assignment,
+                     "Initial values of new discrete variables; 0 where not given.")
+      .def_readwrite("remove", &Delta::remove, "Handles of factors that go.")
+      .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables that go.");
+  m.def("objective", &objective, "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
+        "The joint negative log posterior of eq. 6, normalisers included.");
+  m.def("cost", py::overload_cast<const HybridGraph&, const Values&, const Assignment&>(&cost),
+        "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
+        "Half the weighted squared error of the continuous factors and chosen components.");
+}
+
+}  // namespace hybrid::python

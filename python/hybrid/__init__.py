@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Discrete-continuous smoothing and mapping.
+
+Graphs of continuous factors, tables and hybrid factors (HybridGraph), solved in batch (alternate) or online
+(IncrementalSmoother), with covariances (ContinuousMarginals), probabilities (posterior) and evidence (log_evidence);
+pose graphs whose closures may be false (select_closures), maps of landmarks from detections that nobody has identified
+(LandmarkMapper2), registration of point clouds (register_clouds), rawlogs (replay, where built with MRPT).
+
+Lengths are in metres, angles in radians, arrays are float64. Whoever waits for a solver holds no lock: other threads
+run meanwhile, and must leave the graph alone that is being solved.
+"""
+
+import importlib.util as _util
+
+from . import _core
+from ._core import *  # noqa: F403
+
+__version__ = _core.__version__
+__all__ = [name for name in vars(_core) if not name.startswith("_")]
+for _name in __all__:
+    if isinstance(vars(_core)[_name], type):
+        vars(_core)[_name].__module__ = __name__
+
+if _util.find_spec(__name__ + "._mrpt") is not None:
+    from ._replay import replay  # noqa: F401
+
+    __all__.append("replay")

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/pose_graph/pose_graph.h"
+
+#include "libhybrid/io/read_graph.h"
+#include "libhybrid/io/write_graph.h"
+#include "libhybrid/pose_graph/false_closures.h"
+#include "libhybrid/pose_graph/pose_feed.h"
+#include "libhybrid/smoother/incremental.h"
+#include "python/bindings.h"
+
+namespace hybrid::python {
+namespace {
+
+template <class T>
+void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
+               std::vector<GraphEdge<T>> PoseGraph::*edges, const char* doc) {
+  using Edge = GraphEdge<T>;
+  py::class_<Edge>(m, name, doc)
+      .def_readonly("from_key", &Edge::from)
+      .def_readonly("to_key", &Edge::to)
+      .def_readonly("measured", &Edge::measured)
+      .def_readonly("noise", &Edge::noise);
+  graph.def(
+      "add_edge",
+      [edges](PoseGraph& g, Key from, Key to, const T& measured, const Noise& noise) {
+        (g.*edges).push_back({from, to, measured, noise});
+      },
+      "from_key"_a, "to_key"_a, "measured"_a, "noise"_a,
+      "Adds a measurement of the second vertex in the frame of the first.");
+}
+
+void bind_graph(py::module_& m) {
+  py::class_<PoseGraph> graph(
+      m, "PoseGraph",
+      "A pose graph as data, in the plane or in space. Poses are 'x<id>', landmarks 'l<id>'.");
+  graph.def(py::init<>())
+      .def_readwrite("values", &PoseGraph::values, "Of VERTEX lines, which may be missing.")
+      .def_readwrite("fixed", &PoseGraph::fixed, "Vertices that stay where they are.")
+      .def_property_readonly("edge_count", &PoseGraph::edge_count);
+  bind_edge<SE2>(m, graph, "EdgeSE2", &PoseGraph::poses2, "A relative pose in the plane.");
+  bind_edge<SE3>(m, graph, "EdgeSE3", &PoseGraph::poses3, "A relative pose in space.");
+  bind_edge<Eigen::Vector2d>(m, graph, "EdgePoint2", &PoseGraph::points2,
+                             "The position (2,) [m] of a landmark.");
+  bind_edge<Eigen::Vector3d>(m, graph, "EdgePoint3", &PoseGraph::points3,
+                             "The position (3,) [m] of a landmark.");
+  graph.def_property_readonly("poses2", [](const PoseGraph& g) { return g.poses2; })
+      .def_property_readonly("poses3", [](const PoseGraph& g) { return g.poses3; })
+      .def_property_readonly("points2", [](const PoseGraph& g) { return g.points2; })
+      .def_property_readonly("points3", [](const PoseGraph& g) { return g.points3; });
+}
+
+}  // namespace
+
+void bind_pose_graph(py::module_& m) {
+  bind_graph(m);
+  SettingsClass<GraphFactorOptions>(m, "GraphFactorOptions", "How edges become factors.")
+      .field("planar_logarithm", &GraphFactorOptions::planar_logarithm,
+             "Between instead of BetweenSE2.")
+      .field("loss", &GraphFactorOptions::loss, "Of all edges.")
+      .field("anchor_sigma", &GraphFactorOptions::anchor_sigma,
+             "Standard deviation [m, rad] of the priors of fixed poses.");
+  m.def(
+      "read_graph",
+      [](const std::string& path, bool repair_information) {
+        return read_graph(path, {repair_information});
+      },
+      "path"_a, "repair_information"_a = false, Unlocked(),
+      "Reads a g2o or TORO file. An Error names file and line; information that is not positive "
+      "definite is one unless it is to be repaired.");
+  m.def("write_g2o", &write_g2o, "path"_a, "graph"_a, Unlocked(), "Writes a graph as g2o.");
+  m.def("initialize_from_tree", &initialize_from_tree, "graph"_a, Unlocked(),
+        "The same along the shortest paths from the first pose, by the variance of rotations.");
+  m.def("initialize_from_odometry", &initialize_from_odometry, "graph"_a, Unlocked(),
+        "Values of all vertices from relative motions alone.");
+  m.def(
+      "to_factors", &to_factors, "graph"_a, "initial"_a, "options"_a = GraphFactorOptions(),
+      "One factor for each edge, then a prior for each fixed vertex, or else for the first pose.");
+  m.def("to_pose_graph", &to_pose_graph, "graph"_a, "estimate"_a, Unlocked(),
+        "What a g2o file can hold of an estimated graph.");
+  m.def("add_false_closures", &add_false_closures, "graph"_a, "rate"_a, "seed"_a,
+        "The graph with false closures (section V-A), a share in [0, 1) of all closures.");
+  py::class_<PoseFeed>(m, "PoseFeed",
+                       "Hands out a graph pose by pose, as a robot would have met it.")
+      .def(py::init<const PoseGraph&, const Values&, const GraphFactorOptions&>(), "graph"_a,
+           "initial"_a, "options"_a = GraphFactorOptions(), py::keep_alive<1, 2>())
+      .def("__len__", &PoseFeed::steps)
+      .def_property_readonly("done", &PoseFeed::done)
+      .def_property_readonly("pose", &PoseFeed::pose, "The pose that the next step adds.")
+      .def(
+          "next",
+          [](PoseFeed& feed, const IncrementalSmoother& smoother) {
+            return feed.next(smoother.values());
+          },
+          "smoother"_a, "The next pose with its factors, begun where the smoother says.")
+      .def("next", &PoseFeed::next, "estimate"_a);
+}
+
+}  // namespace hybrid::python

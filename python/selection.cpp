@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <pybind11/functional.h>
+
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/robust_methods.h"
+#include "python/bindings.h"
+
+namespace hybrid::python {
+namespace {
+
+void bind_problem(py::module_& m) {
+  py::class_<RobustProblem>(m, "RobustProblem",
+                            "Factors that are trusted, and closures that may be false (eq. 16).")
+      .def(py::init([](const std::vector<FactorArgument>& trusted,
+                       const std::vector<FactorArgument>& closures, const Values& initial) {
+             return RobustProblem{to_pointers(trusted), to_pointers(closures), initial};
+           }),
+           "trusted"_a, "closures"_a, "initial"_a)
+      .def_readonly("trusted", &RobustProblem::trusted)
+      .def_readonly("closures", &RobustProblem::closures)
+      .def_readwrite("initial", &RobustProblem::initial);
+  py::class_<Verdict>(m, "Verdict", "What a robust method says of one closure.")
+      .def_readonly("accepted", &Verdict::accepted)
+      .def_readonly("inlier_probability", &Verdict::inlier_probability)
+      .def_readonly("chi_square", &Verdict::chi_square, "Squared whitened residual.")
+      .def_readonly("redundancy", &Verdict::redundancy,
+                    "How far other factors check this one, in [0, 1].")
+      .def_readonly("checkable", &Verdict::checkable)
+      .def_readonly("margin", &Verdict::margin, "Of the logarithm of the evidence.");
+  py::class_<RobustResult>(m, "RobustResult", "What a robust method found.")
+      .def_readonly("method", &RobustResult::method)
+      .def_readonly("values", &RobustResult::values)
+      .def_readonly("verdicts", &RobustResult::verdicts, "In the order of the closures.")
+      .def_property_readonly(
+          "accepted",
+          [](const RobustResult& result) {
+            py::array_t<bool> accepted(static_cast<py::ssize_t>(result.verdicts.size()));
+            for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
+              accepted.mutable_at(k) = result.verdicts[k].accepted;
+            }
+            return accepted;
+          },
+          "Of each closure, (n,) of bool.")
+      .def_readonly("objective", &RobustResult::objective, "Of eq. 6 under the mixture of eq. 17.")
+      .def_readonly("cost", &RobustResult::cost, "Of trusted and accepted factors.")
+      .def_readonly("iterations", &RobustResult::iterations, "Linear systems solved.")
+      .def_readonly("seconds", &RobustResult::seconds)
+      .def_readonly("converged", &RobustResult::converged)
+      .def_readonly("message", &RobustResult::message)
+      .def_readonly("objectives", &RobustResult::objectives, "After each macro-step.")
+      .def_readonly("variance_factor", &RobustResult::variance_factor,
+                    "By which the variances of the noise are understated.");
+  m.def("to_robust_problem", &to_robust_problem, "graph"_a, "initial"_a,
+        "trusted"_a = Trust(&is_odometry), "options"_a = GraphFactorOptions(),
+        "A pose graph whose relative poses are closures unless trusted(from_key, to_key); by "
+        "default those from one pose to the next are trusted.");
+}
+
+void bind_options(py::module_& m) {
+  SettingsClass<MixtureOptions>(m, "MixtureOptions", "What a false closure looks like (eq. 17).")
+      .field("outlier_variance", &MixtureOptions::outlier_variance,
+             "By which the covariance of the inlier is multiplied.")
+      .field("flat", &MixtureOptions::flat, "Whether the outlier model is constant.")
+      .field("null_hypothesis", &MixtureOptions::null_hypothesis,
+             "-log density of a false closure, instead of both.")
+      .field("inlier_weight", &MixtureOptions::inlier_weight, "Prior weight.")
+      .field("outlier_weight", &MixtureOptions::outlier_weight, "Prior weight.");
+  using Selection = ClosureSelectionOptions;
+  SettingsClass<Selection>(m, "ClosureSelectionOptions", "Settings of `select_closures`.")
+      .field("mixture", &Selection::mixture, "The model of false closures.")
+      .field("margin", &Selection::margin, "Evidence above what the number of closures asks for.")
+      .field("hysteresis", &Selection::hysteresis, "Evidence by which an admitted closure stays.")
+      .field("gate", &Selection::gate, "In standard deviations.")
+      .field("pairs", &Selection::pairs, "Let the best two in where none passes alone.")
+      .field("trust_start", &Selection::trust_start,
+             "Start with what agrees with the initial values.")
+      .field("min_redundancy", &Selection::min_redundancy, "Below, a closure is flagged.")
+      .field("refuse_uncheckable", &Selection::refuse_uncheckable, "Refuse what is flagged.")
+      .field("max_rounds", &Selection::max_rounds, "Macro-steps.")
+      .field("solver", &Selection::solver, "Of the last solve.");
+  using Online = OnlineClosureSelectionOptions;
+  SettingsClass<Online>(m, "OnlineClosureSelectionOptions", "Settings of OnlineClosureSelection.")
+      .field("mixture", &Online::mixture, "The model of false closures.")
+      .field("gate", &Online::gate, "Quantile of the predicted innovation.")
+      .field("min_redundancy", &Online::min_redundancy, "Below, a closure is flagged.")
+      .field("smoother", &Online::smoother, "Of the smoother.")
+      .field("selection", &Online::selection, "Of evaluating all closures again.");
+}
+
+void bind_batch(py::module_& m) {
+  m.def("select_closures", &select_closures, "problem"_a, "options"_a = ClosureSelectionOptions(),
+        Unlocked(), "Loop closure selection by re-admission, the project's own method.");
+  m.def(
+      "robust_methods",
+      [] {
+        std::map<std::string, std::string> methods;
+        for (const RobustMethod& method : robust_methods()) methods[method.name] = method.meaning;
+        return methods;
+      },
+      "Names of all robust methods, and what they mean.");
+  m.def(
+      "solve_robust",
+      [](const RobustProblem& problem, const std::string& method, const MixtureOptions& mixture,
+         const std::vector<bool>& truth, int threads) {
+        MethodOptions options;
+        options.set_mixture(mixture);
+        options.set_threads(threads);
+        return robust_method(method).solve({problem, truth, {}}, options);
+      },
+      "problem"_a, "method"_a = "selection", "mixture"_a = MixtureOptions(),
+      "truth"_a = std::vector<bool>(), "threads"_a = 0, Unlocked(),
+      "Solves by a method of `robust_methods`, with the settings that programs have by default. "
+      "`truth` (which closures are true) is for the method 'oracle'.");
+}
+
+void bind_online(py::module_& m) {
+  py::enum_<ClosureStatus>(m, "ClosureStatus", "The present decision on a closure.")
+      .value("REJECTED_BY_ODOMETRY", ClosureStatus::kRejectedByOdometry)
+      .value("UNDECIDED", ClosureStatus::kUndecided)
+      .value("ACCEPTED", ClosureStatus::kAccepted);
+  py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "What an update did.")
+      .def_readonly("admitted", &SelectionReport::admitted, "Closures taken in.")
+      .def_readonly("tried", &SelectionReport::tried);
+  py::class_<OnlineClosureSelection>(
+      m, "OnlineClosureSelection",
+      "Selects among closures that arrive pose by pose, on the incremental smoother.")
+      .def(py::init<const OnlineClosureSelectionOptions&>(),
+           "options"_a = OnlineClosureSelectionOptions())
+      .def(
+          "update",
+          [](OnlineClosureSelection& selection, const Delta& trusted,
+             const std::vector<FactorArgument>& closures) {
+            const std::vector<ContinuousFactorPtr> pointers = to_pointers(closures);
+            const py::gil_scoped_release unlocked;
+            return selection.update(trusted, pointers);
+          },
+          "trusted"_a, "closures"_a = py::list(),
+          "Applies a change of trusted factors and tests the closures that come with it, which are "
+          "numbered in the order of arrival.")
+      .def("finish", &OnlineClosureSelection::finish, Unlocked(),
+           "Evaluates all closures again, and converges.")
+      .def_property_readonly("smoother", &OnlineClosureSelection::smoother,
+                             py::return_value_policy::reference_internal,
+                             "The map; update the selection, not the smoother.")
+      .def("status", &OnlineClosureSelection::status, "closure"_a)
+      .def("verdicts", &OnlineClosureSelection::verdicts, Unlocked(), "By closure.");
+}
+
+}  // namespace
+
+void bind_selection(py::module_& m) {
+  bind_problem(m);
+  bind_options(m);
+  bind_batch(m);
+  bind_online(m);
+}
+
+}  // namespace hybrid::python

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/window.h"
+#include "python/bindings.h"
+
+namespace hybrid::python {
+namespace {
+
+py::object value_at(const IncrementalSmoother& smoother, Key key) {
+  const Values& values = smoother.values();
+  const int slot = values.slot(key);
+  return value_of(values.type(slot), values.data(slot));
+}
+
+void bind_reports(py::module_& m) {
+  py::class_<UpdateReport> report(m, "UpdateReport", "What an update of a smoother did.");
+  report
+      .def_property_readonly(
+          "ok", [](const UpdateReport& r) { return r.status == UpdateReport::Status::kOk; },
+          "False where the system is singular: then nothing has changed.")
+      .def_readonly("message", &UpdateReport::message)
+      .def_readonly("under_constrained", &UpdateReport::under_constrained,
+                    "A variable that the factors do not determine, where not ok.")
+      .def_readonly("handles", &UpdateReport::handles, "Of the factors added.")
+      .def_readonly("objectives", &UpdateReport::objectives,
+                    "After every half-step (eq. 10), never rising.")
+      .def_property_readonly("relinearized", [](const UpdateReport& r) { return r.relinearized; })
+      .def_property_readonly("eliminated", [](const UpdateReport& r) { return r.eliminated; })
+      .def_property_readonly(
+          "flips", [](const UpdateReport& r) { return r.flips; },
+          "Discrete variables whose value changed.")
+      .def_property_readonly("rounds", [](const UpdateReport& r) { return r.rounds; })
+      .def_property_readonly("exact", [](const UpdateReport& r) { return r.exact; })
+      .def_property_readonly("objective_before",
+                             [](const UpdateReport& r) { return r.objective_before; })
+      .def_property_readonly("objective_after",
+                             [](const UpdateReport& r) { return r.objective_after; })
+      .def_property_readonly("seconds", [](const UpdateReport& r) { return r.seconds; });
+  py::class_<WindowReport, UpdateReport>(m, "WindowReport", "What an update of a window did.")
+      .def_readonly("marginalized", &WindowReport::marginalized)
+      .def_readonly("left", &WindowReport::left, "Continuous variables that left.")
+      .def_readonly("left_discrete", &WindowReport::left_discrete)
+      .def_readonly("undetermined", &WindowReport::undetermined)
+      .def_readonly("kept", &WindowReport::kept, "Those that were to leave and have not.")
+      .def_readonly("kept_because", &WindowReport::kept_because);
+}
+
+void bind_incremental(py::module_& m) {
+  SettingsClass<SmootherOptions>(m, "SmootherOptions", "Settings of the incremental smoother.")
+      .field("relinearize", &SmootherOptions::relinearize,
+             "Factors are linearised again when their linear model is off by more, in units of the "
+             "objective.")
+      .field("wildfire", &SmootherOptions::wildfire,
+             "Steps are propagated while they lower the objective by more.")
+      .field("rounds", &SmootherOptions::rounds, "Of alternation per update.")
+      .field("recent", &SmootherOptions::recent, "Newest poses that stay near the root.")
+      .field("discrete", &SmootherOptions::discrete, "Of discrete inference.");
+  py::class_<IncrementalSmoother>(
+      m, "IncrementalSmoother",
+      "Online alternating minimisation: each update costs what it touches, the joint objective "
+      "never rises, and a change is applied as a whole or not at all.")
+      .def(py::init<const SmootherOptions&>(), "options"_a = SmootherOptions())
+      .def("update", &IncrementalSmoother::update, "delta"_a, Unlocked(),
+           "Applies a change. Bad input is an Error, a singular system a report that is not ok.")
+      .def("converge", &IncrementalSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
+           Unlocked(), "Relinearises everything and alternates to convergence.")
+      .def("begin", &IncrementalSmoother::begin, Unlocked(),
+           "Begins a transaction, which `commit` or `roll_back` ends.")
+      .def("commit", &IncrementalSmoother::commit, Unlocked())
+      .def("roll_back", &IncrementalSmoother::roll_back, Unlocked())
+      .def("keep_last", &IncrementalSmoother::keep_last, "keys"_a, Unlocked(),
+           "Variables to eliminate after all others.")
+      .def("__getitem__", &value_at, "key"_a, "The estimate of a continuous variable.")
+      .def(
+          "__contains__",
+          [](const IncrementalSmoother& s, Key key) { return s.values().contains(key); }, "key"_a)
+      .def("__len__", [](const IncrementalSmoother& s) { return s.values().size(); })
+      .def(
+          "graph", [](const IncrementalSmoother& s) { return s.graph(); }, "A copy.")
+      .def(
+          "values", [](const IncrementalSmoother& s) { return s.values(); }, "A copy.")
+      .def(
+          "assignment", [](const IncrementalSmoother& s) { return s.assignment(); }, "A copy.")
+      .def("estimate", &IncrementalSmoother::estimate, "A copy.")
+      .def("objective", &IncrementalSmoother::objective, "Of eq. 6 at the estimate.")
+      .def("cost", &IncrementalSmoother::cost, Unlocked(), "Half the weighted squared error.")
+      .def("joint_covariance", &IncrementalSmoother::joint_covariance, "keys"_a, Unlocked(),
+           "Of continuous variables, in the order given (eq. 11b).")
+      .def("factors_of", &IncrementalSmoother::factors_of, "key"_a,
+           "Handles of the factors that hold a continuous variable.")
+      .def(
+          "__copy__", [](const IncrementalSmoother& s) { return IncrementalSmoother(s); },
+          "An independent smoother.");
+}
+
+void bind_window(py::module_& m) {
+  py::enum_<WindowOptions::Mode>(m, "WindowMode")
+      .value("FULL", WindowOptions::Mode::kFull)
+      .value("FIXED_LAG", WindowOptions::Mode::kFixedLag)
+      .value("FILTER", WindowOptions::Mode::kFilter);
+  SettingsClass<WindowOptions>(m, "WindowOptions", "What of the past stays in the graph.")
+      .field("mode", &WindowOptions::mode, "Everything, the last updates, or the newest states.")
+      .field("lag", &WindowOptions::lag, "In updates.")
+      .field("lasting", &WindowOptions::lasting, "Letters of variables that never leave.")
+      .field("states", &WindowOptions::states,
+             "Letters of the states of a filter; empty: all poses.");
+  py::class_<WindowSmoother>(m, "WindowSmoother",
+                             "The incremental smoother over a window: old states are marginalised.")
+      .def(py::init<const WindowOptions&, const SmootherOptions&>(), "window"_a = WindowOptions(),
+           "options"_a = SmootherOptions())
+      .def("update", &WindowSmoother::update, "delta"_a, Unlocked())
+      .def("converge", &WindowSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
+           Unlocked())
+      .def_property_readonly("smoother", &WindowSmoother::smoother,
+                             py::return_value_policy::reference_internal,
+                             "What is in the window; update the window, not the smoother.")
+      .def(
+          "past", [](const WindowSmoother& w) { return w.past(); },
+          "Last estimates of the variables that have left, a copy.");
+}
+
+}  // namespace
+
+void bind_smoother(py::module_& m) {
+  bind_reports(m);
+  bind_incremental(m);
+  bind_window(m);
+}
+
+}  // namespace hybrid::python

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/core/values.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "python/bindings.h"
+
+namespace hybrid::python {
+namespace {
+
+using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+template <class T>
+void put(Values& values, Key key, const T& value) {
+  if (values.contains(key)) {
+    values.update(key, value);
+  } else {
+    values.insert(key, value);
+  }
+}
+
+void put_vector(Values& values, Key key, const Eigen::VectorXd& value) {
+  if (!values.contains(key)) {
+    values.insert(key, value);
+    return;
+  }
+  const VariableType type = vector_type(static_cast<int>(value.size()));
+  if (values.type(key) != type) {
+    throw Error("variable " + to_string(key) + " is of type " + to_string(values.type(key)) +
+                ", not " + to_string(type));
+  }
+  std::memcpy(values.data(values.slot(key)), value.data(), sizeof(double) * type.size);
+}
+
+/// `insert` and `[] =` for one kind of value, a class or a vector.
+template <class T>
+void bind_value(py::class_<Values>& c) {
+  c.def(
+      "insert", [](Values& values, Key key, const T& value) { values.insert(key, value); }, "key"_a,
+      "value"_a, "Adds a variable; an Error if the key is there already.");
+  c.def("__setitem__", &put<T>, "key"_a, "value"_a);
+}
+
+std::vector<Key> keys_of(const Values& values, const std::string& letters) {
+  std::vector<Key> keys;
+  for (const Key key : values.keys()) {
+    if (letters.empty() || letters.find(key.letter()) != std::string::npos) keys.push_back(key);
+  }
+  return keys;
+}
+
+Rows stack(const Values& values, const std::vector<Key>& keys) {
+  if (keys.empty()) return Rows(std::vector<py::ssize_t>{0, 0});
+  const VariableType type = values.type(keys.front());
+  Rows rows(std::vector<py::ssize_t>{static_cast<py::ssize_t>(keys.size()), type.size});
+  double* row = rows.mutable_data();
+  for (const Key key : keys) {
+    if (values.type(key) != type) {
+      throw Error("variable " + to_string(key) + " is of type " + to_string(values.type(key)) +
+                  ", and " + to_string(keys.front()) + " of " + to_string(type));
+    }
+    row = std::copy_n(values.data(key), type.size, row);
+  }
+  return rows;
+}
+
+void insert_stack(Values& values, const std::vector<Key>& keys, const py::object& type_argument,
+                  const Rows& rows) {
+  const VariableType type = type_of(type_argument);
+  if (rows.ndim() != 2 || rows.shape(0) != static_cast<py::ssize_t>(keys.size()) ||
+      rows.shape(1) != type.size) {
+    throw Error(std::to_string(keys.size()) + " variables of type " + to_string(type) +
+                " take an array of " + std::to_string(keys.size()) + " x " +
+                std::to_string(type.size) + " numbers");
+  }
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    values.insert(keys[i], type, rows.data(static_cast<py::ssize_t>(i), 0));
+  }
+}
+
+Values from_dict(const py::dict& items) {
+  Values values;
+  const py::object self = py::cast(&values, py::return_value_policy::reference);
+  for (const auto& [key, value] : items) self.attr("__setitem__")(key, value);
+  return values;
+}
+
+}  // namespace
+
+py::object value_of(VariableType type, const double* x) {
+  switch (type.kind) {
+    case VariableKind::kSO2:
+      return py::cast(SO2::load(x));
+    case VariableKind::kSE2:
+      return py::cast(SE2::load(x));
+    case VariableKind::kSO3:
+      return py::cast(SO3::load(x));
+    case VariableKind::kSE3:
+      return py::cast(SE3::load(x));
+    default:
+      return py::array_t<double>(type.size, x);
+  }
+}
+
+VariableType type_of(const py::handle& type) {
+  if (type.is(py::type::of<SO2>())) return Variable<SO2>::type();
+  if (type.is(py::type::of<SE2>())) return Variable<SE2>::type();
+  if (type.is(py::type::of<SO3>())) return Variable<SO3>::type();
+  if (type.is(py::type::of<SE3>())) return Variable<SE3>::type();
+  if (py::isinstance<py::int_>(type) && type.cast<long>() > 0 && type.cast<long>() < 100000) {
+    return vector_type(type.cast<int>());
+  }
+  throw Error("a type of variable is SO2, SE2, SO3, SE3 or the length of a vector, not " +
+              py::repr(type).cast<std::string>());
+}
+
+py::object to_python(VariableType type) {
+  switch (type.kind) {
+    case VariableKind::kSO2:
+      return py::type::of<SO2>();
+    case VariableKind::kSE2:
+      return py::type::of<SE2>();
+    case VariableKind::kSO3:
+      return py::type::of<SO3>();
+    case VariableKind::kSE3:
+      return py::type::of<SE3>();
+    default:
+      return py::int_(type.size);
+  }
+}
+
+void bind_values(py::module_& m) {
+  py::class_<Values> c(m, "Values",
+                       "The values of continuous variables, by key: SO2, SE2, SO3, SE3 or arrays "
+                       "(n,) of float64.");
+  c.def(py::init<>());
+  bind_value<SO2>(c);
+  bind_value<SE2>(c);
+  bind_value<SO3>(c);
+  bind_value<SE3>(c);
+  c.def(
+      "insert",
+      [](Values& values, Key key, const Eigen::VectorXd& value) { values.insert(key, value); },
+      "key"_a, "value"_a, "Adds a variable; an Error if the key is there already.");
+  c.def("__setitem__", &put_vector, "key"_a, "value"_a);
+  py::implicitly_convertible<py::dict, Values>();
+  c.def(py::init(&from_dict), "values"_a, "From a dict of key: value.")
+      .def(
+          "__getitem__",
+          [](const Values& values, Key key) {
+            const int slot = values.slot(key);
+            return value_of(values.type(slot), values.data(slot));
+          },
+          "key"_a, "The value, a copy.")
+      .def(
+          "__delitem__",
+          [](Values& values, Key key) {
+            values.slot(key);
+            values.erase(key);
+          },
+          "key"_a)
+      .def("__contains__", &Values::contains, "key"_a)
+      .def("__len__", &Values::size)
+      .def("__copy__", [](const Values& values) { return Values(values); })
+      .def("keys", &keys_of, "letters"_a = "",
+           "Keys in the order of insertion; with these letters, where some are given.")
+      .def("stack", &stack, "keys"_a,
+           "The storage of variables of one type as rows (n, size), see `storage` of the groups.")
+      .def("insert_stack", &insert_stack, "keys"_a, "type"_a, "rows"_a,
+           "Adds variables of one type (SO2, SE2, SO3, SE3 or the length of vectors) from their "
+           "storage (n, size).")
+      .def("__repr__", [](const Values& values) {
+        return "<Values of " + std::to_string(values.size()) + " variables>";
+      });
+}
+
+}  // namespace hybrid::python

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "libhybrid/io/write_graph.h"
+#include "tests/apps/run_app.h"
+#include "tests/support/pose_graph_worlds.h"
+#include "tests/support/scratch_folder.h"
+
+namespace hybrid {
+namespace {
+
+class PgoStarts : public ScratchFolder {
+ protected:
+  nlohmann::json solve(const std::string& graph, const std::string& arguments) {
+    ran = run_app("hybrid-pgo " + graph + " --method lm " + arguments + " -o " + at("out"));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return nlohmann::json::parse(std::ifstream(at("out/summary.json")));
+  }
+
+  Ran ran;
+};
+
+TEST_F(PgoStarts, ScrambledPosesOfAFileDoNoHarm) {
+  worlds::World world = worlds::torus(12, 20, {0.1, 0.2}, 5);
+  scramble(world, 6);
+  const std::string file = write("graph.g2o", to_g2o(world.graph));
+  const nlohmann::json best = solve(file, "--start chordal");
+  EXPECT_EQ(best["start"], "chordal");
+  EXPECT_FALSE(best.contains("starts"));
+  const nlohmann::json chosen = solve(file, "");
+  EXPECT_EQ(chosen["start"], "chordal");
+  EXPECT_NEAR(chosen["cost"], best["cost"], 1e-6 * best["cost"].get<double>());
+  ASSERT_EQ(chosen["starts"].size(), 4u);
+  EXPECT_EQ(chosen["starts"][0]["start"], "file");
+  EXPECT_GT(chosen["starts"][0]["cost"], 2 * best["cost"].get<double>());
+  EXPECT_NE(ran.text.find("the start 'chordal' won: file cost"), std::string::npos) << ran.text;
+  EXPECT_EQ(solve(file, "--start auto")["cost"], chosen["cost"]);
+  EXPECT_EQ(solve(file, "--start odometry")["start"], "odometry");
+}
+
+TEST_F(PgoStarts, AGoodStartIsTakenAsItIs) {
+  worlds::World world = worlds::town(300, 5, 0.3, {0.05, 0.01}, 5);
+  world.graph.values = world.truth;
+  const std::string file = write("graph.g2o", to_g2o(world.graph));
+  const nlohmann::json chosen = solve(file, "");
+  EXPECT_EQ(chosen["start"], "file");
+  EXPECT_FALSE(chosen.contains("starts"));
+  EXPECT_EQ(ran.text.find("won"), std::string::npos) << ran.text;
+  EXPECT_NEAR(solve(file, "--start tree")["cost"], chosen["cost"], 1e-4);
+}
+
+TEST_F(PgoStarts, ACertificateTellsTheOptimumFromAnotherMinimum) {
+  worlds::World world = worlds::torus(12, 20, {0.1, 0.2}, 5);
+  scramble(world, 6);
+  const std::string file = write("graph.g2o", to_g2o(world.graph));
+  const nlohmann::json summary = solve(file, "--certify");
+  const nlohmann::json best = summary["certificate"];
+  EXPECT_TRUE(best["verified"]) << best;
+  EXPECT_LE(best["relative_gap"], 1e-6);
+  EXPECT_NE(ran.text.find("certificate: verified"), std::string::npos) << ran.text;
+  run_app("hybrid-pgo " + file + " --method lm --certify --start file -o " + at("other"));
+  const auto other = nlohmann::json::parse(std::ifstream(at("other/summary.json")));
+  EXPECT_GT(other["cost"], 2 * summary["cost"].get<double>());
+  EXPECT_FALSE(other["certificate"]["verified"]) << other["certificate"];
+  EXPECT_FALSE(solve(file, "").contains("certificate"));
+}
+
+TEST_F(PgoStarts, ACertificateLeavesRejectedClosuresOut) {
+  worlds::World world = worlds::torus(12, 20, {0.1, 0.05}, 5);
+  world.graph.poses3.push_back(
+      {Key('x', 3), Key('x', 130), SE3({9, 9, 9}, SO3()), Noise::isotropic(6, 0.05)});
+  world.graph.values = world.truth;
+  const std::string file = write("graph.g2o", to_g2o(world.graph));
+  const Ran robust = run_app("hybrid-pgo " + file + " --certify -o " + at("out"));
+  ASSERT_EQ(robust.code, 0) << robust.text;
+  const auto summary = nlohmann::json::parse(std::ifstream(at("out/summary.json")));
+  EXPECT_EQ(summary["outliers"], 1);
+  EXPECT_TRUE(summary["certificate"]["verified"]) << summary["certificate"];
+}
+
+TEST_F(PgoStarts, InformationThatIsNotDefiniteIsRepairedOnlyWhereAsked) {
+  const std::string good = "EDGE_SE2 0 1 1 0 0 100 0 0 100 0 400\n";
+  const std::string file = write("graph.g2o", good + "EDGE_SE2 1 2 1 0 0 100 0 0 100 0 0\n");
+  const Ran refused = run_app("hybrid-pgo " + file + " -o " + at("none"));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.text.find("graph.g2o:2:1: information matrix is not positive definite; "
+                              "--repair-information"),
+            std::string::npos)
+      << refused.text;
+  const nlohmann::json summary = solve(file, "--repair-information");
+  EXPECT_EQ(summary["note"], "1 information matrices were not positive definite: repaired");
+  const std::string nothing = write("graph.g2o", good + "EDGE_SE2 1 2 1 0 0 -1 0 0 -1 0 -1\n");
+  const Ran hopeless = run_app("hybrid-pgo " + nothing + " --repair-information -o " + at("none"));
+  EXPECT_EQ(hopeless.code, 1);
+  EXPECT_NE(hopeless.text.find("and none is near"), std::string::npos) << hopeless.text;
+}
+
+}  // namespace
+}  // namespace hybrid
