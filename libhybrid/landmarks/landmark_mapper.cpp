@@ -9,9 +9,9 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/motion_covariance.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/landmarks/motion_covariance.h"
 
 namespace hybrid {
 

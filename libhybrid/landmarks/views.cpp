@@ -50,6 +50,7 @@ bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView
 /// The mean over the Gaussian by Gauss-Hermite quadrature with three nodes an axis.
 double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
                          double detected, const MapView& map) const {
+  if (empty()) return 1.0;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   const Eigen::MatrixXd axes =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/landmarks/motion_covariance.h"
+#include "libhybrid/factors/motion_covariance.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {

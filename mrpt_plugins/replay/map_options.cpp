@@ -22,10 +22,11 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
                            "keyframes between two writes to the map file", IniRange{1, 1e6});
   o.odds = map.get("localize_odds", o.odds,
                    "evidence that a place in the map needs, against none and against any other",
-                   IniRange{1, 1e300});
+                   IniRange{1, 1e12});
   o.start = map.get("start", o.start,
                     "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, "
-                    "deg]; empty: found by the landmarks");
+                    "deg]; empty: found by the landmarks",
+                    kCoordinate);
   for (std::size_t i = o.start.size() / 2 + o.start.size() % 2; i < o.start.size(); ++i) {
     o.start[i] *= M_PI / 180;
   }
@@ -38,7 +39,8 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
       map.degrees("start_sigma_deg", 10.0, "and of that orientation", kSigmaDegrees);
   o.origin = map.get("origin", o.origin,
                      "latitude and longitude of the origin of the map and direction of its x axis "
-                     "[deg, counter-clockwise from east], for GeoJSON; empty: not known");
+                     "[deg, counter-clockwise from east], for GeoJSON; empty: not known",
+                     kTurn);
   if (!o.origin.empty() &&
       (o.origin.size() != 3 || std::abs(o.origin[0]) > 90 || std::abs(o.origin[1]) > 180)) {
     map.fail("origin", "needs latitude, longitude and direction in degrees");

@@ -160,7 +160,9 @@ TEST_F(EventsTest, LastBeliefsAreThoseOfTheMap) {
 }
 
 TEST_F(EventsTest, MergesMoveTheirSightings) {
-  const auto events = events_of("-c " + config("kf_slam_6d_demo_da.ini"));
+  const auto events = events_of("-c " + config("kf_slam_demo.ini") +
+                                " --set sensor.ids=none"
+                                " --set plugins.classes=BearingRangeAssociation");
   EXPECT_GT(events.count("merge") + events.count("loop"), 0u);
   std::set<std::int64_t> gone;
   for (const char* kind : {"merge", "loop"}) {

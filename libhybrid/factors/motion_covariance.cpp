@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/motion_covariance.h"
+#include "libhybrid/factors/motion_covariance.h"
 
 #include <Eigen/LU>
 
