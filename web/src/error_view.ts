@@ -23,7 +23,7 @@ export class ErrorView {
       rows.push(['path, rmse', `${show(path.rmse_m)} m (${show(path.aligned?.rmse_m)} m aligned)`]);
       rows.push(['path, greatest', `${show(path.max_m)} m (${show(path.aligned?.max_m)} m aligned)`]);
     }
-    if (truth.dead_reckoning) rows.push(['odometry alone, rmse', `${show(truth.dead_reckoning.rmse_m)} m`]);
+    if (truth.dead_reckoning) rows.push(['dead reckoning, rmse', `${show(truth.dead_reckoning.rmse_m)} m`]);
     if (truth.landmarks) {
       rows.push(['landmarks', `${truth.landmarks.matched} right, ${truth.landmarks.spurious} spurious, ${truth.landmarks.missed} missed`]);
       rows.push(['landmarks, mean error', `${show(truth.landmarks.mean_m)} m`]);
@@ -44,7 +44,7 @@ export class ErrorView {
       const plot = new Plot(log ? 'The same, logarithmic' : 'Error of position [m] over time [s]', 'time', t, [
         { label: 'estimate', values: estimate, color: 'estimate' },
         { label: 'estimate, aligned', values: aligned, color: 'truth', dash: [6, 3] },
-        { label: 'odometry alone', values: reckoned, color: 'odometry', dash: [2, 3] }],
+        { label: 'dead reckoning', values: reckoned, color: 'odometry', dash: [2, 3] }],
           { log, height: 200, press: time => this.state.set({ keyframe: nearest(time) }) });
       this.plots.push(plot);
       this.root.append(plot.root);

@@ -109,7 +109,7 @@ function inSpace(data: MapData): OrbitView {
   const columns = (c: Path) => [known(c.x), known(c.y), c.z ? known(c.z) : known(c.x).map(() => 0)];
   const strands = [
     { label: 'estimate', points: columns(poses), color: 'estimate', mode: 'line' as const },
-    { label: 'odometry alone', points: columns(reckoned), color: 'odometry', mode: 'line' as const, alpha: 0.8 },
+    { label: 'dead reckoning', points: columns(reckoned), color: 'odometry', mode: 'line' as const, alpha: 0.8 },
     { label: 'landmarks', points: [0, 1, 2].map(d => landmarks.map(l => l.at[d] ?? 0)), color: 'merge', mode: 'points' as const },
   ];
   if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' as const });

@@ -11,7 +11,7 @@ import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
 
-const kLayers = ['estimate', 'odometry', 'truth', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
+const kLayers = ['estimate', 'dead reckoning', 'truth', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
 type Layer = typeof kLayers[number];
 
 /** The map at a keyframe: path, landmarks with class and probability, sight rays. */
@@ -88,7 +88,7 @@ export class MapView {
     const entry = (mark: HTMLElement, text: string) => el('div', {}, mark, text);
     const line = (name: string, dashed = false) =>
         el('i', { class: `line${dashed ? ' dashed' : ''}`, style: `color: var(--${name})` });
-    box.append(entry(line('estimate'), 'estimate'), entry(line('odometry', true), 'odometry alone'));
+    box.append(entry(line('estimate'), 'estimate'), entry(line('odometry', true), 'dead reckoning'));
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
@@ -185,7 +185,7 @@ export class MapView {
       this.map.line(this.data.truth.path.x, this.data.truth.path.y);
       this.drawTrueLandmarks();
     }
-    if (on('odometry')) {
+    if (on('dead reckoning')) {
       c.strokeStyle = themed('odometry');
       c.lineWidth = 1.2;
       c.setLineDash([2, 3]);

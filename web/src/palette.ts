@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-/** Colours of Okabe and Ito, which those who see few colours can tell; shapes tell them again. */
-const kLight = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#8a8a00', '#555555'];
-const kDark = ['#56b4e9', '#ff8a3d', '#2fd6a4', '#e7a3cb', '#f0c24b', '#8fd0ff', '#e6e04a', '#bbbbbb'];
+/** Colours of Okabe and Ito in the order of the pictures, darker on white; shapes tell them again. */
+const kLight = ['#b8860b', '#009e73', '#cc79a7', '#2f8fc4', '#882255', '#8a8a2e', '#d55e00', '#555555'];
+const kDark = ['#f0c24b', '#2fd6a4', '#e7a3cb', '#8fd0ff', '#e08ab8', '#d8d86a', '#ff8a3d', '#bbbbbb'];
 
 export type Shape = 'circle' | 'square' | 'triangle' | 'diamond' | 'cross' | 'star' | 'wedge' | 'bar';
 const kShapes: Shape[] = ['circle', 'square', 'triangle', 'diamond', 'cross', 'star', 'wedge', 'bar'];
