@@ -1,5 +1,5 @@
-# Debian packages: `cpack` in a build of the preset `package` (scripts/package) makes libhybrid0, libhybrid-dev and
-# hybrid-apps of the components of cmake/install.cmake.
+# Debian packages: `cpack` in a build of the preset `package` (scripts/package) makes libhybrid0, libhybrid-dev,
+# hybrid-apps and python3-hybrid of the components of cmake/install.cmake and python/.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hybrid)
 set(CPACK_PACKAGE_VENDOR "the hybrid mapping authors")
@@ -9,6 +9,9 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGE_HOMEPAGE_URL "")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL libhybrid0 libhybrid-dev hybrid-apps)
+if(TARGET hybrid_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
@@ -45,6 +48,17 @@ set(CPACK_COMPONENT_HYBRID-APPS_DESCRIPTION "discrete-continuous smoothing and m
 These are the programs: MRPT rawlogs to corrected trajectories and maps of\n\
 landmarks with classes, pose graphs whose loop closures may be false,\n\
 importers of public data sets; with configurations, logs and documents.")
+
+# Its modules are those of one version of Python.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hybrid)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "libhybrid0 (= ${version}), python3 (>= ${HYBRID_PYTHON_VERSION}), python3 (<< ${HYBRID_PYTHON_NEXT_VERSION}), \
+python3-numpy")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "discrete-continuous smoothing and mapping, Python\n${inference}\n\
+This is the Python package: graphs, solvers, selection of loop closures,\n\
+association, and the replay of rawlogs.")
 
 # Debian's changelog tells of packages, the project's own of what is in them.
 execute_process(COMMAND git -C ${PROJECT_SOURCE_DIR} log -1 --format=%cD OUTPUT_VARIABLE date
