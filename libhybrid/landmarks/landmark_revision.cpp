@@ -163,6 +163,14 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   return out;
 }
 
+/// Whether the sensor has named a landmark by an id that counts: clutter has none.
+bool LandmarkAssociation::is_named(int track) const {
+  const std::vector<int>& sightings = landmarks_.track(track).sightings;
+  return options_.use_ids && std::any_of(sightings.begin(), sightings.end(), [&](int s) {
+           return landmarks_.sighting(s).detection.id.has_value();
+         });
+}
+
 Contribution LandmarkAssociation::conclude(const MapView& map) {
   remember();
   if (undo_wanted_) return undo_merge(map);
@@ -182,7 +190,8 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     const Track& track = landmarks_.track(t);
     const bool confirmed = landmarks_.seen(t) >= options_.confirm;
     if (track.known_sightings > 0) continue;  // what becomes of it is for the map to say
-    if (track.alive && !(confirmed && track.existence > 0)) discard(t, map, out);
+    const bool there = track.existence > 0 || is_named(t);
+    if (track.alive && !(confirmed && there)) discard(t, map, out);
   }
   return out;
 }

@@ -114,6 +114,27 @@ TYPED_TEST(LandmarkMapping, AnIdThatWasTakenForClutterIsMappedWhenItIsSeenAgain)
   EXPECT_EQ(mapper.landmarks().size(), drive.points.size() + 1);
 }
 
+/// What the sensor has named twice is there, however often it was missed afterwards.
+TYPED_TEST(LandmarkMapping, AnIdThatWasSeenTwiceStays) {
+  using Pose = TypeParam;
+  Curve<Pose> drive;
+  LandmarkMapper<Pose> mapper;
+  for (int i = 0; i < 45; ++i) {
+    const Pose motion = i == 0 ? Pose() : drive.step();
+    DetectionFrame seen = drive.look(true);
+    if (i == 3 || i == 4) {
+      Detection once;
+      once.id = 99;
+      once.range = 3 - 0.4 * (i - 3);
+      once.covariance.diagonal() << 9e-4, 9e-4, Curve<Pose>::kIs3d ? 9e-4 : 0;
+      seen.detections.push_back(once);
+    }
+    EXPECT_TRUE(mapper.add(motion, Curve<Pose>::noise(i == 0 ? 0.01 : 1), {seen})) << i;
+  }
+  mapper.finish();
+  EXPECT_EQ(mapper.landmarks().size(), drive.points.size() + 1);
+}
+
 TYPED_TEST(LandmarkMapping, EveryPointIsALandmarkAndEverySightingGoesToItsOwn) {
   using Pose = TypeParam;
   Curve<Pose> drive;
