@@ -20,8 +20,8 @@ constexpr int kTallTree = 200;
 
 /// CHOLMOD's analysis of a graph by the method set in `common`; null where it fails.
 cholmod_factor* analyze(cholmod_sparse& graph, int anchor, cholmod_common& common) {
-  if (anchor < 0) return cholmod_analyze(&graph, &common);
   const int n = static_cast<int>(graph.nrow);
+  if (anchor < 0 || n == 1) return cholmod_analyze(&graph, &common);  // CAMD asks for a group 0
   std::vector<int> order(n);
   if (common.method[0].ordering == CHOLMOD_AMD) {
     std::vector<int> group(n, 0);
