@@ -94,7 +94,7 @@ class FactorOf : public ContinuousFactor {
                       std::index_sequence<I...>) const {
     std::tuple<Jacobian<Variables>...> jacobians;
     const Residual e = evaluate(Variable<Variables>::load(x[I])..., &std::get<I>(jacobians)...);
-    Residual whitened;  // local, for the compiler to keep it in registers
+    Residual whitened;  // local, so that the compiler keeps it in registers
     whiten(e, whitened);
     (append(std::get<I>(jacobians), J), ...);
     const double s = whitened.squaredNorm();
@@ -117,7 +117,7 @@ class FactorOf : public ContinuousFactor {
     }
   }
 
-  /// Writes the whitened Jacobian of one variable at `J` and moves `J` behind it.
+  /// Writes the whitened Jacobian of one variable at `J` and advances `J` to the next.
   template <class Block>
   void append(const Block& jacobian, double*& J) const {
     whiten(jacobian, Eigen::Map<Block>{J});
