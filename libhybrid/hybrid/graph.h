@@ -20,7 +20,7 @@ class HybridGraph {
   Handle add(ContinuousFactorPtr factor);
   Handle add(Table table);
   Handle add(HybridFactorPtr factor);
-  /// A factor taken out of the graph: the one of its kind.
+  /// A factor taken out of the graph; only the member of its kind is set.
   struct Removed {
     Handle handle;
     ContinuousFactorPtr continuous = nullptr;
@@ -29,7 +29,7 @@ class HybridGraph {
   };
   /// Throws Error for a handle that is not, or no longer, in the graph.
   Removed remove(Handle handle);
-  /// Undoes a removal: the handle names the factor again.
+  /// Undoes a removal: the handle is valid again.
   void put_back(Removed removed);
   bool contains(Handle handle) const;
 
@@ -75,7 +75,7 @@ struct Delta {
   Values values;          ///< initial values of the new continuous variables
   Assignment assignment;  ///< initial values of new discrete variables; 0 where not given
   std::vector<Handle> remove;
-  std::vector<Key> remove_values;  ///< continuous variables that go; no factor left may hold them
+  std::vector<Key> remove_values;  ///< continuous variables to remove; no factor may use them
 };
 
 }  // namespace hybrid
