@@ -15,7 +15,7 @@ struct TableLimits {
   std::size_t max_total = std::size_t{1} << 27;  ///< all intermediate tables together
 };
 
-/// A component that cannot be eliminated within the limits: the smallest next table where it does
+/// A component that cannot be eliminated within the limits: the next table if the component does
 /// not fit even alone, else all its tables, which do not fit beside those of smaller components.
 struct TooLarge {
   int component = 0;
@@ -35,7 +35,7 @@ struct JunctionForest {
   std::vector<TooLarge> too_large;
 
   int size() const { return static_cast<int>(order.size()); }
-  /// What remains of a clique without its own variable.
+  /// A clique without its own variable.
   IntSpan separator(int p) const {
     return {separators.data() + separator_begin[p], separators.data() + separator_begin[p + 1]};
   }
