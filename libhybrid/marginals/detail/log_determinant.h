@@ -11,10 +11,11 @@ namespace hybrid {
 /// log det of the Hessian of a problem at its last linearisation.
 struct LogDeterminant {
   double value = 0.0;
-  std::vector<Key> under_constrained;  ///< where the Hessian is singular: the value means nothing
+  std::vector<Key>
+      under_constrained;  ///< not empty if the Hessian is singular: value is meaningless
 };
 
-/// Assembles and factorises.
+/// Assembles and factorises the problem.
 LogDeterminant log_determinant(Problem& problem);
 
 }  // namespace hybrid
