@@ -136,7 +136,7 @@ class BayesTree {
     BlockPool::Block storage;
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
-    unsigned born = 0;      // epoch
+    unsigned born = 0;      // epoch in which it was made
 
     /// order x frontal_dim: L, with the right-hand side as last row.
     double* columns() { return storage.data(); }
