@@ -25,7 +25,7 @@ struct ClosureSelectionOptions {
   bool trust_start = false;
   /// Below this redundancy a closure is flagged: no other measurement would reveal a false one.
   double min_redundancy = 0.09;
-  /// Refuse closures so flagged, unless the evidence of the odometry alone carries them.
+  /// Whether to reject the closures that are flagged.
   bool refuse_uncheckable = false;
   int max_rounds = 500;  ///< macro-steps tried
   SolverOptions solver;  ///< of the last solve; those between are rougher

@@ -53,7 +53,7 @@ class Readmission {
   /// Closures inside the gate, with the present variance factor, whatever their evidence, best
   /// first.
   std::vector<Candidate> all_plausible();
-  /// The pairs, at most two, whose joint evidence is best, if it suffices; else none.
+  /// The two closures whose joint evidence is best, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
   /// Admitted closures that the others contradict, worst first.
   std::vector<int> contradicted() const;
