@@ -11,7 +11,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// An edge of a graph as a file names it.
+/// An edge of a graph by its vertices, from a line of a file.
 struct VertexPair {
   std::uint64_t i = 0, j = 0;
   bool flag = true;
@@ -19,7 +19,7 @@ struct VertexPair {
 };
 
 /// Reads rows `i j` or, where `flags`, also `i j 0|1`; a missing flag is 1. Throws Error
-/// "file:line:column: what" for anything else; the file may be without any row.
+/// "file:line:column: what" for anything else; the file may have no rows.
 std::vector<VertexPair> read_pairs(const std::string& path, bool flags);
 
 }  // namespace hybrid
