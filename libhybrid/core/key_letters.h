@@ -21,7 +21,7 @@ inline constexpr char kBearingChoice = 'v';        ///< whether a bearing is fal
 // Other programs.
 inline constexpr char kObject = 'o';       ///< pose; object maps
 inline constexpr char kAnchor = 'a';       ///< position of a fixed transmitter; hybrid-switching
-inline constexpr char kCounterpart = 'd';  ///< point matched to a point; registration
+inline constexpr char kCounterpart = 'd';  ///< match of a source point; registration
 
 // Added by the library.
 inline constexpr char kClosureSwitch = 'D';  ///< switch of a closure, eq. 16; closures
