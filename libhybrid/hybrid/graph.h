@@ -45,7 +45,7 @@ class HybridGraph {
   const HandleList<HybridFactorPtr>& hybrid() const { return hybrid_; }
   std::size_t size() const { return continuous_.size() + discrete_.size() + hybrid_.size(); }
 
-  /// All discrete variables of any factor, in order of first appearance. Throws Error where two
+  /// All discrete variables of any factor, in order of first appearance. Throws Error if two
   /// factors disagree about a cardinality.
   std::vector<DiscreteKey> discrete_keys() const;
 
@@ -73,7 +73,7 @@ struct Delta {
   std::vector<Table> discrete;
   std::vector<HybridFactorPtr> hybrid;
   Values values;          ///< initial values of the new continuous variables
-  Assignment assignment;  ///< initial values of new discrete variables; 0 where not given
+  Assignment assignment;  ///< initial values of new discrete variables; default 0
   std::vector<Handle> remove;
   std::vector<Key> remove_values;  ///< continuous variables to remove; no factor may use them
 };
