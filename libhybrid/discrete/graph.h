@@ -25,7 +25,7 @@ struct IntSpan {
 /// and are split into connected components. Holds pointers: the tables must outlive it.
 class DiscreteGraph {
  public:
-  /// Throws Error where two tables disagree about a cardinality.
+  /// Throws Error if two tables disagree about a cardinality.
   explicit DiscreteGraph(std::vector<const Table*> tables);
 
   const std::vector<const Table*>& tables() const { return tables_; }

@@ -28,7 +28,7 @@ struct TooLarge {
 /// the first variable of its separator to be eliminated.
 struct JunctionForest {
   std::vector<int> order;            ///< variable id by position
-  std::vector<int> position;         ///< by variable id; -1 where not eliminated
+  std::vector<int> position;         ///< by variable id; -1 if not eliminated
   std::vector<std::size_t> entries;  ///< of the clique table, by position
   std::vector<int> separator_begin;  ///< by position, and one past the last
   std::vector<int> separators;       ///< positions, descending within a clique

@@ -28,7 +28,7 @@ class VariableElimination {
   /// Returns log sum exp(-cost); stops at the first impossible clique.
   double calibrate();
 
-  /// For each clique found where no joint value is possible, its variables (ids).
+  /// The variables (ids) of each clique found to have no possible joint value.
   const std::vector<std::vector<int>>& impossible() const { return impossible_; }
 
   /// Probabilities of some variables that share a clique, row-major in the order given. Valid after
