@@ -35,9 +35,9 @@ inline void check_range(const ContinuousFactor& factor, double range) {
               ": the measured range must be finite and not negative, got " + std::to_string(range));
 }
 
-/// Base of continuous factors whose residual size and variable types are known at compile time.
-/// Derive, and write `evaluate`: the residual and, where a pointer is not null, its Jacobian with
-/// respect to the tangent of that variable. Whitening, robust loss and storage are done here.
+/// Base of continuous factors whose residual size and variable types are known at compile time. A
+/// derived class defines `evaluate`: the residual and, if the pointers are not null, its Jacobian
+/// with respect to the tangent of each variable. Whitening, robust loss and storage are done here.
 template <int kRows, class... Variables>
 class FactorOf : public ContinuousFactor {
  public:

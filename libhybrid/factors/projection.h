@@ -27,9 +27,9 @@ struct PinholeView {
   PinholeView(const Eigen::Vector3d& p, const Intrinsics& camera, bool jacobians);
 };
 
-/// A pixel where a camera at T_map_camera saw a point of the map, with pose, point and intrinsics
-/// all unknown: residual in pixels. Projections with the same intrinsics variable are of the same
-/// camera.
+/// The pixel at which a camera at T_map_camera saw a point of the map, with pose, point and
+/// intrinsics all unknown: residual in pixels. Projections with the same intrinsics variable are of
+/// the same camera.
 class Projection : public FactorOf<2, SE3, Eigen::Vector3d, Intrinsics> {
  public:
   /// Throws Error for a pixel that is not finite.
