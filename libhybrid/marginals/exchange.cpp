@@ -10,8 +10,8 @@
 namespace hybrid {
 namespace {
 
-/// Least length that is more than rounding of the part of a row orthogonal to the directions found
-/// so far; rows have unit length over variables of unit variance.
+/// Rows have unit length over variables of unit variance; the part of a row orthogonal to the
+/// directions found so far is rounding error if it is shorter than this.
 constexpr double kNewDirection = 1e-9;
 /// If the information on a direction falls below this share, only the removed factors determined
 /// it. Covariances are accurate to some 1e-12.

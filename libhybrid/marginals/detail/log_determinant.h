@@ -10,9 +10,8 @@ namespace hybrid {
 
 /// log det of the Hessian of a problem at its last linearisation.
 struct LogDeterminant {
-  double value = 0.0;
-  std::vector<Key>
-      under_constrained;  ///< not empty if the Hessian is singular: value is meaningless
+  double value = 0.0;                  ///< meaningless if the Hessian is singular
+  std::vector<Key> under_constrained;  ///< empty unless the Hessian is singular
 };
 
 /// Assembles and factorises the problem.
