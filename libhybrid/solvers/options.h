@@ -11,9 +11,9 @@ namespace HYBRID_API hybrid {
 /// Options of the continuous solvers: when they stop, and how they start.
 struct SolverOptions {
   int max_iterations = 100;
-  /// Converged once the predicted decrease of the cost by the whole Gauss-Newton step, neither
-  /// damped nor shortened, is at most this share of the cost (half the squared Newton decrement),
-  /// and so is the actual one. This criterion depends on no frame and no unit.
+  /// Converged once the decrease of the cost that the whole Gauss-Newton step, neither damped nor
+  /// shortened, predicts (half the squared Newton decrement) is at most this share of the cost, and
+  /// so is the actual decrease. This criterion depends on no frame and no unit.
   double relative_decrease = 1e-6;
   /// Converged once the gradient |g| of no variable, divided by the Frobenius norm of its Jacobian
   /// (so that it counts in standard deviations), exceeds this.
