@@ -67,7 +67,7 @@ std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& v
                                    const std::vector<bool>& accepted,
                                    const MixtureOptions& options = {});
 
-/// Whether a relative pose is trusted, that is no candidate closure.
+/// Whether a relative pose is trusted; all others are candidate closures.
 using Trust = std::function<bool(Key from, Key to)>;
 
 /// A pose graph as a robust problem: relative poses that are not trusted are the closures, in the
