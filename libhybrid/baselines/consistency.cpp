@@ -115,7 +115,7 @@ class Track {
   int stop(int index) const {
     return static_cast<int>(std::lower_bound(stops_.begin(), stops_.end(), index) - stops_.begin());
   }
-  /// From one stop to every other.
+  /// The motions from one stop to every other.
   std::vector<Way> from(int stop) const {
     std::vector<Way> ways(stops_.size(), none());
     for (std::size_t s = stop + 1; s < ways.size(); ++s) {
@@ -124,7 +124,7 @@ class Track {
     for (int s = stop; s-- > 0;) ways[s] = followed_by(ways[s + 1], reversed(gaps_[s]));
     return ways;
   }
-  /// From every stop to one.
+  /// The motions from every stop to one.
   std::vector<Way> to(int stop) const {
     std::vector<Way> ways(stops_.size(), none());
     for (std::size_t s = stop + 1; s < ways.size(); ++s) {
