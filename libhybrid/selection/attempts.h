@@ -16,7 +16,7 @@ struct Refused {
   UpdateReport report;
 };
 
-/// The report of a successful update; throws Refused for another one.
+/// Returns the report of an update; throws Refused if the smoother refused it.
 inline UpdateReport taken(UpdateReport report) {
   if (report.status != UpdateReport::Status::kOk) throw Refused{std::move(report)};
   return report;

@@ -106,7 +106,7 @@ class DelayedDecisionSmoother {
   std::vector<std::size_t> open_;  // choices that alone connect the poses on both sides
   std::vector<Group> groups_;      // of open choices
   Attempts attempts_;
-  double explained_ = 0.0;  // expected cost, by noise, of the factors added since
+  double explained_ = 0.0;  // expected cost, by noise, of factors added since the last update
   Handle held_;
   double settled_ = 0.0;  // continuous cost after the last update
   int trials_ = 0;

@@ -97,7 +97,7 @@ void OnlineClosureSelection::restore(State&& before) {
   changed_switches_.clear();
 }
 
-/// A closure for writing; saves it as it was before the current change.
+/// Returns a closure for modification; saves its state before the current change.
 OnlineClosureSelection::Closure& OnlineClosureSelection::edit(std::size_t k) {
   saved_.try_emplace(k, closures_[k]);
   return closures_[k];

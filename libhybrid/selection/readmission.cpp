@@ -234,9 +234,9 @@ void Readmission::predict_others(bool all) {
   }
 }
 
-/// The variance factor before any closure is accepted: by a low quantile over the closures that the
-/// trusted factors predict best, which some true ones among them suffice for. It is at most one,
-/// since a larger one may come from false closures.
+/// The variance factor before any closure is accepted: from a low quantile over the closures that
+/// the trusted factors predict best, for which a share of true ones among them suffices. It is at
+/// most one, since a larger one may come from false closures.
 void Readmission::first_variance_factor() {
   std::vector<std::pair<double, int>> spread;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
