@@ -13,7 +13,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a match between a source and a target point measures.
+/// The residual of a match between a source and a target point.
 enum class MatchMetric {
   kSurface,  ///< distance to the surface of the target, or to its curve in a plane scan
   kPoint     ///< distance to the point
