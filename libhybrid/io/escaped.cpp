@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kLongestText = 200;
 constexpr std::size_t kLongestWord = 40;
 
-/// Bytes of the printable character at the begin of `text` (RFC 3629); 0 if there is none.
+/// Bytes of the printable character at the beginning of `text` (RFC 3629); 0 if there is none.
 std::size_t printable_bytes(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7f ? 1 : 0;

@@ -18,7 +18,7 @@ struct VertexPair {
   std::size_t line = 0;  ///< of the file
 };
 
-/// Reads rows `i j` or, where `flags`, also `i j 0|1`; a missing flag is 1. Throws Error
+/// Reads rows `i j`, or also `i j 0|1` if `flags`; a missing flag is 1. Throws Error
 /// "file:line:column: what" for anything else; the file may have no rows.
 std::vector<VertexPair> read_pairs(const std::string& path, bool flags);
 

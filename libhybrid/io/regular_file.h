@@ -10,8 +10,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// A regular file, open for reading from its start. Opening never waits, as for the other end of a
-/// pipe it would.
+/// A regular file, open for reading from its start. Opening never waits, as it would for the other
+/// end of a pipe.
 class RegularFile {
  public:
   /// Throws Error "path: why" if the file is missing, may not be read, or is a folder, a pipe, a
