@@ -14,7 +14,7 @@ inline constexpr char kLandmarkClass = 's';        ///< mapping plugins
 inline constexpr char kMotionMode = 'm';           ///< mapper, switching systems
 inline constexpr char kSensorPose = 'c';           ///< mapper
 inline constexpr char kOdometryCalibration = 'o';  ///< mapper
-inline constexpr char kAssociation = 'a';          ///< what a frame saw; mapping plugins
+inline constexpr char kAssociation = 'a';          ///< landmarks that a frame saw; mapping plugins
 inline constexpr char kRangeChoice = 'b';          ///< mode of an ambiguous range; mapping plugins
 inline constexpr char kBearingChoice = 'v';        ///< whether a bearing is false; mapping plugins
 

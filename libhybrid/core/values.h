@@ -40,7 +40,7 @@ class Values {
     return Variable<T>::load(data(checked_slot(key, Variable<T>::type())));
   }
 
-  /// A vector of any length; throws Error for another variable.
+  /// A vector of any length; throws Error for a variable that is no vector.
   Eigen::VectorXd vector(Key key) const;
 
   bool contains(Key key) const { return index_.count(key) != 0; }
