@@ -44,7 +44,7 @@ class BayesTree {
 
   /// Adds a variable with step zero; `v` may be the number of one whose removal was committed.
   void add_variable(int v, int dim);
-  /// The factors that hold it must be removed in the same transaction.
+  /// Removes a variable; its factors must be removed in the same transaction.
   void remove_variable(int v);
 
   /// Adds a factor with an all-zero Hessian, to be filled in through `hessian`. Returns its number.
