@@ -32,8 +32,9 @@ inline DiscreteKey closure_switch(std::size_t closure) {
   return {Key(key_letter::kClosureSwitch, closure), 2};
 }
 
-/// The mixture of eq. 17 for one closure, whose outlier component is weak (see Component::weak).
-/// Throws Error for weights that are not positive.
+/// The mixture of eq. 17 for one closure. Its outlier component is weak (see Component::weak) if it
+/// is constant, or as wide as make_outlier_mixture requires. Throws Error for weights that are not
+/// positive.
 HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
                                 const MixtureOptions& options = {});
 
