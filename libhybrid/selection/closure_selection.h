@@ -10,9 +10,9 @@ namespace HYBRID_API hybrid {
 
 struct ClosureSelectionOptions {
   MixtureOptions mixture;  ///< the model of the joint objective
-  /// A closure is admitted once the logarithm of its evidence (see EvidenceModel) exceeds that of
-  /// the number of closures not admitted by this much: false admissions are then rare in the whole
-  /// graph, not only by closure.
+  /// A closure is admitted once the logarithm of its evidence (see EvidenceModel) exceeds the
+  /// logarithm of the number of closures not admitted by this much, so that false admissions are
+  /// rare in the whole graph, not only for each closure.
   double margin = 1.5;
   /// An admitted closure is dropped when the logarithm of its evidence is below that threshold by
   /// more than this.

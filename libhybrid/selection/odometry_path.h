@@ -31,7 +31,7 @@ class OdometryPath {
 
   /// Number of poses.
   std::size_t size() const { return index_.size(); }
-  /// Forgets all poses but the first `size`. Does not throw.
+  /// Removes all poses but the first `size`. Does not throw.
   void shrink(std::size_t size) noexcept;
 
   /// Prediction of a factor between two poses given the odometry alone; empty unless they are on
