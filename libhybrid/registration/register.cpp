@@ -26,7 +26,7 @@ constexpr int kPairs = 15;             // of half-steps at most at one covarianc
 constexpr double kSettled = 0.05;      // motion that ends a stage, in standard deviations across
 constexpr double kSettledLast = 0.02;  // the same for the last
 constexpr int kContinuousSteps = 2;
-constexpr std::size_t kKept = 4;  // starts that go on from the coarsest level
+constexpr std::size_t kKept = 4;  // starts that continue after the coarsest level
 constexpr int kEstimates = 5;     // of the noise across, at most
 
 /// Both clouds at one density, and the noise with which alternation at this level ends.
