@@ -14,8 +14,8 @@ namespace HYBRID_API hybrid {
 
 /// Limits of exact inference, and the behaviour beyond them.
 struct DiscreteOptions : TableLimits {
-  /// A component over the limits is improved by local search from the current assignment (never
-  /// worse than it); if false, it is an Error that names the table.
+  /// Whether a component over the limits is improved by local search from the current assignment
+  /// (never worse than it); if not, it is an Error that names the table.
   bool local_search_when_too_large = true;
   int max_sweeps = 50;  ///< of local search over all variables of a component
 };
