@@ -16,7 +16,7 @@ class LinearFactor : public ContinuousFactor {
  public:
   struct Term {
     Key key;
-    Eigen::MatrixXd A;  ///< rows of b x length of the variable
+    Eigen::MatrixXd A;  ///< (rows of b) x (length of the variable)
   };
 
   /// Throws Error if sizes do not fit, a number is not finite or there is no term.
