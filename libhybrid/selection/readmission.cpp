@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/solvers/chordal.h"
@@ -313,24 +314,16 @@ std::vector<Candidate> Readmission::best_pair() {
   std::sort(hopeful.begin(), hopeful.end(), by_evidence);
   hopeful.resize(std::min(hopeful.size(), kPartners));
   const double needed = 2.0 * threshold() - options_.margin;
-  std::vector<Candidate> passing;
+  std::optional<Candidate> best;
   for (std::size_t j = 0; j < hopeful.size(); ++j) {
     for (std::size_t i = 0; i < j; ++i) {
-      const double evidence = pair_evidence(hopeful[i], hopeful[j]);
-      if (evidence > needed) passing.push_back({evidence, hopeful[i].closure, hopeful[j].closure});
+      const Candidate pair = {pair_evidence(hopeful[i], hopeful[j]), hopeful[i].closure,
+                              hopeful[j].closure};
+      if (pair.evidence > needed && (!best || by_evidence(pair, *best))) best = pair;
     }
   }
-  std::stable_sort(passing.begin(), passing.end(), by_evidence);
-  std::vector<Candidate> best;
-  std::vector<bool> taken(accepted_.size(), false);
-  for (const Candidate& pair : passing) {
-    if (best.size() >= 2) break;
-    if (taken[pair.closure] || taken[pair.partner]) continue;
-    taken[pair.closure] = taken[pair.partner] = true;
-    best.push_back(pair);
-    best.push_back({pair.evidence, pair.partner, pair.closure});
-  }
-  return best;
+  if (!best) return {};
+  return {*best, {best->evidence, best->partner, best->closure}};
 }
 
 void Readmission::finish(RobustResult& result) {
