@@ -93,7 +93,7 @@ TEST(MapImage, OfAFilmHasAClockAndRaysToWhatIsSeen) {
     EXPECT_NE(image.rgb, map_image(map).rgb);
     return count(image, map_style::kSight.color, 40);
   };
-  const std::int64_t a = map.landmarks[0].id, b = map.landmarks[1].id, unknown = 12345;
+  const std::int64_t a = map.landmarks[1].id, b = map.landmarks[3].id, unknown = 12345;
   EXPECT_GT(rays({a}), rays({}) + 20);
   EXPECT_GT(rays({a, b, unknown}), rays({a}) + 10);
 }
