@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "mrpt_plugins/mapping/batch_backend.h"
-#include "mrpt_plugins/mapping/window_backend.h"
+#include "mrpt_plugins/mapping/detail/window_backend.h"
 
 namespace hybrid {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/map_place.h"
+#include "mrpt_plugins/replay/detail/map_place.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "mrpt_plugins/bridge/about_file.h"
-#include "mrpt_plugins/bridge/standard_input.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 
 namespace hybrid {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "mrpt_plugins/bridge/standard_input.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 
 namespace hybrid {
