@@ -56,7 +56,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-p,--plugins", options.request.plugin_libraries,
                  "libraries with further plugins or observation classes, separated by commas")
       ->type_name("LIB.so")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--set", options.request.settings,
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")

@@ -68,8 +68,8 @@ class FactorOf : public ContinuousFactor {
         loss_(loss),
         log_normalizer_(noise.log_normalizer()) {
     if (noise.dim() != kRows) {
-      throw Error("noise of dimension " + std::to_string(noise.dim()) + " for a residual of " +
-                  std::to_string(kRows));
+      throw Error(describe("a", this->keys()) + ": noise of dimension " +
+                  std::to_string(noise.dim()) + " for a residual of " + std::to_string(kRows));
     }
     if (!(loss.parameter > 0.0)) {
       throw Error("the parameter of a robust loss must be positive, got " +

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/detail/sighted_point.h"
+#include "libhybrid/pose_graph/graph_variables.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
@@ -49,12 +49,9 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
   PoseGraph result;
   for (Key key : estimate.values.keys()) {
     const VariableType type = estimate.values.type(key);
-    const bool is_robot = is_pose(type) && key.letter() == key_letter::kPose;
-    const bool is_landmark = type.kind == VariableKind::kVector &&
-                             (type.dim == 2 || type.dim == 3) &&
-                             key.letter() == key_letter::kLandmark;
-    if (is_robot || is_landmark) result.values.insert(key, type, estimate.values.data(key));
-    if (!is_robot) continue;
+    if (!is_pose_or_landmark(key, type)) continue;
+    result.values.insert(key, type, estimate.values.data(key));
+    if (key.letter() != key_letter::kPose) continue;
     if (result.fixed.empty()) result.fixed.push_back(key);
     result.fixed[0] = std::min(result.fixed[0], key);
   }

@@ -101,7 +101,7 @@ class Problem {
   };
 
   void collect_blocks(const Values& values);
-  int checked_block(Key key, VariableType type) const;
+  int checked_block(const std::vector<Key>& keys, std::size_t i, VariableType type) const;
   void add_term(const ContinuousFactor& factor, const int* blocks, bool coupled);
   void compile(const Assignment& assignment);
   double term_cost(int t, const State& state) const;

@@ -20,7 +20,8 @@ struct ExportedGraph {
 
 /// Relative poses as they are; sightings as points in the frame of the robot, with their covariance
 /// to first order; hybrid factors as the component that the assignment chooses; poses with a prior
-/// as fixed. Classes have no form in g2o.
+/// as fixed. Classes have no form in g2o, nor have variables of other kinds, such as a plugin's
+/// own.
 ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate);
 
 }  // namespace hybrid
