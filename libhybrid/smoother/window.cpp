@@ -40,6 +40,10 @@ WindowReport WindowSmoother::update(const Delta& delta) {
   if (full || report.status != UpdateReport::Status::kOk) return report;
   ++updates_;
   touch(delta, report.handles);
+  if (is_bounded()) {
+    for (const std::vector<Key>& keys : surplus()) leave(keys, report);
+    return report;
+  }
   const std::vector<Key> keys = outdated(delta);
   if (!keys.empty()) leave(keys, report);
   return report;
@@ -85,6 +89,7 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
   for (Key key : change.values.keys()) {
     last_touch_[key] = updates_ + 1;
     if (past_.values.contains(key)) past_.values.erase(key);
+    if (is_bounded() && is_state(key, change.values.type(key))) enter_state(key);
   }
   std::vector<Handle>& tables = report.handles.discrete;
   for (std::size_t recalled = delta.discrete.size(); recalled < tables.size(); ++recalled) {
@@ -105,6 +110,7 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
 
 void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {
   for (Key key : delta.remove_values) last_touch_.erase(key);
+  forget_states(delta.remove_values);
   const HybridGraph& graph = smoother_.graph();
   const auto hold = [&](const std::vector<DiscreteKey>& keys, Handle handle) {
     for (const DiscreteKey& key : keys) holders_[key.key].push_back(handle);
@@ -121,6 +127,7 @@ void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {
 }
 
 bool WindowSmoother::is_state(Key key, VariableType type) const {
+  if (names(window_.lasting, key)) return false;
   if (!window_.states.empty()) return names(window_.states, key);
   return is_pose(type);
 }
@@ -132,8 +139,7 @@ std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
   if (!filter && window_.lag <= 0) return keys;
   bool new_state = false;
   for (Key key : delta.values.keys()) {
-    new_state =
-        new_state || (is_state(key, delta.values.type(key)) && !names(window_.lasting, key));
+    new_state = new_state || is_state(key, delta.values.type(key));
   }
   for (const auto& [key, update] : last_touch_) {
     if (names(window_.lasting, key)) continue;
@@ -267,13 +273,15 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
       discrete.push_back(d.key);
   }
   sort_unique(discrete);
+  const Fixed fixed = fix(is_bounded() ? chosen_by(factors, discrete) : std::vector<Key>{});
   Marginalization change =
       marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors,
-                  [&](Key key) { return is_tied(key, factors); });
+                  [&](Key key) { return !fixed.values.contains(key) && is_tied(key, factors); });
   if (!change.finite) {
     report.kept_because = "a factor has no finite derivative at the estimate";
     return false;
   }
+  hold(fixed, change.delta);
   std::vector<std::pair<Key, Table>> settled;
   for (Key key : discrete) {
     if (auto table = settle(key, change.delta)) settled.emplace_back(key, std::move(*table));
@@ -284,6 +292,8 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
     before.values.insert(key, smoother_.values().type(key), smoother_.values().data(key));
   for (const auto& [key, table] : settled)
     before.assignment.set(key, smoother_.assignment().at(key));
+  const Eigen::MatrixXd covariance =
+      is_bounded() ? smoother_.joint_covariance(keys) : Eigen::MatrixXd();
   const UpdateReport done = smoother_.update(change.delta);
   if (done.status != UpdateReport::Status::kOk) {
     report.kept_because = done.message;
@@ -294,8 +304,12 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
     last_touch_.erase(key);
     report.left.push_back(key);
   }
+  if (is_bounded()) note_covariances(keys, covariance);
+  forget_states(keys);
   for (auto& [key, table] : settled) {
     past_.assignment.set(key, before.assignment.at(key));
+    const auto posterior = fixed.posterior.find(key);
+    if (posterior != fixed.posterior.end()) table = posterior->second;
     if (!table.keys().empty()) past_tables_[key] = std::move(table);
     holders_.erase(key);
     table_.erase(key);
@@ -306,6 +320,8 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
   report.undetermined.insert(report.undetermined.end(), open.begin(), open.end());
   report.marginalized += static_cast<int>(keys.size());
   report.fill += change.fill;
+  report.divergence += fixed.divergence;
+  divergence_ += fixed.divergence;
   report.seconds += done.seconds;
   report.objective_after = done.objective_after;
   return true;

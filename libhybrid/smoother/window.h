@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -18,10 +19,17 @@ struct WindowOptions {
   enum class Mode {
     kFull,      ///< everything: full smoothing
     kFixedLag,  ///< variables that a factor touched within the last `lag` updates
-    kFilter     ///< the newest states and all else, i.e. landmarks
+    kFilter,    ///< the newest states and all else, i.e. landmarks
+    kBounded    ///< what the place takes, however long the robot stays: see `sightings`
   };
   Mode mode = Mode::kFull;
   int lag = 50;  ///< in updates; 0 or less is no limit
+  /// A bounded window is full smoothing until more states than this have entered.
+  int complete = 3000;
+  /// From then on a state leaves once this many newer ones hold each variable that it shares a
+  /// factor with, i.e. have seen each landmark that it saw, and as many are newer at all. All other
+  /// variables stay.
+  int sightings = 50;
   /// Letters of variables that never leave, e.g. of calibrations, which all measurements share.
   std::string lasting = {};
   /// Letters of the states, of which a filter keeps those of the newest update that brings some,
@@ -44,6 +52,10 @@ struct WindowReport : UpdateReport {
   /// them in the end.
   std::vector<Key> kept;
   std::string kept_because;
+  /// Of a bounded window: what the remaining density has lost by this update, in Kullback-Leibler
+  /// divergence [nat], beside what linearisation costs: -log p of the values at which discrete
+  /// variables were fixed that left with others tied to them.
+  double divergence = 0.0;
 };
 
 /// The incremental smoother over a window: old states are marginalised by the Schur complement into
@@ -79,6 +91,10 @@ class WindowSmoother {
   /// All that was known of a discrete variable when it left, zero at its last value; null where
   /// nothing is kept.
   const Table* past_table(Key key) const;
+  /// Covariance of a state when it left a bounded window; null for any other variable.
+  const Eigen::MatrixXd* past_covariance(Key key) const;
+  /// WindowReport::divergence of all updates so far [nat].
+  double divergence() const { return divergence_; }
 
  private:
   Delta with_returning(const Delta& delta) const;
@@ -94,6 +110,23 @@ class WindowSmoother {
   bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);
 
+  // bounded_window.cpp
+  struct Fixed {  // discrete variables that leave at their values
+    Assignment values;
+    std::map<Key, Table> posterior;  // -log p of each, zero at its value
+    double divergence = 0.0;
+  };
+  bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }
+  void enter_state(Key key);
+  void forget_states(const std::vector<Key>& keys);
+  std::vector<std::vector<Key>> surplus();
+  bool is_needed(Key state, std::unordered_map<Key, int>& newer) const;
+  std::vector<Key> chosen_by(const std::vector<Handle>& factors,
+                             const std::vector<Key>& discrete) const;
+  Fixed fix(const std::vector<Key>& discrete) const;
+  void hold(const Fixed& fixed, Delta& delta) const;
+  void note_covariances(const std::vector<Key>& keys, const Eigen::MatrixXd& joint);
+
   WindowOptions window_;
   IncrementalSmoother smoother_;
   Estimate past_;
@@ -103,6 +136,13 @@ class WindowSmoother {
   std::unordered_map<Key, Handle> table_;  // single-variable tables that marginalisation left
   std::optional<Handle> constant_;         // and the table over no variable
   int updates_ = 0;
+
+  // Of a bounded window.
+  std::vector<Key> states_;  // in the graph, in the order in which they entered
+  int entered_ = 0;          // states so far
+  int look_again_ = 0;       // so many have entered when it is next looked for surplus ones
+  std::unordered_map<Key, Eigen::MatrixXd> past_covariances_;
+  double divergence_ = 0.0;
 };
 
 }  // namespace hybrid
