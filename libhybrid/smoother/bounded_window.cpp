@@ -8,6 +8,7 @@
 
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/factors/linear_prior.h"
+#include "libhybrid/smoother/divergence.h"
 #include "libhybrid/smoother/window.h"
 
 namespace hybrid {
@@ -16,6 +17,20 @@ namespace {
 /// States that leave in one update, at most, and at least once there are as many: a budget of time,
 /// since they leave by one dense elimination.
 constexpr std::size_t kBatch = 50;
+
+/// Divergence [nat] from which on the chain of states is not broken, however much is tied together:
+/// the estimate moves by a standard deviation or so in some direction.
+constexpr double kMostLoss = 1.0;
+
+bool is_prior(const HybridGraph& graph, Handle handle) {
+  return handle.kind == FactorKind::kContinuous &&
+         dynamic_cast<const LinearPrior*>(graph.continuous().at(handle).get()) != nullptr;
+}
+
+const std::vector<Key>& keys_of(const HybridGraph& graph, Handle handle) {
+  return handle.kind == FactorKind::kHybrid ? graph.hybrid().at(handle)->keys()
+                                            : graph.continuous().at(handle)->keys();
+}
 
 }  // namespace
 
@@ -37,13 +52,9 @@ bool WindowSmoother::is_needed(Key state, std::unordered_map<Key, int>& newer) c
   const HybridGraph& graph = smoother_.graph();
   std::unordered_set<Key> held;
   for (Handle handle : smoother_.factors_of(state)) {
-    if (handle.kind == FactorKind::kHybrid) {
-      const std::vector<Key>& keys = graph.hybrid().at(handle)->keys();
-      held.insert(keys.begin(), keys.end());
-    } else if (const ContinuousFactor& factor = *graph.continuous().at(handle);
-               dynamic_cast<const LinearPrior*>(&factor) == nullptr) {
-      held.insert(factor.keys().begin(), factor.keys().end());
-    }
+    if (is_prior(graph, handle)) continue;
+    const std::vector<Key>& keys = keys_of(graph, handle);
+    held.insert(keys.begin(), keys.end());
   }
   bool needed = false;
   for (Key key : held) {
@@ -53,14 +64,13 @@ bool WindowSmoother::is_needed(Key state, std::unordered_map<Key, int>& newer) c
   return needed;
 }
 
-/// The states to marginalise now, those that follow each other together, oldest first; none until
-/// there is a batch of them.
-std::vector<std::vector<Key>> WindowSmoother::surplus() {
+/// The states to marginalise now, oldest first; none until there is a batch of them.
+std::vector<WindowSmoother::Departure> WindowSmoother::surplus() {
   if (entered_ <= window_.complete || entered_ < look_again_) return {};
   std::unordered_map<Key, int> newer;
   std::vector<std::size_t> found;  // newest first
   for (std::size_t i = states_.size(); i-- > 0;) {
-    const bool needed = is_needed(states_[i], newer);
+    const bool needed = is_needed(states_[i], newer) || anchors_.count(states_[i]) != 0;
     if (!needed && states_.size() - i > static_cast<std::size_t>(std::max(window_.sightings, 1)))
       found.push_back(i);
   }
@@ -68,13 +78,110 @@ std::vector<std::vector<Key>> WindowSmoother::surplus() {
     look_again_ = entered_ + static_cast<int>(kBatch);
     return {};
   }
-  std::vector<std::vector<Key>> runs;
+  std::vector<Departure> out;
+  std::vector<Key> run;  // of states that follow each other
   for (std::size_t n = 0; n < kBatch; ++n) {
     const std::size_t i = found[found.size() - 1 - n];
-    if (n == 0 || found[found.size() - n] + 1 != i) runs.emplace_back();
-    runs.back().push_back(states_[i]);
+    run.push_back(states_[i]);
+    if (n + 1 < kBatch && found[found.size() - 2 - n] == i + 1) continue;
+    for (Departure& going : split(run)) out.push_back(std::move(going));
+    run.clear();
   }
-  return runs;
+  return out;
+}
+
+/// A run of states in parts that tie few variables together each, where the chain may be broken
+/// between them.
+std::vector<WindowSmoother::Departure> WindowSmoother::split(const std::vector<Key>& run) const {
+  std::vector<Departure> parts(1);
+  std::set<Key> tied;
+  for (Key state : run) {
+    const std::set<Key> own = tied_to(state);
+    tied.insert(own.begin(), own.end());
+    Departure& part = parts.back();
+    if (tied.size() > static_cast<std::size_t>(window_.tied) && break_behind(part)) {
+      parts.emplace_back();
+      tied = own;
+    }
+    parts.back().keys.push_back(state);
+  }
+  return parts;
+}
+
+/// The variables other than states that the factors of a state hold.
+std::set<Key> WindowSmoother::tied_to(Key state) const {
+  std::set<Key> tied;
+  for (Handle handle : smoother_.factors_of(state)) {
+    for (Key key : keys_of(smoother_.graph(), handle)) {
+      if (!is_state(key, smoother_.values().type(key))) tied.insert(key);
+    }
+  }
+  return tied;
+}
+
+/// Breaks the chain behind the last of some states, which is then their anchor, where that loses
+/// little: leaves out what ties them to later states.
+bool WindowSmoother::break_behind(Departure& going) const {
+  if (going.keys.size() < 2) return false;
+  const HybridGraph& graph = smoother_.graph();
+  const auto last = std::find(states_.begin(), states_.end(), going.keys.back());
+  const std::set<Key> later(last + 1, states_.end());
+  std::vector<Handle> breaks;
+  std::vector<const ContinuousFactor*> factors;
+  for (Key state : going.keys) {
+    for (Handle handle : smoother_.factors_of(state)) {
+      const std::vector<Key>& keys = keys_of(graph, handle);
+      const bool ties =
+          std::any_of(keys.begin(), keys.end(), [&](Key key) { return later.count(key) != 0; });
+      if (!ties || std::find(breaks.begin(), breaks.end(), handle) != breaks.end()) continue;
+      if (is_prior(graph, handle)) return false;
+      breaks.push_back(handle);
+      const ContinuousFactor* factor =
+          handle.kind == FactorKind::kHybrid
+              ? graph.hybrid().at(handle)->given(smoother_.assignment()).factor
+              : graph.continuous().at(handle).get();
+      if (factor != nullptr) factors.push_back(factor);
+    }
+  }
+  const double loss = divergence_without(
+      factors, smoother_.values(),
+      [this](const std::vector<Key>& keys) { return smoother_.joint_covariance(keys); });
+  if (!(loss <= kMostLoss)) return false;
+  going.loss = loss;
+  going.breaks = std::move(breaks);
+  going.anchor = going.keys.back();
+  going.keys.pop_back();
+  return true;
+}
+
+std::vector<Handle> WindowSmoother::priors_of(Key state) const {
+  std::vector<Handle> priors;
+  for (Handle handle : smoother_.factors_of(state)) {
+    if (is_prior(smoother_.graph(), handle)) priors.push_back(handle);
+  }
+  return priors;
+}
+
+/// Makes the prior of a new anchor one with that of an earlier one that holds nearly the same
+/// variables; the earlier anchor leaves.
+void WindowSmoother::absorb(Key anchor, WindowReport& report) {
+  const std::set<Key> own = tied_to(anchor);
+  std::optional<Key> best;
+  std::size_t fewest = own.size();  // that it does not hold
+  for (Key other : anchors_) {
+    if (other == anchor) continue;
+    std::set<Key> all = tied_to(other);
+    const std::size_t before = all.size();
+    all.insert(own.begin(), own.end());
+    if (all.size() > 2 * static_cast<std::size_t>(window_.tied)) continue;
+    if (all.size() - before >= fewest) continue;
+    fewest = all.size() - before;
+    best = other;
+  }
+  if (!best) return;
+  Departure going{{*best}};
+  going.absorbed = priors_of(anchor);
+  leave(going, report);
 }
 
 /// Those of some discrete variables that chose the components of factors which all go.
@@ -122,10 +229,18 @@ WindowSmoother::Fixed WindowSmoother::fix(const std::vector<Key>& discrete) cons
   return fixed;
 }
 
-/// Replaces the tables that tie fixed variables to others by what they say of those.
-void WindowSmoother::hold(const Fixed& fixed, Delta& delta) const {
+/// Replaces the tables that tie fixed variables to others by what they say of those; what breaks
+/// leave out counts in the objective as it is.
+void WindowSmoother::hold(const Fixed& fixed, const std::vector<Handle>& breaks,
+                          Delta& delta) const {
   const HybridGraph& graph = smoother_.graph();
   double constant = 0.0;
+  for (Handle handle : breaks) {
+    constant += handle.kind == FactorKind::kHybrid
+                    ? graph.hybrid().at(handle)->cost(smoother_.values(), smoother_.assignment())
+                    : graph.continuous().at(handle)->cost(smoother_.values()) +
+                          graph.continuous().at(handle)->log_normalizer();
+  }
   for (const auto& [key, table] : fixed.posterior) {
     for (Handle handle : holders_.at(key)) {
       if (handle.kind != FactorKind::kDiscrete || !graph.contains(handle)) continue;
@@ -147,13 +262,23 @@ void WindowSmoother::hold(const Fixed& fixed, Delta& delta) const {
   }
 }
 
-void WindowSmoother::note_covariances(const std::vector<Key>& keys, const Eigen::MatrixXd& joint) {
+void WindowSmoother::note_departure(const Departure& going, const Fixed& fixed,
+                                    const Eigen::MatrixXd& joint, WindowReport& report) {
+  forget_states(going.keys);
   Eigen::Index at = 0;
-  for (Key key : keys) {
+  for (Key key : going.keys) {
     const int dim = past_.values.type(key).dim;
     past_covariances_[key] = joint.block(at, at, dim, dim);
     at += dim;
+    anchors_.erase(key);
   }
+  if (going.anchor) {
+    anchors_.insert(*going.anchor);
+    ++report.breaks;
+    ++breaks_;
+  }
+  report.divergence += fixed.divergence + going.loss;
+  divergence_ += fixed.divergence + going.loss;
 }
 
 const Eigen::MatrixXd* WindowSmoother::past_covariance(Key key) const {
