@@ -36,7 +36,7 @@ if(HYBRID_WITH_MRPT)
   install(EXPORT hybridMrptTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR} COMPONENT libhybrid-dev)
 endif()
 install(DIRECTORY ${headers} DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} COMPONENT libhybrid-dev
-        FILES_MATCHING PATTERN "*.h")
+        FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE PATTERN kernels EXCLUDE)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} COMPONENT libhybrid-dev)
 
 configure_package_config_file(cmake/hybridConfig.cmake.in ${PROJECT_BINARY_DIR}/hybridConfig.cmake

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/baselines/clique.h"
+#include "libhybrid/baselines/detail/clique.h"
 
 #include <algorithm>
 #include <numeric>

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "libhybrid/baselines/clique.h"
+#include "libhybrid/baselines/detail/clique.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "libhybrid/core/infinity.h"
-#include "libhybrid/discrete/local_search.h"
-#include "libhybrid/discrete/variable_elimination.h"
+#include "libhybrid/discrete/detail/local_search.h"
+#include "libhybrid/discrete/detail/variable_elimination.h"
 
 namespace hybrid {
 namespace {

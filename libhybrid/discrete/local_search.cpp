@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/discrete/local_search.h"
+#include "libhybrid/discrete/detail/local_search.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "libhybrid/discrete/variable_elimination.h"
+#include "libhybrid/discrete/detail/variable_elimination.h"
 
 namespace hybrid {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/discrete/variable_elimination.h"
+#include "libhybrid/discrete/detail/variable_elimination.h"
 
 #include <algorithm>
 #include <cmath>

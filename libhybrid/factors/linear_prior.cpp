@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/factors/linear_prior.h"
+#include "libhybrid/factors/detail/linear_prior.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "libhybrid/factors/anchor_frame.h"
+#include "libhybrid/factors/detail/anchor_frame.h"
 
 namespace hybrid {
 namespace {

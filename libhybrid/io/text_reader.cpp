@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/file_kind.h"
+#include "libhybrid/io/detail/file_kind.h"
 
 namespace hybrid {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "libhybrid/linear/bayes_tree.h"
-#include "libhybrid/linear/substitute.h"
+#include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libhybrid/linear/bayes_tree.h"
-#include "libhybrid/linear/scatter.h"
+#include "libhybrid/linear/detail/scatter.h"
 
 namespace hybrid {
 

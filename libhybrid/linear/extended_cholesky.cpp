@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 
-#include "libhybrid/linear/extended_cholesky_builder.h"
+#include "libhybrid/linear/detail/extended_cholesky_builder.h"
 
 namespace hybrid {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libhybrid/linear/extended_cholesky_builder.h"
+#include "libhybrid/linear/detail/extended_cholesky_builder.h"
 
 namespace hybrid {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/linear/products.h"
+#include "libhybrid/linear/detail/products.h"
 
 namespace hybrid {
 namespace {

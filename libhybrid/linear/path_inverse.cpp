@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/linear/path_inverse.h"
+#include "libhybrid/linear/detail/path_inverse.h"
 
-#include "libhybrid/linear/substitute.h"
+#include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "libhybrid/marginals/exchange.h"
-#include "libhybrid/marginals/log_determinant.h"
+#include "libhybrid/marginals/detail/exchange.h"
+#include "libhybrid/marginals/detail/log_determinant.h"
 
 namespace hybrid {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/outside.h"
+#include "libhybrid/marginals/detail/outside.h"
 
 #include <Eigen/Eigenvalues>
 #include <memory>
 
-#include "libhybrid/factors/linear_prior.h"
+#include "libhybrid/factors/detail/linear_prior.h"
 
 namespace hybrid {
 namespace {

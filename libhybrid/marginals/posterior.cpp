@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "libhybrid/marginals/continuous.h"
-#include "libhybrid/marginals/posterior_model.h"
-#include "libhybrid/marginals/posterior_sum.h"
+#include "libhybrid/marginals/detail/posterior_model.h"
+#include "libhybrid/marginals/detail/posterior_sum.h"
 
 namespace hybrid {
 namespace {

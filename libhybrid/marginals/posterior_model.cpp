@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/posterior_model.h"
+#include "libhybrid/marginals/detail/posterior_model.h"
 
 #include <algorithm>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/discrete/inference.h"
-#include "libhybrid/marginals/log_determinant.h"
-#include "libhybrid/marginals/outside.h"
+#include "libhybrid/marginals/detail/log_determinant.h"
+#include "libhybrid/marginals/detail/outside.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/posterior_sum.h"
+#include "libhybrid/marginals/detail/posterior_sum.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libhybrid/marginals/gibbs.h"
+#include "libhybrid/marginals/detail/gibbs.h"
 
 namespace hybrid {
 namespace {

@@ -12,8 +12,8 @@
 #include <unordered_map>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/detail/sighted_point.h"
 #include "libhybrid/factors/prior.h"
-#include "libhybrid/factors/sighted_point.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/factors/sighted_point.h"
+#include "libhybrid/factors/detail/sighted_point.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libhybrid/registration/cloud.h"
+#include "libhybrid/registration/detail/cloud.h"
 
 namespace hybrid {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/registration/cloud.h"
+#include "libhybrid/registration/detail/cloud.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -8,8 +8,8 @@
 
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/registration/alignment.h"
-#include "libhybrid/registration/cloud.h"
-#include "libhybrid/registration/starts.h"
+#include "libhybrid/registration/detail/cloud.h"
+#include "libhybrid/registration/detail/starts.h"
 
 namespace hybrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/selection/readmission.h"
+#include "libhybrid/selection/detail/readmission.h"
 
 namespace hybrid {
 namespace {

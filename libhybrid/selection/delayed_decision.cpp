@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/selection/choice_comparison.h"
-#include "libhybrid/selection/segment_transforms.h"
+#include "libhybrid/selection/detail/choice_comparison.h"
+#include "libhybrid/selection/detail/segment_transforms.h"
 
 namespace hybrid {
 namespace {

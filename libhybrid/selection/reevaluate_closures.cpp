@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/selection/evidence.h"
+#include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/online_closure_selection.h"
 
 namespace hybrid {

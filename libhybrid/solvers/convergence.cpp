@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/solvers/detail/convergence.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/solvers/detail/convergence.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

@@ -12,8 +12,8 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/regular_file.h"
-#include "mrpt_plugins/bridge/ini_syntax.h"
-#include "mrpt_plugins/bridge/ini_text.h"
+#include "mrpt_plugins/bridge/detail/ini_syntax.h"
+#include "mrpt_plugins/bridge/detail/ini_text.h"
 
 namespace hybrid {
 namespace {

@@ -10,13 +10,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/file_writer.h"
+#include "libhybrid/io/parse_number.h"
 
 namespace hybrid {
 namespace {
@@ -95,9 +95,8 @@ std::size_t Ledger::read(const std::string& text) {
     for (std::size_t m = 0; m < metrics_.size(); ++m) {
       const std::string& cell = cells[kBefore.size() + m];
       double value = 0;
-      const auto [rest, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
       if (cell.empty()) continue;
-      if (error != std::errc() || rest != cell.data() + cell.size()) {
+      if (!parse_number(cell, value)) {
         throw Error(fmt::format("line {}: '{}' is not a number", number, cell));
       }
       result.metrics[metrics_[m]] = value;

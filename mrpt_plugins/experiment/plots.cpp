@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/plot.h"
 
@@ -49,8 +49,7 @@ Series series_of(std::size_t method, const std::string& name) {
 bool numeric(const std::vector<std::string>& variants, std::vector<double>& values) {
   for (const std::string& text : variants) {
     double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return false;
+    if (!parse_number(text, value)) return false;
     values.push_back(value);
   }
   return true;

@@ -18,7 +18,7 @@
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
-#include "mrpt_plugins/import/stated_noise.h"
+#include "mrpt_plugins/import/detail/stated_noise.h"
 
 namespace hybrid {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/camera.h"
-#include "mrpt_plugins/import/kitti_boxes.h"
-#include "mrpt_plugins/import/kitti_odometry.h"
-#include "mrpt_plugins/import/oracle.h"
+#include "mrpt_plugins/import/detail/camera.h"
+#include "mrpt_plugins/import/detail/kitti_boxes.h"
+#include "mrpt_plugins/import/detail/kitti_odometry.h"
+#include "mrpt_plugins/import/detail/oracle.h"
 
 namespace hybrid {
 namespace {

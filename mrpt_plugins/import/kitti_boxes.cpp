@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/kitti_boxes.h"
+#include "mrpt_plugins/import/detail/kitti_boxes.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/import/detail/camera.h"
 
 namespace hybrid {
 namespace {

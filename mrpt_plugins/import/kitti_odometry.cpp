@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/kitti_odometry.h"
+#include "mrpt_plugins/import/detail/kitti_odometry.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/import/camera.h"
-#include "mrpt_plugins/import/stated_noise.h"
+#include "mrpt_plugins/import/detail/camera.h"
+#include "mrpt_plugins/import/detail/stated_noise.h"
 
 namespace hybrid {
 namespace {

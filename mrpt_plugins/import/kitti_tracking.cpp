@@ -13,7 +13,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/import/detail/camera.h"
 
 namespace hybrid {
 namespace {

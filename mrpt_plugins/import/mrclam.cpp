@@ -11,7 +11,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/planar_truth.h"
+#include "mrpt_plugins/import/detail/planar_truth.h"
 
 namespace hybrid {
 namespace {

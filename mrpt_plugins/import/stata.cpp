@@ -7,8 +7,8 @@
 
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/camera.h"
-#include "mrpt_plugins/import/oracle.h"
+#include "mrpt_plugins/import/detail/camera.h"
+#include "mrpt_plugins/import/detail/oracle.h"
 
 namespace hybrid {
 namespace {

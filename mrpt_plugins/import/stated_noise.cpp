@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/stated_noise.h"
+#include "mrpt_plugins/import/detail/stated_noise.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/mapping/batch_backend.h"
-#include "mrpt_plugins/mapping/window_backend.h"
+#include "mrpt_plugins/mapping/detail/window_backend.h"
 
 namespace hybrid {
 

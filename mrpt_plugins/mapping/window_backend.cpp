@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/mapping/window_backend.h"
+#include "mrpt_plugins/mapping/detail/window_backend.h"
 
 #include <algorithm>
 #include <unordered_set>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/output/detail/legend.h"
 #include "mrpt_plugins/output/graph_image.h"
-#include "mrpt_plugins/output/legend.h"
 #include "mrpt_plugins/output/scene_layout.h"
 
 namespace hybrid {

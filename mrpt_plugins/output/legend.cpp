@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 
 #include <fmt/format.h>
 

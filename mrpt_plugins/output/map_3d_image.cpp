@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/labels.h"
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/scene_layout.h"

@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/labels.h"
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 
 namespace hybrid {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/plugins/bearing_range_plugins.h"
+#include "mrpt_plugins/plugins/detail/bearing_range_plugins.h"
 
 #include <algorithm>
 #include <memory>

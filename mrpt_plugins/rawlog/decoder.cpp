@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "libhybrid/io/regular_file.h"
-#include "mrpt_plugins/rawlog/inflater.h"
+#include "mrpt_plugins/rawlog/detail/inflater.h"
 
 namespace hybrid {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/rawlog/log_bytes.h"
+#include "mrpt_plugins/rawlog/detail/log_bytes.h"
 
 #include <algorithm>
 #include <cstring>

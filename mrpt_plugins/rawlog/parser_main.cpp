@@ -18,7 +18,7 @@
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/rawlog/asked_classes.h"
-#include "mrpt_plugins/rawlog/parse_log.h"
+#include "mrpt_plugins/rawlog/detail/parse_log.h"
 
 namespace hybrid {
 namespace {

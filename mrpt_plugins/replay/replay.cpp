@@ -17,13 +17,13 @@
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
-#include "mrpt_plugins/replay/film.h"
-#include "mrpt_plugins/replay/map_place.h"
-#include "mrpt_plugins/replay/movie.h"
-#include "mrpt_plugins/replay/result_files.h"
-#include "mrpt_plugins/replay/run_report.h"
+#include "mrpt_plugins/replay/detail/film.h"
+#include "mrpt_plugins/replay/detail/map_place.h"
+#include "mrpt_plugins/replay/detail/movie.h"
+#include "mrpt_plugins/replay/detail/result_files.h"
+#include "mrpt_plugins/replay/detail/run_report.h"
+#include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
-#include "mrpt_plugins/replay/truth.h"
 
 namespace hybrid {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/run_report.h"
+#include "mrpt_plugins/replay/detail/run_report.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "mrpt_plugins/report/map_report.h"
+#include "mrpt_plugins/report/detail/map_report.h"
 #include "mrpt_plugins/report/page.h"
 
 namespace hybrid {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/run_recorder.h"
+#include "mrpt_plugins/report/detail/run_recorder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
-#include "mrpt_plugins/report/event_lines.h"
+#include "mrpt_plugins/report/detail/event_lines.h"
 
 namespace hybrid {
 namespace {

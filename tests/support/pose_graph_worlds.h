@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid::worlds {
@@ -17,6 +18,12 @@ struct World {
   PoseGraph graph;
   Values truth;
 };
+
+inline HybridGraph graph_of(const std::vector<ContinuousFactorPtr>& factors) {
+  HybridGraph graph;
+  for (const ContinuousFactorPtr& factor : factors) graph.add(factor);
+  return graph;
+}
 
 /// Standard deviations of the two parts of a relative pose.
 struct Sigmas {
