@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "libhybrid/discrete/inference.h"
-#include "libhybrid/factors/linear_prior.h"
-#include "libhybrid/smoother/divergence.h"
+#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/smoother/detail/divergence.h"
 #include "libhybrid/smoother/window.h"
 
 namespace hybrid {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/smoother/divergence.h"
+#include "libhybrid/smoother/detail/divergence.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

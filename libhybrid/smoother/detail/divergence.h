@@ -8,7 +8,7 @@
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/geometry/eigen.h"
 
-namespace HYBRID_API hybrid {
+namespace hybrid {
 
 /// Kullback-Leibler divergence [nat] of the density of a graph, a Gaussian about the estimate that
 /// minimises its cost, from what it is without some of its factors; +infinity where something is
