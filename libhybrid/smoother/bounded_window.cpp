@@ -16,7 +16,7 @@ namespace {
 
 /// States that leave in one update, at most, and at least once there are as many: a budget of time,
 /// since they leave by one dense elimination.
-constexpr std::size_t kBatch = 50;
+constexpr std::size_t kStatesAtOnce = 50;
 
 /// Divergence [nat] from which on the chain of states is not broken, however much is tied together:
 /// the estimate moves by a standard deviation or so in some direction.
@@ -27,7 +27,7 @@ bool is_prior(const HybridGraph& graph, Handle handle) {
          dynamic_cast<const LinearPrior*>(graph.continuous().at(handle).get()) != nullptr;
 }
 
-const std::vector<Key>& keys_of(const HybridGraph& graph, Handle handle) {
+const std::vector<Key>& held_by(const HybridGraph& graph, Handle handle) {
   return handle.kind == FactorKind::kHybrid ? graph.hybrid().at(handle)->keys()
                                             : graph.continuous().at(handle)->keys();
 }
@@ -53,7 +53,7 @@ bool WindowSmoother::is_needed(Key state, std::unordered_map<Key, int>& newer) c
   std::unordered_set<Key> held;
   for (Handle handle : smoother_.factors_of(state)) {
     if (is_prior(graph, handle)) continue;
-    const std::vector<Key>& keys = keys_of(graph, handle);
+    const std::vector<Key>& keys = held_by(graph, handle);
     held.insert(keys.begin(), keys.end());
   }
   bool needed = false;
@@ -74,16 +74,16 @@ std::vector<WindowSmoother::Departure> WindowSmoother::surplus() {
     if (!needed && states_.size() - i > static_cast<std::size_t>(std::max(window_.sightings, 1)))
       found.push_back(i);
   }
-  if (found.size() < kBatch) {
-    look_again_ = entered_ + static_cast<int>(kBatch);
+  if (found.size() < kStatesAtOnce) {
+    look_again_ = entered_ + static_cast<int>(kStatesAtOnce);
     return {};
   }
   std::vector<Departure> out;
   std::vector<Key> run;  // of states that follow each other
-  for (std::size_t n = 0; n < kBatch; ++n) {
+  for (std::size_t n = 0; n < kStatesAtOnce; ++n) {
     const std::size_t i = found[found.size() - 1 - n];
     run.push_back(states_[i]);
-    if (n + 1 < kBatch && found[found.size() - 2 - n] == i + 1) continue;
+    if (n + 1 < kStatesAtOnce && found[found.size() - 2 - n] == i + 1) continue;
     for (Departure& going : split(run)) out.push_back(std::move(going));
     run.clear();
   }
@@ -112,7 +112,7 @@ std::vector<WindowSmoother::Departure> WindowSmoother::split(const std::vector<K
 std::set<Key> WindowSmoother::tied_to(Key state) const {
   std::set<Key> tied;
   for (Handle handle : smoother_.factors_of(state)) {
-    for (Key key : keys_of(smoother_.graph(), handle)) {
+    for (Key key : held_by(smoother_.graph(), handle)) {
       if (!is_state(key, smoother_.values().type(key))) tied.insert(key);
     }
   }
@@ -130,7 +130,7 @@ bool WindowSmoother::break_behind(Departure& going) const {
   std::vector<const ContinuousFactor*> factors;
   for (Key state : going.keys) {
     for (Handle handle : smoother_.factors_of(state)) {
-      const std::vector<Key>& keys = keys_of(graph, handle);
+      const std::vector<Key>& keys = held_by(graph, handle);
       const bool ties =
           std::any_of(keys.begin(), keys.end(), [&](Key key) { return later.count(key) != 0; });
       if (!ties || std::find(breaks.begin(), breaks.end(), handle) != breaks.end()) continue;

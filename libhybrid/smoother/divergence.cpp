@@ -12,7 +12,7 @@ namespace hybrid {
 namespace {
 
 /// Shares of the information that differ from all of it by no more than rounding.
-constexpr double kRounding = 1e-9;
+constexpr double kShareRounding = 1e-9;
 
 }  // namespace
 
@@ -54,7 +54,7 @@ double divergence_without(
   double divergence = 0.0;
   for (Eigen::Index i = 0; i < rows; ++i) {
     const double share = std::max(0.0, C.eigenvalues()[i]);  // of the information, theirs
-    if (!(share < 1.0 - kRounding)) return std::numeric_limits<double>::infinity();
+    if (!(share < 1.0 - kShareRounding)) return std::numeric_limits<double>::infinity();
     divergence += 0.5 * (along[i] * along[i] * share / (1.0 - share) - share - std::log1p(-share));
   }
   return divergence;

@@ -37,8 +37,9 @@ struct WindowOptions {
   int tied = 40;
   /// Letters of variables that never leave, e.g. of calibrations, which all measurements share.
   std::string lasting = {};
-  /// Letters of the states, of which a filter keeps those of the newest update that brings some,
-  /// e.g. "x" for vectors in a Kalman filter; empty: all poses (SE2, SE3).
+  /// Letters of the states, which a bounded window lets go and of which a filter keeps those of the
+  /// newest update that brings some, e.g. "x" for vectors in a Kalman filter; empty: all poses (SE2,
+  /// SE3).
   std::string states = {};
 };
 
@@ -101,6 +102,7 @@ class WindowSmoother {
   const Eigen::MatrixXd* past_covariance(Key key) const;
   /// WindowReport::divergence of all updates so far [nat].
   double divergence() const { return divergence_; }
+  /// Breaks of the chain of states so far.
   int breaks() const { return breaks_; }
 
  private:

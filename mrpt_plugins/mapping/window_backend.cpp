@@ -90,7 +90,9 @@ BackendReport WindowBackend::report_of(const UpdateReport& update) const {
 std::map<std::string, double> WindowBackend::statistics() const {
   if (!is_bounded()) return {};
   const auto left = static_cast<double>(smoother_.past().values.size());
-  return {{"keyframes_marginalized", left}, {"divergence_nat", smoother_.divergence()}};
+  return {{"keyframes_marginalized", left},
+          {"divergence_nat", smoother_.divergence()},
+          {"chain_breaks", smoother_.breaks()}};
 }
 
 /// What was known of variables when they left the graph.
