@@ -21,8 +21,9 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
     }
     return;
   }
-  if (settings.backend->mode() != "incremental") {
-    throw Error(options_.file + ": a map file needs [solver] mode = incremental");
+  const std::string mode = settings.backend->mode();
+  if (mode != "bounded" && mode != "incremental") {
+    throw Error(options_.file + ": a map file needs [solver] mode = bounded or incremental");
   }
   run_.emplace(options_, provenance(), request.resume, is_3d);
   if (run_->map().landmarks.empty()) return;
