@@ -25,7 +25,7 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
   }
   run_.emplace(options_, provenance(), request.resume, is_3d);
   if (run_->map().landmarks.empty()) return;
-  if (const auto given = given_start(options_, is_3d)) {
+  if (const auto given = given_start(options_.start, is_3d)) {
     given_ = true;
     found_ = FoundStart{*given, 0};
   } else {
