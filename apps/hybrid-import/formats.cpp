@@ -74,7 +74,7 @@ CLI::App* add_mrclam(CLI::App& app, Convert& convert) {
   format->add_option("folder", options->folder, "Folder of the data set")->required();
   format->add_option("--robot", options->robot, "whose log")->check(CLI::Range(1, 5));
   format->add_flag("--keep-robots", options->keep_robots,
-                   "keep sightings of other robots, as detections without an id");
+                   "keep sightings of other robots, robot N under the id -100 - N");
   add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;

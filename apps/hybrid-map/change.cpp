@@ -66,6 +66,11 @@ int join(const Options& options) {
       say("{}: {} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
           *it, joined->common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
           joined->log_odds);
+      if (joined->variance_factor > 1) {
+        say("{}: these differ by more than the maps say they may; their variances would have to be "
+            "{:.1f} times larger\n",
+            *it, joined->variance_factor);
+      }
       all = joined->map;
       it = left.erase(it);
       progress = true;

@@ -57,6 +57,12 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
       std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
     print_to(file, ", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
   }
+  for (const RobotSummary& robot : summary.robots) {
+    if (!robot.truth || !robot.truth->trajectory) continue;
+    say("{}{} {:.4f} m", &robot == &summary.robots.front() ? " (" : ", ", robot.name,
+        robot.truth->trajectory->unaligned.rmse_m);
+    if (&robot == &summary.robots.back()) say(")");
+  }
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
     print_to(file, ", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
   }

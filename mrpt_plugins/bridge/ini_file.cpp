@@ -177,6 +177,13 @@ bool IniFile::has_section(const std::string& name) const {
   return section != nullptr && !section->where.empty();
 }
 
+bool IniFile::declares(const std::string& section, const std::string& key) const {
+  const Section* found = find(section);
+  return found != nullptr && found->declared &&
+         std::any_of(found->declarations.begin(), found->declarations.end(),
+                     [&](const Declaration& d) { return ini::same_name(d.key, key); });
+}
+
 std::vector<std::string> IniFile::sections() const {
   std::vector<std::string> names;
   for (const Section& section : sections_) {

@@ -76,6 +76,8 @@ class IniFile {
 
   /// Whether the file holds `[name]`.
   bool has_section(const std::string& name) const;
+  /// Whether code has declared a key.
+  bool declares(const std::string& section, const std::string& key) const;
   /// Sections of the file in order of appearance.
   std::vector<std::string> sections() const;
 
@@ -83,7 +85,7 @@ class IniFile {
   void override_value(const std::string& section, const std::string& key, const std::string& value,
                       const std::string& origin = "command line");
   /// The same for texts SECTION.KEY=VALUE, as of --set; Error for any other. The name of a section
-  /// holds no dot here.
+  /// holds no dot here, but that of a robot: robot.NAME.KEY=VALUE.
   void override_values(const std::vector<std::string>& settings);
 
   /// What the user should change in the file, or the command line: names that are no longer used.
@@ -155,6 +157,8 @@ class IniSection {
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Whether the value of the key comes from the command line.
   bool is_overridden(const std::string& key) const;
+  /// Where the value of a key stands: file, line and column, or "command line"; "" if nowhere.
+  std::string place(const std::string& key) const;
   /// Keys present in the file, in order.
   std::vector<std::string> keys() const;
 

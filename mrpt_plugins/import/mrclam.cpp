@@ -16,7 +16,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::int64_t kRobots = 5;  // subjects 1 to 5; landmarks have higher numbers
+constexpr std::int64_t kRobots = 5;      // subjects 1 to 5; landmarks have higher numbers
+constexpr std::int64_t kRobotId = -100;  // less the number of a robot is its id in the log
 
 /// The file of a robot, or its thinned form.
 std::string robot_file(const MrclamOptions& options, const char* kind, const char* thinned) {
@@ -112,7 +113,9 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
     }
     if (subject->second > kRobots) {
       d.landmark_id = static_cast<std::int32_t>(subject->second);
-    } else if (!options.keep_robots) {
+    } else if (options.keep_robots) {
+      d.landmark_id = static_cast<std::int32_t>(kRobotId - subject->second);
+    } else {
       log.drop("detection dropped: another robot");
       continue;
     }

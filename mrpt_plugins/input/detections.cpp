@@ -131,8 +131,9 @@ void choose_ids(IdSource source, Detection& d) {
   if (source == IdSource::kTruth) d.id = d.true_id;
 }
 
-std::optional<std::int64_t> id_of(std::int32_t id, DropReport& report) {
-  if (id >= 0) return id;
+std::optional<std::int64_t> id_of(std::int32_t id, const DetectionOptions& options,
+                                  DropReport& report) {
+  if (id >= 0 || options.robots.count(id) != 0) return id;
   if (id != INVALID_LANDMARK_ID) ++report["id repaired: negative, taken as none"];
   return std::nullopt;
 }
@@ -200,7 +201,7 @@ DetectionFrame read(const CObservationBearingRange& observation, const Detection
   }
   std::set<std::int64_t> seen;
   for (const auto& m : observation.sensedData) {
-    Detection d{m.range, m.yaw, m.pitch, id_of(m.landmarkID, report), {}, {}, common};
+    Detection d{m.range, m.yaw, m.pitch, id_of(m.landmarkID, options, report), {}, {}, common};
     if (observation.validCovariances) d.covariance = m.covariance.asEigen();
     if (!frame.is_3d) {
       d.covariance.row(2).setZero();
@@ -229,7 +230,7 @@ DetectionFrame read(const CObservationClassedBearingRange& observation,
   for (const auto& m : observation.detections) {
     std::optional<std::int64_t> true_id;
     if (m.true_landmark_id >= 0) true_id = m.true_landmark_id;
-    add_if_usable({m.range, m.yaw, m.pitch, id_of(m.landmark_id, report), true_id,
+    add_if_usable({m.range, m.yaw, m.pitch, id_of(m.landmark_id, options, report), true_id,
                    probabilities(m.class_scores, frame.class_names.size(), options, report),
                    own_covariance(m, covariance, frame.is_3d, options)},
                   options, seen, frame, report);

@@ -5,7 +5,9 @@
 
 #include <mrpt/obs/CObservation.h>
 
+#include <cstdint>
 #include <optional>
+#include <set>
 
 #include "libhybrid/landmarks/detection.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
@@ -22,7 +24,8 @@ enum class IdSource {
 /// What is accepted as a measurement, and which noise it is given.
 struct DetectionOptions {
   IdSource ids = IdSource::kLog;
-  double max_range = 1000.0;  ///< Ranges beyond are dropped [m].
+  std::set<std::int64_t> robots = {};  ///< Ids of robots, which may be negative (but not -1).
+  double max_range = 1000.0;           ///< Ranges beyond are dropped [m].
   /// Used in place of the sigmas of the log, where positive [m], [rad].
   double sigma_range = 0, sigma_yaw = 0, sigma_pitch = 0;
   /// Used where neither the above nor the log gives a positive, finite sigma [m], [rad].
@@ -43,7 +46,8 @@ struct DetectionOptions {
 /// the robot than the limit of range.
 /// Repaired and counted: class scores of a wrong length, negative, not finite or all zero are
 /// removed (the detection counts as not classified); other sums are normalised; sigmas that are
-/// missing or below 1e-6 are replaced by the defaults; ids below -1 are taken as none.
+/// missing or below 1e-6 are replaced by the defaults; ids below -1 that are of no robot are taken
+/// as none.
 std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& observation,
                                             const DetectionOptions& options, DropReport& report);
 

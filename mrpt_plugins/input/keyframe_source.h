@@ -20,10 +20,12 @@ namespace HYBRID_API hybrid {
 
 /// A place of the robot that becomes a pose of the map.
 struct Keyframe {
-  std::size_t row = 0;  ///< step of the log, which is the row of MRPT's ground truth of the path
-  double time = 0;      ///< s
+  std::size_t robot = 0;  ///< whose, where there are several
+  std::size_t row = 0;    ///< step of the log, which is the row of MRPT's ground truth of the path
+  double time = 0;        ///< s
   std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
   std::vector<DetectionFrame> detections;
+  std::vector<DetectionFrame> robots;  ///< detections of robots (DetectionOptions::robots)
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
 };
 

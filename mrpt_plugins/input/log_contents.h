@@ -27,6 +27,9 @@ struct LogContents {
   std::map<std::string, std::size_t> observations;
   /// The usable detections of CObservationBearingRange and CObservationClassedBearingRange.
   DetectionCounts with_range, without_range;
+
+  /// Counts those of another log as well.
+  void add(const LogContents& other);
 };
 
 /// Reads the whole log. What is not usable by `options` does not count, and of a damaged log the

@@ -217,7 +217,7 @@ double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {
   if (stamp == INVALID_TIMESTAMP) {
     ++warnings_["timestamp missing: synthesised"];
   } else {
-    time = mrpt::Clock::toDouble(stamp);
+    time = mrpt::Clock::toDouble(stamp) + options_.clock_offset;
   }
   return time;
 }

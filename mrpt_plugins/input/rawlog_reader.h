@@ -38,6 +38,7 @@ struct LogStep {
 struct RawlogOptions {
   /// Noise given to CObservationOdometry, which carries none.
   MotionModel motion_model;
+  double clock_offset = 0;  ///< Added to the time stamps of the log [s].
   /// Time between frames without a valid timestamp [s].
   double period = 1.0;
   /// Odometry that leads farther in the time of a step, or in a period if that is longer, is taken

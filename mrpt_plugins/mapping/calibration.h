@@ -45,8 +45,10 @@ CalibrationOptions read_calibration_options(IniFile& ini);
 /// odometry. Each enters the graph with its prior when it is first used.
 class Calibrator {
  public:
-  /// Throws Error where the options do not fit a map of this dimension.
-  Calibrator(const CalibrationOptions& options, bool is_3d);
+  /// Throws Error where the options do not fit a map of this dimension. `robot` is the name, empty
+  /// where there is but one, and `number` which of several it is.
+  Calibrator(const CalibrationOptions& options, bool is_3d, std::string robot = {},
+             std::size_t number = 0);
 
   /// Puts the sensors where they are estimated to be, and names their variables; `values` is the
   /// estimate. New variables and their priors go into `delta`.
@@ -73,8 +75,14 @@ class Calibrator {
                                       const Backend& backend) const;
   CalibrationEstimate odometry_estimate(const Backend& backend) const;
 
+  Key key(char letter, std::size_t index) const;
+  std::string named(const std::string& what) const;
+
   CalibrationOptions options_;
   bool is_3d_;
+  std::string robot_;
+  std::size_t number_;
+  Key odometry_;
   std::map<std::string, Sensor> sensors_;  // that were seen; their variables may not be in the map
 };
 

@@ -48,14 +48,21 @@ struct CalibrationEstimate {
   std::vector<Entry> entries;
 };
 
+/// One of several robots of a map.
+struct RobotPath {
+  std::string name;
+  std::vector<std::size_t> keyframes;  ///< its own, places in MapResult::trajectory
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
   bool is_3d = false;
   bool in_known_map = false;             ///< else the frame is that of the first pose
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
-  Trajectory trajectory;
+  Trajectory trajectory;                 ///< of all robots, in the order of time
   Trajectory dead_reckoning;
+  std::vector<RobotPath> robots;  ///< empty where there is but one
   std::vector<LandmarkEstimate> landmarks;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;
@@ -63,6 +70,13 @@ struct MapResult {
   std::vector<int> motion_modes;        ///< by which each pose was reached; -1 by none
   std::vector<std::vector<double>> mode_probabilities;  ///< the same; empty where not known
 };
+
+/// The poses of one robot.
+inline Trajectory part_of(const Trajectory& all, const RobotPath& robot) {
+  Trajectory out;
+  for (const std::size_t i : robot.keyframes) out.push_back(all[i]);
+  return out;
+}
 
 /// A landmark as the ground truth knows it, position in metres.
 struct TrueLandmark {
@@ -74,6 +88,7 @@ struct TrueLandmark {
 /// The truth to compare with; either part may be empty.
 struct GroundTruth {
   Trajectory path;
+  std::vector<Trajectory> others;  ///< paths of the other robots, where there are several
   std::vector<TrueLandmark> landmarks;
 };
 

@@ -47,12 +47,12 @@ auto timed(double& ms, Call&& call) {
 
 /// What each plugin says when it is asked; one that throws, or contradicts the landmarks of the
 /// map, says nothing.
-std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPlugin&)>& question) {
+std::vector<Contribution> Mapper::ask(const std::function<Contribution(std::size_t)>& question) {
   std::vector<Contribution> contributions(plugins_.size());
   for (std::size_t p = 0; p < plugins_.size(); ++p) {
     const std::size_t changes = landmarks_.changes();
     try {
-      contributions[p] = timed(plugin_ms_, [&] { return question(*plugins_[p]); });
+      contributions[p] = timed(plugin_ms_, [&] { return question(p); });
       for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
       enter(contributions[p], landmarks_);
     } catch (const std::bad_alloc&) {
@@ -218,8 +218,8 @@ BackendReport Mapper::revise(bool concluding) {
   const std::size_t refusals = refusals_;
   for (bool again = true; again && refusals_ == refusals;) {
     const MapView map = view();
-    const std::vector<Contribution> contributions = ask([&](MappingPlugin& plugin) {
-      return concluding ? plugin.conclude(map) : plugin.revise(map);
+    const std::vector<Contribution> contributions = ask([&](std::size_t p) {
+      return concluding ? plugins_[p]->conclude(map) : plugins_[p]->revise(map);
     });
     again = std::any_of(contributions.begin(), contributions.end(),
                         [](const Contribution& c) { return !c.empty(); });

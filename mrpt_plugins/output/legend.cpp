@@ -90,15 +90,19 @@ namespace {
 /// Paths, and the ends of the estimated one.
 void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
                  const Stroke& truth_stroke, const Extent& extent) {
-  legend.heading("Robot path");
-  if (!result.trajectory.empty()) legend.line("estimated", map_style::kEstimate);
-  if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
+  legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
+  for (const DrawnPath& robot : drawn_paths(result)) {
+    if (!robot.poses.empty()) legend.line(robot.name, robot.stroke);
+  }
+  if (!result.robots.empty()) {
+    // Dead reckoning of several is not drawn.
+  } else if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
     legend.note("Dead reckoning lies under the estimate.");
     legend.gap(10);
   } else if (!result.dead_reckoning.empty()) {
     legend.line("dead reckoning", map_style::kDeadReckoning);
   }
-  if (!truth.path.empty()) legend.line("ground truth", truth_stroke);
+  if (!true_paths(truth).empty()) legend.line("ground truth", truth_stroke);
   for (std::size_t m = 1; m < result.mode_names.size(); ++m) {
     const auto count =
         std::count(result.motion_modes.begin(), result.motion_modes.end(), static_cast<int>(m));

@@ -73,11 +73,14 @@ void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& lay
     return Pixel(Pixel(box.left, box.top) + layout.view.project(p, box.width(), box.height()));
   };
   LabelPlacer labels(box);
-  std::vector<Pixel> path;
-  for (const TimedPose& p : result.trajectory) {
-    path.push_back(seen_at({p.pose.x(), p.pose.y(), p.pose.z()}));
+  std::vector<std::vector<Pixel>> paths;
+  for (const DrawnPath& robot : drawn_paths(result)) {
+    std::vector<Pixel>& path = paths.emplace_back();
+    for (const TimedPose& p : robot.poses) {
+      path.push_back(seen_at({p.pose.x(), p.pose.y(), p.pose.z()}));
+    }
+    labels.avoid(path);
   }
-  labels.avoid(path);
   const double radius = 9;
   TextStyle axis;
   axis.size = 13;
@@ -91,7 +94,8 @@ void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& lay
     canvas.text(tip, names[i], axis);
     labels.block(tip, 8);
   }
-  if (!path.empty()) {
+  for (const std::vector<Pixel>& path : paths) {
+    if (path.empty()) continue;
     canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
     canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
     labels.block(path.front(), 11);

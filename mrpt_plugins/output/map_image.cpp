@@ -54,26 +54,50 @@ std::vector<Trajectory> pieces(const Trajectory& path) {
   return out;
 }
 
+/// The motions of modes other than the first.
+void draw_modes(Canvas& canvas, const Axes& axes, const MapResult& result) {
+  if (result.motion_modes.empty()) return;
+  std::vector<RobotPath> robots = result.robots;
+  if (robots.empty()) {
+    robots.emplace_back();
+    for (std::size_t i = 0; i < result.trajectory.size(); ++i) robots[0].keyframes.push_back(i);
+  }
+  for (const RobotPath& robot : robots) {
+    const std::vector<Pixel> path = to_pixels(axes, part_of(result.trajectory, robot));
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const int mode = result.motion_modes[robot.keyframes[i]];
+      if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+    }
+  }
+}
+
 void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const GroundTruth& truth,
                 LabelPlacer& labels) {
-  const std::vector<Pixel> path = to_pixels(axes, result.trajectory);
-  const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
-  for (const Trajectory& piece : pieces(truth.path)) {
-    canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
+  for (const Trajectory& known : true_paths(truth)) {
+    for (const Trajectory& piece : pieces(known)) {
+      canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
+    }
   }
-  canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
-  canvas.polyline(path, map_style::kEstimate);
-  for (std::size_t i = 1; i < result.motion_modes.size() && i < path.size(); ++i) {
-    const int mode = result.motion_modes[i];
-    if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+  if (result.robots.empty()) {
+    const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
+    canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
+    labels.avoid(reckoned);
   }
-  labels.avoid(path);
-  labels.avoid(reckoned);
-  if (path.empty()) return;
-  canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
-  canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
-  labels.block(path.front(), 11);
-  labels.block(path.back(), 9);
+  const std::vector<DrawnPath> robots = drawn_paths(result);
+  for (const DrawnPath& robot : robots) {
+    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    canvas.polyline(path, robot.stroke);
+    labels.avoid(path);
+  }
+  draw_modes(canvas, axes, result);
+  for (const DrawnPath& robot : robots) {
+    if (robot.poses.empty()) continue;
+    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
+    canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
+    labels.block(path.front(), 11);
+    labels.block(path.back(), 9);
+  }
 }
 
 /// From the newest pose to the landmarks that it sees.

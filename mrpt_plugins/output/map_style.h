@@ -27,6 +27,18 @@ inline Stroke mode_stroke(int mode) {
 constexpr double kSigmas = 3;  ///< standard deviations that ellipses and ellipsoids show
 }  // namespace map_style
 
+/// The estimated path of a robot as it is drawn.
+struct DrawnPath {
+  std::string name;
+  Trajectory poses;
+  Stroke stroke;
+};
+
+/// Those of all robots that have poses, each in its colour; of one robot, its path as "estimated".
+std::vector<DrawnPath> drawn_paths(const MapResult& result);
+/// The true paths that are known.
+std::vector<Trajectory> true_paths(const GroundTruth& truth);
+
 /// Colour and shape of a landmark's class.
 Color landmark_color(const LandmarkEstimate& landmark);
 /// Probability of that class; 1 where there are no classes.
@@ -46,7 +58,8 @@ struct Extent {
 };
 
 /// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
-/// picture more than half as large again on any side. Never empty, at least half a metre wide.
+/// picture more than half as large again on any side; that of several robots is not drawn. Never
+/// empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
 
 /// What a picture shows of a map: pictures that go together share it.

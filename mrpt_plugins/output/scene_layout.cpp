@@ -93,8 +93,10 @@ SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, doub
     }
   }
   for (const LandmarkEstimate& l : result.landmarks) points.push_back(l.position);
-  for (const Trajectory* path : {&result.trajectory, &truth.path}) {
-    for (const TimedPose& p : *path) points.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
+  std::vector<Trajectory> paths = true_paths(truth);
+  paths.insert(paths.begin(), result.trajectory);
+  for (const Trajectory& path : paths) {
+    for (const TimedPose& p : path) points.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
   }
   layout.view = view_of(points, result.is_3d ? 28 : 52, aspect);
   return layout;

@@ -161,6 +161,11 @@ Json summary_json(const Summary& s) {
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   if (s.uses_map) out["localized_at"] = s.localized_at ? Json(*s.localized_at) : Json();
   if (s.truth) out["truth"] = to_json(*s.truth);
+  for (const RobotSummary& robot : s.robots) {
+    Json entry = {{"name", robot.name}, {"rawlog", robot.rawlog}, {"keyframes", robot.keyframes}};
+    if (robot.truth) entry["truth"] = to_json(*robot.truth);
+    out["robots"].push_back(std::move(entry));
+  }
   return out;
 }
 

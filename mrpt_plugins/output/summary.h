@@ -47,6 +47,13 @@ struct TruthSummary {
   std::optional<double> loop_recall;     ///< share of the true closures that are accepted
 };
 
+/// One of several robots of a replay.
+struct RobotSummary {
+  std::string name, rawlog;
+  std::size_t keyframes = 0;
+  std::optional<TruthSummary> truth;  ///< errors of its path
+};
+
 /// The content of a replay's summary.json.
 struct Summary {
   Provenance provenance;
@@ -71,6 +78,7 @@ struct Summary {
   bool uses_map = false;                     ///< of a file, in which the log is to be localised
   std::optional<std::size_t> localized_at;   ///< keyframe; none: not found in the map
   std::optional<TruthSummary> truth;
+  std::vector<RobotSummary> robots;  ///< where there are several
 };
 
 /// The summary as JSON; values that are not finite become null in its text.

@@ -27,10 +27,10 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
   }
   run_.emplace(options_, provenance(), request.resume, is_3d);
   if (run_->map().landmarks.empty()) return;
-  if (const auto given = given_start(options_, is_3d)) {
+  if (const auto given = given_start(options_.start, is_3d)) {
     given_ = true;
     found_ = FoundStart{*given, 0};
-  } else if (is_standard_input(settings.rawlog)) {
+  } else if (is_standard_input(settings.robots.front().rawlog)) {
     throw Error(options_.file +
                 ": the place in it is found by reading the log before, which standard input does "
                 "not allow; give [map] start");

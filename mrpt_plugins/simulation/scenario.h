@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,7 +18,8 @@ namespace HYBRID_API hybrid {
 
 /// What to simulate. Lengths in metres, angles in radians, times in seconds.
 struct Scenario {
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;        ///< of noise
+  std::uint64_t world_seed = 1;  ///< of the places of the landmarks
   bool is_3d = false;
   bool pairs = true;    ///< Format: actions and sensory frames, or observations only.
   bool classed = true;  ///< CObservationClassedBearingRange, or MRPT's CObservationBearingRange.
@@ -37,6 +40,7 @@ struct Scenario {
     int lanes = 0;                           // lawnmower
     std::vector<double> waypoints;           // x y x y ...
     double height = 0, waves = 0, roll = 0;  // in 3-D
+    mrpt::poses::CPose3D start;
   } path;
 
   struct Odometry {
@@ -63,10 +67,30 @@ struct Scenario {
     /// Row: true class; column: reported class; rows sum to 1.
     std::vector<std::vector<double>> confusion;
   } sensor;
+
+  /// Another robot in the same world, which the sensor names by an id.
+  struct Other {
+    std::int32_t id = 0;
+    double period = 0;  ///< between its poses [s]
+    std::vector<mrpt::poses::CPose3D> path;
+  };
+  std::vector<Other> others;
+};
+
+/// A robot of a world with several, by the name of its section [robot.NAME].
+struct NamedScenario {
+  std::string name;
+  Scenario scenario;
 };
 
 /// Declares and reads all keys; throws Error naming file, section and key. Call
 /// IniFile::reject_unknown() afterwards.
 Scenario read_scenario(IniFile& ini);
+
+/// The robots that sections [robot.NAME] describe, in one world, where they see each other: `id` is
+/// that by which the others know one, and SECTION.KEY any value of its own. `fresh` opens the INI
+/// anew. Empty where there is no such section. Throws Error as read_scenario does.
+std::vector<NamedScenario> read_robots(IniFile& ini,
+                                       const std::function<std::unique_ptr<IniFile>()>& fresh);
 
 }  // namespace hybrid

@@ -19,6 +19,7 @@ struct SimulatedLandmark {
 struct SimulatedDetection {
   double range = 0, yaw = 0, pitch = 0;
   std::int64_t true_id = -1;  ///< -1: spurious.
+  std::int32_t robot = -1;    ///< id of the robot that it is, else -1
   std::size_t reported_class = 0;
 };
 
