@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -64,6 +65,7 @@ void warn_of_inputs(const Provenance& provenance) {
 int run_program(const std::string& name, const std::function<int()>& body) {
   program = name;
   open_standard_files();
+  ::signal(SIGPIPE, SIG_IGN);
   end_otherwise = std::set_terminate(end_without_memory);
   try {
     return body();

@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libhybrid/core/version.h"
 #include "mrpt_plugins/mapping/plugin_library.h"
@@ -17,7 +18,7 @@ using namespace pybind11::literals;
 
 namespace {
 
-using Progress = std::function<void(double, std::size_t, std::size_t, double)>;
+using Progress = std::function<void(std::optional<double>, std::size_t, std::size_t, double)>;
 
 /// Runs a replay without the lock of the interpreter, takes it for `progress` and to notice Ctrl-C,
 /// and returns the text of summary.json.

@@ -99,13 +99,18 @@ void bind_window(py::module_& m) {
   py::enum_<WindowOptions::Mode>(m, "WindowMode")
       .value("FULL", WindowOptions::Mode::kFull)
       .value("FIXED_LAG", WindowOptions::Mode::kFixedLag)
-      .value("FILTER", WindowOptions::Mode::kFilter);
+      .value("FILTER", WindowOptions::Mode::kFilter)
+      .value("BOUNDED", WindowOptions::Mode::kBounded);
   SettingsClass<WindowOptions>(m, "WindowOptions", "What of the past stays in the graph.")
-      .field("mode", &WindowOptions::mode, "Everything, the last updates, or the newest states.")
+      .field("mode", &WindowOptions::mode,
+             "Everything, the last updates, the newest states, or what the place takes.")
       .field("lag", &WindowOptions::lag, "In updates.")
+      .field("complete", &WindowOptions::complete, "Bounded: states up to which none leaves.")
+      .field("sightings", &WindowOptions::sightings,
+             "Bounded: newer states that have seen what a state saw before it leaves.")
+      .field("tied", &WindowOptions::tied, "Bounded: variables that one prior ties together.")
       .field("lasting", &WindowOptions::lasting, "Letters of variables that never leave.")
-      .field("states", &WindowOptions::states,
-             "Letters of the states of a filter; empty: all poses.");
+      .field("states", &WindowOptions::states, "Letters of the states; empty: all poses.");
   py::class_<WindowSmoother>(m, "WindowSmoother",
                              "The incremental smoother over a window: old states are marginalised.")
       .def(py::init<const WindowOptions&, const SmootherOptions&>(), "window"_a = WindowOptions(),
@@ -118,7 +123,9 @@ void bind_window(py::module_& m) {
                              "What is in the window; update the window, not the smoother.")
       .def(
           "past", [](const WindowSmoother& w) { return w.past(); },
-          "Last estimates of the variables that have left, a copy.");
+          "Last estimates of the variables that have left, a copy.")
+      .def_property_readonly("divergence", &WindowSmoother::divergence,
+                             "What a bounded window has lost so far [nat].");
 }
 
 }  // namespace

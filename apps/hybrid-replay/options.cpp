@@ -30,7 +30,8 @@ constexpr const char* kFooter =
     "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
     "written.\n"
     "\nExamples: hybrid-replay robot.rawlog -o out\n"
-    "          hybrid-replay -c config/kf_slam_demo.ini -o out";
+    "          hybrid-replay -c config/kf_slam_demo.ini -o out\n"
+    "          zcat robot.rawlog | hybrid-replay -c my.ini --rawlog - --stream";
 
 }  // namespace
 
@@ -42,8 +43,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "INI file with all settings; see --print-config")
       ->type_name("INI");
   app.add_option("--rawlog,LOG", options.request.rawlog,
-                 "the log, instead of [log] rawlog, whose truth is then left out; without -c the "
-                 "log itself chooses the plugins")
+                 "the log, instead of [log] rawlog, whose truth is then left out; - is standard "
+                 "input, mapped as it comes; without -c the log itself chooses the plugins")
       ->type_name("FILE");
   app.add_option("--truth-path", options.request.truth_path,
                  "true path of the robot, instead of [log] truth_path: MRPT's "
@@ -87,6 +88,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--events", options.request.events,
                "write events.jsonl: why each sighting was given to its landmark, what flipped, "
                "merged and closed, the objective after every half-step");
+  app.add_flag("--stream", options.request.stream,
+               "write every keyframe to standard output when it is mapped, a line of JSON each; "
+               "what else is said goes to standard error");
   app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,

@@ -14,6 +14,7 @@
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/detail/ini_syntax.h"
 #include "mrpt_plugins/bridge/detail/ini_text.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 
 namespace hybrid {
 namespace {
@@ -342,6 +343,7 @@ void IniSection::note_path(const std::string& key, const std::string& absolute) 
 std::string IniSection::path(const std::string& key, const std::string& default_value,
                              const std::string& meaning) {
   const std::string value = get(key, default_value, meaning);
+  if (is_standard_input(value)) return value;
   const IniFile::Entry* entry = find(key);
   const bool from_file = entry != nullptr && entry->where.rfind(file_->name(), 0) == 0;
   std::string path = value;

@@ -177,7 +177,8 @@ class IniSection {
   double degrees(const std::string& key, double default_degrees, const std::string& meaning,
                  const IniRange& range_degrees = kAnyNumber);
 
-  /// A path; if relative, taken relative to the folder of the INI file. Empty stays empty.
+  /// A path; if relative, taken relative to the folder of the INI file. Empty stays empty, and "-"
+  /// standard input.
   std::string path(const std::string& key, const std::string& default_value,
                    const std::string& meaning);
 

@@ -47,6 +47,8 @@ class KeyframeSource {
   /// Throws Error if the file is missing or cannot be opened.
   KeyframeSource(const std::string& rawlog, const SourceOptions& options);
 
+  /// Nothing at the end of the log. Throws Interrupted where a signal comes while standard input
+  /// keeps it waiting.
   std::optional<Keyframe> next();
 
   /// Whether the map must be in space, unless chosen: odometry is of space, or a sensor is tilted
@@ -57,8 +59,8 @@ class KeyframeSource {
   LogStatus status() const { return reader_.status(); }
   /// How the log ended; empty if complete.
   const std::string& message() const { return reader_.message(); }
-  /// Share of the log up to the newest keyframe.
-  double progress() const { return progress_; }
+  /// Share of the log up to the newest keyframe; nothing where standard input does not tell it.
+  std::optional<double> progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
   /// Observations read so far by class, without namespace, used or not.
@@ -77,10 +79,10 @@ class KeyframeSource {
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;
-    double progress;  ///< of the reader behind it
+    std::optional<double> progress;  ///< of the reader behind it
   };
   std::deque<Ahead> ahead_;
-  double progress_ = 0;
+  std::optional<double> progress_ = 0;
 };
 
 }  // namespace hybrid

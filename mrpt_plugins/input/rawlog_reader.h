@@ -73,7 +73,7 @@ class RawlogReader {
   LogStatus status() const { return objects_.status(); }
   /// One line about how the log ended; empty if complete.
   const std::string& message() const { return objects_.message(); }
-  double progress() const { return objects_.progress(); }
+  std::optional<double> progress() const { return objects_.progress(); }
   std::uint64_t objects() const { return objects_.objects(); }
   /// Odd things met and got over: bad odometry, missing timestamps, unused objects.
   DropReport warnings() const;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -61,11 +62,15 @@ class Backend {
   /// back-end keeps none.
   virtual std::vector<Key> elimination_order() const { return {}; }
 
-  /// Whether factors may still be removed by their handles: not where the past is marginalised.
+  /// Whether factors may still be removed by their handles: not where the past is marginalised; of
+  /// what is bounded by the place, those of variables that the graph holds.
   virtual bool keeps_all() const = 0;
 
   /// Whether a variable is in the graph and not marginalised out.
   virtual bool holds(Key key) const = 0;
+
+  /// Figures for the summary of a run, by name; empty if there are none.
+  virtual std::map<std::string, double> statistics() const { return {}; }
 
   /// Joint covariance of some variables that the graph holds, in the order given. Throws
   /// SettingsError in a mode that keeps no estimate on the way.

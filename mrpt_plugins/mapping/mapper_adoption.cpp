@@ -61,7 +61,7 @@ void Mapper::note_start(const Delta& motion, const BackendReport& report) {
 }
 
 void Mapper::forget_start() {
-  if (!start_ || !backend_->keeps_all()) return;
+  if (!start_ || !backend_->graph().contains(*start_)) return;
   Delta delta;
   delta.remove.push_back(*start_);
   MotionOptions wide = options_;

@@ -34,6 +34,7 @@ std::map<std::string, double> Mapper::statistics() const {
       {"updates", static_cast<double>(updates_)},
       {"updates_by_local_search", static_cast<double>(updates_by_local_search_)}};
   for (const auto& plugin : plugins_) all.merge(plugin->statistics());
+  all.merge(backend_->statistics());
   return all;
 }
 

@@ -76,6 +76,18 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   labels.block(path.back(), 9);
 }
 
+/// From the newest pose to the landmarks that it sees.
+void draw_rays(Canvas& canvas, const Axes& axes, const MapResult& result,
+               const std::vector<std::int64_t>& seen) {
+  if (result.trajectory.empty()) return;
+  const auto& here = result.trajectory.back().pose;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (std::find(seen.begin(), seen.end(), l.id) == seen.end()) continue;
+    canvas.line(axes.pixel(here.x(), here.y()), axes.pixel(l.position.x(), l.position.y()),
+                map_style::kSight);
+  }
+}
+
 /// Markers first, then ids where there is room; returns how many ids were drawn.
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
@@ -104,7 +116,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 }  // namespace
 
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
-                const std::optional<MapFrame>& shown, const std::string& clock) {
+                const std::optional<MapFrame>& shown, const FilmMoment& moment) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
   const MapFrame frame = shown ? *shown : map_frame(result, truth);
@@ -123,20 +135,22 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   subtitle.color = {90, 90, 90};
   canvas.text({box.left, 70},
               fmt::format("{}: {}{} poses of the robot, {} landmarks",
-                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan", clock,
-                          result.trajectory.size(), result.landmarks.size()),
+                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
+                          moment.clock, result.trajectory.size(), result.landmarks.size()),
               subtitle);
   axes.draw(canvas);
 
   LabelPlacer labels(box);
   canvas.clip(box);
   draw_ellipses(canvas, axes, result, frame.magnification);
+  draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
+  if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
     legend.note(ellipse_note("Ellipses", frame.magnification));

@@ -18,6 +18,7 @@ namespace map_style {
 constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
 constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
+constexpr Stroke kSight{{106, 81, 163}, 2, LineStyle::kDashed};
 constexpr Color kTrueLandmark{110, 110, 110};
 /// Motions of modes other than the first, over the estimate.
 inline Stroke mode_stroke(int mode) {

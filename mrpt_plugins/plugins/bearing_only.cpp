@@ -159,7 +159,15 @@ Contribution BearingOnlyKnownIds::revise(const MapView& map) {
   }
   for (const std::int64_t id : touched_) {
     const auto it = placed_.find(id);
-    if (it == placed_.end() || !is_misplaced(it->second, map.assignment)) continue;
+    if (it == placed_.end()) continue;
+    const std::vector<Sighting>& own = it->second.sightings;
+    if (!std::all_of(own.begin(), own.end(), [&](const Sighting& sighting) {
+          return map.holds(sighting.measurement.real->keys().front());
+        })) {
+      placed_.erase(it);  // what has left the graph stays as it is
+      continue;
+    }
+    if (!is_misplaced(it->second, map.assignment)) continue;
     std::vector<Measurement>& measurements = restarts_[id];
     for (const Sighting& sighting : it->second.sightings) {
       out.delta.remove.push_back(sighting.factor);

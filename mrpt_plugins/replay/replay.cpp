@@ -12,6 +12,7 @@
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
@@ -56,21 +57,34 @@ struct Ending {
   int signal = 0;  ///< that stopped it with keyframes left; 0: none did
 };
 
+/// The next keyframe; nothing at the end, or with a signal that asks to stop.
+std::optional<Keyframe> next_keyframe(KeyframeSource& source, int& signal) {
+  try {
+    std::optional<Keyframe> keyframe = source.next();
+    if (keyframe) signal = interrupted();
+    return signal == 0 ? keyframe : std::nullopt;
+  } catch (const Interrupted& e) {
+    signal = e.signal();
+    return std::nullopt;
+  }
+}
+
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
 Ending map_log(KeyframeSource& source, Mapper& mapper, MapPlace& place,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
                RunReport& report) {
   int signal = 0;
   std::size_t keyframes = 0;
-  while (const auto keyframe = source.next()) {
-    signal = interrupted();
-    if (signal != 0) break;
+  while (const auto keyframe = next_keyframe(source, signal)) {
     const StepRecord& step = mapper.add(*keyframe);
     place.added(keyframes, mapper);
     ++keyframes;
-    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
+    std::string line = report.watch(mapper, step);
+    if (progress) {
+      progress(
+          {source.progress(), keyframes, step.landmarks, step.objective_after, std::move(line)});
+    }
     if (movie.size() > 0) movie.watch(keyframes, mapper);
-    report.watch(mapper, step);
   }
   if (keyframes == 0) {
     throw_if_interrupted();
@@ -103,9 +117,11 @@ void set_status(const KeyframeSource& source, const Mapper& mapper, const MapRes
   const std::string refused = refusals(mapper);
   if (signal != 0) {
     summary.status = "interrupted";
-    summary.message =
-        fmt::format("stopped by {} after {} keyframes, {:.1f} % of the log", signal_name(signal),
-                    result.trajectory.size(), 100 * source.progress());
+    summary.message = fmt::format("stopped by {} after {} keyframes", signal_name(signal),
+                                  result.trajectory.size());
+    if (const auto share = source.progress()) {
+      summary.message += fmt::format(", {:.1f} % of the log", 100 * *share);
+    }
   } else if (source.status() != LogStatus::kComplete) {
     summary.status = "partial";
     summary.message = source.message();
@@ -184,9 +200,13 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
                       const IniFile& ini) {
   Provenance provenance = request.provenance;
   provenance.configuration = ini.settings();
-  for (const std::string& path :
-       {settings.rawlog, request.config, settings.truth_path, settings.truth_map,
-        settings.truth_associations, settings.truth_modes}) {
+  if (is_standard_input(settings.rawlog)) {
+    provenance.inputs.push_back({settings.rawlog, "", ""});
+  } else {
+    provenance.add_input(settings.rawlog);
+  }
+  for (const std::string& path : {request.config, settings.truth_path, settings.truth_map,
+                                  settings.truth_associations, settings.truth_modes}) {
     provenance.add_input(path);
   }
   for (const std::string& path : request.plugin_libraries) provenance.add_input(path);
@@ -229,11 +249,11 @@ ReplayOutcome replay(const ReplayRequest& request,
   place.enter(mapper);
   RunReport report(request, out);
   report.begin(mapper, settings.title);
-  const auto [last, signal] = about({settings.rawlog, settings.map.file}, [&] {
+  const auto [last, signal] = about({shown_path(settings.rawlog), settings.map.file}, [&] {
     return map_log(source, mapper, place, progress, movie, report);
   });
 
-  MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
+  MapResult result = about({shown_path(settings.rawlog)}, [&] { return mapper.result(); });
   result.title = settings.title;
   report.finish(mapper, result, last.objective_after);
   ReplayOutcome outcome{summarize(source, plugins, mapper, last, result, signal), out.folder(),
@@ -250,6 +270,8 @@ ReplayOutcome replay(const ReplayRequest& request,
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
   warn(ini.warnings());
+  const std::string odd = truth.warning(result.dead_reckoning, mapper.log_rows());
+  if (!odd.empty()) warn({odd});
   for (const Provenance::Input& input : summary.provenance.inputs) {
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }

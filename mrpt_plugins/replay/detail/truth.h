@@ -38,6 +38,10 @@ class Truth {
 
   const GroundTruth& get() const { return truth_; }
 
+  /// What is odd about the true path, given the dead reckoning of the log; "" where nothing is.
+  std::string warning(const Trajectory& dead_reckoning,
+                      const std::vector<std::size_t>& log_rows) const;
+
   /// What the path file tells of each pose.
   TruthContent content() const { return content_; }
 
