@@ -3,9 +3,12 @@
 
 // A factor of your own on several variables: two robots measure the range between them by radio,
 // too long by a bias that nobody knows. Graph, solution, covariances.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <iostream>
 #include <random>
+#include <string>
 
 #include "libhybrid/hybrid.h"
 

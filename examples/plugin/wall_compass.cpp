@@ -10,6 +10,8 @@
 #include <complex>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "libhybrid/factors/factor_of.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
