@@ -25,7 +25,7 @@ namespace {
 
 using mrpt::poses::CPose3D;
 
-/// No name of a column does.
+/// Tells numbers from column names, which never start like one.
 bool starts_like_a_number(std::string_view word) {
   return !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
                            std::string_view("+-.").find(word[0]) != std::string_view::npos);
@@ -53,7 +53,7 @@ class NamedTable {
 
   bool has(const std::string& name) const { return columns_.count(name) != 0; }
 
-  /// Throws Error that names the file unless all columns are there.
+  /// Throws Error that names the file if a column is missing.
   void require(const std::vector<std::string>& names) const {
     for (const std::string& name : names) {
       if (!has(name)) header_.fail(fmt::format("no column '{}'", name));
@@ -76,7 +76,7 @@ class NamedTable {
   }
   double time() const { return row_->time(columns_.at("time")); }
   double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
-  /// An angle [rad], which is not in degrees.
+  /// An angle [rad]; throws Error if it looks like degrees.
   double angle(const std::string& name) const {
     const double angle = number(name);
     if (std::abs(angle) <= 2 * M_PI) return angle;
@@ -87,7 +87,7 @@ class NamedTable {
     if (!has(name) || word(name).empty() || number(name) == 0) return 0;
     return stated_sigma(*row_, columns_.at(name));
   }
-  /// Tells the log how many fields were blank, by column.
+  /// Notes in the log how many fields of each column were blank.
   void note_blanks(LogWriter& log) const {
     for (const auto& [name, count] : blank_) {
       log.note(fmt::format("{}: {} of {} fields of column {} are blank", table_.name(), count,
@@ -97,7 +97,7 @@ class NamedTable {
   [[noreturn]] void fail(const std::string& name, const std::string& what) const {
     row_->fail(columns_.at(name), what);
   }
-  /// An id; nothing where the column is absent or the field empty or -1.
+  /// An id; empty if the column is absent or the field blank or -1.
   std::optional<std::int64_t> id(const std::string& name) const {
     if (!has(name) || word(name).empty() || word(name) == "-1") return std::nullopt;
     return row_->id(columns_.at(name));
@@ -106,13 +106,13 @@ class NamedTable {
  private:
   TextReader table_;
   std::size_t rows_ = 0;
-  std::map<std::string, std::size_t> blank_;  // fields by column
+  std::map<std::string, std::size_t> blank_;  // blank fields by column
   TextRow header_;
   std::optional<TextRow> row_;
   std::map<std::string, std::size_t> columns_;
 };
 
-/// Whether the first row has eight numbers, as a TUM trajectory.
+/// Whether the first row has eight numbers, as in a TUM trajectory.
 bool is_tum(const std::string& path) {
   const auto row = TextReader(path).next();
   if (row->size() != 8) return false;
@@ -122,7 +122,7 @@ bool is_tum(const std::string& path) {
   return true;
 }
 
-/// Whether the poses differ in nothing but x, y and yaw, to the digits of a text.
+/// Whether all poses have the same z and no pitch or roll, within 1e-6.
 bool is_planar(const std::vector<TimedPose>& poses) {
   constexpr double kDigits = 1e-6;
   return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& p) {
@@ -150,10 +150,10 @@ class Odometry {
   }
 
   bool is_3d() const { return is_3d_; }
-  /// Of the first pose; 0 if there is none.
+  /// Time of the first pose; 0 if there is none.
   double start() const { return start_; }
 
-  /// Nothing before the first pose and after the last one.
+  /// The pose at `time`; empty before the first pose and after the last one.
   std::optional<CPose3D> at(double time) {
     while (after_ && after_->time < time) advance();
     if (!before_ || time < before_->time) return std::nullopt;
@@ -197,11 +197,11 @@ class Odometry {
   }
 
   std::optional<NamedTable> table_;
-  std::vector<TimedPose> poses_;  // of a TUM file, which has no names
-  std::size_t read_ = 0;          // of them
+  std::vector<TimedPose> poses_;  // of a TUM file, which has no column names
+  std::size_t read_ = 0;          // poses of `poses_` used so far
   bool is_3d_ = false;
   double start_ = 0;
-  std::optional<double> yaw_;  // of the last row
+  std::optional<double> yaw_;  // in the last row
   std::optional<TimedPose> before_, after_;
 };
 
@@ -209,7 +209,7 @@ const std::vector<std::string> kDetectionColumns{
     "time", "range",   "yaw",         "pitch",     "class",      "score",
     "id",   "true_id", "sigma_range", "sigma_yaw", "sigma_pitch"};
 
-/// All names in column class, sorted.
+/// All class names of the table, sorted.
 std::vector<std::string> classes_in(const std::string& path) {
   NamedTable table(path, kDetectionColumns);
   std::set<std::string> names;
@@ -251,13 +251,13 @@ OdometryIncrement motion_between(const CPose3D& from, const CPose3D& to, bool is
   return {mean, variances.asDiagonal(), false};
 }
 
-/// Collects the detections of one time and adds their step to the log.
+/// Collects the detections of one time and adds them to the log as a step.
 class Steps {
  public:
   Steps(const DetectionTablesOptions& options, LogWriter& log)
       : options_(options), log_(log), odometry_(options.odometry) {}
 
-  /// An empty frame for the detections of a time.
+  /// Starts an empty frame for the detections of a time.
   void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
     const auto& p = options_.sensor_pose;
     frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},
