@@ -15,7 +15,7 @@
 namespace hybrid {
 namespace {
 
-/// Lets the next push_back find memory.
+/// Reserves memory, so that the next push_back cannot throw.
 template <class T>
 void make_room(std::vector<T>& list) {
   if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
@@ -63,7 +63,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   return steps_.back();
 }
 
-/// The motion to a new pose; what is measured of it is left out where it makes no sense.
+/// The motion to a new pose. Unusable odometry is dropped.
 Mapper::Motion Mapper::predict(Keyframe& keyframe) {
   if (!steps_.empty() && !keyframe.odometry) {
     ++dropped_["odometry missing: robot taken to stand still"];
@@ -71,7 +71,7 @@ Mapper::Motion Mapper::predict(Keyframe& keyframe) {
   try {
     return predict_from(keyframe.odometry ? &*keyframe.odometry : nullptr);
   } catch (const Error& e) {
-    if (!keyframe.odometry) throw;  // the options make no sense
+    if (!keyframe.odometry) throw;  // the options are at fault
     note("odometry dropped: not usable", e.what());
     keyframe.odometry.reset();
     return predict_from(nullptr);
@@ -100,8 +100,7 @@ Mapper::Motion Mapper::predict_from(const OdometryIncrement* measured) const {
   return out;
 }
 
-/// The factors of the motion to pose i. Where odometry is missing it has no mode and no
-/// calibration.
+/// Adds the factors of the motion to pose i. Missing odometry has no mode and no calibration.
 void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool measured,
                         Motion& out) const {
   const Key from = pose_key(i - 1), to = pose_key(i);
@@ -134,7 +133,7 @@ MapView Mapper::view() const {
   return view;
 }
 
-/// Asks each plugin in turn; one that throws contributes nothing.
+/// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
   const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
                     keyframe.observations};

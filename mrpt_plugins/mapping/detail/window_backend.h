@@ -8,8 +8,9 @@
 
 namespace hybrid {
 
-/// Online smoothing: each keyframe costs what it touches, and the estimate is whole after each. The
-/// graph is everything, or a window outside of which variables keep their last estimate.
+/// Online smoothing: the cost of an update depends on the variables it affects, and the estimate is
+/// complete after each. The graph holds all variables, or a window; variables outside keep their
+/// last estimate.
 class WindowBackend : public Backend {
  public:
   WindowBackend(const WindowOptions& window, const SmootherOptions& options)
@@ -37,7 +38,7 @@ class WindowBackend : public Backend {
 
   WindowOptions window_;
   WindowSmoother smoother_;
-  Estimate merged_;  // of the window and the past; not used where nothing leaves
+  Estimate merged_;  // of the window and the past; unused in full mode
 };
 
 }  // namespace hybrid
