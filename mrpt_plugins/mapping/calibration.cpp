@@ -93,8 +93,7 @@ Eigen::VectorXd entries_of(const mrpt::poses::CPose3D& pose, bool is_3d) {
   return Eigen::Vector3d(v[0], v[1], v[3]);
 }
 
-/// Units of the entries (x y z yaw pitch roll) or (x y yaw): 1 m and 1 degree, in m and rad. Sigmas
-/// of the tangent are printed as sigmas of these entries.
+/// Units of the entries (x y z yaw pitch roll) or (x y yaw): 1 m and 1 degree, in m and rad.
 Eigen::VectorXd pose_units(bool is_3d) {
   Eigen::VectorXd units = Eigen::VectorXd::Ones(is_3d ? 6 : 3);
   units.tail(is_3d ? 3 : 1).setConstant(kDegree);
