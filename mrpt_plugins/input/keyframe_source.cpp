@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kLookAhead = 100;  // keyframes
 
-/// How often something was of the plane or of space.
+/// Counts of planar and 3-D odometry or detections.
 struct Votes {
   std::size_t plane = 0, space = 0;
   void add(bool is_space) { ++(is_space ? space : plane); }
@@ -139,7 +139,7 @@ bool KeyframeSource::is_3d() {
          });
 }
 
-/// Adds the detections of a step; at a keyframe, gives back all since the one before.
+/// Passes the detections of a step to the tracker. At a keyframe, replaces them by its tracklets.
 void KeyframeSource::track(const LogStep& step, bool is_keyframe,
                            std::vector<DetectionFrame>& detections) {
   if (step.odometry) {

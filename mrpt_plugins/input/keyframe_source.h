@@ -18,11 +18,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// A place of the robot that becomes a pose of the map.
+/// A pose of the robot that becomes a variable of the map, with its measurements.
 struct Keyframe {
-  std::size_t row = 0;  ///< step of the log, which is the row of MRPT's ground truth of the path
-  double time = 0;      ///< s
-  std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
+  std::size_t row = 0;                        ///< step of the log = row of MRPT's ground truth path
+  double time = 0;                            ///< s
+  std::optional<OdometryIncrement> odometry;  ///< motion since the last keyframe
   std::vector<DetectionFrame> detections;
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
 };
@@ -32,7 +32,8 @@ enum class Dimension { kAuto, kPlane, kSpace };
 struct SourceOptions {
   RawlogOptions reader;
   KeyframeOptions keyframes;
-  bool tracklets = false;  ///< of detections between keyframes; these are left out otherwise
+  bool tracklets = false;  ///< use detections between keyframes as tracklets; else they are left
+                           ///< out
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
   Dimension dimension = Dimension::kAuto;
@@ -49,21 +50,21 @@ class KeyframeSource {
 
   std::optional<Keyframe> next();
 
-  /// Whether the map must be in space, unless chosen: odometry is of space, or a sensor is tilted
-  /// or measures pitch, each in more than half of the first 100 keyframes where it says something.
-  /// So no single damaged entry decides; plugins leave out, and count, what does not fit the map.
+  /// Whether the map is 3-D. Unless set by the options, it is if odometry or a sensor (tilted, or
+  /// measuring pitch) is 3-D in more than half of the first 100 keyframes that have it. A single
+  /// damaged entry therefore does not decide; plugins drop and count what does not fit the map.
   bool is_3d();
 
   LogStatus status() const { return reader_.status(); }
-  /// How the log ended; empty if complete.
+  /// Why the log ended early; empty if complete.
   const std::string& message() const { return reader_.message(); }
-  /// Share of the log up to the newest keyframe.
+  /// Share of the log read up to the newest keyframe.
   double progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return reader_.observations(); }
-  /// Odd things in the log that were got over, by kind.
+  /// Problems in the log that were handled, by kind.
   DropReport warnings() const { return reader_.warnings(); }
 
  private:
@@ -77,7 +78,7 @@ class KeyframeSource {
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;
-    double progress;  ///< of the reader behind it
+    double progress;  ///< of the reader after the keyframe
   };
   std::deque<Ahead> ahead_;
   double progress_ = 0;
