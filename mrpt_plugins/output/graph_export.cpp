@@ -26,7 +26,7 @@ bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
   return true;
 }
 
-/// With the place of the sensor as estimated.
+/// Adds a sighting with the estimated pose of the sensor.
 template <class Pose, class Edge>
 bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
                              std::vector<Edge>& edges) {
@@ -39,7 +39,7 @@ bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& value
   return true;
 }
 
-/// With the calibration of the odometry as estimated.
+/// Adds a motion corrected by the estimated calibration of the odometry.
 template <class Factor, class Calibration, class Edge>
 bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
                            std::vector<Edge>& edges) {
@@ -58,7 +58,7 @@ bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
   return true;
 }
 
-/// Whether the factor has a form in g2o. Throws Error where its noise has none there, as that of a
+/// Whether the factor has a form in g2o. Throws Error if its noise has none, such as that of a
 /// point seen at range 0.
 bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
   const Values& at = g.values;
@@ -77,7 +77,7 @@ void add(const ContinuousFactor& factor, ExportedGraph& out) {
   try {
     known = add_known(factor, out.graph);
   } catch (const Error&) {
-    // left out like a factor without a form
+    // left out, as is a factor without a form
   }
   const std::string name = factor.name();
   if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {

@@ -11,16 +11,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// A graph in the terms of g2o.
+/// A graph with the types of g2o.
 struct ExportedGraph {
   PoseGraph graph;
-  /// Names of factors of which some have no such form, each once.
+  /// Names of factor types of which some factors have no such form, each once.
   std::vector<std::string> left_out;
 };
 
-/// Relative poses as they are; sightings as points in the frame of the robot, with their covariance
-/// to first order; hybrid factors as the component that the assignment chooses; poses with a prior
-/// as fixed. Classes have no form in g2o.
+/// Converts a graph to g2o. Relative poses stay as they are; sightings become points in the frame
+/// of the robot, with their covariance to first order; hybrid factors become the component that the
+/// assignment selects; poses with a prior become fixed. Factors of classes have no form in g2o.
 ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate);
 
 }  // namespace hybrid

@@ -37,9 +37,9 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
   }
 }
 
-/// The true path in pieces: a receiver's gaps stay gaps.
+/// The true path, split where the receiver had no position.
 std::vector<Trajectory> pieces(const Trajectory& path) {
-  constexpr double kGap = 10;  // times the usual distance in time
+  constexpr double kGap = 10;  // times the median interval
   std::vector<double> steps;
   for (std::size_t i = 1; i < path.size(); ++i) steps.push_back(path[i].time - path[i - 1].time);
   if (steps.empty()) return {path};
@@ -61,7 +61,7 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   for (const Trajectory& piece : pieces(truth.path)) {
     canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
   }
-  canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
+  canvas.polyline(reckoned, map_style::kDeadReckoning);  // omitted from the legend if is_hidden()
   canvas.polyline(path, map_style::kEstimate);
   for (std::size_t i = 1; i < result.motion_modes.size() && i < path.size(); ++i) {
     const int mode = result.motion_modes[i];
@@ -76,7 +76,7 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   labels.block(path.back(), 9);
 }
 
-/// Markers first, then ids where there is room; returns how many ids were drawn.
+/// Draws markers, then ids where there is room; returns how many ids were drawn.
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
   const double radius = result.landmarks.size() > 400 ? 4 : 7;

@@ -12,11 +12,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// map.png: the plan seen from above (x to the right, y up, metres): estimated path with start and
-/// end, dead reckoning, ground truth where given, landmarks coloured and shaped by class with their
-/// ids and covariance ellipses (3 standard deviations; enlarged by a round factor that the legend
-/// states when they would be too small to see), legend and scale bar. It shows `frame`, or all
-/// there is; where a `clock` is given, that is its subtitle and the picture one of a film.
+/// map.png: the plan seen from above (x to the right, y up, metres), with the estimated path, its
+/// start and end, dead reckoning, ground truth (if given), landmarks coloured and shaped by class
+/// with their ids and covariance ellipses (3 standard deviations; enlarged by a round factor, named
+/// in the legend, if they would be too small to see), legend and scale bar. It shows `frame`, or
+/// everything. If `clock` is given, it is the subtitle, and the picture is a frame of a film.
 Image map_image(const MapResult& result, const GroundTruth& truth = {}, int width = 1600,
                 int height = 1200, const std::optional<MapFrame>& frame = {},
                 const std::string& clock = {});
