@@ -166,8 +166,7 @@ Image mode_path_image(const ModePath& path) {
     bool any = false;
     for (std::size_t i = 0; i < path.points.size(); ++i) {
       const bool here = path.modes[i] == m;
-      const bool end = i > 0 && path.modes[i - 1] == m && !path.markers;  // end of a line that
-                                                                          // leads to the next mode
+      const bool end = i > 0 && path.modes[i - 1] == m && !path.markers;  // joins the next mode
       any = any || here;
       s.x.push_back(here || end ? path.points[i].x() : kNan);
       s.y.push_back(here || end ? path.points[i].y() : kNan);
