@@ -15,17 +15,17 @@
 
 namespace hybrid {
 
-/// Runs a program: returns the exit code of `body` or, where that throws or runs out of memory in
-/// what must not throw, tells why on standard error and returns the code of a failure or an
-/// interrupt. Where a standard file is closed,
-/// /dev/null takes its place, so that no file of a result gets its number and what is printed.
+/// Runs a program and returns the exit code of `body`. If `body` throws, or memory runs out where
+/// nothing may be thrown, prints the reason on standard error and returns the code of a failure or
+/// an interrupt. Closed standard files are opened as /dev/null, so that no file of a result gets
+/// their numbers.
 int run_program(const std::string& name, const std::function<int()>& body);
 
-/// The result is there, and the program ends with this code whatever comes: what is left to do only
-/// tells the user of it.
+/// Fixes the exit code once the result is written: a later failure, such as one in printing
+/// messages, does not change it. Returns the code.
 int settle(int exit_code);
 
-/// Prints to standard output or error as far as that can be written.
+/// Prints to standard output or standard error, ignoring write errors.
 template <class... Args>
 void say(fmt::format_string<Args...> format, const Args&... args) {
   std::fputs(fmt::format(format, args...).c_str(), stdout);
@@ -35,10 +35,10 @@ void complain(fmt::format_string<Args...> format, const Args&... args) {
   std::fputs(fmt::format(format, args...).c_str(), stderr);
 }
 
-/// Tells warnings on standard error.
+/// Prints warnings on standard error.
 void warn_of(const std::vector<std::string>& warnings);
 
-/// Tells what is odd about the input files, on standard error.
+/// Prints warnings about the input files on standard error.
 void warn_of_inputs(const Provenance& provenance);
 
 }  // namespace hybrid
