@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A manifold of your own as a variable: the time offset and rate of a clock, where rates multiply.
+// A user-defined manifold as a variable: offset and rate of a clock; steps multiply the rate.
 #include <cmath>
 #include <iostream>
 
@@ -32,7 +32,7 @@ struct Clock {
 };
 // [example]
 
-/// What the clock showed at a known time.
+/// The reading of the clock at a known time.
 struct Reading {
   double time, shown;
   template <class S>
