@@ -16,7 +16,7 @@
 namespace hybrid::python {
 namespace {
 
-/// "x3" as Key{'x', 3}. Throws Error for any other text.
+/// Parses "x3" into Key{'x', 3}. Throws Error for any other text.
 Key parse_key(const std::string& text) {
   std::uint64_t index = 0;
   const char* const end = text.data() + text.size();

@@ -16,7 +16,7 @@ std::vector<double> flat(const Numbers& array) {
   return {array.data(), array.data() + array.size()};
 }
 
-/// The costs where they are, one axis for each variable; `owner` keeps them alive.
+/// A view of the costs with one axis per variable; `owner` keeps them alive.
 py::array costs(const py::object& owner) {
   const auto& table = owner.cast<const Table&>();
   std::vector<py::ssize_t> shape;

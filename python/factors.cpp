@@ -107,7 +107,7 @@ void bind_relative(py::module_& m) {
       "what readers of files make.");
 }
 
-/// The sensors of poses of one kind.
+/// Binds the sensors of one pose type.
 template <class Pose>
 void bind_sensors(py::module_& m, const char* polar, const char* angles) {
   using Point = typename Pose::Point;

@@ -11,7 +11,7 @@ namespace {
 
 using Storage = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Points n x d, moved by a group element row by row.
+/// Applies a group element to points, n x d, row by row.
 template <class Group, int kDim>
 Eigen::Matrix<double, Eigen::Dynamic, kDim, Eigen::RowMajor> move_all(
     const Group& group,
@@ -42,7 +42,8 @@ Storage to_storage(const Group& group) {
   return array;
 }
 
-/// What all groups share; `kPoint` is the dimension of the points that they move.
+/// Binds the members common to all groups; `kPoint` is the dimension of the points that they act
+/// on.
 template <class Group, int kPoint>
 py::class_<Group> bind_group(py::module_& m, const char* name, const char* doc) {
   using Tangent = typename Group::Tangent;

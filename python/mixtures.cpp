@@ -10,7 +10,7 @@
 namespace hybrid::python {
 namespace {
 
-/// A component as Python gives it: a factor or None, and a constant.
+/// A mixture component passed from Python: a factor or None, and a constant.
 using ComponentArgument = std::pair<std::optional<FactorArgument>, double>;
 
 std::vector<MixtureComponent> to_components(const std::vector<ComponentArgument>& arguments) {

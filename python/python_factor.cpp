@@ -79,7 +79,7 @@ class PythonFactor : public ContinuousFactor {
     return matrix(result, rows(), 1, "residual");
   }
 
-  /// What a method returned, as numbers of this shape. Throws Error for anything else.
+  /// The result of a method as numbers of this shape. Throws Error for anything else.
   Eigen::MatrixXd matrix(const py::object& result, int m, int n, const char* method) const {
     const auto array = py::array_t<double, py::array::forcecast>::ensure(result);
     if (!array) {
@@ -116,8 +116,8 @@ class PythonFactor : public ContinuousFactor {
     return J;
   }
 
-  /// Central differences, with the step that balances rounding and truncation for functions of unit
-  /// scale: the cube root of the machine precision, times the size of a vector's entry.
+  /// Central differences. The step balances rounding and truncation for functions of unit scale:
+  /// the cube root of the machine precision, times the magnitude of a vector's entry.
   Eigen::MatrixXd numeric_jacobian(const double* const* x, py::tuple values) const {
     const double step = std::cbrt(std::numeric_limits<double>::epsilon());
     Eigen::MatrixXd J(rows(), cols());
@@ -147,8 +147,8 @@ class PythonFactor : public ContinuousFactor {
   Loss loss_;
 };
 
-/// Keeps the Python object of a factor alive. The interpreter may be gone when the last pointer
-/// goes; then there is nothing left to release.
+/// Keeps the Python object of a factor alive. If the interpreter has ended before the last pointer
+/// is released, there is nothing to do.
 struct KeepPython {
   PyObject* object;
   void operator()(const ContinuousFactor*) const {

@@ -35,7 +35,7 @@ void put_vector(Values& values, Key key, const Eigen::VectorXd& value) {
   std::memcpy(values.data(values.slot(key)), value.data(), sizeof(double) * type.size);
 }
 
-/// `insert` and `[] =` for one kind of value, a class or a vector.
+/// Binds `insert` and `[] =` for one type of value, a class or a vector.
 template <class T>
 void bind_value(py::class_<Values>& c) {
   c.def(
