@@ -18,6 +18,19 @@ constexpr double kDissectionFlopsPerBlock = 2e4;
 /// A taller elimination tree, as minimum degree makes of a chain, costs covariances dearly.
 constexpr int kTallTree = 200;
 
+/// Analyses the graph again, in the order found but for the anchor, which goes last.
+void anchor_last(cholmod_sparse& graph, int anchor, cholmod_factor*& factor,
+                 cholmod_common& common) {
+  const int* perm = static_cast<const int*>(factor->Perm);
+  std::vector<int> order(perm, perm + graph.nrow);
+  if (order.back() == anchor) return;
+  const auto at = std::find(order.begin(), order.end(), anchor);
+  std::rotate(at, at + 1, order.end());
+  cholmod_free_factor(&factor, &common);
+  common.method[0].ordering = CHOLMOD_GIVEN;
+  factor = cholmod_analyze_p(&graph, order.data(), nullptr, 0, &common);
+}
+
 /// Orders the block graph with one of CHOLMOD's methods; nothing where it fails, as nested
 /// dissection does in a CHOLMOD that was built without METIS.
 std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method) {
@@ -48,6 +61,7 @@ std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method)
   common.method[0].ordering = method;
   common.supernodal = CHOLMOD_SUPERNODAL;
   cholmod_factor* factor = cholmod_analyze(&graph, &common);
+  if (factor != nullptr && pattern.anchor >= 0) anchor_last(graph, pattern.anchor, factor, common);
   if (factor == nullptr) {
     cholmod_finish(&common);
     return std::nullopt;
@@ -108,14 +122,14 @@ void normalize(std::vector<std::pair<int, int>>& edges) {
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 }
 
-BlockOrdering order_blocks(const BlockPattern& pattern) {
+BlockOrdering order_blocks(const BlockPattern& pattern, Trees trees) {
   if (pattern.size() == 0) return {};
   std::optional<BlockOrdering> first = order_with(pattern, CHOLMOD_AMD);
   if (!first) {
     throw Error("ordering of a system of " + std::to_string(pattern.size()) + " variables failed");
   }
   BlockOrdering& best = *first;
-  const bool tall = height(best) > std::max(kTallTree, pattern.size() / 4);
+  const bool tall = trees == Trees::kLow && height(best) > std::max(kTallTree, pattern.size() / 4);
   if (tall || best.flops > kDissectionFlopsPerBlock * pattern.size()) {
     std::optional<BlockOrdering> other = order_with(pattern, CHOLMOD_METIS);
     if (other && (tall || other->flops < best.flops)) best = std::move(*other);

@@ -37,7 +37,7 @@ void ExtendedCholesky::Builder::number_blocks() {
 }
 
 void ExtendedCholesky::Builder::build_fronts() {
-  const BlockOrdering ordering = order_blocks(layout_.pattern());
+  const BlockOrdering ordering = order_blocks(layout_.pattern(), Trees::kAnyHeight);
   const int count = std::max<int>(static_cast<int>(ordering.supernodes.size()) - 1, 0);
   fronts_.resize(count);
   int scalars = 0;

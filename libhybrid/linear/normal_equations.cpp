@@ -46,6 +46,9 @@ BlockPattern ResidualLayout::pattern() const {
   pattern.edges.reserve(residuals.size());
   for (const Residual& residual : residuals) {
     if (!residual.coupled) continue;
+    if (pattern.anchor < 0 && residual.count == 1 && residual.rows >= dims[blocks[residual.first]]) {
+      pattern.anchor = blocks[residual.first];
+    }
     for (int i = 0; i < residual.count; ++i) {
       for (int j = 0; j < i; ++j) {
         pattern.edges.push_back(

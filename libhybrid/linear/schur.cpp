@@ -126,6 +126,7 @@ SchurOrdering order_schur(const BlockPattern& pattern, const std::vector<int>& l
     });
   }
   normalize(coupled.edges);
+  if (pattern.anchor >= 0) coupled.anchor = index[pattern.anchor];
 
   SchurOrdering result;
   result.leaves = static_cast<int>(leaves.size());
