@@ -4,7 +4,7 @@
 // The incremental smoother on public graphs, fed pose by pose with a full estimate after each:
 //   bench-incremental [GRAPH...] [--json F] [--csv F]   time per step and final cost
 //   bench-incremental --growth N [--csv F]    time per step of an exploration without loops
-//   bench-incremental --binary N              cost of an update beside N untouched binary variables
+//   bench-incremental --binary N              cost of an update with N unaffected binary variables
 //   bench-incremental --marginals             covariances after and during a run
 // The CSV holds the time per step against the size of the graph; plot-growth draws it.
 #include <cmath>

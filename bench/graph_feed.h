@@ -26,7 +26,7 @@ struct Measurement {
   ContinuousFactorPtr factor;
 };
 
-/// The measurements of one step, those whose later pose is that of the step; relative poses first.
+/// The measurements of one step: those with its pose as the later one, relative poses first.
 using Step = std::vector<Measurement>;
 
 /// Reads relative poses, grouped by their later pose.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A robot drives one metre; a loop closure says five. Solves for the poses and decides about the
-// closure.
+// A robot drives one metre; a loop closure measures five. Solves for the poses and decides about
+// the closure.
 #include <iostream>
 #include <memory>
 

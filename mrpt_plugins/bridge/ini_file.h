@@ -148,7 +148,7 @@ class IniFile {
 
 /// The keys of one section. `T` is bool, int, int64_t, uint64_t, double, std::string,
 /// std::vector<double>, std::vector<int64_t> or std::vector<std::string>; vectors are separated by
-/// spaces or commas. All functions throw Error as said at IniFile.
+/// spaces or commas. All functions throw Error as IniFile does.
 class IniSection {
  public:
   const std::string& name() const { return section_->name; }

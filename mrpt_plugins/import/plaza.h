@@ -16,7 +16,7 @@ struct PlazaOptions {
   /// The same graph with all identities known (p = 0), which has the true beacons of ambiguous
   /// ranges; empty: unknown.
   std::string identities;
-  /// Factor of the translational sigmas of motions, whose errors are twice what the graph states.
+  /// Factor of the translational sigmas of motions: their errors are twice the stated sigmas.
   double inflate = 2;
   double period = 1;  ///< Time between poses [s]; the graph has no times.
 };
