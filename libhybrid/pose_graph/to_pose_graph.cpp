@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// Appends the edge if the factor is of the type that measures it so.
+/// Appends the edge if the factor is of type Factor.
 template <class Factor, class T>
 bool add_as(const ContinuousFactor& factor, std::vector<GraphEdge<T>>& edges) {
   const auto* known = dynamic_cast<const Factor*>(&factor);
@@ -21,8 +21,8 @@ bool add_as(const ContinuousFactor& factor, std::vector<GraphEdge<T>>& edges) {
   return true;
 }
 
-/// The same for a bearing-range measurement; where its covariance as a position is singular (at
-/// range zero), there is no edge.
+/// The same for a bearing-range measurement; one whose covariance as a position is singular (at
+/// range zero) adds no edge.
 template <class Pose>
 bool add_bearing_range(const ContinuousFactor& factor,
                        std::vector<GraphEdge<typename Pose::Point>>& edges) {
