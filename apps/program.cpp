@@ -20,7 +20,7 @@ namespace {
 void open_standard_files() {
   for (int file = STDIN_FILENO; file <= STDERR_FILENO; ++file) {
     if (::fcntl(file, F_GETFD) >= 0) continue;
-    ::open("/dev/null", O_RDWR);  // gets the lowest free number, this one
+    ::open("/dev/null", O_RDWR);  // opens the lowest free descriptor, which is this one
   }
 }
 
@@ -28,13 +28,14 @@ std::string program;
 int outcome = kExitFailure;
 std::terminate_handler end_otherwise = nullptr;
 
-/// Needs no memory: it may be what is lacking.
+/// Allocates nothing, since memory may have run out.
 int failed(const char* why) {
   std::fprintf(stderr, "%s: %s\n", program.c_str(), why);
   return outcome;
 }
 
-/// Libraries allocate in functions that must not throw, such as destructors.
+/// Terminate handler. Libraries also allocate in functions that must not throw, such as
+/// destructors.
 void end_without_memory() {
   try {
     if (const auto exception = std::current_exception()) std::rethrow_exception(exception);

@@ -22,8 +22,8 @@ namespace hybrid {
 /// reader of what is printed that goes away ends nothing.
 int run_program(const std::string& name, const std::function<int()>& body);
 
-/// The result is there, and the program ends with this code whatever comes: what is left to do only
-/// tells the user of it.
+/// Fixes the exit code once the result is written: a later failure, such as one in printing
+/// messages, does not change it. Returns the code.
 int settle(int exit_code);
 
 /// Prints to a file, to standard output or to standard error, as far as that can be written.
@@ -40,10 +40,10 @@ void complain(fmt::format_string<Args...> format, const Args&... args) {
   print_to(stderr, format, args...);
 }
 
-/// Tells warnings on standard error.
+/// Prints warnings on standard error.
 void warn_of(const std::vector<std::string>& warnings);
 
-/// Tells what is odd about the input files, on standard error.
+/// Prints warnings about the input files on standard error.
 void warn_of_inputs(const Provenance& provenance);
 
 }  // namespace hybrid

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A robot drives a metre, then a loop closure says five: solve, and read what to believe.
+// A robot drives one metre; a loop closure measures five. Solves for the poses and decides about
+// the closure.
 #include <iostream>
 #include <memory>
 

@@ -36,7 +36,7 @@ struct Clock {
 };
 // [example]
 
-/// What the clock showed at a known time.
+/// The reading of the clock at a known time.
 struct Reading {
   double time, shown;
   template <class S>

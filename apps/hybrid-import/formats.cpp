@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-/// A subcommand whose options live as long as it does.
+/// Adds a subcommand, and its options with the same lifetime.
 template <class Options, class Import>
 std::pair<CLI::App*, Options*> subcommand(CLI::App& app, Convert& convert, const char* name,
                                           const char* about, Import import) {

@@ -20,8 +20,8 @@ namespace hybrid {
 namespace {
 
 constexpr std::uint64_t kLargestIni = std::uint64_t{1} << 20;
-constexpr std::size_t kProblems = 20;     // that one message lists
-constexpr std::size_t kLongestName = 64;  // for which a similar one is looked for
+constexpr std::size_t kProblems = 20;     // listed in one message
+constexpr std::size_t kLongestName = 64;  // longest name for which a similar one is searched
 
 std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -50,7 +50,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   return fmt::format("; known are: {}", ini::format(known));
 }
 
-/// The program whose INIs alone have such a section, or "".
+/// The only program whose INIs have this section, or "".
 std::string program_with(const std::string& section) {
   constexpr std::pair<const char*, const char*> kTold[] = {{"log", "hybrid-replay"},
                                                            {"experiment", "hybrid-experiment"},

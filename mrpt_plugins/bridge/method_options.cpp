@@ -120,7 +120,7 @@ MethodOptions read_method_options(IniFile& ini, const MethodOptions& defaults) {
   MethodOptions options = defaults;
   options.set_mixture(read_mixture(ini, options.common.mixture));
   read_selection(ini, options.portfolio.selection);
-  // Only the smoother converges what is found online, and so has no need of a fine last solve.
+  // Only the smoother converges the online solution: it needs no precise last solve.
   const SolverOptions online_solver = options.online.selection.solver;
   options.online.selection = options.portfolio.selection;
   options.online.selection.solver = online_solver;

@@ -34,7 +34,7 @@ Eigen::Vector3d point_of(const TextRow& row, std::size_t i) {
   return {row.coordinate(i), row.coordinate(i + 1), row.coordinate(i + 2)};
 }
 
-/// Throws Error where times go backwards.
+/// Throws Error where times decrease.
 void append(TimedPose pose, const TextRow& row, std::vector<TimedPose>& poses) {
   if (!poses.empty() && pose.time < poses.back().time) {
     row.fail(fmt::format("time {} is before the one above", pose.time));

@@ -32,7 +32,7 @@ bool is_tum(const std::string& path) {
   return true;
 }
 
-/// Whether the poses differ in nothing but x, y and yaw, to the digits of a text.
+/// Whether all poses have the same z and no pitch or roll, within 1e-6.
 bool is_planar(const std::vector<TimedPose>& poses) {
   constexpr double kDigits = 1e-6;
   return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& p) {
@@ -60,10 +60,10 @@ class Odometry {
   }
 
   bool is_3d() const { return is_3d_; }
-  /// Of the first pose; 0 if there is none.
+  /// Time of the first pose; 0 if there is none.
   double start() const { return start_; }
 
-  /// Nothing before the first pose and after the last one.
+  /// The pose at `time`; empty before the first pose and after the last one.
   std::optional<CPose3D> at(double time) {
     while (after_ && after_->time < time) advance();
     if (!before_ || time < before_->time) return std::nullopt;
@@ -107,11 +107,11 @@ class Odometry {
   }
 
   std::optional<NamedTable> table_;
-  std::vector<TimedPose> poses_;  // of a TUM file, which has no names
-  std::size_t read_ = 0;          // of them
+  std::vector<TimedPose> poses_;  // of a TUM file, which has no column names
+  std::size_t read_ = 0;          // poses of `poses_` used so far
   bool is_3d_ = false;
   double start_ = 0;
-  std::optional<double> yaw_;  // of the last row
+  std::optional<double> yaw_;  // in the last row
   std::optional<TimedPose> before_, after_;
 };
 
@@ -185,13 +185,13 @@ OdometryIncrement motion_between(const CPose3D& from, const CPose3D& to, bool is
   return {mean, variances.asDiagonal(), false};
 }
 
-/// Collects the detections of one time and adds their step to the log.
+/// Collects the detections of one time and adds them to the log as a step.
 class Steps {
  public:
   Steps(const DetectionTablesOptions& options, LogWriter& log)
       : options_(options), log_(log), odometry_(options.odometry) {}
 
-  /// An empty frame for the detections of a time.
+  /// Starts an empty frame for the detections of a time.
   void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
     const auto& p = options_.sensor_pose;
     frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},

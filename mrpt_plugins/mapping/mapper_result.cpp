@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What a mapper has found.
+// The result of a mapper.
 
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// A covariance of a point of 2 or 3 as 3x3.
+/// A 2x2 or 3x3 covariance of a point as 3x3.
 Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
   Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
   out.topLeftCorner(covariance.rows(), covariance.cols()) = covariance;

@@ -50,7 +50,7 @@ std::vector<Key> WindowBackend::elimination_order() const {
   return smoother_.smoother().elimination_order();
 }
 
-/// Takes the estimate of the window over, and of what has just left it.
+/// Copies the estimate of the window, and of the variables that have just left it.
 void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete) {
   if (is_whole() && (is_full() || left.empty())) return;
   const Estimate& past = smoother_.past();

@@ -27,7 +27,7 @@ bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
   return true;
 }
 
-/// With the place of the sensor as estimated.
+/// Adds a sighting with the estimated pose of the sensor.
 template <class Pose, class Edge>
 bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
                              std::vector<Edge>& edges) {
@@ -40,7 +40,7 @@ bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& value
   return true;
 }
 
-/// With the calibration of the odometry as estimated.
+/// Adds a motion corrected by the estimated calibration of the odometry.
 template <class Factor, class Calibration, class Edge>
 bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
                            std::vector<Edge>& edges) {
@@ -88,7 +88,7 @@ void add(const ContinuousFactor& factor, ExportedGraph& out) {
   try {
     known = has_vertices(factor, out.graph.values) && add_known(factor, out.graph);
   } catch (const Error&) {
-    // left out like a factor without a form
+    // left out, as is a factor without a form
   }
   const std::string name = factor.name();
   if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {

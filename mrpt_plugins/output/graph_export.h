@@ -11,10 +11,10 @@
 
 namespace HYBRID_API hybrid {
 
-/// A graph in the terms of g2o.
+/// A graph with the types of g2o.
 struct ExportedGraph {
   PoseGraph graph;
-  /// Names of factors of which some have no such form, each once.
+  /// Names of factor types of which some factors have no such form, each once.
   std::vector<std::string> left_out;
 };
 

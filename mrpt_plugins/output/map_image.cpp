@@ -37,9 +37,9 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
   }
 }
 
-/// The true path in pieces: a receiver's gaps stay gaps.
+/// The true path, split where the receiver had no position.
 std::vector<Trajectory> pieces(const Trajectory& path) {
-  constexpr double kGap = 10;  // times the usual distance in time
+  constexpr double kGap = 10;  // times the median interval
   std::vector<double> steps;
   for (std::size_t i = 1; i < path.size(); ++i) steps.push_back(path[i].time - path[i - 1].time);
   if (steps.empty()) return {path};
@@ -112,7 +112,7 @@ void draw_rays(Canvas& canvas, const Axes& axes, const MapResult& result,
   }
 }
 
-/// Markers first, then ids where there is room; returns how many ids were drawn.
+/// Draws markers, then ids where there is room; returns how many ids were drawn.
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
   const double radius = result.landmarks.size() > 400 ? 4 : 7;

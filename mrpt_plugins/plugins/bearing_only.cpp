@@ -68,7 +68,7 @@ void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& dete
     measurement.class_likelihood =
         classes_.likelihood(detection.class_probabilities, seen.class_names);
   }
-  // What the drift does to a direction is least at the greatest depth; take a middle one.
+  // The drift changes a direction by drift / depth; use the geometric mean of the depths.
   const double depth = std::sqrt(least_depth_ * greatest_depth_);
   measurement.trial =
       bearing_factor(frame.pose, point, seen, detection, map.is_3d, bank_.drift / depth);
@@ -138,7 +138,7 @@ void BearingOnlyKnownIds::refused() {
   change_ = {};
 }
 
-/// Whether more than half of the sightings, of the last ones that a bank would hold, are false.
+/// Whether more than half of the latest sightings, as many as an initialiser holds, are false.
 bool BearingOnlyKnownIds::is_misplaced(const Placed& landmark, const Assignment& assignment) const {
   const auto count = std::min(landmark.sightings.size(), std::size_t(bank_.max_measurements));
   if (count < static_cast<std::size_t>(bank_.min_measurements)) return false;
@@ -153,7 +153,7 @@ bool BearingOnlyKnownIds::is_misplaced(const Placed& landmark, const Assignment&
 Contribution BearingOnlyKnownIds::revise(const MapView& map) {
   Contribution out;
   change_ = {};
-  if (!map.keeps_all) {  // what has left the window stays as it is
+  if (!map.keeps_all) {  // sightings outside the window are final
     placed_.clear();
     return out;
   }

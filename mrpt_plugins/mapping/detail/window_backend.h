@@ -12,8 +12,9 @@
 
 namespace hybrid {
 
-/// Online smoothing: each keyframe costs what it touches, and the estimate is whole after each. The
-/// graph is everything, or a window outside of which variables keep their last estimate.
+/// Online smoothing: the cost of an update depends on the variables it affects, and the estimate is
+/// complete after each. The graph holds all variables, or a window; variables outside keep their
+/// last estimate.
 class WindowBackend : public Backend {
  public:
   WindowBackend(const WindowOptions& window, const SmootherOptions& options)
