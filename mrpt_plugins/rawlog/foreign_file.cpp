@@ -84,7 +84,7 @@ std::string foreign_kind(std::string_view head) {
   if (line.find(',') != std::string_view::npos) {
     return "this is a table: hybrid-import csv makes a rawlog of tables";
   }
-  return "this is text, not a rawlog";
+  return "this is text, not a rawlog: hybrid-import csv makes rawlogs of tables";
 }
 
 }  // namespace hybrid
