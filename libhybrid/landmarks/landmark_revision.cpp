@@ -145,7 +145,8 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   if (matched_again_ == kHalfSteps) return out;
   ++matched_again_;
   std::set<int> emptied;
-  for (const auto& [s, t] : reassociate(map, classes_, coverage_, options_, landmarks_)) {
+  for (const auto& [s, t] :
+       reassociate(map, classes_, coverage_, options_, track_of_id_, landmarks_)) {
     const int before = landmarks_.sighting(s).track;
     landmarks_.detach(s, out);
     if (t >= 0) attach(s, t, map, out);
