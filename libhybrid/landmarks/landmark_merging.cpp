@@ -59,7 +59,7 @@ void LandmarkMerging::refuse(const Merge& merge, const LandmarkTracks& landmarks
 }
 
 std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
-    const MapView& map, const ClassModel& classes, double density, bool everything,
+    const MapView& map, const ClassModel& classes, double density, bool everything, bool together,
     const LandmarkTracks& landmarks) const {
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options_.gate, dim));
@@ -83,8 +83,8 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
       if (other >= t || !usable(other)) return;
       const double reach = own + sigma(landmarks.track(other));
       const double d = (point_at(map.values, landmarks.track(other).position) - p).norm();
-      if (d > sigmas * reach || refused(t, other, landmarks) || landmarks.seen_together(t, other))
-        return;
+      if (d > sigmas * reach || refused(t, other, landmarks)) return;
+      if (!together && landmarks.seen_together(t, other)) return;
       if (landmarks.same_class(t, other, classes) < -std::log(options_.merge_odds)) return;
       pairs.push_back({t, other, d / reach});
     });
@@ -153,7 +153,8 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   }
   if (!news_ && !everything) return {};
   news_ = false;
-  const std::vector<Pair> pairs = possible_pairs(map, classes, density, everything, landmarks);
+  const std::vector<Pair> pairs =
+      possible_pairs(map, classes, density, everything, false, landmarks);
   if (pairs.empty()) return {};
 
   IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
@@ -175,6 +176,47 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   merge.allowed_rise = 0.5 * set.chi_square - set.cost;
   merge.evidence = -set.cost;
   merge.chi_square = set.chi_square;
+  return merge;
+}
+
+Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& classes,
+                                         double density, const Views& views,
+                                         LandmarkTracks& landmarks) {
+  Merge merge;
+  if (views.empty()) return merge;
+  const std::vector<Pair> pairs = possible_pairs(map, classes, density, true, true, landmarks);
+  if (pairs.empty()) return merge;
+  const IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
+  const SensorCoverage& coverage = views.back().coverage;
+  const double detected = coverage.detection_probability(options_.detection_probability);
+  const double clutter_density = options_.clutter_in_view / coverage.measurement_volume();
+  const auto counts = [&](int t) {
+    return landmarks.seen_times(t, options_.confirm) && landmarks.track(t).existence > 0;
+  };
+  // Named by its id, or known before the first keyframe.
+  const auto named = [&](int t) {
+    const std::vector<int>& sightings = landmarks.track(t).sightings;
+    return landmarks.track(t).known_sightings > 0 ||
+           (options_.use_ids && std::any_of(sightings.begin(), sightings.end(), [&](int s) {
+              return landmarks.sighting(s).detection.id.has_value();
+            }));
+  };
+  const auto place = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
+  merge.evidence = std::log(options_.merge_odds);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const int a = pairs[p].from, b = pairs[p].into;
+    const Eigen::Index at = h.dim * static_cast<Eigen::Index>(p);
+    const GaussianScore score =
+        gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
+    const bool near = score.chi_square <= chi_square_quantile(options_.gate, h.dim);
+    if (!near || !counts(a) || !counts(b) || named(a)) continue;
+    const double evidence = h.gain[p] - score.cost +
+                            landmarks.times_together(a, b) * std::log(clutter_density) +
+                            views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),
+                                                      landmarks.seen_from(b), detected, map);
+    if (evidence <= merge.evidence) continue;
+    merge = {{{a, b}}, evidence + 0.5 * score.chi_square, evidence, score.chi_square, false};
+  }
   return merge;
 }
 

@@ -11,6 +11,7 @@
 #include "libhybrid/association/consensus.h"
 #include "libhybrid/landmarks/association_options.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
+#include "libhybrid/landmarks/views.h"
 
 namespace HYBRID_API hybrid {
 
@@ -38,6 +39,13 @@ class LandmarkMerging {
   Merge propose(const MapView& map, const ClassModel& classes, double density, int keyframe,
                 bool everything, LandmarkTracks& landmarks);
 
+  /// The same at the end of the log, with the misses as evidence: of two landmarks that are one,
+  /// each look sees one at most. The best pair of landmarks, which may have been seen in one frame:
+  /// then one of the sightings was clutter. Landmarks that the sensor names, or that were known
+  /// before, are not made others.
+  Merge propose_by_misses(const MapView& map, const ClassModel& classes, double density,
+                          const Views& views, LandmarkTracks& landmarks);
+
   /// A merge that raised the objective too much is not proposed again while nothing new is seen.
   void refuse(const Merge& merge, const LandmarkTracks& landmarks);
 
@@ -47,7 +55,8 @@ class LandmarkMerging {
     double distance;  // in sigmas, roughly
   };
   std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, double density,
-                                   bool everything, const LandmarkTracks& landmarks) const;
+                                   bool everything, bool together,
+                                   const LandmarkTracks& landmarks) const;
   static IdentityHypotheses hypotheses_of(const std::vector<Pair>& pairs, const MapView& map,
                                           const ClassModel& classes, double density,
                                           LandmarkTracks& landmarks);

@@ -25,6 +25,7 @@ void LandmarkAssociation::applied(const Outcome& outcome) {
     undo_wanted_ = true;
     return;
   }
+  matched_again_ = 0;  // each merge leaves one landmark fewer: this comes to an end
   statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
   merge_.reset();
   undo_.clear();
@@ -115,7 +116,13 @@ Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) 
     }
     undo_.push_back(std::move(undo));
     const int last = std::max(track.last_keyframe, landmarks_.track(into).last_keyframe);
+    const std::vector<int> moved = track.sightings;
     landmarks_.merge(from, into, map.is_3d, out);
+    for (int s : moved) {
+      if (map.explain && landmarks_.sighting(s).track < 0) {
+        out.events.decisions.push_back({s, std::nullopt, true});
+      }
+    }
     merging_.sighted(into, last, 1);
   }
   merge_ = merge;
@@ -159,7 +166,8 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   if (matched_again_ == kHalfSteps) return out;
   ++matched_again_;
   std::set<int> emptied;
-  for (const auto& [s, t] : reassociate(map, classes_, coverage_, options_, landmarks_)) {
+  for (const auto& [s, t] :
+       reassociate(map, classes_, coverage_, options_, track_of_id_, landmarks_)) {
     const int before = landmarks_.sighting(s).track;
     landmarks_.detach(s, out);
     if (t >= 0) attach(s, t, map, out);
@@ -197,6 +205,13 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     landmarks_.place_all(map.values);
     Contribution out = next_merge(map, true);
     if (out.empty()) out = match_again(map);
+    if (out.empty()) {
+      Merge merge =
+          merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
+      keep_whole(map, merge);
+      if (!merge.pairs.empty()) out = apply(merge, map);
+      out.settle = !merge.pairs.empty();
+    }
     if (!out.empty()) return out;
   }
   Contribution out;

@@ -189,10 +189,13 @@ void LandmarkTracks::remove(int t, Contribution& out) {
 }
 
 void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
-  const std::vector<int> moved = tracks_[from].sightings;
+  const std::vector<int> moved = tracks_[from].sightings, there = tracks_[into].sightings;
   for (int s : moved) {
     detach(s, out);
-    attach(s, into, is_3d, out);
+    const bool taken = std::any_of(there.begin(), there.end(), [&](int other) {
+      return sightings_[other].frame == sightings_[s].frame;
+    });
+    if (!taken) attach(s, into, is_3d, out);
   }
   undo_.emplace_back([into, existence = tracks_[into].existence,
                       last = tracks_[into].last_keyframe](LandmarkTracks& all) {
@@ -268,15 +271,22 @@ bool LandmarkTracks::is_whole(int t, const MapView& map) const {
   });
 }
 
-bool LandmarkTracks::seen_together(int a, int b) const {
+std::vector<Key> LandmarkTracks::seen_from(int t) const {
+  std::vector<Key> poses;
+  for (int s : tracks_[t].sightings) poses.push_back(sightings_[s].pose);
+  return poses;
+}
+
+int LandmarkTracks::times_together(int a, int b) const {
+  int times = 0;
   const auto frame = [this](int s) { return sightings_[s].frame; };
   const std::vector<int>& x = tracks_[a].sightings;
   const std::vector<int>& y = tracks_[b].sightings;
   for (std::size_t i = 0, j = 0; i < x.size() && j < y.size();) {
-    if (frame(x[i]) == frame(y[j])) return true;
+    if (frame(x[i]) == frame(y[j])) ++times;
     frame(x[i]) < frame(y[j]) ? ++i : ++j;
   }
-  return false;
+  return times;
 }
 
 void LandmarkTracks::place(int t, const Values& values) {

@@ -79,7 +79,8 @@ class LandmarkTracks {
   /// Brings back a track that was removed, without sightings, at `position`.
   void revive(int t, const Values& position, const Assignment& assignment,
               const ClassModel& classes, Contribution& out);
-  /// Gives all sightings of `from` to `into`, and removes it.
+  /// Gives the sightings of `from` to `into`, but for those that a frame has besides one of `into`,
+  /// which become clutter, and removes it.
   void merge(int from, int into, bool is_3d, Contribution& out);
 
   /// Notes the handles of the last contribution.
@@ -97,11 +98,14 @@ class LandmarkTracks {
   Key last_seen_from(int t) const { return sightings_[tracks_[t].sightings.back()].pose; }
   /// Whether a track has so many detections, those counted that were gathered to one.
   bool seen_times(int t, int times) const;
+  /// Poses of its sightings, in order.
+  std::vector<Key> seen_from(int t) const;
   /// Whether all poses that a track was seen from are in the graph, so that the factors of its
   /// sightings may be removed.
   bool is_whole(int t, const MapView& map) const;
-  /// Whether two landmarks were seen in one frame, so that they are two.
-  bool seen_together(int a, int b) const;
+  /// Frames that have sightings of two landmarks, so that these are two or one is clutter.
+  int times_together(int a, int b) const;
+  bool seen_together(int a, int b) const { return times_together(a, b) > 0; }
   /// Moves a track in the grid to its estimate.
   void place(int t, const Values& values);
   /// Places all tracks, or the next few in turn.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
@@ -61,6 +62,14 @@ class FrameMatcher {
       const int track = best.column[i] < 0 ? -1 : tracks[best.column[i]];
       if (track != landmarks_.sighting(sightings[i]).track) out.push_back({sightings[i], track});
     }
+  }
+
+  /// What a sighting gains by being of the track that its id names and no clutter; 0: no track.
+  double gain_of_named(const Sighting& sighting, int named, double clutter_density) {
+    if (!landmarks_.track(named).alive || !map_.holds(landmarks_.track(named).position)) return 0;
+    T_map_sensor_ = sensor_pose(sighting);
+    const double clutter = -std::log(clutter_density) + class_cost(sighting, prior_);
+    return clutter - pair_cost(sighting, named, true);
   }
 
  private:
@@ -137,25 +146,46 @@ class FrameMatcher {
 std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& classes,
                                       const std::map<std::string, SensorCoverage>& coverage,
                                       const AssociationOptions& options,
+                                      const std::map<std::int64_t, int>& track_of_id,
                                       const LandmarkTracks& landmarks) {
   FrameMatcher matcher(map, classes, options, landmarks);
   std::vector<Reassignment> out;
   std::vector<int> frame;
+  std::map<int, std::vector<std::pair<double, int>>> misread;  // track -> gains, sightings
+  const auto clutter_density = [&](int s) {
+    const SensorCoverage& sensor = coverage.at(landmarks.sighting(s).sensor->sensor_label);
+    return options.clutter_in_view / sensor.measurement_volume();
+  };
   const auto finish_frame = [&] {
-    if (frame.empty()) return;
-    const SensorCoverage& sensor =
-        coverage.at(landmarks.sighting(frame.front()).sensor->sensor_label);
-    matcher.match(frame, options.clutter_in_view / sensor.measurement_volume(), out);
+    if (!frame.empty()) matcher.match(frame, clutter_density(frame.front()), out);
     frame.clear();
   };
   const auto count = static_cast<int>(landmarks.sightings().size());
   for (int s = 0; s < count; ++s) {
     const Sighting& sighting = landmarks.sighting(s);
     if (s > 0 && sighting.frame != landmarks.sighting(s - 1).frame) finish_frame();
-    const bool named = options.use_ids && sighting.detection.id;
-    if (!named && !sighting.detection.moving && map.holds(sighting.pose)) frame.push_back(s);
+    if (sighting.detection.moving || !map.holds(sighting.pose)) continue;
+    if (options.use_ids && sighting.detection.id) {
+      const auto named = track_of_id.find(*sighting.detection.id);
+      if (named == track_of_id.end()) continue;
+      const double gain = matcher.gain_of_named(sighting, named->second, clutter_density(s));
+      if (sighting.track < 0 && gain > kLeastGain) out.push_back({s, named->second});
+      if (sighting.track == named->second && gain < -kLeastGain) {
+        misread[named->second].emplace_back(gain, s);
+      }
+    } else {
+      frame.push_back(s);
+    }
   }
   finish_frame();
+  // Where a few are far off, none may fit: the worse half goes, the others are asked again.
+  for (auto& [t, sightings] : misread) {
+    std::sort(sightings.begin(), sightings.end());
+    const std::size_t half = landmarks.track(t).sightings.size() / 2;
+    for (std::size_t i = 0; i < std::min(half, sightings.size()); ++i) {
+      out.push_back({sightings[i].second, -1});
+    }
+  }
   return out;
 }
 

@@ -22,11 +22,12 @@ struct Reassignment {
 
 /// The discrete half-step of eq. 8 over the associations of all frames: given the estimate, each
 /// frame has a matching of least cost -log p, and what differs in it from the present one is
-/// returned where that costs less. Sightings whose landmark the log names keep it.
-/// `coverage` is by label of the sensor.
+/// returned where that costs less. Sightings that the log names by an id are of the track of that
+/// id in `track_of_id`, or misread: clutter. `coverage` is by label of the sensor.
 std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& classes,
                                       const std::map<std::string, SensorCoverage>& coverage,
                                       const AssociationOptions& options,
+                                      const std::map<std::int64_t, int>& track_of_id,
                                       const LandmarkTracks& landmarks);
 
 }  // namespace hybrid

@@ -4,6 +4,7 @@
 #include "libhybrid/landmarks/views.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -18,11 +19,12 @@ constexpr double kLooksOfPrior = 10;
 constexpr std::size_t kForgetEvery = 100;  // looks: those that have left are searched for so often
 constexpr int kMostLooks = 20;  // that are counted: what is left after so many is nothing
 
-/// The probability that a landmark is missed n times in a row (beta-binomial).
-double missed(int n, double detected) {
-  const double misses = kLooksOfPrior * (1 - detected);
-  return std::exp(std::lgamma(misses + n) - std::lgamma(misses) - std::lgamma(kLooksOfPrior + n) +
-                  std::lgamma(kLooksOfPrior));
+/// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
+/// (beta-binomial).
+double log_probability(int hits, int n, double detected) {
+  const double a = kLooksOfPrior * detected, b = kLooksOfPrior - a;
+  return std::lgamma(a + hits) - std::lgamma(a) + std::lgamma(b + n - hits) - std::lgamma(b) -
+         std::lgamma(kLooksOfPrior + n) + std::lgamma(kLooksOfPrior);
 }
 
 }  // namespace
@@ -58,6 +60,25 @@ bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView
       compose(isometry_at(map.values, look.pose), look.T_robot_sensor), point);
 }
 
+double Views::one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Key>& seen_a,
+                                  const Eigen::Vector3d& b, const std::vector<Key>& seen_b,
+                                  double detected, const MapView& map) const {
+  if (empty()) return 0.0;
+  int looks = 0, hits_a = 0, hits_b = 0, hits = 0;
+  visit_near(a, back().coverage.max_range, [&](std::size_t view) {
+    const Key pose = views_[view].pose;
+    if (!map.holds(pose) || !covers(view, a, map) || !covers(view, b, map)) return;
+    const bool of_a = std::binary_search(seen_a.begin(), seen_a.end(), pose);
+    const bool of_b = std::binary_search(seen_b.begin(), seen_b.end(), pose);
+    ++looks;
+    hits_a += of_a ? 1 : 0;
+    hits_b += of_b ? 1 : 0;
+    hits += of_a || of_b ? 1 : 0;
+  });
+  return log_probability(hits, looks, detected) - log_probability(hits_a, looks, detected) -
+         log_probability(hits_b, looks, detected);
+}
+
 /// The mean over the Gaussian by Gauss-Hermite quadrature with three nodes an axis.
 double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
                          double detected, const MapView& map) const {
@@ -82,7 +103,7 @@ double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov
       if (looks == kMostLooks || pose == back().pose || !map.holds(pose)) return;
       if (covers(view, point, map)) ++looks;
     });
-    share += weight * missed(looks, detected);
+    share += weight * std::exp(log_probability(0, looks, detected));
   }
   return share;
 }

@@ -43,6 +43,13 @@ class Views {
   /// Whether a point of the map was well in view in a look, which the map still holds.
   bool covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const;
 
+  /// log odds that two landmarks are one and not two, by what looks saw of them: of the looks that
+  /// had both well in view, those from the poses `seen_a` and `seen_b`, each in ascending order,
+  /// saw the one and the other. `detected` is known no better than in `undetected`.
+  double one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Key>& seen_a,
+                             const Eigen::Vector3d& b, const std::vector<Key>& seen_b,
+                             double detected, const MapView& map) const;
+
   /// The share of landmarks that are still undetected where a landmark may be, a Gaussian, after
   /// all looks there before the newest keyframe: 1 where nobody looked. `detected` is the
   /// probability that a landmark in view is detected.

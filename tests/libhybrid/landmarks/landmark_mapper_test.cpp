@@ -129,6 +129,36 @@ TYPED_TEST(LandmarkMapping, AnIdThatWasSeenTwiceStays) {
   EXPECT_EQ(landmarks_with_id_seen({{3, 3}, {4, 2.6}}, drive), drive.points.size() + 1);
 }
 
+/// A sensor misreads an id now and then: what it names then is somewhere else.
+TYPED_TEST(LandmarkMapping, IdsThatTheSensorMisreadAreClutter) {
+  using Pose = TypeParam;
+  Curve<Pose> drive;
+  LandmarkMapper<Pose> mapper;
+  std::size_t misread = 0;
+  for (int i = 0; i < 45; ++i) {
+    const Pose motion = i == 0 ? Pose() : drive.step();
+    DetectionFrame seen = drive.look(true);
+    if (i >= 10 && i % 5 == 0 && seen.detections.size() > 1) {
+      std::swap(seen.detections[0].id, seen.detections[1].id);
+      misread += 2;
+    }
+    EXPECT_TRUE(mapper.add(motion, Curve<Pose>::noise(i == 0 ? 0.01 : 1), {seen})) << i;
+  }
+  mapper.finish();
+  ASSERT_GT(misread, 8U);
+  ASSERT_EQ(mapper.landmarks().size(), drive.points.size());
+  for (const auto& [id, landmark] : mapper.landmarks()) {
+    const Eigen::Vector3d found = point_at(mapper.smoother().values(), landmark.position);
+    double nearest = 100;
+    for (const auto& p : drive.points)
+      nearest = std::min(nearest, (found - padded_point(p)).norm());
+    EXPECT_LT(nearest, 0.25);
+  }
+  std::size_t clutter = 0;
+  for (const AssociationDecision& d : mapper.decisions()) clutter += d.estimated_id ? 0 : 1;
+  EXPECT_EQ(clutter, misread);
+}
+
 TYPED_TEST(LandmarkMapping, EveryPointIsALandmarkAndEverySightingGoesToItsOwn) {
   using Pose = TypeParam;
   Curve<Pose> drive;

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "tests/libhybrid/landmarks/track_graph.h"
 
 namespace hybrid {
@@ -99,6 +102,77 @@ TEST(LandmarkMerging, ALandmarkThatMayBeEitherOfTwoIsNeither) {
   Two clear({0.4, 0});
   clear.saw(clear.world.landmark({10.45, 0.02}, kTree, 3));  // nearer to one of them
   EXPECT_FALSE(clear.propose().pairs.empty());
+}
+
+/// What is proposed at the end of the log, when a sensor at the origin has looked from each pose.
+Merge proposed_by_misses(Two& two, double max_range = 20) {
+  SensorCoverage coverage;
+  coverage.max_range = max_range;
+  coverage.fov_yaw = 2 * M_PI;
+  Views views;
+  for (int i = 1; i <= two.world.frames; ++i) {
+    const Key pose(key_letter::kPose, static_cast<std::uint64_t>(i));
+    if (!two.world.values.contains(pose)) two.world.values.insert(pose, SE2());
+    views.add({pose, Eigen::Isometry3d::Identity(), {}}, Eigen::Isometry3d::Identity(), coverage,
+              two.world.map());
+  }
+  for (const int t : {two.a, two.b}) two.world.tracks.track(t).existence = 3;
+  return two.merging.propose_by_misses(two.world.map_alone(), two.world.classes, kDensity, views,
+                                       two.world.tracks);
+}
+
+TEST(LandmarkMerging, AtTheEndTwoOfWhichEachLookSeesOneAreOne) {
+  Two two({0.5, 0});
+  EXPECT_TRUE(two.propose().pairs.empty());  // where they are does not tell
+  const Merge merge = proposed_by_misses(two);
+  ASSERT_EQ(merge.pairs.size(), 1U);
+  EXPECT_EQ(merge.pairs[0], std::make_pair(two.b, two.a));
+  EXPECT_GT(merge.evidence, std::log(two.options.merge_odds));
+}
+
+TEST(LandmarkMerging, AtTheEndTwoThatNoLookHadInViewStayTwo) {
+  Two two({0.5, 0});
+  EXPECT_TRUE(proposed_by_misses(two, 9).pairs.empty());
+}
+
+TEST(LandmarkMerging, AtTheEndTwoSeenInOneFrameAreOneOnlyIfTheRestOutweighsTheClutter) {
+  const auto pairs = [](int apart, int together) {
+    Two two({0.1, 0});
+    for (int i = 0; i < apart + together; ++i) {
+      Contribution out;
+      const int frame = ++two.world.frames;
+      if (i < together || i % 2 == 0) {
+        two.world.tracks.attach(two.world.see({10, 0}, kTree, frame), two.a, false, out);
+      }
+      if (i < together || i % 2 == 1) {
+        two.world.tracks.attach(two.world.see({10.1, 0}, kTree, frame), two.b, false, out);
+      }
+      two.world.apply(out);
+    }
+    return proposed_by_misses(two).pairs.size();
+  };
+  EXPECT_EQ(pairs(20, 1), 1U);
+  EXPECT_EQ(pairs(0, 10), 0U);
+}
+
+TEST(LandmarkMerging, AtTheEndWhatIsTentativeIsNoLandmarkToMergeWith) {
+  Two two({0.1, 0});
+  two.options.confirm = 4;
+  two.merging = LandmarkMerging(two.options);
+  EXPECT_TRUE(proposed_by_misses(two).pairs.empty());
+}
+
+TEST(LandmarkMerging, AtTheEndLandmarksThatTheSensorNamesOrThatWereKnownStay) {
+  Two named({0.5, 0});
+  for (const int s : named.world.tracks.track(named.b).sightings) {
+    named.world.tracks.sighting(s).detection.id = 7;
+  }
+  EXPECT_TRUE(proposed_by_misses(named).pairs.empty());
+  named.options.use_ids = false;
+  named.merging = LandmarkMerging(named.options);
+  EXPECT_EQ(proposed_by_misses(named).pairs.size(), 1U);
+  named.world.tracks.track(named.b).known_sightings = 3;
+  EXPECT_TRUE(proposed_by_misses(named).pairs.empty());
 }
 
 }  // namespace

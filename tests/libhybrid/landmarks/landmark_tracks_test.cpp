@@ -196,5 +196,27 @@ TEST(LandmarkTracks, EvidenceOfOneClassGrowsWithAgreementAndFallsWithContradicti
             world.tracks.same_class(c, a, world.classes));
 }
 
+/// Two landmarks that become one were not both seen in a frame: one of the sightings was clutter.
+TEST(LandmarkTracks, OfTwoSightingsInOneFrameAMergeLeavesOne) {
+  TrackGraph world(std::vector<std::string>{});
+  const int a = world.landmark({10, 0}, {}, 3), b = world.landmark({10.1, 0}, {}, 2);
+  Contribution out;
+  const int frame = ++world.frames;
+  const int kept = world.see({10, 0}, {}, frame), lost = world.see({10.1, 0}, {}, frame);
+  world.tracks.attach(kept, a, false, out);
+  world.tracks.attach(lost, b, false, out);
+  world.apply(out);
+  EXPECT_EQ(world.tracks.times_together(a, b), 1);
+  Contribution merge;
+  world.tracks.merge(b, a, false, merge);
+  world.apply(merge);
+  EXPECT_EQ(world.tracks.track(a).sightings.size(), 6U);
+  EXPECT_EQ(world.tracks.sighting(kept).track, a);
+  EXPECT_EQ(world.tracks.sighting(lost).track, -1);
+  EXPECT_TRUE(world.tracks.sighting(lost).factors.empty());
+  EXPECT_EQ(world.graph.continuous().size(), 6U);
+  EXPECT_EQ(world.registry.find(a)->sightings, 6);
+}
+
 }  // namespace
 }  // namespace hybrid

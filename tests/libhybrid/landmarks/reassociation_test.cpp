@@ -23,6 +23,7 @@ struct TwoTrees {
   testing::TrackGraph world;
   AssociationOptions options;
   std::map<std::string, SensorCoverage> coverage;
+  std::map<std::int64_t, int> track_of_id;
   int near = -1, far = -1;
 
   TwoTrees() {
@@ -47,7 +48,15 @@ struct TwoTrees {
       const Key pose(key_letter::kPose, static_cast<std::uint64_t>(i));
       if (!world.values.contains(pose)) world.values.insert(pose, SE2());
     }
-    return hybrid::reassociate(world.map(), world.classes, coverage, options, world.tracks);
+    return hybrid::reassociate(world.map(), world.classes, coverage, options, track_of_id,
+                               world.tracks);
+  }
+  /// One that the sensor names 7, which is the near tree.
+  int see_named(int track, const Eigen::Vector2d& point) {
+    track_of_id[7] = near;
+    const int s = see_as(track, point);
+    world.tracks.sighting(s).detection.id = 7;
+    return s;
   }
 };
 
@@ -101,16 +110,36 @@ TEST(Reassociation, ATentativeLandmarkTakesNoSightings) {
   EXPECT_EQ(trees.reassociate().size(), 1U);
 }
 
-TEST(Reassociation, LandmarksThatTheLogNamesAreLeftAlone) {
+TEST(Reassociation, WhatTheLogNamesIsOfItsLandmarkThoughAnotherIsNearer) {
   TwoTrees trees;
-  Contribution out;
-  const int s = trees.world.see({10, 1.9}, kTree);
-  trees.world.tracks.sighting(s).detection.id = 7;
-  trees.world.tracks.attach(s, trees.near, false, out);
-  trees.world.apply(out);
+  trees.world.tracks.track(trees.far).alive = false;
+  trees.far = trees.world.landmark({10, 0.3}, kTree, 5);
+  trees.world.tracks.track(trees.far).existence = 3;
+  trees.see_named(trees.near, {10, 0.25});
   EXPECT_TRUE(trees.reassociate().empty());
   trees.options.use_ids = false;
-  EXPECT_EQ(trees.reassociate().size(), 1U);
+  ASSERT_EQ(trees.reassociate().size(), 1U);
+  EXPECT_EQ(trees.reassociate()[0].track, trees.far);
+}
+
+TEST(Reassociation, AnIdThatTheSensorMisreadIsClutter) {
+  TwoTrees trees;
+  const int s = trees.see_named(trees.near, {10, 1.9});
+  const auto changes = trees.reassociate();
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].sighting, s);
+  EXPECT_EQ(changes[0].track, -1);
+}
+
+TEST(Reassociation, WhatWasTakenForMisreadGoesBackToTheLandmarkThatItNames) {
+  TwoTrees trees;
+  const int s = trees.see_named(-1, {10, 0.05});
+  const auto changes = trees.reassociate();
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].sighting, s);
+  EXPECT_EQ(changes[0].track, trees.near);
+  trees.world.tracks.track(trees.near).alive = false;
+  EXPECT_TRUE(trees.reassociate().empty());
 }
 
 TEST(Reassociation, AClassThatDoesNotFitCounts) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "libhybrid/geometry/isometry.h"
 #include "tests/libhybrid/landmarks/track_graph.h"
@@ -69,6 +70,40 @@ TEST(Views, LooksThatLeftTheMapDoNotCount) {
   Looked looked(8);
   for (std::uint64_t i = 0; i < 8; ++i) looked.world.values.erase(Key('x', i));
   EXPECT_NEAR(looked.undetected({2, 0}, 0.1), 1.0, 1e-12);
+}
+
+/// Keys of the poses of every other look, from the first or the second on.
+std::vector<Key> every_other(int first, int looks) {
+  std::vector<Key> out;
+  for (int i = first; i < looks; i += 2) out.emplace_back('x', static_cast<std::uint64_t>(i));
+  return out;
+}
+
+double one_rather_than_two(const Looked& looked, const std::vector<Key>& a,
+                           const std::vector<Key>& b, double y = 0) {
+  return looked.views.one_rather_than_two({5, y, 0}, a, {5.1, y, 0}, b, 0.5, looked.world.map());
+}
+
+TEST(Views, LandmarksThatAreSeenInTurnsAreOne) {
+  const Looked looked(20);
+  const std::vector<Key> even = every_other(0, 20), odd = every_other(1, 20);
+  EXPECT_GT(one_rather_than_two(looked, even, odd), std::log(100));
+  EXPECT_NEAR(one_rather_than_two(looked, even, odd), one_rather_than_two(looked, odd, even), 1e-9);
+  // Few looks say little.
+  EXPECT_LT(one_rather_than_two(Looked(2), every_other(0, 2), every_other(1, 2)), std::log(10));
+}
+
+/// By hand: with a prior of five detections and five misses, two certain looks that both detect
+/// have 5/10 6/11, one that does and one that does not 5/10 5/11.
+TEST(Views, DetectionsAndMissesOfTwoLandmarksHaveTheirProbability) {
+  EXPECT_NEAR(one_rather_than_two(Looked(2), every_other(0, 2), every_other(1, 2)),
+              std::log(30.0 / 110) - 2 * std::log(25.0 / 110), 1e-9);
+}
+
+TEST(Views, WhatNoLookHadInViewSaysNothing) {
+  const Looked looked(20);
+  EXPECT_EQ(one_rather_than_two(looked, every_other(0, 20), every_other(1, 20), 50), 0);
+  EXPECT_EQ(Views().one_rather_than_two({5, 0, 0}, {}, {5, 0, 0}, {}, 0.5, looked.world.map()), 0);
 }
 
 }  // namespace
