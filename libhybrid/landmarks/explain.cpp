@@ -32,15 +32,6 @@ SightingEvent event_of(int number, const Sighting& sighting) {
   return event;
 }
 
-/// -log p(class scores) of a landmark not seen before.
-double prior_cost(const std::vector<double>& phi, const ClassModel& classes) {
-  if (phi.empty()) return 0;
-  const std::vector<double> prior = classes.prior();
-  double p = 0;
-  for (std::size_t s = 0; s < phi.size(); ++s) p += phi[s] * prior[s];
-  return -std::log(p);
-}
-
 /// The most probable candidates for detection i of those that were matched.
 std::vector<SightingCandidate> candidates_for(Eigen::Index i, const FrameCandidates& c,
                                               double unmatched_class_cost) {
@@ -49,8 +40,7 @@ std::vector<SightingCandidate> candidates_for(Eigen::Index i, const FrameCandida
     const auto j = static_cast<Eigen::Index>(t);
     SightingCandidate candidate;
     candidate.landmark = c.tracks[t];
-    candidate.nis =
-        c.predicted.score(c.measured[static_cast<std::size_t>(i)], static_cast<int>(t)).chi_square;
+    candidate.nis = c.score(static_cast<std::size_t>(i), t).chi_square;
     candidate.class_log_odds = unmatched_class_cost - c.class_cost(i, j);
     candidate.log_odds = c.problem.unmatched[i] - c.problem.matched(i, j);
     all.push_back(candidate);
@@ -78,12 +68,14 @@ void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& note
                    const std::vector<FrameHypothesis>& hypotheses, const ClassModel& classes,
                    bool open, LandmarkEvents& out) {
   if (classes.names().size() > 1) out.class_prior = classes.prior();
+  const std::vector<double> prior =
+      classes.names().empty() ? std::vector<double>{} : classes.prior();
   for (const int s : noted) {
     SightingEvent event = event_of(s, landmarks.sighting(s));
     const auto row = std::find(matched.begin(), matched.end(), s);
     if (row != matched.end()) {
       event.candidates = candidates_for(row - matched.begin(), candidates,
-                                        prior_cost(landmarks.sighting(s).phi, classes));
+                                        class_cost(landmarks.sighting(s).phi, prior));
     }
     for (const SightingCandidate& candidate : event.candidates) {
       if (event.landmark == candidate.landmark) event.nis = candidate.nis;
@@ -113,15 +105,13 @@ SightingEvent identified_sighting(const KeyframeView& frame, const DetectionFram
   event.landmark = id;
   const Landmark* landmark = map.landmarks.find(id);
   if (landmark == nullptr || !map.holds || !map.holds(landmark->position)) return event;
-  MeasuredPoint measured{Eigen::Vector3d(detection.range, detection.yaw, detection.pitch),
-                         detection.covariance};
+  const MeasuredPoint measured = measured_point(detection, map.is_3d);
   try {
     if (map.is_3d) {
       event.nis = score_of(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
                            landmark->position, measured, map)
                       .chi_square;
     } else {
-      measured = {measured.z.head(2).eval(), measured.covariance.topLeftCorner(2, 2).eval()};
       event.nis = score_of(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
                            landmark->position, measured, map)
                       .chi_square;

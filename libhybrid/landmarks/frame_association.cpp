@@ -52,11 +52,6 @@ PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vect
   return predict_sightings<Pose>(pose, sensor, points, joint);
 }
 
-MeasuredPoint measured_point(const Detection& d, bool is_3d) {
-  if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
-  return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};
-}
-
 /// Landmarks that may be within the gate of some detection, nearest first where there are too many.
 /// What is known less well than `spacing`, how far landmarks are apart, is told from no other.
 std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_sigmas,
@@ -83,13 +78,6 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
   return tracks;
 }
 
-double class_cost(const std::vector<double>& phi, const std::vector<double>& belief) {
-  if (phi.empty() || belief.empty()) return 0;
-  double p = 0;
-  for (std::size_t s = 0; s < phi.size(); ++s) p += phi[s] * belief[s];
-  return -std::log(p);
-}
-
 /// The log of the volume that what is known shrinks by if detection i is matched with candidate j.
 double information(const FrameCandidates& c, Eigen::Index i, Eigen::Index j) {
   const Eigen::MatrixXd& R = c.measured[i].covariance;
@@ -110,7 +98,7 @@ std::vector<double> undetected(const FrameCandidates& c, const std::vector<Locat
   for (std::size_t i = 0; i < located.size(); ++i) {
     bool choice = false;
     for (int j = 0; j < static_cast<int>(c.tracks.size()) && !choice; ++j) {
-      choice = c.predicted.score(c.measured[i], j).chi_square <= gate;
+      choice = c.score(i, j).chi_square <= gate;
     }
     if (!choice) continue;
     shares[i] = views.undetected(located[i].point.head(c.predicted.dim), located[i].covariance,
@@ -145,7 +133,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
     const bool local = !(landmarks.last_seen_from(c.tracks[j]) < local_since);
     for (Eigen::Index i = 0; i < rows; ++i) {
       c.class_cost(i, j) = class_cost(phi[i], belief);
-      const GaussianScore score = c.predicted.score(c.measured[i], static_cast<int>(j));
+      const GaussianScore& score = c.score(i, j);
       if (score.chi_square > gate) continue;
       const double cost = score.cost + c.class_cost(i, j);
       const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square -
@@ -297,6 +285,11 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
     const Eigen::Index at = first + dim * static_cast<Eigen::Index>(j);
     landmarks.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
     landmarks.place(c.tracks[j], map.values);
+  }
+  for (const MeasuredPoint& measured : c.measured) {
+    for (std::size_t j = 0; j < c.tracks.size(); ++j) {
+      c.scores.push_back(c.predicted.score(measured, static_cast<int>(j)));
+    }
   }
   c.undetected = undetected(c, located, views, coverage, options, map);
   fill_costs(phi, coverage, classes, options, landmarks, local_since, c);

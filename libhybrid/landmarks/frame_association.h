@@ -27,9 +27,14 @@ struct FrameCandidates {
   std::vector<MeasuredPoint> measured;  ///< by detection
   std::vector<int> tracks;              ///< the candidates
   PredictedSightings predicted;         ///< of the candidates
+  std::vector<GaussianScore> scores;    ///< of single pairs, by detection, then by candidate
   std::vector<double> undetected;       ///< by detection: share of landmarks, see Views::undetected
   Eigen::MatrixXd class_cost;  ///< -log p(class scores | candidate), detections x candidates
   MatchingProblem problem;     ///< costs of single pairs
+
+  const GaussianScore& score(std::size_t detection, std::size_t candidate) const {
+    return scores[detection * tracks.size() + candidate];
+  }
 };
 
 /// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of

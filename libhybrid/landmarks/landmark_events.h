@@ -60,11 +60,12 @@ struct DecisionEvent {
 /// Landmarks that were made one, the first of each pair into the second.
 struct MergeEvent {
   std::vector<std::pair<std::int64_t, std::int64_t>> pairs;
-  bool loop = false;        ///< places recognised by several landmarks: a closed loop
-  bool undone = false;      ///< taken back, since the objective rose by more than was allowed
-  double evidence = 0;      ///< log odds that they are one [nats]
-  double chi_square = 0;    ///< of their differences, jointly
-  double allowed_rise = 0;  ///< of the objective
+  bool loop = false;      ///< places recognised by several landmarks: a closed loop
+  bool undone = false;    ///< taken back, since the objective rose by more than was allowed
+  double evidence = 0;    ///< log odds that they are one [nats]
+  double chi_square = 0;  ///< of their differences, jointly
+  /// By how much the objective may rise.
+  double allowed_rise() const { return evidence + 0.5 * chi_square; }
 };
 
 /// Why a contribution is what it is; births and removals of landmarks stand in the contribution.

@@ -173,7 +173,6 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   }
   if (merge.pairs.empty()) return {};
   news_ = true;
-  merge.allowed_rise = 0.5 * set.chi_square - set.cost;
   merge.evidence = -set.cost;
   merge.chi_square = set.chi_square;
   return merge;
@@ -215,7 +214,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),
                                                       landmarks.seen_from(b), detected, map);
     if (evidence <= merge.evidence) continue;
-    merge = {{{a, b}}, evidence + 0.5 * score.chi_square, evidence, score.chi_square, false};
+    merge = {{{a, b}}, evidence, score.chi_square, false};
   }
   return merge;
 }

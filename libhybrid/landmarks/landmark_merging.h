@@ -18,11 +18,11 @@ namespace HYBRID_API hybrid {
 /// Landmarks to be made one, the first of a pair into the second.
 struct Merge {
   std::vector<std::pair<int, int>> pairs;
-  /// What the fewer landmarks are worth: the objective may rise by less than this.
-  double allowed_rise = 0;
   double evidence = 0;    ///< log odds that the pairs are one, against no pair at all
   double chi_square = 0;  ///< of their differences, jointly
-  bool settle = false;    ///< the map moves far: only once it has settled does its objective count
+  /// What the fewer landmarks are worth: the objective may rise by less than this.
+  double allowed_rise() const { return evidence + 0.5 * chi_square; }
+  bool settle = false;  ///< the map moves far: only once it has settled does its objective count
 };
 
 /// Finds landmarks that are one: those seen lately against all others that were never seen in one

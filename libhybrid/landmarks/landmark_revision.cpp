@@ -21,7 +21,7 @@ void LandmarkAssociation::applied(const Outcome& outcome) {
   landmarks_.take_handles(outcome.handles);
   if (!outcome.exact) ++statistics_["updates_by_local_search"];
   if (!merge_) return;
-  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise) {
+  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise()) {
     undo_wanted_ = true;
     return;
   }
@@ -138,7 +138,6 @@ MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
   event.undone = undone;
   event.evidence = merge.evidence;
   event.chi_square = merge.chi_square;
-  event.allowed_rise = merge.allowed_rise;
   return event;
 }
 
@@ -206,8 +205,7 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     Contribution out = next_merge(map, true);
     if (out.empty()) out = match_again(map);
     if (out.empty()) {
-      Merge merge =
-          merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
+      Merge merge = merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
       keep_whole(map, merge);
       if (!merge.pairs.empty()) out = apply(merge, map);
       out.settle = !merge.pairs.empty();

@@ -103,7 +103,6 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
                       merge.pairs.end());
   }
   if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();
-  merge.allowed_rise = 0.5 * best.chi_square - best.cost;
   merge.evidence = -best.cost;
   merge.chi_square = best.chi_square;
   merge.settle = true;

@@ -3,13 +3,13 @@
 
 #include "libhybrid/landmarks/reassociation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <utility>
 
+#include "libhybrid/association/gate.h"
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
@@ -47,7 +47,7 @@ class FrameMatcher {
     double now = 0;
     for (Eigen::Index i = 0; i < rows; ++i) {
       const Sighting& sighting = landmarks_.sighting(sightings[i]);
-      problem.unmatched[i] = -std::log(clutter_density) + class_cost(sighting, prior_);
+      problem.unmatched[i] = -std::log(clutter_density) + class_cost(sighting.phi, prior_);
       for (Eigen::Index j = 0; j < cols; ++j) {
         const bool own = tracks[j] == sighting.track;
         const double cost = pair_cost(sighting, tracks[j], own);
@@ -68,7 +68,7 @@ class FrameMatcher {
   double gain_of_named(const Sighting& sighting, int named, double clutter_density) {
     if (!landmarks_.track(named).alive || !map_.holds(landmarks_.track(named).position)) return 0;
     T_map_sensor_ = sensor_pose(sighting);
-    const double clutter = -std::log(clutter_density) + class_cost(sighting, prior_);
+    const double clutter = -std::log(clutter_density) + class_cost(sighting.phi, prior_);
     return clutter - pair_cost(sighting, named, true);
   }
 
@@ -111,24 +111,13 @@ class FrameMatcher {
     const Eigen::Vector3d seen = to_polar(
         Eigen::Vector3d(T_map_sensor_.linear().transpose() *
                         (point_at(map_.values, track.position) - T_map_sensor_.translation())));
-    Eigen::VectorXd v(dim_);
-    v[0] = d.range - seen[0];
-    v[1] = std::remainder(d.yaw - seen[1], 2 * M_PI);
-    if (dim_ == 3) v[2] = d.pitch - seen[2];
-    const Eigen::MatrixXd R = 2 * M_PI * d.covariance.topLeftCorner(dim_, dim_);
-    const Eigen::LLT<Eigen::MatrixXd> llt(R);
-    const double chi_square = 2 * M_PI * llt.matrixL().solve(v).squaredNorm();
-    if (!own && chi_square > gate_) return std::numeric_limits<double>::infinity();
-    double cost = 0.5 * chi_square + llt.matrixLLT().diagonal().array().log().sum();
-    if (track.class_key) cost += class_cost(sighting, landmarks_.class_belief(track, classes_));
-    return cost;
-  }
-
-  static double class_cost(const Sighting& sighting, const std::vector<double>& belief) {
-    if (sighting.phi.empty() || belief.empty()) return 0;
-    double p = 0;
-    for (std::size_t k = 0; k < belief.size(); ++k) p += sighting.phi[k] * belief[k];
-    return -std::log(p);
+    const MeasuredPoint measured = measured_point(d, dim_ == 3);
+    Eigen::VectorXd v = measured.z - seen.head(dim_);
+    v[1] = wrap_angle(v[1]);
+    const GaussianScore score = gaussian_score(v, measured.covariance);
+    if (!own && score.chi_square > gate_) return std::numeric_limits<double>::infinity();
+    if (!track.class_key) return score.cost;
+    return score.cost + class_cost(sighting.phi, landmarks_.class_belief(track, classes_));
   }
 
   const MapView& map_;

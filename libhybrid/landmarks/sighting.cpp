@@ -62,6 +62,11 @@ ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& fr
       to_se2(frame.T_robot_sensor));
 }
 
+MeasuredPoint measured_point(const Detection& d, bool is_3d) {
+  if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
+  return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};
+}
+
 Key position_key(std::int64_t id) {
   return {key_letter::kLandmark, static_cast<std::uint64_t>(id)};
 }

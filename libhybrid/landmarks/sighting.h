@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "libhybrid/association/prediction.h"
 #include "libhybrid/core/loss.h"
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/landmarks/detection.h"
@@ -27,6 +28,9 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
 /// The direction alone, with a standard deviation added to its noise [rad].
 ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
                                    const Detection& detection, bool is_3d, double extra_sigma = 0);
+
+/// Range and direction of a detection, as a map in space or in the plane takes them.
+MeasuredPoint measured_point(const Detection& detection, bool is_3d);
 
 /// The position of the landmark that the log gives this id.
 Key position_key(std::int64_t id);

@@ -74,7 +74,7 @@ Json merge_line(int keyframe, const MergeEvent& event) {
           {"undone", event.undone},
           {"evidence", event.evidence},
           {"chi_square", event.chi_square},
-          {"allowed_rise", event.allowed_rise}};
+          {"allowed_rise", event.allowed_rise()}};
 }
 
 Json change_line(const RunRecord::Change& change) {

@@ -98,7 +98,7 @@ Json merges_json(const RunRecord& record) {
                    {"undone", m.event.undone},
                    {"evidence", digits(m.event.evidence)},
                    {"chi_square", digits(m.event.chi_square)},
-                   {"allowed_rise", digits(m.event.allowed_rise)}});
+                   {"allowed_rise", digits(m.event.allowed_rise())}});
   }
   return out;
 }

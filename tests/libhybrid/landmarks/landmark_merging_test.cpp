@@ -43,7 +43,7 @@ TEST(LandmarkMerging, TwoAtOnePlaceAreOne) {
   const Merge merge = two.propose();
   ASSERT_EQ(merge.pairs.size(), 1U);
   EXPECT_EQ(merge.pairs[0], std::make_pair(two.b, two.a));
-  EXPECT_GT(merge.allowed_rise, 0);
+  EXPECT_GT(merge.allowed_rise(), 0);
 }
 
 TEST(LandmarkMerging, TwoFarApartAreTwo) {
