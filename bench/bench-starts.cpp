@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What Levenberg-Marquardt ends with on graphs whose optimum is known: from odometry alone, and
-// from the best of all cheap starts with no poses in the file, and with scrambled ones. Arguments:
-// seeds (3), graphs to read beside them.
+// Results of Levenberg-Marquardt on graphs with known optimum: from odometry alone, and from the
+// best of all cheap starts, without poses in the file and with scrambled ones. Arguments: number of
+// seeds (3), further graphs to read.
 #include <cstdio>
 #include <cstdlib>
 
@@ -22,20 +22,15 @@ SolverOptions options() {
   return options;
 }
 
-HybridGraph graph_of(const std::vector<ContinuousFactorPtr>& factors) {
-  HybridGraph graph;
-  for (const ContinuousFactorPtr& factor : factors) graph.add(factor);
-  return graph;
-}
-
 SolverReport alone(const PoseGraph& graph, const Values& initial) {
-  return levenberg_marquardt(graph_of(to_factors(graph, initial)), {initial, {}}, options()).report;
+  return levenberg_marquardt(worlds::graph_of(to_factors(graph, initial)), {initial, {}}, options())
+      .report;
 }
 
 void chosen(const PoseGraph& graph, const char* name, const Values& initial) {
   const std::vector<ContinuousFactorPtr> factors = to_factors(graph, initial);
   const StartsResult result = solve_from_starts(
-      graph_of(factors), pose_graph_starts(graph, factors, name, initial), options());
+      worlds::graph_of(factors), pose_graph_starts(graph, factors, name, initial), options());
   std::printf(" %10.6g %-8s %6.3f s", result.report.final_cost(),
               result.trials[result.won].name.c_str(), result.report.seconds);
 }

@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "libhybrid/io/parse_number.h"
 #include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/drawing/plot.h"
 
@@ -23,9 +23,7 @@ constexpr std::size_t kColors = 6;  // before series_color repeats
 
 double number(const std::string& text, const std::string& where) {
   double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end) {
+  if (!parse_number(text, value)) {
     throw std::runtime_error(fmt::format("{}: '{}' is not a number", where, text));
   }
   return value;

@@ -1,5 +1,5 @@
-# `cmake --install` puts libraries, headers (under include/hybrid, with the repository's own paths), apps, configs
-# and a package file, so that find_package(hybrid) gives hybrid::hybrid and, if built, hybrid::mrpt.
+# `cmake --install` installs libraries, headers (under include/hybrid, with the paths of the repository), apps, configs
+# and a package file: find_package(hybrid) defines hybrid::hybrid and, if built, hybrid::mrpt.
 include(CMakePackageConfigHelpers)
 
 set(HYBRID_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/hybrid)
@@ -36,7 +36,7 @@ if(HYBRID_WITH_MRPT)
   install(EXPORT hybridMrptTargets NAMESPACE hybrid:: DESTINATION ${HYBRID_INSTALL_CMAKEDIR} COMPONENT libhybrid-dev)
 endif()
 install(DIRECTORY ${headers} DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} COMPONENT libhybrid-dev
-        FILES_MATCHING PATTERN "*.h")
+        FILES_MATCHING PATTERN "*.h" PATTERN detail EXCLUDE PATTERN kernels EXCLUDE)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${HYBRID_INSTALL_INCLUDEDIR} COMPONENT libhybrid-dev)
 
 configure_package_config_file(cmake/hybridConfig.cmake.in ${PROJECT_BINARY_DIR}/hybridConfig.cmake

@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-/// A subcommand whose options live as long as it does.
+/// Adds a subcommand, and its options with the same lifetime.
 template <class Options, class Import>
 std::pair<CLI::App*, Options*> subcommand(CLI::App& app, Convert& convert, const char* name,
                                           const char* about, Import import) {
@@ -167,9 +167,12 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
       ->required();
   format
       ->add_option("--detections", o->detections,
-                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]")
+                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]; or "
+                   "p_NAME for each class instead of class,score")
       ->required();
   format->add_option("--classes", o->classes, "names of all classes; default: those met");
+  format->add_option("--score", o->score,
+                     "probability of the class of a detection where the table has none");
   format->add_option("--sensor-pose", o->sensor_pose, "on the robot: x y z yaw pitch roll [m, rad]")
       ->expected(6);
   format->add_option("--sigma-range", o->sigma_range, "where the table has none [m]");

@@ -20,7 +20,7 @@
 namespace hybrid {
 namespace {
 
-/// A map whose sessions are all complete.
+/// Reads a map, all of whose sessions must be complete.
 MapRecord whole_map(const std::string& file) {
   MapRecord map = read_map(file);
   for (const MapSession& s : map.sessions) {
@@ -50,7 +50,7 @@ int join(const Options& options) {
   }
   MapRecord all = whole_map(options.maps.front());
   std::vector<std::string> left(options.maps.begin() + 1, options.maps.end());
-  // A map may touch the first only through another one.
+  // A map may overlap the first one only through another one.
   for (bool progress = true; progress && !left.empty();) {
     progress = false;
     for (auto it = left.begin(); it != left.end();) {
@@ -93,7 +93,7 @@ int prune(const Options& options) {
   if (options.sessions.empty() && !options.vanished) {
     throw Error(name + ": nothing to remove: name a --session, or --vanished");
   }
-  read_map(name);  // a missing one is not created
+  read_map(name);  // throws if the map is missing, so that none is created
   MapFile file(name);
   MapRecord map = file.record();
   for (const int id : options.sessions) {

@@ -37,7 +37,8 @@ constexpr const char* kFooter =
     "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
     "written.\n"
     "\nExamples: hybrid-replay robot.rawlog -o out\n"
-    "          hybrid-replay -c config/kf_slam_demo.ini -o out";
+    "          hybrid-replay -c config/kf_slam_demo.ini -o out\n"
+    "          zcat robot.rawlog | hybrid-replay -c my.ini --rawlog - --stream";
 
 /// NAME and FILE of NAME=FILE; no name where that is a file as a whole.
 std::pair<std::string, std::string> named(const std::string& text) {
@@ -90,8 +91,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("INI");
   std::vector<std::string> logs, truth_paths;
   app.add_option("--rawlog,LOG", logs,
-                 "the log, instead of [log] rawlog, whose truth is then left out; without -c the "
-                 "log itself chooses the plugins. Several logs, or NAME=FILE, are those of several "
+                 "the log, instead of [log] rawlog, whose truth is then left out; - is standard "
+                 "input, mapped as it comes; without -c the log itself chooses the plugins. "
+                 "Several logs, or NAME=FILE, are those of several "
                  "robots in one map, each a section [robot.NAME]; the name of a file is that of "
                  "its robot")
       ->type_name("FILE");
@@ -107,7 +109,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-p,--plugins", options.request.plugin_libraries,
                  "libraries with further plugins or observation classes, separated by commas")
       ->type_name("LIB.so")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--set", options.request.settings,
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")
@@ -138,6 +141,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--events", options.request.events,
                "write events.jsonl: why each sighting was given to its landmark, what flipped, "
                "merged and closed, the objective after every half-step");
+  app.add_flag("--stream", options.request.stream,
+               "write every keyframe to standard output when it is mapped, a line of JSON each; "
+               "what else is said goes to standard error");
   app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,

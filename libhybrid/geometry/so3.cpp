@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "libhybrid/geometry/so3_coefficients.h"
+#include "libhybrid/geometry/detail/so3_coefficients.h"
 
 namespace hybrid {
 

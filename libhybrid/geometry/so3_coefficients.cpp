@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/geometry/so3_coefficients.h"
+#include "libhybrid/geometry/detail/so3_coefficients.h"
 
 #include <cmath>
 

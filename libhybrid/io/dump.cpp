@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/io/dump.h"
+#include "libhybrid/io/detail/dump.h"
 
 #include <algorithm>
 #include <sstream>

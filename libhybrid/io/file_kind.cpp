@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/io/file_kind.h"
+#include "libhybrid/io/detail/file_kind.h"
 
 #include <algorithm>
 #include <utility>

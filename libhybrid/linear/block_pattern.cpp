@@ -18,6 +18,27 @@ constexpr double kDissectionFlopsPerBlock = 2e4;
 /// A taller elimination tree, as minimum degree makes of a chain, costs covariances dearly.
 constexpr int kTallTree = 200;
 
+/// CHOLMOD's analysis of a graph by the method set in `common`; null where it fails.
+cholmod_factor* analyze(cholmod_sparse& graph, int anchor, cholmod_common& common) {
+  const int n = static_cast<int>(graph.nrow);
+  if (anchor < 0 || n == 1) return cholmod_analyze(&graph, &common);  // CAMD asks for a group 0
+  std::vector<int> order(n);
+  if (common.method[0].ordering == CHOLMOD_AMD) {
+    std::vector<int> group(n, 0);
+    group[anchor] = 1;  // after group 0
+    if (!cholmod_camd(&graph, nullptr, 0, group.data(), order.data(), &common)) return nullptr;
+  } else {
+    cholmod_factor* free = cholmod_analyze(&graph, &common);
+    if (free == nullptr) return nullptr;
+    const int* perm = static_cast<const int*>(free->Perm);
+    std::remove_copy(perm, perm + n, order.begin(), anchor);
+    order.back() = anchor;
+    cholmod_free_factor(&free, &common);
+  }
+  common.method[0].ordering = CHOLMOD_GIVEN;
+  return cholmod_analyze_p(&graph, order.data(), nullptr, 0, &common);
+}
+
 /// Orders the block graph with one of CHOLMOD's methods; nothing where it fails, as nested
 /// dissection does in a CHOLMOD that was built without METIS.
 std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method) {
@@ -47,7 +68,7 @@ std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method)
   common.nmethods = 1;
   common.method[0].ordering = method;
   common.supernodal = CHOLMOD_SUPERNODAL;
-  cholmod_factor* factor = cholmod_analyze(&graph, &common);
+  cholmod_factor* factor = analyze(graph, pattern.anchor, common);
   if (factor == nullptr) {
     cholmod_finish(&common);
     return std::nullopt;
@@ -108,14 +129,14 @@ void normalize(std::vector<std::pair<int, int>>& edges) {
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 }
 
-BlockOrdering order_blocks(const BlockPattern& pattern) {
+BlockOrdering order_blocks(const BlockPattern& pattern, Trees trees) {
   if (pattern.size() == 0) return {};
   std::optional<BlockOrdering> first = order_with(pattern, CHOLMOD_AMD);
   if (!first) {
     throw Error("ordering of a system of " + std::to_string(pattern.size()) + " variables failed");
   }
   BlockOrdering& best = *first;
-  const bool tall = height(best) > std::max(kTallTree, pattern.size() / 4);
+  const bool tall = trees == Trees::kLow && height(best) > std::max(kTallTree, pattern.size() / 4);
   if (tall || best.flops > kDissectionFlopsPerBlock * pattern.size()) {
     std::optional<BlockOrdering> other = order_with(pattern, CHOLMOD_METIS);
     if (other && (tall || other->flops < best.flops)) best = std::move(*other);

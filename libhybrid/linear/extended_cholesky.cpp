@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 
-#include "libhybrid/linear/extended_cholesky_builder.h"
+#include "libhybrid/linear/detail/extended_cholesky_builder.h"
 
 namespace hybrid {
 namespace {
@@ -37,7 +37,7 @@ void ExtendedCholesky::Builder::number_blocks() {
 }
 
 void ExtendedCholesky::Builder::build_fronts() {
-  const BlockOrdering ordering = order_blocks(layout_.pattern());
+  const BlockOrdering ordering = order_blocks(layout_.pattern(), Trees::kAnyHeight);
   const int count = std::max<int>(static_cast<int>(ordering.supernodes.size()) - 1, 0);
   fronts_.resize(count);
   int scalars = 0;
@@ -150,8 +150,8 @@ ExtendedCholesky::ExtendedCholesky(const ResidualLayout& layout, const double* J
   Builder(*this, layout, J).run();
 }
 
-/// With A what was left of the diagonal block of a column, in units of its scale: A^-1 = root
-/// root'.
+/// The pivot A of a column, in units of its scale, is stored as the root of its inverse: A^-1 =
+/// root root'.
 double ExtendedCholesky::log_determinant() const {
   if (nullity_ > 0) return -std::numeric_limits<double>::infinity();
   Real sum = 0.0L;

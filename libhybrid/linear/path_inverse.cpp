@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/linear/path_inverse.h"
+#include "libhybrid/linear/detail/path_inverse.h"
 
-#include "libhybrid/linear/substitute.h"
+#include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
 
@@ -14,7 +14,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     path.supernodes.push_back(s);
     rows += factor_->supernode(s).columns;
   }
-  // L x = E for all columns at once; x is zero but on the path.
+  // L x = E for all columns at once; x is zero outside the path.
   path.y.resize(rows, dim);
   if (scratch_.cols() != dim) scratch_.resize(factor_->size(), dim);
   for (int s : path.supernodes) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/linear/selected_inverse.h"
+#include "libhybrid/linear/detail/selected_inverse.h"
 
 #include <algorithm>
 #include <string>
@@ -12,8 +12,8 @@ namespace hybrid {
 
 SelectedInverse::SelectedInverse(const BlockCholesky& factor, WorkerPool& pool)
     : factor_(&factor), panels_(factor.panels_size()), workspace_(factor.workspace_size()) {
-  // The plan of the update matrices of the factorisation serves in reverse: from when the parent is
-  // done to when the supernode is.
+  // The places of the update matrices of the factorisation serve in reverse: each is in use from
+  // the inversion of the parent to that of the supernode.
   Scratch scratch;
   const std::vector<int>& top = factor.top();
   for (auto s = top.rbegin(); s != top.rend(); ++s) invert(factor.supernode(*s), scratch);

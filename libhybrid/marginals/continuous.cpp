@@ -2,8 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/marginals/continuous.h"
 
-#include "libhybrid/linear/path_inverse.h"
-#include "libhybrid/linear/selected_inverse.h"
+#include "libhybrid/linear/detail/path_inverse.h"
+#include "libhybrid/linear/detail/selected_inverse.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {

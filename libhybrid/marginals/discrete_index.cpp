@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/discrete_index.h"
+#include "libhybrid/marginals/detail/discrete_index.h"
 
 namespace hybrid {
 

@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/outside.h"
+#include "libhybrid/marginals/detail/outside.h"
 
 #include <Eigen/Eigenvalues>
 #include <memory>
 
-#include "libhybrid/factors/linear_prior.h"
+#include "libhybrid/factors/detail/linear_prior.h"
 
 namespace hybrid {
 namespace {
 
-/// Directions whose variance is below this share of what the variables have each are known up to
-/// rounding only.
+/// Least variance of a direction that is more than rounding, per dimension, over variables of unit
+/// variance.
 constexpr double kRounding = 1e-14;
-/// Where the sites tell all but this share of the information on a direction, the rest says
-/// nothing.
+/// If all but this share of the information on a direction is from the sites, the rest has none.
 constexpr double kNothing = 1e-9;
-/// More than this below zero, information is not a rounding error of zero.
+/// Information below minus this is no rounding error of zero.
 constexpr double kWrong = 1e-3;
 
 }  // namespace
 
-// In coordinates x = T y with Sigma = T T' all of the information on y is the identity, and what
-// the sites do not tell of it, I - T' J'J T, has its eigenvalues between zero and one: the
-// subtraction loses nothing that matters.
+// In coordinates x = T y with Sigma = T T' the whole information on y is the identity, and that of
+// the rest, I - T' J'J T, has its eigenvalues between zero and one, so that the subtraction loses
+// no digits that matter.
 ContinuousFactorPtr outside_prior(const JointGaussian& gaussian, const std::vector<Site>& sites) {
   const int n = gaussian.size();
   const Eigen::VectorXd sigmas = gaussian.covariance.diagonal().cwiseSqrt();

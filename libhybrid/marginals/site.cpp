@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/marginals/site.h"
+#include "libhybrid/marginals/detail/site.h"
 
 #include <string>
 #include <utility>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/registration/graph.h"
+#include "libhybrid/registration/detail/graph.h"
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/point_match.h"
+#include "libhybrid/factors/detail/point_match.h"
 #include "libhybrid/hybrid/mixture.h"
 
 namespace hybrid {

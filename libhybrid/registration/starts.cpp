@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/registration/starts.h"
+#include "libhybrid/registration/detail/starts.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/choice_comparison.h"
+#include "libhybrid/selection/detail/choice_comparison.h"
 
 #include <algorithm>
 #include <memory>
@@ -8,7 +8,7 @@
 
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_poses.h"
-#include "libhybrid/selection/segment_transforms.h"
+#include "libhybrid/selection/detail/segment_transforms.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/segment_transforms.h"
+#include "libhybrid/selection/detail/segment_transforms.h"
 
 #include "libhybrid/factors/factor.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/smoother/located.h"
+#include "libhybrid/smoother/detail/located.h"
 
 #include <Eigen/LU>
 #include <type_traits>
 
-#include "libhybrid/factors/anchor_frame.h"
+#include "libhybrid/factors/detail/anchor_frame.h"
 
 namespace hybrid {
 namespace {

@@ -10,8 +10,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "libhybrid/factors/linear_prior.h"
-#include "libhybrid/smoother/located.h"
+#include "libhybrid/factors/detail/linear_prior.h"
+#include "libhybrid/smoother/detail/located.h"
 
 namespace hybrid {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// What changes an INI that has been read: values of the command line, and old names.
+// Changes to an INI after reading: values of the command line, and deprecated names.
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/detail/ini_text.h"
 #include "mrpt_plugins/bridge/ini_file.h"
-#include "mrpt_plugins/bridge/ini_text.h"
 
 namespace hybrid {
 

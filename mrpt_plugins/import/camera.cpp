@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/camera.h"
+#include "mrpt_plugins/import/detail/camera.h"
 
 #include <Eigen/Dense>
 #include <cmath>

@@ -11,7 +11,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/import/planar_truth.h"
+#include "mrpt_plugins/import/detail/planar_truth.h"
 
 namespace hybrid {
 namespace {
@@ -19,7 +19,7 @@ namespace {
 constexpr std::int64_t kRobots = 5;      // subjects 1 to 5; landmarks have higher numbers
 constexpr std::int64_t kRobotId = -100;  // less the number of a robot is its id in the log
 
-/// The file of a robot, or its thinned form.
+/// The file of a robot, or its thinned form if the full one is missing.
 std::string robot_file(const MrclamOptions& options, const char* kind, const char* thinned) {
   const std::string stem = fmt::format("{}/Robot{}_{}", options.folder, options.robot, kind);
   const std::string full = stem + ".dat";
@@ -50,7 +50,7 @@ void add_landmarks(const std::string& path, LogWriter& log) {
   }
 }
 
-/// The measurements of one time, added to the log once they are complete.
+/// Collects the measurements of one time and adds them to the log.
 class Frame {
  public:
   Frame(const MrclamOptions& options, LogWriter& log)
@@ -59,7 +59,7 @@ class Frame {
         odometry_(robot_file(options, "Odometry", "_changes"), read_command, options.walk),
         truth_(robot_file(options, "Groundtruth", "_10th")) {}
 
-  /// Starts the frame of another time.
+  /// Ends the last frame and starts one at `time`.
   void begin(double time) {
     end();
     time_ = time;

@@ -24,8 +24,9 @@ struct MrclamOptions {
   OdometryWalk walk{0.06, 0.03, 0.06, 0.12, 1e-3};
 };
 
-/// Converts what one robot saw into a log with a step for each time of measurement, ids being
-/// subject numbers, the motion that of the velocity commands, the truth that of the motion capture.
+/// Converts the measurements of one robot into a log with one step per time of measurement.
+/// Landmark ids are subject numbers, odometry integrates the velocity commands, and the truth is
+/// that of the motion capture.
 ImportReport import_mrclam(const MrclamOptions& options, const std::string& output);
 
 }  // namespace hybrid

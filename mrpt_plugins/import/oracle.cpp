@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/oracle.h"
+#include "mrpt_plugins/import/detail/oracle.h"
 
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/planar_truth.h"
+#include "mrpt_plugins/import/detail/planar_truth.h"
 
 #include <mrpt/math/wrap2pi.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/import/stated_noise.h"
+#include "mrpt_plugins/import/detail/stated_noise.h"
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ double stated_sigma(const TextRow& row, std::size_t i) {
 }
 
 void check_covariance(const TextRow& row, std::size_t i, const Eigen::MatrixXd& covariance) {
-  constexpr double kRounding = 1e-6;  // of what a program wrote with some digits
+  constexpr double kRounding = 1e-6;  // relative rounding error of printed covariances
   const bool symmetric =
       covariance.allFinite() && covariance.isApprox(covariance.transpose(), kRounding);
   if (!symmetric || covariance.llt().info() != Eigen::Success) {

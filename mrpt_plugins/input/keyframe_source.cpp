@@ -163,7 +163,7 @@ bool KeyframeSource::is_3d() {
          });
 }
 
-/// Adds the detections of a step; at a keyframe, gives back all since the one before.
+/// Passes the detections of a step to the tracker. At a keyframe, replaces them by its tracklets.
 void KeyframeSource::track(const LogStep& step, bool is_keyframe,
                            std::vector<DetectionFrame>& detections) {
   if (step.odometry) {

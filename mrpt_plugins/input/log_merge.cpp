@@ -62,9 +62,13 @@ const std::string& LogMerge::message() const {
   return worst().message();
 }
 
-double LogMerge::progress() const {
+std::optional<double> LogMerge::progress() const {
   double sum = 0;
-  for (const Log& log : logs_) sum += log.source->progress();
+  for (const Log& log : logs_) {
+    const std::optional<double> share = log.source->progress();
+    if (!share) return std::nullopt;
+    sum += *share;
+  }
   return sum / static_cast<double>(logs_.size());
 }
 

@@ -29,8 +29,8 @@ class LogMerge {
   /// How the logs ended: the first that did not end well.
   LogStatus status() const;
   const std::string& message() const;
-  /// Share of the logs up to the newest keyframes.
-  double progress() const;
+  /// Share of the logs up to the newest keyframes, where the length of all of them is known.
+  std::optional<double> progress() const;
   DropReport dropped() const;
   std::map<std::string, std::size_t> observations() const;
   DropReport warnings() const;

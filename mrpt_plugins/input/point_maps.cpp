@@ -5,9 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include <string_view>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/parse_number.h"
 #include "libhybrid/io/point_formats.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
@@ -21,7 +22,7 @@ PointFile points_of(const std::vector<mrpt::math::TPoint3Df>& points, const std:
   return file;
 }
 
-/// Points of the scans of one step; all of them, without thinning.
+/// All points of the scans of one step.
 PointFile read_step(const std::string& path, std::size_t wanted) {
   RawlogOptions options;
   options.request.points = true;
@@ -69,9 +70,7 @@ PointFile read_point_source(const std::string& path) {
   const std::size_t mark = path.rfind('#');
   if (mark != std::string::npos && is_rawlog(path.substr(0, mark))) {
     std::size_t step = 0;
-    const char* end = path.data() + path.size();
-    const auto [last, error] = std::from_chars(path.data() + mark + 1, end, step);
-    if (error != std::errc() || last != end) {
+    if (!parse_number(std::string_view(path).substr(mark + 1), step)) {
       throw Error(fmt::format("{}: '#' must be followed by the number of a step", path));
     }
     return read_step(path.substr(0, mark), step);

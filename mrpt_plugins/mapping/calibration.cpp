@@ -26,13 +26,14 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 constexpr int kRobotShift = 32;  // of keys: a robot has fewer sensors than 2^32
 
-/// A direction in which the variance is more than this share of the prior's was not observed: the
-/// measurements tell less about it than the prior does.
+/// Share of the prior variance above which a direction counts as not observed: the measurements
+/// carry less information about it than the prior.
 constexpr double kUnobservedShare = 0.5;
-/// Entries of such a direction, in standard deviations of the prior, from which on they count.
+/// Least component of an entry in such a direction, in standard deviations of the prior, for which
+/// the entry counts as not observed.
 constexpr double kEntryCounts = 0.3;
 
-/// Which entries take part in a direction that the measurements do not determine.
+/// Which entries have no part in a direction that the measurements do not determine.
 std::vector<bool> observed(const Eigen::MatrixXd& posterior, const Eigen::VectorXd& prior_sigmas) {
   const Eigen::MatrixXd ratio = prior_sigmas.cwiseInverse().asDiagonal() * posterior *
                                 prior_sigmas.cwiseInverse().asDiagonal();
@@ -49,7 +50,7 @@ std::vector<bool> observed(const Eigen::MatrixXd& posterior, const Eigen::Vector
   return out;
 }
 
-/// The covariance of a variable; its prior's where the back-end knows none.
+/// The covariance of a variable, or of its prior if the back-end has none.
 Eigen::MatrixXd covariance_of(Key key, const Backend& backend, const Eigen::VectorXd& prior) {
   const Uncertainty uncertainty = backend.uncertainty({key}, {});
   const auto it = uncertainty.covariances.find(key);
@@ -94,8 +95,7 @@ Eigen::VectorXd entries_of(const mrpt::poses::CPose3D& pose, bool is_3d) {
   return Eigen::Vector3d(v[0], v[1], v[3]);
 }
 
-/// Standard deviations over (x y z yaw pitch roll) or (x y yaw) as if those were independent, which
-/// is the prior in the tangent to within its rotation.
+/// Units of the entries (x y z yaw pitch roll) or (x y yaw): 1 m and 1 degree, in m and rad.
 Eigen::VectorXd pose_units(bool is_3d) {
   Eigen::VectorXd units = Eigen::VectorXd::Ones(is_3d ? 6 : 3);
   units.tail(is_3d ? 3 : 1).setConstant(kDegree);

@@ -15,7 +15,7 @@
 namespace hybrid {
 namespace {
 
-/// Lets the next push_back find memory.
+/// Reserves memory, so that the next push_back cannot throw.
 template <class T>
 void make_room(std::vector<T>& list) {
   if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
@@ -84,7 +84,7 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   return steps_.back();
 }
 
-/// The motion to a new pose; what is measured of it is left out where it makes no sense.
+/// The motion to a new pose. Unusable odometry is dropped.
 Mapper::Motion Mapper::predict(Keyframe& keyframe) {
   if (!robot().poses.empty() && !keyframe.odometry) {
     ++dropped_["odometry missing: robot taken to stand still"];
@@ -92,7 +92,7 @@ Mapper::Motion Mapper::predict(Keyframe& keyframe) {
   try {
     return predict_from(keyframe.odometry ? &*keyframe.odometry : nullptr);
   } catch (const Error& e) {
-    if (!keyframe.odometry) throw;  // the options make no sense
+    if (!keyframe.odometry) throw;  // the options are at fault
     note("odometry dropped: not usable", e.what());
     keyframe.odometry.reset();
     return predict_from(nullptr);
@@ -178,7 +178,7 @@ MapView Mapper::view() const {
   return view;
 }
 
-/// Asks each plugin in turn; one that throws contributes nothing.
+/// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
   const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
                     keyframe.observations};

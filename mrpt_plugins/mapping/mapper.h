@@ -39,7 +39,7 @@ struct RobotOptions {
 /// numbered by keyframe, whichever robot they are of.
 class Mapper {
  public:
-  /// `is_3d` chooses SE(3) and points in space, or SE(2) and points in the plane.
+  /// `is_3d`: SE(3) poses and 3-D points, else SE(2) poses and 2-D points.
   Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
          std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration = {});
   /// The same for several robots, one map of landmarks. The first starts at the origin, the others
@@ -48,8 +48,8 @@ class Mapper {
   Mapper(std::vector<RobotOptions> robots, std::vector<std::shared_ptr<MappingPlugin>> plugins,
          std::unique_ptr<Backend> backend, bool is_3d, Loss loss = {});
 
-  /// Takes landmarks over that are known before the first keyframe. Throws Error where they are not
-  /// of the kind that the plugins make.
+  /// Adds known landmarks before the first keyframe. Throws Error if their classes are not those of
+  /// the plugins.
   void adopt(const KnownMap& known);
   /// Gives up what was known of the start (MotionOptions::start) of a robot, once measurements say
   /// where it is.
@@ -57,10 +57,10 @@ class Mapper {
   /// Log odds that landmarks are there, by id, as far as plugins tell.
   std::map<std::int64_t, double> existence() const;
 
-  /// Takes one keyframe in. What of it cannot become part of the map (a measurement of the motion
-  /// that makes no sense, observations that leave a variable undetermined, a plugin that throws) is
-  /// left out and counted in `dropped`; the pose is always kept. Throws SettingsError where the
-  /// options make no sense together, and where memory is short, which leaves the map as it was.
+  /// Adds one keyframe. Its pose is always kept; unusable parts (odometry that makes no sense,
+  /// observations that leave a variable undetermined, contributions of a plugin that throws) are
+  /// left out and counted in `dropped`. Throws SettingsError if the options contradict each other,
+  /// and std::bad_alloc, which leaves the map unchanged.
   const StepRecord& add(const Keyframe& raw);
 
   /// Solves to convergence.
@@ -69,31 +69,31 @@ class Mapper {
   /// Trajectory, dead reckoning, landmarks with covariance and class, and the steps.
   MapResult result() const;
 
-  /// Row of MRPT's ground truth of the path that belongs to each pose of the trajectory.
+  /// Row of MRPT's ground truth path for each pose of the trajectory.
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }
-  /// When a pose was [s].
+  /// Time of a pose [s].
   double time_of(std::size_t pose) const { return steps_[pose].time; }
-  /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty where not known.
+  /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty if not known.
   std::vector<Eigen::MatrixXd> pose_covariances() const;
 
-  /// What became of every detection, of all plugins that decide it themselves.
+  /// Attribution of every detection, from the plugins that associate.
   std::vector<AssociationDecision> decisions() const;
 
   const Backend& backend() const { return *backend_; }
   const LandmarkRegistry& landmarks() const { return landmarks_; }
-  /// Figures of all plugins, see MappingPlugin; and how often the solver was called, and local
-  /// search stood in for exact discrete inference.
+  /// Figures of all plugins (see MappingPlugin), the number of solver calls, and how many of them
+  /// used local search instead of exact discrete inference.
   std::map<std::string, double> statistics() const;
-  /// From now on the mapper notes what it does with each keyframe, for `take_events`.
+  /// Starts recording every change of the map for `take_events`.
   void keep_events() { events_.emplace(); }
-  /// What was done since the last call, change by change; empty unless events are kept.
+  /// Changes since the last call, in order; empty unless keep_events() was called.
   std::vector<MapChange> take_events();
   /// Reason -> number of measurements that were not used.
   std::map<std::string, std::size_t> dropped() const;
   /// What exactly was wrong with the first of them, by step of the log.
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool is_3d() const { return is_3d_; }
-  /// Names of the classes of landmarks; empty where they have none, or none was seen yet.
+  /// Names of the classes of landmarks; empty if they have none, or none was seen yet.
   std::vector<std::string> class_names() const;
 
  private:
@@ -109,8 +109,8 @@ class Mapper {
   /// A new pose on its way into the map.
   struct Motion {
     Delta delta;
-    mrpt::poses::CPose3D T_map_robot, T_odometry_robot;  ///< expected, and by odometry alone
-    ContinuousFactorPtr factor;                          ///< the motion to it, or its prior
+    mrpt::poses::CPose3D T_map_robot, T_odometry_robot;  ///< predicted, and by odometry alone
+    ContinuousFactorPtr factor;                          ///< motion to it, or its prior
     std::optional<DiscreteKey> mode;
   };
 
@@ -155,10 +155,10 @@ class Mapper {
   std::vector<std::size_t> log_rows_;
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
   std::size_t row_ = 0;       // of the log, of the newest keyframe
-  std::size_t refusals_ = 0;  // of contributions
-  double plugin_ms_ = 0;      // time the plugins took for the newest keyframe
+  std::size_t refusals_ = 0;  // contributions refused so far
+  double plugin_ms_ = 0;      // time of the plugins for the newest keyframe
   double objective_ = 0;
-  std::optional<std::vector<MapChange>> events_;  // where they are kept
+  std::optional<std::vector<MapChange>> events_;  // if recorded
 };
 
 }  // namespace hybrid

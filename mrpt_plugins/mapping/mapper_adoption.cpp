@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What the map knows before the first keyframe.
+// Known landmarks and a known start.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,8 +17,8 @@
 namespace hybrid {
 namespace {
 
-constexpr double kLeastProbability = 1e-12;  // of a class, so that none is ruled out
-constexpr double kForgotten = 1e6;  // by which the variances of a start grow that is given up
+constexpr double kLeastProbability = 1e-12;  // of a class; keeps every class possible
+constexpr double kForgotten = 1e6;           // factor of the covariance of a forgotten start
 
 std::vector<double> positive(std::vector<double> p) {
   double sum = 0;
@@ -63,7 +63,7 @@ void Mapper::note_start(const Delta& motion, const BackendReport& report) {
 
 void Mapper::forget_start(std::size_t number) {
   Robot& robot = robots_[number];
-  if (!robot.start || !backend_->keeps_all()) return;
+  if (!robot.start || !backend_->graph().contains(*robot.start)) return;
   Delta delta;
   delta.remove.push_back(*robot.start);
   MotionOptions wide = robot.options.motion;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What a mapper has found.
+// The result of a mapper.
 
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// A covariance of a point of 2 or 3 as 3x3.
+/// A 2x2 or 3x3 covariance of a point as 3x3.
 Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
   Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
   out.topLeftCorner(covariance.rows(), covariance.cols()) = covariance;
@@ -35,6 +35,7 @@ std::map<std::string, double> Mapper::statistics() const {
       {"updates_by_local_search", static_cast<double>(updates_by_local_search_)}};
   if (robots_.size() > 1) all["robot_sightings"] = static_cast<double>(sightings_.used());
   for (const auto& plugin : plugins_) all.merge(plugin->statistics());
+  all.merge(backend_->statistics());
   return all;
 }
 
@@ -55,7 +56,7 @@ MapResult Mapper::result() const {
   MapResult result;
   result.is_3d = is_3d_;
   result.in_known_map = robots_.front().options.motion.start.has_value();
-  if (robots_.size() > 1) {
+  if (!robots_.front().options.name.empty()) {
     for (const Robot& robot : robots_) result.robots.push_back({robot.options.name, robot.poses});
   }
   result.class_names = class_names();

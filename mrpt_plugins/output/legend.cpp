@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ constexpr double kSample = 40;  // width of the samples
 constexpr double kRow = 29;
 constexpr double kText = 14;
 
-/// Text as long as fits into `room` pixels, with dots where it was cut.
+/// The text, shortened to `room` pixels with dots at its end.
 std::string shortened(std::string text, const TextStyle& style, double room) {
   if (Canvas::text_extent(text, style).x() <= room) return text;
   while (!text.empty() && Canvas::text_extent(text + "...", style).x() > room) text.pop_back();
@@ -87,7 +87,7 @@ void Legend::note(const std::string& text) {
 
 namespace {
 
-/// Paths, and the ends of the estimated one.
+/// Entries of the paths, and of start and end of the estimated one.
 void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
                  const Stroke& truth_stroke, const Extent& extent) {
   legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
@@ -115,7 +115,7 @@ void path_legend(Legend& legend, const MapResult& result, const GroundTruth& tru
   legend.marker("end", Marker::kSquare, 8, palette::kBlack);
 }
 
-/// The classes that there are, with counts.
+/// Entries of the classes in use, with counts.
 void class_legend(Legend& legend, const MapResult& result) {
   std::vector<std::size_t> count(result.class_names.size() + 1, 0);
   for (const LandmarkEstimate& l : result.landmarks) {

@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/labels.h"
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/scene_layout.h"
@@ -23,7 +23,7 @@ constexpr double kTop = 90;
 constexpr double kMargin = 20;
 constexpr Stroke kBeads{palette::kTruth, 8, LineStyle::kDotted};
 
-/// What happened, in one line, without the call stack that MRPT appends.
+/// The message of an MRPT exception in one line, without its call stack.
 std::string reason(const std::string& what) {
   const std::string mark = "Message:";
   const std::size_t at = what.find(mark);
@@ -34,7 +34,7 @@ std::string reason(const std::string& what) {
   return line;
 }
 
-/// The scene without its texts, which the canvas draws so that they do not cover each other.
+/// The scene without texts; the canvas draws these so that they do not overlap.
 Image render_scene(const MapResult& result, const GroundTruth& truth, const SceneView& view,
                    int width, int height, int device) {
   const auto scene = make_scene(result, truth);
@@ -66,7 +66,7 @@ Image render_scene(const MapResult& result, const GroundTruth& truth, const Scen
   return image;
 }
 
-/// What has to be readable over the rendered picture: ids, names of the axes, start and end.
+/// Draws texts over the rendered picture: ids, names of the axes, start and end.
 void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& layout,
                  const Box& box) {
   const auto seen_at = [&](const Eigen::Vector3d& p) {

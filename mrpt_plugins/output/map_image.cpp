@@ -10,7 +10,7 @@
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/labels.h"
-#include "mrpt_plugins/output/legend.h"
+#include "mrpt_plugins/output/detail/legend.h"
 
 namespace hybrid {
 namespace {
@@ -37,9 +37,9 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
   }
 }
 
-/// The true path in pieces: a receiver's gaps stay gaps.
+/// The true path, split where the receiver had no position.
 std::vector<Trajectory> pieces(const Trajectory& path) {
-  constexpr double kGap = 10;  // times the usual distance in time
+  constexpr double kGap = 10;  // times the median interval
   std::vector<double> steps;
   for (std::size_t i = 1; i < path.size(); ++i) steps.push_back(path[i].time - path[i - 1].time);
   if (steps.empty()) return {path};
@@ -100,7 +100,19 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   }
 }
 
-/// Markers first, then ids where there is room; returns how many ids were drawn.
+/// From the newest pose to the landmarks that it sees.
+void draw_rays(Canvas& canvas, const Axes& axes, const MapResult& result,
+               const std::vector<std::int64_t>& seen) {
+  if (result.trajectory.empty()) return;
+  const auto& here = result.trajectory.back().pose;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (std::find(seen.begin(), seen.end(), l.id) == seen.end()) continue;
+    canvas.line(axes.pixel(here.x(), here.y()), axes.pixel(l.position.x(), l.position.y()),
+                map_style::kSight);
+  }
+}
+
+/// Draws markers, then ids where there is room; returns how many ids were drawn.
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
   const double radius = result.landmarks.size() > 400 ? 4 : 7;
@@ -128,7 +140,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 }  // namespace
 
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
-                const std::optional<MapFrame>& shown, const std::string& clock) {
+                const std::optional<MapFrame>& shown, const FilmMoment& moment) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
   const MapFrame frame = shown ? *shown : map_frame(result, truth);
@@ -145,22 +157,25 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   TextStyle subtitle;
   subtitle.size = 14;
   subtitle.color = {90, 90, 90};
-  canvas.text({box.left, 70},
-              fmt::format("{}: {}{} poses of {}, {} landmarks",
-                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan", clock,
-                          result.trajectory.size(), whose(result), result.landmarks.size()),
-              subtitle);
+  canvas.text(
+      {box.left, 70},
+      fmt::format("{}: {}{} poses of {}, {} landmarks",
+                  result.is_3d ? "3-D map seen from above (z left out)" : "Plan", moment.clock,
+                  result.trajectory.size(), whose(result), result.landmarks.size()),
+      subtitle);
   axes.draw(canvas);
 
   LabelPlacer labels(box);
   canvas.clip(box);
   draw_ellipses(canvas, axes, result, frame.magnification);
+  draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
+  if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
     legend.note(ellipse_note("Ellipses", frame.magnification));

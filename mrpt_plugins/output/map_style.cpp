@@ -54,7 +54,7 @@ double class_probability(const LandmarkEstimate& l) {
 }
 
 Color landmark_fill(const LandmarkEstimate& l) {
-  constexpr double kFaintest = 0.15;  // still to be told from white
+  constexpr double kFaintest = 0.15;  // least opacity that differs from white
   const double opacity = std::clamp(class_probability(l), kFaintest, 1.0);
   const auto mixed = [opacity](std::uint8_t part) {
     return static_cast<std::uint8_t>(std::lround(255 + opacity * (part - 255.0)));
@@ -106,7 +106,7 @@ MapFrame map_frame(const MapResult& result, const GroundTruth& truth) {
 }
 
 bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, const Extent& extent) {
-  constexpr double kLineWidth = 0.002;  // of the picture
+  constexpr double kLineWidth = 0.002;  // share of the size of the picture
   if (dead_reckoning.size() != estimate.size()) return false;
   const double width = kLineWidth * (extent.high - extent.low).head<2>().maxCoeff();
   for (std::size_t i = 0; i < estimate.size(); ++i) {
@@ -126,8 +126,8 @@ double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, dou
   if (radii.empty()) return 1;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
-  constexpr double kSmallest = 0.008;  // of the size of the scene
-  constexpr double kEnlarged = 0.03;   // beyond the marker
+  constexpr double kSmallest = 0.008;  // share of the size of the scene
+  constexpr double kEnlarged = 0.03;   // share of it at which an ellipse is larger than its marker
   return *middle >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / *middle));
 }
 

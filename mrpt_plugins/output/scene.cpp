@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kCompression = 1;  // as MRPT's own files of scenes
+constexpr int kCompression = 1;  // level of MRPT's own scene files
 
 std::vector<Vector3d> positions(const Trajectory& path) {
   std::vector<Vector3d> out;
@@ -44,7 +44,7 @@ void add_ground(mrpt::opengl::COpenGLScene& scene, const SceneLayout& layout) {
   scene.insert(mrpt::opengl::stock_objects::CornerXYZSimple(length, 2));
 }
 
-/// Truth as beads around the estimate, so that neither hides the other.
+/// Truth as beads around the estimate, so that both stay visible.
 void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const GroundTruth& truth,
                double r) {
   Mesh beads(palette::kTruth);
@@ -73,7 +73,7 @@ void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const
   }
 }
 
-/// Ellipsoids before the solids inside them: what is drawn later would be hidden behind them.
+/// Adds ellipsoids before the solids inside them: a solid added later would be hidden by them.
 void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
                     const SceneLayout& layout) {
   for (const LandmarkEstimate& l : result.landmarks) {

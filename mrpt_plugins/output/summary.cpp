@@ -83,7 +83,7 @@ Json to_json(const TruthSummary& t) {
   return out;
 }
 
-/// Values that the measurements do not determine become null.
+/// Estimates that the measurements do not determine become null.
 Json to_json(const CalibrationEstimate& calibration) {
   Json out = Json::object();
   for (const CalibrationEstimate::Entry& e : calibration.entries) {
@@ -100,7 +100,7 @@ Json to_json(const CalibrationEstimate& calibration) {
   return out;
 }
 
-/// The value below which the fraction `q` of the sorted values lies.
+/// Quantile `q` of sorted values, interpolated linearly.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(at);

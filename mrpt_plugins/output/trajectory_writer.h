@@ -11,8 +11,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// The trajectory in TUM form: `timestamp tx ty tz qx qy qz qw` per line (s, m, unit quaternion
-/// with qw >= 0), digits enough to read back the same doubles; `#` starts the heading.
+/// The trajectory in TUM format: `timestamp tx ty tz qx qy qz qw` per line (s, m, unit quaternion
+/// with qw >= 0), with enough digits to restore the same doubles. The heading starts with `#`.
 std::string tum_text(const Trajectory& trajectory);
 
 /// The covariances of the poses, one for each, 3x3 over (x, y, yaw) or 6x6 over (x, y, z, rotation

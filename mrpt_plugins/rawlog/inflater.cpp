@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/rawlog/inflater.h"
+#include "mrpt_plugins/rawlog/detail/inflater.h"
 
 #include <zlib.h>
 #include <zstd.h>

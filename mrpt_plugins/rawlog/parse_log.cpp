@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/rawlog/parse_log.h"
+#include "mrpt_plugins/rawlog/detail/parse_log.h"
 
 #include <fmt/format.h>
 #include <mrpt/obs/CAction.h>
@@ -12,9 +12,9 @@
 #include <optional>
 #include <string>
 
-#include "mrpt_plugins/rawlog/convert_object.h"
+#include "mrpt_plugins/rawlog/detail/convert_object.h"
+#include "mrpt_plugins/rawlog/detail/log_bytes.h"
 #include "mrpt_plugins/rawlog/foreign_file.h"
-#include "mrpt_plugins/rawlog/log_bytes.h"
 
 namespace hybrid {
 namespace {
@@ -94,7 +94,7 @@ class Parser {
   }
 
   LogEnd run() {
-    const std::string kind = foreign_kind(bytes_.peek(kHeadBytes));
+    const std::string kind = foreign_kind(bytes_.peek(1).substr(0, kHeadBytes));
     if (!kind.empty()) return {LogStatus::kNotARawlog, kind};
     while (!bytes_.is_at_end()) {
       if (const std::optional<LogEnd> end = parse_object()) return *end;

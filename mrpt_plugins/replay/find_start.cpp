@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/find_start.h"
+#include "mrpt_plugins/replay/detail/find_start.h"
 
 #include <utility>
 
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/mapping/mapper.h"
-#include "mrpt_plugins/replay/localizer.h"
+#include "mrpt_plugins/replay/detail/localizer.h"
 #include "mrpt_plugins/replay/settings.h"
 
 namespace hybrid {

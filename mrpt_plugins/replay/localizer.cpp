@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/localizer.h"
+#include "mrpt_plugins/replay/detail/localizer.h"
 
 #include <algorithm>
 #include <cmath>

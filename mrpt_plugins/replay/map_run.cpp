@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/map_run.h"
+#include "mrpt_plugins/replay/detail/map_run.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -97,14 +97,17 @@ MapRun::MapRun(const MapOptions& options, const Provenance& provenance, bool res
   }
 }
 
-/// Whether a session is of the same log under the same settings.
+/// Whether a session is of the same log under the same settings. What came through standard input
+/// has no hash to tell.
 bool MapRun::same_run(const MapSession& other) const {
   const auto hashes = [](const MapSession& s) {
     std::vector<std::string> out;
     for (const auto& [path, sha256] : s.inputs) out.push_back(sha256);
     return out;
   };
-  return other.configuration == session_.configuration && hashes(other) == hashes(session_);
+  const std::vector<std::string> here = hashes(session_);
+  return other.configuration == session_.configuration && hashes(other) == here &&
+         std::count(here.begin(), here.end(), "") == 0;
 }
 
 void MapRun::choose_mode(bool resume) {

@@ -13,19 +13,20 @@
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
-#include "mrpt_plugins/replay/film.h"
-#include "mrpt_plugins/replay/map_place.h"
-#include "mrpt_plugins/replay/movie.h"
-#include "mrpt_plugins/replay/result_files.h"
-#include "mrpt_plugins/replay/run_report.h"
+#include "mrpt_plugins/replay/detail/film.h"
+#include "mrpt_plugins/replay/detail/map_place.h"
+#include "mrpt_plugins/replay/detail/movie.h"
+#include "mrpt_plugins/replay/detail/result_files.h"
+#include "mrpt_plugins/replay/detail/run_report.h"
+#include "mrpt_plugins/replay/detail/team.h"
+#include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
-#include "mrpt_plugins/replay/team.h"
-#include "mrpt_plugins/replay/truth.h"
 
 namespace hybrid {
 namespace {
@@ -58,21 +59,34 @@ struct Ending {
   int signal = 0;  ///< that stopped it with keyframes left; 0: none did
 };
 
+/// The next keyframe; nothing at the end, or with a signal that asks to stop.
+std::optional<Keyframe> next_keyframe(LogMerge& source, int& signal) {
+  try {
+    std::optional<Keyframe> keyframe = source.next();
+    if (keyframe) signal = interrupted();
+    return signal == 0 ? keyframe : std::nullopt;
+  } catch (const Interrupted& e) {
+    signal = e.signal();
+    return std::nullopt;
+  }
+}
+
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
 Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, const Team& team,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
                RunReport& report) {
   int signal = 0;
   std::size_t keyframes = 0;
-  while (const auto keyframe = source.next()) {
-    signal = interrupted();
-    if (signal != 0) break;
+  while (const auto keyframe = next_keyframe(source, signal)) {
     const StepRecord& step = mapper.add(*keyframe);
     place.added(keyframes, mapper);
     ++keyframes;
-    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
+    std::string line = report.watch(mapper, step);
+    if (progress) {
+      progress(
+          {source.progress(), keyframes, step.landmarks, step.objective_after, std::move(line)});
+    }
     if (movie.size() > 0) movie.watch(keyframes, mapper);
-    report.watch(mapper, step);
   }
   if (keyframes == 0) {
     throw_if_interrupted();
@@ -106,9 +120,11 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   const std::string refused = refusals(mapper);
   if (signal != 0) {
     summary.status = "interrupted";
-    summary.message =
-        fmt::format("stopped by {} after {} keyframes, {:.1f} % of the log", signal_name(signal),
-                    result.trajectory.size(), 100 * source.progress());
+    summary.message = fmt::format("stopped by {} after {} keyframes", signal_name(signal),
+                                  result.trajectory.size());
+    if (const auto share = source.progress()) {
+      summary.message += fmt::format(", {:.1f} % of the log", 100 * *share);
+    }
   } else if (source.status() != LogStatus::kComplete) {
     summary.status = "partial";
     summary.message = source.message();
@@ -202,7 +218,7 @@ std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
                                           const std::vector<RobotPart>& parts,
                                           const std::vector<Truth>& truths) {
   std::vector<RobotSummary> out;
-  for (std::size_t i = 0; i < parts.size() && parts.size() > 1; ++i) {
+  for (std::size_t i = 0; i < parts.size() && !parts.front().name.empty(); ++i) {
     RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}};
     TruthSummary truth = compare_path(truths[i], parts[i]);
     truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);
@@ -217,16 +233,24 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
                       const IniFile& ini) {
   Provenance provenance = request.provenance;
   provenance.configuration = ini.settings();
+  const auto add_log = [&provenance](const RobotSettings& robot) {
+    if (is_standard_input(robot.rawlog)) {
+      provenance.inputs.push_back({robot.rawlog, "", ""});
+    } else {
+      provenance.add_input(robot.rawlog);
+    }
+  };
   const RobotSettings& first = settings.robots.front();
-  for (const std::string& path :
-       {first.rawlog, request.config, first.truth_path, settings.truth_map,
-        first.truth_associations, first.truth_modes}) {
+  add_log(first);
+  for (const std::string& path : {request.config, first.truth_path, settings.truth_map,
+                                  first.truth_associations, first.truth_modes}) {
     provenance.add_input(path);
   }
   for (std::size_t i = 1; i < settings.robots.size(); ++i) {
     const RobotSettings& robot = settings.robots[i];
+    add_log(robot);
     for (const std::string& path :
-         {robot.rawlog, robot.truth_path, robot.truth_associations, robot.truth_modes}) {
+         {robot.truth_path, robot.truth_associations, robot.truth_modes}) {
       provenance.add_input(path);
     }
   }
@@ -237,7 +261,7 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
 /// Those that errors of a replay may be about.
 std::vector<std::string> files_of(const ReplaySettings& settings) {
   std::vector<std::string> files;
-  for (const RobotSettings& robot : settings.robots) files.push_back(robot.rawlog);
+  for (const RobotSettings& robot : settings.robots) files.push_back(shown_path(robot.rawlog));
   files.push_back(settings.map.file);
   return files;
 }
@@ -308,6 +332,10 @@ ReplayOutcome replay(const ReplayRequest& request,
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
   warn(ini.warnings());
+  for (std::size_t i = 0; i < truths.size(); ++i) {
+    const std::string odd = truths[i].warning(parts[i].result.dead_reckoning, parts[i].log_rows);
+    if (!odd.empty()) warn({odd});
+  }
   for (const Provenance::Input& input : summary.provenance.inputs) {
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }

@@ -12,8 +12,9 @@
 #include <set>
 #include <utility>
 
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
-#include "mrpt_plugins/replay/robots.h"
+#include "mrpt_plugins/replay/detail/robots.h"
 
 namespace hybrid {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 constexpr const char* kAuto = "auto";
 
 std::string stem_of(const std::string& path) {
-  return std::filesystem::path(path).stem().string();
+  return std::filesystem::path(shown_path(path)).stem().string();
 }
 
 /// The path of a file; fails where it is that of a folder, which the one who reads the file could
@@ -74,7 +75,7 @@ void take_command_line(IniFile& ini, const ReplayRequest& request) {
 /// Section [log]; what is common to all robots goes into `settings`.
 void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   IniSection log = ini.section("log", "What is replayed; paths are relative to this file");
-  robot.rawlog = file_path(log, "rawlog", "the log");
+  robot.rawlog = file_path(log, "rawlog", "the log; - is standard input");
   robot.truth_path = file_path(log, "truth_path",
                                "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
                                "TUM (.tum) or `time x y z` (.xyz); empty: unknown");
@@ -181,6 +182,22 @@ bool is_auto(const std::vector<std::string>& names) {
   return names.size() == 1 && names.front() == kAuto;
 }
 
+/// Fails where a log from standard input would have to be read before it is mapped.
+void reject_second_reading(const ReplayRequest& request, const SourceOptions& source,
+                           bool auto_plugins) {
+  const std::string reason = "standard input is read once, as it comes: ";
+  std::string lacking;
+  if (auto_plugins) lacking = "[plugins] classes, such as BearingRangeKnownIds";
+  if (source.dimension == Dimension::kAuto) {
+    lacking += std::string(lacking.empty() ? "" : ", and ") + "[map] dimension, 2 or 3";
+  }
+  if (!lacking.empty()) throw Error(reason + "give " + lacking + "; auto would read ahead");
+  if (request.frames > 0 || !request.video.empty()) {
+    throw Error(reason + "--frames and --video need a file, to know how many keyframes there are");
+  }
+  if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
+}
+
 /// Which of the plugins see what each robot observes.
 void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
                               ReplaySettings& settings) {
@@ -222,6 +239,11 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   ini.reject_unknown();
   if (settings.robots.front().rawlog.empty()) {
     ini.section("log").fail("rawlog", "names no log, and neither does the command line");
+  }
+  for (const RobotSettings& robot : settings.robots) {
+    if (is_standard_input(robot.rawlog)) {
+      reject_second_reading(request, robot.source, is_auto(names));
+    }
   }
   if (is_auto(names)) {
     LogContents contents;

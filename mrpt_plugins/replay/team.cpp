@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/team.h"
+#include "mrpt_plugins/replay/detail/team.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,7 +13,7 @@
 
 #include "libhybrid/maps/join_maps.h"
 #include "mrpt_plugins/bridge/about_file.h"
-#include "mrpt_plugins/replay/map_run.h"
+#include "mrpt_plugins/replay/detail/map_run.h"
 
 namespace hybrid {
 namespace {

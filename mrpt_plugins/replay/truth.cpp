@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/truth.h"
+#include "mrpt_plugins/replay/detail/truth.h"
 
 #include <fmt/format.h>
 
@@ -12,6 +12,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
+#include "mrpt_plugins/evaluation/same_motion.h"
 
 namespace hybrid {
 namespace {
@@ -85,6 +86,15 @@ void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
         {landmark.position.x(), landmark.position.y(), landmark.position.z()});
     landmark.position = {p.x, p.y, p.z};
   }
+}
+
+std::string Truth::warning(const Trajectory& dead_reckoning,
+                           const std::vector<std::size_t>& log_rows) const {
+  if (truth_.path.empty()) return "";
+  if (may_be_same_motion(pairs(dead_reckoning, log_rows).poses, content_)) return "";
+  return path_file_ +
+         ": the motions that it tells are not those of the odometry; is it the truth of another "
+         "log?";
 }
 
 mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,

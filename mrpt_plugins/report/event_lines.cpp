@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/event_lines.h"
+#include "mrpt_plugins/report/detail/event_lines.h"
 
 #include <nlohmann/json.hpp>
 
@@ -102,6 +102,11 @@ Json residual_line(std::size_t number, const RunRecord::Sighting& sighting) {
   out["residual"] = std::vector<double>(r.data(), r.data() + r.size());
   out["chi_square"] = sighting.chi_square;
   return out;
+}
+
+Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
+  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
+  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
 }
 
 }  // namespace hybrid

@@ -3,11 +3,11 @@
 
 #include "mrpt_plugins/report/graph_report.h"
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 
+#include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/report/columns.h"
 
 namespace hybrid {
@@ -37,9 +37,8 @@ Json closures_json(const std::vector<GraphReport::Closure>& closures) {
 
 /// A number where the whole text is one.
 Json value_json(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return text.empty() || *end != '\0' ? Json(text) : digits(value);
+  double value = 0.0;
+  return parse_number(text, value) ? digits(value) : Json(text);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/report/run_recorder.h"
+#include "mrpt_plugins/report/detail/run_recorder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
-#include "mrpt_plugins/report/event_lines.h"
+#include "mrpt_plugins/report/detail/event_lines.h"
 
 namespace hybrid {
 namespace {
@@ -24,11 +24,6 @@ constexpr int kMostPoses = 1000;             // in a snapshot
 
 Key pose_key(int keyframe) {
   return {key_letter::kPose, static_cast<std::uint64_t>(keyframe)};
-}
-
-Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
-  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
-  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
 }
 
 template <class Pose>

@@ -104,7 +104,7 @@ Scenario::Slip read_slip(IniFile& ini) {
   return slip;
 }
 
-/// The confusion matrix: given in full, or by its diagonal with the rest spread evenly.
+/// The confusion matrix, given in full or by its diagonal with equal other entries.
 std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classes) {
   IniSection s = ini.section("detector", "What classes the detector reports");
   const double accuracy = s.get(

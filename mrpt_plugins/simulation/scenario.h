@@ -16,7 +16,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// What to simulate. Lengths in metres, angles in radians, times in seconds.
+/// A scenario to simulate. Lengths in metres, angles in radians, times in seconds.
 struct Scenario {
   std::uint64_t seed = 1;        ///< of noise
   std::uint64_t world_seed = 1;  ///< of the places of the landmarks
@@ -45,15 +45,15 @@ struct Scenario {
 
   struct Odometry {
     double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;
-    /// What the wheels err by on and on, in the plane: motion is scale_translation and
-    /// scale_rotation times what they measure, plus drift [rad] per metre that they measure.
+    /// Systematic errors of the wheels: the motion is scale_translation and scale_rotation times
+    /// the measured one, plus drift [rad] per measured metre (in 2-D only).
     double scale_translation = 1, scale_rotation = 1, drift = 0;
   } odometry;
 
-  /// Wheels that spin: at times only a share of what they measure is motion.
+  /// Slip of the wheels: only a share of the measured motion is real.
   struct Slip {
     double start = 0;  ///< probability per frame; 0: never
-    double stay = 0;   ///< probability that it goes on
+    double stay = 0;   ///< probability per frame that slip continues
     double min_share = 1, max_share = 1;
     double sigma_yaw = 0;
   } slip;

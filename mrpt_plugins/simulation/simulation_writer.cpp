@@ -21,7 +21,7 @@
 namespace hybrid {
 namespace {
 
-/// 2026-01-01 00:00 UTC: a fixed time, so that the same seed gives the same bytes.
+/// 2026-01-01 00:00 UTC: fixed, so that results are reproducible byte by byte.
 constexpr double kStartTime = 1767225600.0;
 constexpr const char* kSensorLabel = "DETECTOR";
 constexpr int kCompression = 9;

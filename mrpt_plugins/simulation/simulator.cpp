@@ -45,7 +45,7 @@ std::vector<SimulatedLandmark> place_landmarks(const Scenario::World& world, Ran
   return landmarks;
 }
 
-/// Whether the wheels spin, and how much of what they measure is then motion.
+/// Whether the wheels slip, and which share of the measured motion is real.
 struct SlipState {
   bool on = false;
   double share = 1;
@@ -59,7 +59,7 @@ struct SlipState {
   }
 };
 
-/// What wheels without noise measure of a motion; in the plane they may err on and on.
+/// The motion as measured by wheels without noise; in 2-D with their systematic errors.
 mrpt::poses::CPose3D by_wheels(mrpt::poses::CPose3D motion, const Scenario& scenario,
                                const SlipState& slip) {
   const auto& o = scenario.odometry;
@@ -153,7 +153,7 @@ std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
     d.yaw = quantised(d.yaw);
     d.pitch = quantised(d.pitch);
   }
-  // An order that does not tell which landmark is which.
+  // An order without information about the landmarks.
   std::stable_sort(detections.begin(), detections.end(),
                    [](const auto& a, const auto& b) { return a.yaw < b.yaw; });
   return detections;

@@ -44,7 +44,8 @@ FLOORS = {
     ],
     "mrpt_plugins": [
         {"observations"},
-        {"rawlog", "bridge", "drawing"},
+        {"bridge", "drawing"},
+        {"rawlog"},
         {"input"},
         {"mapping"},
         {"plugins", "evaluation"},
@@ -126,9 +127,15 @@ def check_code(path, lines):
             yield number, "libraries do not print"
 
 
-def check_own_header(path, text):
+def own_header(path, exists):
+    """The header of a source, beside it or in detail/; None where it has none."""
+    header = pathlib.PurePath(path).with_suffix(".h")
+    places = (header, header.parent / "detail" / header.name)
+    return next((place.as_posix() for place in places if exists(place)), None)
+
+
+def check_own_header(own, text):
     """A message unless a source includes its own header first: so that header needs no other."""
-    own = pathlib.PurePath(path).with_suffix(".h").as_posix()
     first = next((m.group(2) for m in map(INCLUDE.match, text.splitlines()) if m), None)
     return None if first == own else f"the first include must be {own}"
 
@@ -150,6 +157,9 @@ def check_api(path, lines):
     """A finding for a header of the API that hides what it declares, and for one that should hide it and does not."""
     internal = not INTERNAL.isdisjoint(path.split("/")[:-1])
     for number, line in enumerate(lines, 1):
+        include = INCLUDE.match(line)
+        if not internal and include and not INTERNAL.isdisjoint(include.group(2).split("/")):
+            yield number, "a header of the API includes no other: detail/ and kernels/ are not installed"
         if internal and line.startswith("namespace HYBRID_API hybrid"):
             yield number, "not a header of the API: no HYBRID_API here"
         if not internal and line.startswith("namespace hybrid {"):
@@ -233,9 +243,9 @@ def check_tree(root):
         findings += [f"{path}:{line}: {message}" for line, message in check_file(path, text)]
         if file.suffix == ".h" and path.split("/")[0] in ("libhybrid", "mrpt_plugins"):
             includes[path] = [m.group(2) for m in map(INCLUDE.match, text.splitlines()) if m]
-        if file.suffix == ".cpp" and file.with_suffix(".h").exists():
-            message = check_own_header(path, text)
-            findings += [f"{path}:1: {message}"] if message else []
+        own = own_header(path, lambda place: (root / place).exists()) if file.suffix == ".cpp" else None
+        message = check_own_header(own, text) if own else None
+        findings += [f"{path}:1: {message}"] if message else []
     findings += check_rooms(paths)
     findings += check_eigen(includes)
     findings += check_examples(root)

@@ -86,6 +86,9 @@ class CheckTest(unittest.TestCase):
             self.expect(f"{room}/detail/a.h", hidden)
             self.expect(f"{room}/a.h", hidden, (f"{room}/a.h:4:", "HYBRID_API hybrid {"))
             self.expect(f"{room}/detail/a.h", api, (f"{room}/detail/a.h:4:", "no HYBRID_API"))
+            inner = code("#pragma once", f'#include "{room}/detail/b.h"')
+            self.expect(f"{room}/detail/a.h", inner)
+            self.expect(f"{room}/a.h", inner, (f"{room}/a.h:4:", "not installed"))
 
     def test_rooms_are_not_too_full(self):
         files = {f"libhybrid/core/a{i}.cpp": code("int x;") for i in range(check.MAX_FILES + 1)}
@@ -108,6 +111,8 @@ class CheckTest(unittest.TestCase):
             found = findings({**good, "libhybrid/core/a.cpp": code(*lines)})
             self.assertEqual(len(found), 1, found)
             self.assertIn("the first include must be libhybrid/core/a.h", found[0])
+            inner = {"libhybrid/core/detail/a.h": header, "libhybrid/core/a.cpp": code(*lines)}
+            self.assertIn("must be libhybrid/core/detail/a.h", findings(inner)[0])
 
     def test_headers_that_show_eigen_check_how_it_is_compiled(self):
         show = ("#pragma once", "#include <Eigen/Geometry>")

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-#include "libhybrid/baselines/clique.h"
+#include "libhybrid/baselines/detail/clique.h"
 #include "libhybrid/baselines/least_squares.h"
 #include "tests/support/corrupted_graph.h"
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 #include <type_traits>
 #include <vector>
@@ -93,46 +94,39 @@ class LandmarkMapping : public ::testing::Test {};
 using Poses = ::testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(LandmarkMapping, Poses);
 
-/// A landmark seen once and then missed is taken for clutter; its id may well be seen again.
-TYPED_TEST(LandmarkMapping, AnIdThatWasTakenForClutterIsMappedWhenItIsSeenAgain) {
-  using Pose = TypeParam;
-  Curve<Pose> drive;
+/// The landmarks after a drive on which id 99 is seen besides, step by step at a range [m].
+template <class Pose>
+std::size_t landmarks_with_id_seen(const std::map<int, double>& range_at, Curve<Pose>& drive) {
   LandmarkMapper<Pose> mapper;
   for (int i = 0; i < 45; ++i) {
     const Pose motion = i == 0 ? Pose() : drive.step();
     DetectionFrame seen = drive.look(true);
-    if (i == 3 || i >= 38) {
-      Detection again;
-      again.id = 99;
-      again.range = i == 3 ? 3 : 3 - 0.4 * (i - 38);
-      again.covariance.diagonal() << 9e-4, 9e-4, Curve<Pose>::kIs3d ? 9e-4 : 0;
-      seen.detections.push_back(again);
+    const auto at = range_at.find(i);
+    if (at != range_at.end()) {
+      Detection named;
+      named.id = 99;
+      named.range = at->second;
+      named.covariance.diagonal() << 9e-4, 9e-4, Curve<Pose>::kIs3d ? 9e-4 : 0;
+      seen.detections.push_back(named);
     }
     EXPECT_TRUE(mapper.add(motion, Curve<Pose>::noise(i == 0 ? 0.01 : 1), {seen})) << i;
   }
   mapper.finish();
-  EXPECT_EQ(mapper.landmarks().size(), drive.points.size() + 1);
+  return mapper.landmarks().size();
+}
+
+/// A landmark seen once and then missed is taken for clutter; its id may well be seen again.
+TYPED_TEST(LandmarkMapping, AnIdThatWasTakenForClutterIsMappedWhenItIsSeenAgain) {
+  Curve<TypeParam> drive;
+  std::map<int, double> range_at = {{3, 3}};
+  for (int i = 38; i < 45; ++i) range_at[i] = 3 - 0.4 * (i - 38);
+  EXPECT_EQ(landmarks_with_id_seen(range_at, drive), drive.points.size() + 1);
 }
 
 /// What the sensor has named twice is there, however often it was missed afterwards.
 TYPED_TEST(LandmarkMapping, AnIdThatWasSeenTwiceStays) {
-  using Pose = TypeParam;
-  Curve<Pose> drive;
-  LandmarkMapper<Pose> mapper;
-  for (int i = 0; i < 45; ++i) {
-    const Pose motion = i == 0 ? Pose() : drive.step();
-    DetectionFrame seen = drive.look(true);
-    if (i == 3 || i == 4) {
-      Detection once;
-      once.id = 99;
-      once.range = 3 - 0.4 * (i - 3);
-      once.covariance.diagonal() << 9e-4, 9e-4, Curve<Pose>::kIs3d ? 9e-4 : 0;
-      seen.detections.push_back(once);
-    }
-    EXPECT_TRUE(mapper.add(motion, Curve<Pose>::noise(i == 0 ? 0.01 : 1), {seen})) << i;
-  }
-  mapper.finish();
-  EXPECT_EQ(mapper.landmarks().size(), drive.points.size() + 1);
+  Curve<TypeParam> drive;
+  EXPECT_EQ(landmarks_with_id_seen({{3, 3}, {4, 2.6}}, drive), drive.points.size() + 1);
 }
 
 TYPED_TEST(LandmarkMapping, EveryPointIsALandmarkAndEverySightingGoesToItsOwn) {

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "libhybrid/linear/block_cholesky.h"
 
@@ -156,6 +158,35 @@ TEST(BlockMatrix, MultipliesAsTheDenseMatrix) {
     Eigen::VectorXd y(x.size());
     system.matrix.multiply(x.data(), y.data());
     EXPECT_LT((y - system.dense * x).norm(), 1e-11);
+  }
+}
+
+/// A chain of links of unit information that one weak prior holds: eliminated towards the prior,
+/// no pivot is less than that of a link, however long the chain is.
+TEST(OrderBlocks, PivotsAlongAChainTowardsItsAnchorAreThoseOfTheLinks) {
+  constexpr int kLength = 5000;
+  constexpr double kPrior = 1e-12;
+  for (const int anchor : {0, 1234, kLength - 1}) {
+    BlockPattern pattern;
+    pattern.dims.assign(kLength, 1);
+    for (int i = 1; i < kLength; ++i) pattern.edges.emplace_back(i - 1, i);
+    pattern.anchor = anchor;
+    EXPECT_EQ(order_blocks(pattern, Trees::kLow).order.back(), anchor);
+    const BlockOrdering ordering = order_blocks(pattern, Trees::kAnyHeight);
+    ASSERT_EQ(ordering.order.back(), anchor);
+    BlockMatrix matrix(pattern, ordering.order, BlockMatrix::Triangle::kLower);
+    for (int b = 0; b < matrix.block_count(); ++b) {
+      const BlockMatrix::Block& block = matrix.block(b);
+      const int i = ordering.order[block.row];
+      const double links = i == 0 || i == kLength - 1 ? 1 : 2;
+      const double diagonal = links + (i == anchor ? kPrior : 0.0);
+      matrix.values()[block.offset] = block.row == block.col ? diagonal : -1.0;
+    }
+    WorkerPool pool(1);
+    BlockCholesky factor(matrix, ordering);
+    ASSERT_EQ(factor.factorize(matrix, std::vector<double>(kLength, 0.0).data(), pool), -1);
+    for (int k = 0; k + 1 < kLength; ++k) ASSERT_GE(factor.diagonal(k), 1.0) << k;
+    EXPECT_NEAR(factor.diagonal(kLength - 1), std::sqrt(kPrior), 1e-3 * std::sqrt(kPrior));
   }
 }
 

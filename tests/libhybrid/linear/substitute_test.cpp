@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/linear/substitute.h"
+#include "libhybrid/linear/detail/substitute.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "libhybrid/registration/graph.h"
+#include "libhybrid/registration/detail/graph.h"
 #include "libhybrid/registration/observability.h"
 #include "libhybrid/solvers/alternating.h"
 #include "tests/libhybrid/registration/clouds.h"

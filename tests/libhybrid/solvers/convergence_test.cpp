@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // "Converged" means a stationary point, and only that.
-#include "libhybrid/solvers/convergence.h"
+#include "libhybrid/solvers/detail/convergence.h"
 
 #include <gtest/gtest.h>
 

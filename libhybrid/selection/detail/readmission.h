@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/solvers/problem.h"
+#include "libhybrid/solvers/starts.h"
+
+namespace hybrid {
+
+/// A closure that might be admitted.
+struct Candidate {
+  double evidence = 0.0;  ///< log, see EvidenceModel
+  int closure = 0;
+  int partner = -1;  ///< of a pair
+};
+
+/// The state of select_closures: the admitted closures, the map given these, and its predictions.
+class Readmission {
+ public:
+  Readmission(const RobustProblem& problem, const ClosureSelectionOptions& options);
+
+  /// The state that a failed macro-step restores.
+  struct Snapshot {
+    Problem::State state;
+    std::vector<bool> accepted;
+    double objective = 0.0;
+  };
+
+  void begin();
+  /// Eq. 6 with outliers of constant density, that of eq. 17 at a zero residual, so that rejected
+  /// closures have no influence on the poses.
+  double objective() const { return objective_; }
+  Snapshot snapshot() const { return {state_, accepted_, objective_}; }
+  void restore(const Snapshot& snapshot);
+  void admit(const std::vector<Candidate>& batch);
+  void drop(const std::vector<int>& closures);
+  /// Solves again from chordal initial values, and keeps the better of the two maps.
+  void unfold();
+  /// Whether noise explains the map, see is_explained_by_noise.
+  bool is_explained() const { return is_explained_by_noise(*problem_, state_); }
+  /// Excludes a closure for good.
+  void refuse(int closure) { refused_[closure] = true; }
+
+  /// Closures whose evidence exceeds the threshold, best first.
+  std::vector<Candidate> candidates();
+  /// Closures inside the gate, with the present variance factor, whatever their evidence, best
+  /// first.
+  std::vector<Candidate> all_plausible();
+  /// The two closures whose joint evidence is best, if it suffices for two; else none.
+  std::vector<Candidate> best_pair();
+  /// Admitted closures that the others contradict, worst first.
+  std::vector<int> contradicted() const;
+
+  /// Solves to the end and fills in all but method and time.
+  void finish(RobustResult& result);
+
+ private:
+  void settle(const SolverOptions& solver);
+  void assess_accepted();
+  void predict_others(bool all);
+  std::vector<Candidate> above_threshold() const;
+  double threshold() const;
+  double pair_evidence(const Candidate& a, const Candidate& b);
+  void first_variance_factor();
+
+  const RobustProblem& closure_problem_;
+  const ClosureSelectionOptions& options_;
+  HybridGraph graph_;
+  std::unique_ptr<Problem> problem_;
+  std::unique_ptr<InnovationPredictor> predictor_;
+  WorkerPool pool_;
+  EvidenceModel model_;
+  Problem::State state_;
+  Values values_;
+  std::vector<bool> accepted_, refused_;
+  int accepted_count_ = 0;
+  double trusted_normalizer_ = 0.0;
+  std::vector<double> inlier_constant_, outlier_constant_;  // contributions to the objective
+  double objective_ = 0.0;
+  int iterations_ = 0;
+  bool converged_ = true;
+  std::string message_;
+
+  std::vector<double> evidence_;    // of each closure given all others
+  std::vector<double> redundancy_;  // the same
+  std::vector<Eigen::VectorXd> innovation_;
+  /// Predicted covariance of the innovation when last computed. It shrinks as closures are
+  /// admitted, apart from changes of the linearisation, so closures far outside the gate need no
+  /// new one. Empty if unknown.
+  std::vector<Eigen::MatrixXd> predicted_;
+};
+
+}  // namespace hybrid

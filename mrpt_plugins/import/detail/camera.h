@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstddef>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/observations/classed_bearing_range.h"
+
+namespace hybrid {
+
+// Camera frames: z ahead, x to the right, y down. Robot frames: x ahead, y to the left, z up. The
+// functions below convert from camera to robot frames.
+
+/// The pose of one robot frame in another, from that of the camera frames: a row-major 3x4 matrix
+/// in the 12 columns from `first` on. Throws Error if its rotation is not one within 1e-3.
+mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first);
+
+/// The 6x6 tangent covariance over (translation, rotation) in the robot frame.
+Matrix6d robot_covariance(const Matrix6d& camera);
+
+/// The point in the robot frame.
+Eigen::Vector3d robot_point(const Eigen::Vector3d& camera);
+
+/// Range, yaw and pitch of a point in the frame of the robot [m, rad]. In the plane, the range is
+/// the horizontal one and pitch is zero.
+CObservationClassedBearingRange::Detection detection_of(const Eigen::Vector3d& point, bool is_3d);
+
+/// The pose with z, pitch and roll left out.
+mrpt::poses::CPose3D flattened(const mrpt::poses::CPose3D& pose);
+
+}  // namespace hybrid

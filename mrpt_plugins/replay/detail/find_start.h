@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "libhybrid/maps/map_record.h"
+#include "mrpt_plugins/mapping/motion.h"
+#include "mrpt_plugins/replay/replay_request.h"
+
+namespace hybrid {
+
+/// Where a log starts in a map, and after which keyframe that is known.
+struct FoundStart {
+  KnownStart start;
+  std::size_t keyframe = 0;
+};
+
+/// Maps the log in a frame of its own until its landmarks say where in the map they are; nothing
+/// where they do not up to its end. `odds` is the evidence needed. Throws as replay does.
+std::optional<FoundStart> find_start(const ReplayRequest& request, const MapRecord& map,
+                                     double odds);
+
+}  // namespace hybrid
