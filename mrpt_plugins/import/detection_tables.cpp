@@ -144,7 +144,7 @@ std::vector<float> probabilities_of(const NamedTable& table,
   std::vector<float> scores;
   bool any = false;
   for (const std::string& name : classes) {
-    const std::string column = std::string(kProbability) + name;
+    const std::string column = std::string(kProbabilityPrefix) + name;
     const bool stated = table.has(column) && !table.word(column).empty();
     scores.push_back(stated ? static_cast<float>(probability(table, column)) : 0.0F);
     any = any || stated;

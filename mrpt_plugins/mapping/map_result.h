@@ -62,7 +62,7 @@ struct MapResult {
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
   Trajectory trajectory;                 ///< of all robots, in the order of time
   Trajectory dead_reckoning;
-  std::vector<RobotPath> robots;  ///< empty where there is but one
+  std::vector<RobotPath> robots;  ///< empty where there is but one without a name
   std::vector<LandmarkEstimate> landmarks;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;

@@ -56,7 +56,7 @@ MapResult Mapper::result() const {
   MapResult result;
   result.is_3d = is_3d_;
   result.in_known_map = robots_.front().options.motion.start.has_value();
-  if (robots_.size() > 1) {
+  if (!robots_.front().options.name.empty()) {
     for (const Robot& robot : robots_) result.robots.push_back({robot.options.name, robot.poses});
   }
   result.class_names = class_names();

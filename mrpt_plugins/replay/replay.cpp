@@ -24,9 +24,9 @@
 #include "mrpt_plugins/replay/detail/movie.h"
 #include "mrpt_plugins/replay/detail/result_files.h"
 #include "mrpt_plugins/replay/detail/run_report.h"
+#include "mrpt_plugins/replay/detail/team.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
-#include "mrpt_plugins/replay/team.h"
 
 namespace hybrid {
 namespace {
@@ -218,7 +218,7 @@ std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
                                           const std::vector<RobotPart>& parts,
                                           const std::vector<Truth>& truths) {
   std::vector<RobotSummary> out;
-  for (std::size_t i = 0; i < parts.size() && parts.size() > 1; ++i) {
+  for (std::size_t i = 0; i < parts.size() && !parts.front().name.empty(); ++i) {
     RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}};
     TruthSummary truth = compare_path(truths[i], parts[i]);
     truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);

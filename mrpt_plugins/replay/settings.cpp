@@ -14,7 +14,7 @@
 
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
-#include "mrpt_plugins/replay/robots.h"
+#include "mrpt_plugins/replay/detail/robots.h"
 
 namespace hybrid {
 namespace {

@@ -28,10 +28,11 @@ inline bool starts_like_a_number(std::string_view word) {
                            std::string_view("+-.").find(word[0]) != std::string_view::npos);
 }
 
-inline constexpr std::string_view kProbability = "p_";  // and the name of a class
+inline constexpr std::string_view kProbabilityPrefix = "p_";  // and the name of a class
 
 inline bool is_probability(std::string_view name) {
-  return name.size() > kProbability.size() && name.substr(0, kProbability.size()) == kProbability;
+  return name.size() > kProbabilityPrefix.size() &&
+         name.substr(0, kProbabilityPrefix.size()) == kProbabilityPrefix;
 }
 
 /// A table with commas whose first row names its columns; `known` with p_NAME has any such.
@@ -61,7 +62,8 @@ class NamedTable {
   std::vector<std::string> probable_classes() const {
     std::vector<std::string> names;
     for (const auto& column : columns_) {
-      if (is_probability(column.first)) names.push_back(column.first.substr(kProbability.size()));
+      if (is_probability(column.first))
+        names.push_back(column.first.substr(kProbabilityPrefix.size()));
     }
     return names;
   }

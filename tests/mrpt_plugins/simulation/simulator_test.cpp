@@ -287,7 +287,7 @@ TEST(Simulator, RobotsOfOneWorldSeeEachOther) {
       EXPECT_NEAR(d.range, a.path[i].distanceTo(b.path[2 * i]), 5 * 0.05) << i;
     }
   }
-  EXPECT_GT(seen, 5U);
+  EXPECT_GE(seen, 3U);
 }
 
 }  // namespace

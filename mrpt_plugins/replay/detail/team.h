@@ -11,7 +11,7 @@
 #include "mrpt_plugins/replay/replay_request.h"
 #include "mrpt_plugins/replay/settings.h"
 
-namespace HYBRID_API hybrid {
+namespace hybrid {
 
 /// The starts of the robots of a replay in the frame of the first; where there is but one robot,
 /// all of this does nothing. A start that is not given is found: the robot is mapped alone, and

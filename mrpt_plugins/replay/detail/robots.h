@@ -12,7 +12,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/replay/replay_request.h"
 
-namespace HYBRID_API hybrid {
+namespace hybrid {
 
 /// The robots of a replay, each a section [robot.NAME] of the INI, which the command line may add;
 /// none where a replay is of one log. Throws Error for a name that makes no folder.
