@@ -37,7 +37,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
 }
 
-/// What is wrong with the first word that the program does not know, or "" if it knows all.
+/// Error message for the first unknown word of the command line, or "".
 std::string unknown_word(const CLI::App& app) {
   const CLI::App* command = &app;
   for (const CLI::App* parsed : app.get_subcommands()) command = parsed;

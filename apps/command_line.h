@@ -11,12 +11,12 @@
 
 namespace hybrid {
 
-/// The option -o of a program that writes a folder.
+/// Adds the option -o of a program that writes a folder.
 void add_output_folder(CLI::App& app, std::string& output);
 
-/// Whether the command line was parsed and the program is to go on. If not, as after --help,
-/// --version or an error, what to say has been said, and `exit_code` is set. An option or command
-/// that is not known is named, with the one that is nearest to it.
+/// Whether the program is to continue after parsing. If not, as after --help, --version or an
+/// error, the text for the user has been printed and `exit_code` is set. For an unknown option or
+/// command, the message suggests the nearest one.
 bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code);
 
 /// Version and command line, for summary.json.

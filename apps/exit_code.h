@@ -5,13 +5,13 @@
 
 namespace hybrid {
 
-/// Exit codes of the programs. A result that is partial, empty or interrupted says so in the
-/// `status` of its summary.json.
+/// Exit codes of the programs. A partial, empty or interrupted result has a matching `status` in
+/// its summary.json.
 enum ExitCode {
   kExitOk = 0,
   kExitFailure = 1,       ///< nothing was written
-  kExitPartial = 2,       ///< a partial or empty result was written; --help of each says when
-  kExitInterrupted = 128  ///< plus the signal, as shells count: 130 SIGINT, 143 SIGTERM, 129 SIGHUP
+  kExitPartial = 2,       ///< a partial or empty result was written; see --help of each program
+  kExitInterrupted = 128  ///< plus the signal, as in shells: 130 SIGINT, 143 SIGTERM, 129 SIGHUP
 };
 
 }  // namespace hybrid

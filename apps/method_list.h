@@ -11,7 +11,7 @@
 
 namespace hybrid {
 
-/// Names and meanings of the robust methods, a line each, for --help.
+/// Names and meanings of the robust methods, one per line, for --help.
 inline std::string method_list() {
   std::string text;
   for (const RobustMethod& method : robust_methods()) {

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -19,7 +20,7 @@ namespace {
 void open_standard_files() {
   for (int file = STDIN_FILENO; file <= STDERR_FILENO; ++file) {
     if (::fcntl(file, F_GETFD) >= 0) continue;
-    ::open("/dev/null", O_RDWR);  // gets the lowest free number, this one
+    ::open("/dev/null", O_RDWR);  // opens the lowest free descriptor, which is this one
   }
 }
 
@@ -27,13 +28,14 @@ std::string program;
 int outcome = kExitFailure;
 std::terminate_handler end_otherwise = nullptr;
 
-/// Needs no memory: it may be what is lacking.
+/// Allocates nothing, since memory may have run out.
 int failed(const char* why) {
   std::fprintf(stderr, "%s: %s\n", program.c_str(), why);
   return outcome;
 }
 
-/// Libraries allocate in functions that must not throw, such as destructors.
+/// Terminate handler. Libraries also allocate in functions that must not throw, such as
+/// destructors.
 void end_without_memory() {
   try {
     if (const auto exception = std::current_exception()) std::rethrow_exception(exception);
@@ -64,6 +66,7 @@ void warn_of_inputs(const Provenance& provenance) {
 int run_program(const std::string& name, const std::function<int()>& body) {
   program = name;
   open_standard_files();
+  ::signal(SIGPIPE, SIG_IGN);
   end_otherwise = std::set_terminate(end_without_memory);
   try {
     return body();

@@ -18,27 +18,32 @@ namespace hybrid {
 /// Runs a program: returns the exit code of `body` or, where that throws or runs out of memory in
 /// what must not throw, tells why on standard error and returns the code of a failure or an
 /// interrupt. Where a standard file is closed,
-/// /dev/null takes its place, so that no file of a result gets its number and what is printed.
+/// /dev/null takes its place, so that no file of a result gets its number and what is printed. A
+/// reader of what is printed that goes away ends nothing.
 int run_program(const std::string& name, const std::function<int()>& body);
 
-/// The result is there, and the program ends with this code whatever comes: what is left to do only
-/// tells the user of it.
+/// Fixes the exit code once the result is written: a later failure, such as one in printing
+/// messages, does not change it. Returns the code.
 int settle(int exit_code);
 
-/// Prints to standard output or error as far as that can be written.
+/// Prints to a file, to standard output or to standard error, as far as that can be written.
+template <class... Args>
+void print_to(std::FILE* file, fmt::format_string<Args...> format, const Args&... args) {
+  std::fputs(fmt::format(format, args...).c_str(), file);
+}
 template <class... Args>
 void say(fmt::format_string<Args...> format, const Args&... args) {
-  std::fputs(fmt::format(format, args...).c_str(), stdout);
+  print_to(stdout, format, args...);
 }
 template <class... Args>
 void complain(fmt::format_string<Args...> format, const Args&... args) {
-  std::fputs(fmt::format(format, args...).c_str(), stderr);
+  print_to(stderr, format, args...);
 }
 
-/// Tells warnings on standard error.
+/// Prints warnings on standard error.
 void warn_of(const std::vector<std::string>& warnings);
 
-/// Tells what is odd about the input files, on standard error.
+/// Prints warnings about the input files on standard error.
 void warn_of_inputs(const Provenance& provenance);
 
 }  // namespace hybrid

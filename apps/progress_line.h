@@ -13,8 +13,8 @@
 
 namespace hybrid {
 
-/// A line on standard error that tells how far a program is: on a terminal it renews itself, in a
-/// pipe every text is a line of its own.
+/// A progress line on standard error: rewritten on a terminal; in a pipe, each text is a line of
+/// its own.
 class ProgressLine {
  public:
   ProgressLine() : terminal_(isatty(fileno(stderr)) == 1) {}
@@ -23,16 +23,16 @@ class ProgressLine {
   ~ProgressLine() { clear(); }
 
   bool terminal() const { return terminal_; }
-  /// Whether a terminal is to see the next text: ten times per second at most.
+  /// Whether to show the next text on a terminal: at most ten times per second.
   bool is_due() {
     const Clock::time_point now = Clock::now();
     if (!terminal_ || now - last_ < std::chrono::milliseconds(100)) return false;
     last_ = now;
     return true;
   }
-  /// Since the line was made [s].
+  /// Time since construction [s].
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  /// "12 s left", by the share of the work that is done; "" before there is any.
+  /// Estimated time left, as "12 s left", by the share of the work that is done; "" at the start.
   std::string time_left(double share) const {
     return share > 0 ? fmt::format("{:.0f} s left", elapsed() * (1 - share) / share) : "";
   }
@@ -41,7 +41,7 @@ class ProgressLine {
     std::fflush(stderr);
     shown_ = terminal_;
   }
-  /// Prints a line that stays.
+  /// Prints a separate line.
   void message(const std::string& text) {
     clear();
     complain("{}\n", text);

@@ -7,8 +7,8 @@
 
 namespace hybrid {
 
-/// The version of the project and, where it was built from a checkout, what `git describe` says of
-/// that: "0.1.0 (bf22a11)".
+/// The version of the project and, for a build of a checkout, its `git describe`: "0.1.0
+/// (bf22a11)".
 std::string program_version();
 
 }  // namespace hybrid

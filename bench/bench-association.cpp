@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Time per keyframe of mapping with unknown association while the map grows and its density stays.
+// Time per keyframe of mapping with unknown association, while the map grows at constant density.
 //
 //   bench-association [--sightings N] [--csv F] [--png F]
 //
-// A robot drives twice around each of a row of blocks with ten landmarks, none of which it can tell
-// from another, among spurious detections. Time is that of the processor.
+// A robot drives twice around each block of a row. A block has ten landmarks without ids, and there
+// are spurious detections. Times are processor times.
 
 #include <fmt/format.h>
 
@@ -43,7 +43,7 @@ struct World {
     return std::uniform_real_distribution<double>(a, b)(random);
   }
 
-  /// Twice around the block, then straight to the next one.
+  /// The pose at step i: twice around a block, then straight to the next one.
   static CPose3D pose(int i) {
     constexpr int kRounds = 2 * kStepsPerRound;
     const int block = i / (kRounds + kWay), k = i % (kRounds + kWay);
@@ -111,7 +111,7 @@ struct World {
 struct Bin {
   std::size_t sightings = 0, landmarks = 0;
   std::vector<double> ms;
-  double plugin_ms = 0;  // of which association
+  double plugin_ms = 0;  // share of association in it
 
   double mean() const {
     double sum = 0;

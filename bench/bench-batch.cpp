@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Batch Levenberg-Marquardt beside Ceres: same residuals and Jacobians, same start, one run.
+// Batch Levenberg-Marquardt compared with Ceres: same residuals and Jacobians, same initial values,
+// in one run.
 #include <ceres/ceres.h>
 
 #include <algorithm>
@@ -62,7 +63,7 @@ struct Outcome {
   int iterations = 0;
 };
 
-/// Only Solve is timed: building the problem of Ceres is not counted.
+/// Times Solve only, without building the problem of Ceres.
 Outcome run_ceres(const Case& c) {
   Values values = c.initial.values;
   ceres::Problem problem;
@@ -89,7 +90,7 @@ Outcome run_ceres(const Case& c) {
           static_cast<int>(summary.iterations.size()) - 1};
 }
 
-/// All from the graph to the values is timed, compiling and ordering included.
+/// Times everything from the graph to the values, compilation and ordering included.
 Outcome run_ours(const Case& c) {
   SolverOptions options;
   options.threads = kThreads;
@@ -99,7 +100,8 @@ Outcome run_ours(const Case& c) {
   return {seconds_since(start), result.report.final_cost(), result.report.iterations};
 }
 
-/// Time of one of our iterations over that of CHOLMOD's numeric factorisation of the same matrix.
+/// Time of one of our iterations divided by that of CHOLMOD's numeric factorisation of the same
+/// matrix.
 double iteration_over_cholmod(const Case& c, int repeats) {
   Problem problem(c.graph, c.initial.values, c.initial.assignment, kThreads);
   Problem::State state = problem.load(c.initial.values);

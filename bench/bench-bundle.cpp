@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Bundle adjustment with unknown intrinsics, simulated: what is recovered, with which standard
-// deviations, and what a wall seen squarely leaves unobservable.
+// Bundle adjustment with unknown intrinsics, simulated: errors and standard deviations of the
+// intrinsics, and what is not determined when the cameras face a wall.
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -51,7 +51,7 @@ void around() {
   std::printf("  mean squared error over variance: %.2f (1 is honest)\n", normalized);
 }
 
-/// Cameras that face a wall squarely, with known directions and free positions.
+/// Cameras that face a wall, with known directions and free positions.
 void wall() {
   BundleOptions options;
   options.around = false;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// How honest are the class probabilities of a map? Simulates a classed world with many seeds, maps
-// each log, and compares what was claimed about each landmark after its first few sightings with
-// what it is. Draws the reliability diagram of docs/classes.md.
+// Calibration of the class probabilities of a map. Simulates a classed world with many seeds, maps
+// each log, and compares the class probabilities of each landmark after its first few sightings
+// with its true class. Draws the reliability diagram of docs/classes.md.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -36,7 +36,7 @@ bool is_early(int sightings) {
   return sightings == 1 || sightings == 2 || sightings == 3 || sightings == 5;
 }
 
-/// What the map claims about every landmark that has just been sighted for the 1st, 2nd, ... time.
+/// Adds the predictions of all landmarks that have just been sighted for the 1st, 2nd, ... time.
 void collect(const Mapper& mapper, const std::map<std::int64_t, int>& true_class,
              std::map<std::int64_t, int>& sightings, Counts& counts) {
   for (const auto& [id, landmark] : mapper.landmarks()) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Consistency of windows: how well the covariance of the newest pose covers its error, over
+// Consistency of windows: how well the covariance of the newest pose matches its error over
 // simulated runs, by full smoothing, with a fixed lag and as a filter.
 //
 //   bench-consistency [--runs N] [--seed N] [--noise F] [--world plane|space|ranges] [--lag N]
 //                     [--steps N]
 //
-// NEES is the normalised estimation error squared for each degree of freedom, 1 where the
-// covariance is right and more where it is too small; of the last pose with its standard error over
-// the runs, and of the newest pose over all steps.
+// NEES is the normalised estimation error squared per degree of freedom: 1 if the covariance is
+// right, larger if it is too small. It is given for the last pose, with its standard error over the
+// runs, and for the newest pose over all steps.
 
 #include <cmath>
 #include <cstdio>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Time of one cost evaluation and of one linearisation of every factor, over a working set of 256
-// factors that fits the second-level cache. Two of them once more by AutoDiffFactor.
+// Time of a cost evaluation and of a linearisation of every factor, over a working set of 256
+// factors that fits into the second-level cache. Two of them also by AutoDiffFactor.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -28,7 +28,7 @@ using hybrid::testing::Random;
 
 constexpr int kCount = 256;
 
-/// The residual of BetweenSE2 on poses as they are stored: x, y, cos, sin.
+/// The residual of BetweenSE2 on stored poses: x, y, cos, sin.
 struct Motion {
   SE2 z;
 
@@ -45,7 +45,7 @@ struct Motion {
 };
 using AutoBetween = AutoDiffFactor<3, Motion, SE2, SE2>;
 
-/// That of BearingRange<SE2>.
+/// The residual of BearingRange<SE2>.
 struct Sighting {
   Vector2d z;
 
@@ -62,7 +62,7 @@ struct Sighting {
 };
 using AutoSighting = AutoDiffFactor<2, Sighting, SE2, Vector2d>;
 
-/// Factors and the storage of their variables, gathered as a solver does.
+/// Factors and the storage of their variables, gathered as in a solver.
 struct Workload {
   std::vector<ContinuousFactorPtr> factors;
   std::vector<Values> values;
@@ -118,7 +118,7 @@ void add(const std::string& name, Workload w) {
                                [shared](benchmark::State& state) { cost(state, *shared); });
 }
 
-/// A measured motion near the true one, as in a graph that has nearly converged.
+/// Adds a measured motion near the true one, as in a graph that has nearly converged.
 template <class Factor, class Group>
 void add_between(const std::string& name, bool full) {
   add(name + (full ? "/full" : "/isotropic"),

@@ -4,7 +4,7 @@
 // The incremental smoother on public graphs, fed pose by pose with a full estimate after each:
 //   bench-incremental [GRAPH...] [--json F] [--csv F]   time per step and final cost
 //   bench-incremental --growth N [--csv F]    time per step of an exploration without loops
-//   bench-incremental --binary N              cost of an update beside N untouched binary variables
+//   bench-incremental --binary N              cost of an update with N unaffected binary variables
 //   bench-incremental --marginals             covariances after and during a run
 // The CSV holds the time per step against the size of the graph; plot-growth draws it.
 #include <cmath>
@@ -55,10 +55,10 @@ double batch_optimum(const IncrementalSmoother& smoother) {
   return cost(smoother.graph(), result.values, smoother.assignment());
 }
 
-constexpr int kBlocks = 40;  // of steps, in the CSV of step time against graph size
+constexpr int kBlocks = 40;  // blocks of steps in the CSV of step time over graph size
 constexpr const char* kGrowthHeader = "graph,poses,cpu_us\n";
 
-/// Mean times [s] of blocks of consecutive steps, as rows of the CSV.
+/// Mean times [s] of blocks of consecutive steps as rows of the CSV.
 std::string growth_rows(const std::string& name, const std::vector<double>& cpu) {
   std::string rows;
   for (int block = 0; block < kBlocks; ++block) {
@@ -71,7 +71,7 @@ std::string growth_rows(const std::string& name, const std::vector<double>& cpu)
   return rows;
 }
 
-/// One row of the benchmark, as JSON. Adds rows of step time against graph size to `growth`.
+/// One row of the benchmark as JSON. Adds rows of step time over graph size to `growth`.
 std::string run_graph(const std::string& path, std::string& growth) {
   const std::vector<Step> steps = read_steps(path);
   IncrementalSmoother smoother;
@@ -178,8 +178,8 @@ SE2 relative(const IncrementalSmoother& smoother, int i, int j) {
   return smoother.values().at<SE2>(pose(i)).between(smoother.values().at<SE2>(pose(j)));
 }
 
-/// Times updates that add a pose and an untrusted closure, with `untouched` binary variables on the
-/// first poses of the path.
+/// Times updates that add a pose and an untrusted closure, while the first poses of the path have
+/// `untouched` binary variables.
 Distribution time_beside(int untouched, std::vector<double>* cpu) {
   constexpr int kPoses = 400;
   constexpr int kUpdates = 1000;
@@ -232,7 +232,7 @@ void time_all_marginals(const std::string& path) {
               time.cpu, trace);
 }
 
-/// The newest pose with the five landmarks seen last, after every step that has seen any.
+/// Times the joint covariance of the newest pose and the five landmarks seen last after every step.
 void time_online_marginals(const std::string& path) {
   IncrementalSmoother smoother;
   std::deque<Key> landmarks;

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // Max-mixtures, sum-mixtures and the alternation on planar pose graphs with false closures by the
-// protocol of section V-A, from odometry: error against the optimum of the clean graph.
+// protocol of section V-A, from odometry: error relative to the optimum of the clean graph.
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <cstdlib>
@@ -26,7 +26,7 @@ namespace {
 constexpr int kSeeds = 5;
 constexpr int kFirstSeed = 101;
 
-/// The alternation of the paper on the graph of eq. 16, every closure believed at first.
+/// The alternation of the paper on the graph of eq. 16, with all closures accepted at first.
 RobustResult solve_alternating(const RobustProblem& problem) {
   const HybridGraph graph = mixture_graph(problem);
   const std::vector<bool> all(problem.closures.size(), true);

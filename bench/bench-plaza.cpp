@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Ranges to beacons of which some have lost their identity (the Plaza logs with ambiguous
-// association): each such range a mixture over the beacons, chosen or summed out.
+// Ranges to beacons, some without identity (the Plaza logs with ambiguous association): each of
+// these is a mixture over the beacons, as a max-mixture or a sum-mixture.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -130,7 +130,7 @@ Key beacon_key(int i) {
   return {'l', static_cast<std::uint64_t>(i)};
 }
 
-/// Dead reckoning, and beacons where their identified ranges put them on it: the best of a grid.
+/// Dead reckoning, and each beacon at the grid point that fits its identified ranges best.
 Values start_values(const PlazaLog& log) {
   Values values;
   std::vector<SE2> path = {log.first};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// How honest are probabilities of discrete variables: given the continuous estimate (eq. 11a), and
-// with the continuous variables integrated out? Draws worlds from the model that they are estimated
-// with, and compares what is claimed with what is. Draws the reliability diagrams of
+// Calibration of probabilities of discrete variables, given the continuous estimate (eq. 11a) and
+// with the continuous variables integrated out. Draws worlds from the model that they are estimated
+// with, and compares predictions with the truth. Draws the reliability diagrams of
 // docs/probabilities.md.
 
 #include <fmt/format.h>
@@ -85,7 +85,7 @@ void run(const bench::DiscreteWorld& world, Counts& counts) {
   }
 }
 
-/// Two pictures of the same height, one beside the other.
+/// Joins two pictures of the same height side by side.
 Image beside(const Image& a, const Image& b) {
   Image out{a.width + b.width, a.height, {}};
   for (int row = 0; row < a.height; ++row) {

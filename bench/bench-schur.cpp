@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Landmark-heavy graphs: Schur complement beside plain sparse Cholesky and Ceres' SPARSE_SCHUR, on
-// the same simulated problem with the same residuals, in one run.
+// Landmark-heavy graphs: Schur complement compared with plain sparse Cholesky and with Ceres'
+// SPARSE_SCHUR, on the same simulated problem with the same residuals, in one run.
 #include <ceres/ceres.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ using bench::Stopwatch;
 using testing::Random;
 
 constexpr int kThreads = 2;
-constexpr int kLapPoses = 125;  // a lap of the drive; landmarks are seen again in every lap
+constexpr int kLapPoses = 125;  // poses of a lap; landmarks are seen in every lap
 
 struct Settings {
   int poses = 500, landmarks = 50000, sightings = 10, repeats = 3;
@@ -43,8 +43,8 @@ struct Case {
   Estimate initial;
 };
 
-/// Laps of a robot on a hilly circle; each landmark is seen `sightings` times, from poses near it
-/// in any lap.
+/// Laps of a robot on a hilly circle. Each landmark has `sightings` sightings, from near poses of
+/// any lap.
 Case simulate(const Settings& settings) {
   Case c;
   Random random(1);
@@ -91,7 +91,7 @@ struct Outcome {
   int iterations = 0;
 };
 
-/// From the graph to the values, compiling and ordering included.
+/// Times everything from the graph to the values, compilation and ordering included.
 Outcome run_ours(const Case& c, Elimination elimination) {
   SolverOptions options;
   options.threads = kThreads;
@@ -101,7 +101,7 @@ Outcome run_ours(const Case& c, Elimination elimination) {
   return {watch.elapsed(), result.report.final_cost(), result.report.iterations};
 }
 
-/// Only Solve is timed: building the problem of Ceres is not counted.
+/// Times Solve only, without building the problem of Ceres.
 Outcome run_ceres(const Case& c) {
   Values values = c.initial.values;
   ceres::Problem problem;
@@ -130,7 +130,7 @@ Outcome run_ceres(const Case& c) {
   options.max_num_iterations = 100;
   options.function_tolerance = 1e-6;
   options.logging_type = ceres::SILENT;
-  // As ours, it starts with Gauss-Newton steps and not with a cautious trust region.
+  // Like ours, it starts with Gauss-Newton steps rather than a small trust region.
   options.initial_trust_region_radius = 1e16;
   ceres::Solver::Summary summary;
   const Stopwatch watch;
@@ -163,7 +163,7 @@ LinearTimes run_linear(const Case& c, Elimination elimination, std::vector<doubl
   return times;
 }
 
-/// CHOLMOD on the plain system, in its own fill-reducing order.
+/// Times CHOLMOD on the plain system, in its own fill-reducing order.
 bench::Time run_cholmod(const Case& c) {
   Problem problem(c.graph, c.initial.values, {}, kThreads, WeakComponents::kUncoupled,
                   Elimination::kPlain);
@@ -184,7 +184,7 @@ std::string text(const char* name, const bench::Time& time) {
   return line;
 }
 
-/// The run with the least processor time.
+/// The result with the least processor time.
 template <class Run>
 auto best_of(int repeats, const Run& run) {
   auto best = run();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What Levenberg-Marquardt ends with on graphs whose optimum is known: from odometry alone, and
-// from the best of all cheap starts with no poses in the file, and with scrambled ones. Arguments:
-// seeds (3), graphs to read beside them.
+// Results of Levenberg-Marquardt on graphs with known optimum: from odometry alone, and from the
+// best of all cheap starts, without poses in the file and with scrambled ones. Arguments: number of
+// seeds (3), further graphs to read.
 #include <cstdio>
 #include <cstdlib>
 

@@ -10,9 +10,9 @@
 
 namespace hybrid::bench {
 
-/// One of our factors as Ceres takes it, linearised also where only the residual is asked for,
-/// which costs Ceres about a hundredth of an iteration. The Jacobian is with respect to the
-/// tangent, in the first columns, which is what the Jacobian of Retraction below selects.
+/// One of our factors as a Ceres cost function. It is linearised even if only the residual is
+/// needed, which costs Ceres about a hundredth of an iteration. The Jacobian is with respect to the
+/// tangent, in the first columns; the Jacobian of Retraction below selects these.
 class CeresFactor : public ceres::CostFunction {
  public:
   explicit CeresFactor(ContinuousFactorPtr factor) : factor_(std::move(factor)) {

@@ -18,15 +18,15 @@
 
 namespace hybrid::bench {
 
-/// A world drawn from the very model that it is estimated with, as it is met keyframe by keyframe.
+/// A world drawn from the model that it is estimated with, one change per keyframe.
 struct DiscreteWorld {
   std::vector<Delta> steps;
   std::vector<DiscreteKey> keys;  ///< binary, in order of time
   std::vector<int> truth;         ///< their values
-  Values poses;                   ///< as they are
+  Values poses;                   ///< true poses
 };
 
-/// A range with noise; one that would be negative is drawn again, as a sensor has none.
+/// A range with noise, drawn again until it is not negative, as sensors give no negative ranges.
 inline double measured_range(double truth, double sigma, testing::Random& random) {
   double z = -1.0;
   while (z < 0.0) z = truth + random.normal(sigma);
@@ -39,7 +39,7 @@ inline SE2 disturbed(const SE2& motion, const Eigen::Vector3d& sigmas, testing::
           motion.angle() + random.normal(sigmas[2])};
 }
 
-/// Adds a pose to the world: its first estimate follows `measured` from the one before.
+/// Adds a pose to the world, with its initial estimate.
 inline Delta& add_pose(DiscreteWorld& world, const SE2& truth, const SE2& estimate) {
   const Key key('x', world.steps.size());
   world.steps.emplace_back();
@@ -56,8 +56,8 @@ inline SE2 command(int i) {
   return {0.5, 0.0, i % 12 < 3 ? 0.35 : 0.02};
 }
 
-/// Wheels that slip at times: in mode 1 half of the commanded motion is real, roughly. Landmarks
-/// are seen by range and bearing now and then.
+/// Wheels that slip at times: in mode 1, about half of the commanded motion is real. Landmarks are
+/// sometimes seen by range and bearing.
 inline DiscreteWorld slip_world(int poses, int seed) {
   testing::Random random(seed);
   const Eigen::Vector3d grip(0.02, 0.02, 0.01), slip(0.15, 0.04, 0.03);
@@ -102,7 +102,7 @@ inline DiscreteWorld slip_world(int poses, int seed) {
   return world;
 }
 
-/// Loop closures of which two in five are outliers, drawn from their wide Gaussian.
+/// Loop closures, two in five of them outliers drawn from their wide Gaussian.
 inline DiscreteWorld closure_world(int poses, int seed) {
   testing::Random random(seed);
   const Eigen::Vector3d odometry(0.03, 0.03, 0.02), closure(0.05, 0.05, 0.02);
@@ -134,7 +134,7 @@ inline DiscreteWorld closure_world(int poses, int seed) {
   return world;
 }
 
-/// Ranges to four known anchors, at times not in line of sight: then longer and noisier.
+/// Ranges to four known anchors; those out of line of sight are longer and noisier.
 inline DiscreteWorld range_world(int poses, int seed) {
   testing::Random random(seed);
   const Eigen::Vector3d odometry(0.05, 0.05, 0.03);

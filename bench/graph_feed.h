@@ -18,7 +18,7 @@
 
 namespace hybrid::bench {
 
-/// A measurement as it comes online: of a pose or of a point, seen from a pose.
+/// A measurement of a pose or of a point, seen from a pose.
 struct Measurement {
   Key from;
   Key to;
@@ -26,10 +26,10 @@ struct Measurement {
   ContinuousFactorPtr factor;
 };
 
-/// The measurements of one step: those whose later pose is the step's, relative poses first.
+/// The measurements of one step: those with its pose as the later one, relative poses first.
 using Step = std::vector<Measurement>;
 
-/// Relative poses by their later pose.
+/// Reads relative poses, grouped by their later pose.
 inline std::vector<Step> read_pose_graph(const std::string& path) {
   const PoseGraph graph = read_graph(path);
   std::map<Key, Step> steps;
@@ -92,7 +92,7 @@ inline std::vector<Step> read_steps(const std::string& path) {
   return g2o ? read_pose_graph(path) : read_victoria_park(path);
 }
 
-/// Value of a new variable from the first measurement that reaches it, with the other end known.
+/// Inserts a new variable at the value that a measurement gives from its known other end.
 inline void insert_from(const Measurement& m, const Values& known, Values& values) {
   const auto has = [&](Key key) { return values.contains(key) || known.contains(key); };
   const bool forward = !has(m.to);
@@ -118,7 +118,7 @@ void insert_first(Key key, Delta& delta) {
       std::make_shared<Prior<Pose>>(key, Pose(), Noise::isotropic(Pose::kDim, 0.01)));
 }
 
-/// The change that a step brings, on top of the present estimate; the first pose gets a prior.
+/// The change of a step on top of the present estimate; the first pose gets a prior.
 inline Delta to_delta(const Step& step, const Values& estimate) {
   Delta delta;
   if (estimate.empty()) {

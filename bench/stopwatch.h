@@ -12,8 +12,7 @@
 
 namespace hybrid::bench {
 
-/// Wall time, and time of all processors spent on this process: on a busy machine the second tells
-/// more.
+/// Wall time, and processor time of this process, which is more reliable on a busy machine.
 struct Time {
   double wall = 0.0;  ///< [s]
   double cpu = 0.0;   ///< [s]

@@ -1,8 +1,9 @@
-# Run at every build: writes OUTPUT from INPUT with what `git describe` says of the checkout SOURCE_DIR, or with nothing
-# where that is none, and only if it differs. So a commit compiles one file anew and links the programs.
+# Runs at every build: writes OUTPUT from INPUT with the result of `git describe` for the checkout SOURCE_DIR, or an
+# empty text outside of a checkout. It writes only if the text differs, so that a commit recompiles one file and relinks
+# the programs.
 set(HYBRID_CHECKOUT "")
 find_program(GIT git)
-if(GIT AND EXISTS ${SOURCE_DIR}/.git)  # not that of a project around this one
+if(GIT AND EXISTS ${SOURCE_DIR}/.git)  # ignores the checkout of a surrounding project
   execute_process(COMMAND ${GIT} describe --tags --always --dirty WORKING_DIRECTORY ${SOURCE_DIR}
                   OUTPUT_VARIABLE HYBRID_CHECKOUT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 endif()

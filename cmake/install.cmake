@@ -1,5 +1,5 @@
-# `cmake --install` puts libraries, headers (under include/hybrid, with the repository's own paths), apps, configs
-# and a package file, so that find_package(hybrid) gives hybrid::hybrid and, if built, hybrid::mrpt.
+# `cmake --install` installs libraries, headers (under include/hybrid, with the paths of the repository), apps, configs
+# and a package file: find_package(hybrid) defines hybrid::hybrid and, if built, hybrid::mrpt.
 include(CMakePackageConfigHelpers)
 
 set(HYBRID_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/hybrid)

@@ -1,4 +1,4 @@
-# One place for compiler settings. Every target of ours calls hybrid_configure(target).
+# Compiler settings. Every target of ours calls hybrid_configure(target).
 
 set(CMAKE_CXX_STANDARD 17)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -17,13 +17,13 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
-# Of a library: only what libhybrid/export.h marks is seen from outside.
+# For libraries: only symbols marked by libhybrid/export.h are exported.
 function(hybrid_hide target)
   set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
 endfunction()
 
-# Of a shared library: before version 1 each minor version has an interface of its own. What another library hides is
-# missed here already, not only in programs.
+# For shared libraries: before version 1, each minor version has an ABI of its own. Undefined symbols are errors when
+# the library is linked, not only when a program is.
 function(hybrid_number target)
   if(NOT HYBRID_SANITIZE AND NOT HYBRID_FUZZ)
     target_link_options(${target} PRIVATE -Wl,--no-undefined)
@@ -38,9 +38,9 @@ function(hybrid_configure target)
   # every processor.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # gcc 12 sees these in dead branches of Eigen's vectorised code.
+    # False positives of gcc 12 in dead branches of Eigen's vectorised code.
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)
-    if(CMAKE_UNITY_BUILD)  # a class that is private to its file is not in the file that the compiler was given
+    if(CMAKE_UNITY_BUILD)  # gcc warns of private classes in the included sources of a unity build
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
     endif()
   endif()

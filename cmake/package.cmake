@@ -1,5 +1,5 @@
 # Debian packages: `cpack` in a build of the preset `package` (scripts/package) makes libhybrid0, libhybrid-dev,
-# hybrid-apps and python3-hybrid of the components of cmake/install.cmake and python/.
+# hybrid-apps and python3-hybrid from the components of cmake/install.cmake and python/.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hybrid)
 set(CPACK_PACKAGE_VENDOR "the hybrid mapping authors")
@@ -49,7 +49,7 @@ These are the programs: MRPT rawlogs to corrected trajectories and maps of\n\
 landmarks with classes, pose graphs whose loop closures may be false,\n\
 importers of public data sets; with configurations, logs and documents.")
 
-# Its modules are those of one version of Python.
+# Its modules work with one version of Python only.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hybrid)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
@@ -60,7 +60,7 @@ set(CPACK_COMPONENT_PYTHON_DESCRIPTION "discrete-continuous smoothing and mappin
 This is the Python package: graphs, solvers, selection of loop closures,\n\
 association, and the replay of rawlogs.")
 
-# Debian's changelog tells of packages, the project's own of what is in them.
+# Debian's changelog is about packages, the project's own about their content.
 execute_process(COMMAND git -C ${PROJECT_SOURCE_DIR} log -1 --format=%cD OUTPUT_VARIABLE date
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT date)
@@ -71,6 +71,6 @@ file(WRITE ${package_dir}/changelog.Debian "hybrid (${version}) unstable; urgenc
 execute_process(COMMAND ${GZIP} -9nf ${package_dir}/changelog.Debian)
 file(WRITE ${package_dir}/triggers "activate-noawait ldconfig\n")
 
-# The libraries that the programs need are in another of these packages.
+# Libraries needed by the programs come from another of these packages.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 include(CPack)

@@ -1,10 +1,10 @@
-# What Debian packages hold beside what is installed everywhere: man pages by help2man, completion for bash and zsh,
+# Files of the Debian packages in addition to installed ones: man pages by help2man, completion for bash and zsh,
 # copyright and changelog of each package.
 find_program(HELP2MAN help2man REQUIRED)
 find_program(GZIP gzip REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
-# The line that `man -k` finds.
+# The line shown by `man -k`.
 set(HYBRID_PURPOSE_hybrid-replay "map landmarks and correct the trajectory of an MRPT rawlog")
 set(HYBRID_PURPOSE_hybrid-import "convert data sets of others into MRPT rawlogs")
 set(HYBRID_PURPOSE_hybrid-map "show, check, export and join maps of landmarks")

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // A robot drives two rounds past trees and cars. Its sensor measures range, bearing and class
-// scores, but does not say which tree it saw: that is found, together with the map.
+// scores, but no ids: the association is found together with the map.
 #include <cmath>
 #include <iostream>
 #include <random>
@@ -13,7 +13,7 @@
 int main() {
   using namespace hybrid;
   const std::vector<std::string> names = {"tree", "car"};
-  std::vector<Eigen::Vector2d> things;  // of class 0 and 1 in turn
+  std::vector<Eigen::Vector2d> things;  // of class 0 and 1 alternately
   for (int k = 0; k < 10; ++k) {
     const double angle = 0.2 * M_PI * k + 0.1 * (k % 3), radius = k % 2 == 0 ? 12 : 8.5;
     things.emplace_back(radius * std::cos(angle), radius * std::sin(angle));

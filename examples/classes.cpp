@@ -2,7 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // A landmark with a class, seen three times by a detector that is often wrong (eq. 19), and the
-// class of its neighbour, which nobody has seen.
+// class of its neighbour, which was never seen.
 #include <iostream>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A loop with three true and three false closures: which to believe?
+// A loop with three true and three false closures: which ones are accepted?
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -16,7 +16,7 @@ int main() {
   const Noise closure = Noise::diagonal(Eigen::Vector3d(0.05, 0.05, 0.02));
   RobustProblem problem;
   Values truth;
-  // Two rounds of a circle.
+  // Two rounds on a circle.
   const std::uint64_t round = 30;
   for (std::uint64_t i = 0; i < 2 * round; ++i) {
     const double angle = 2 * M_PI * static_cast<double>(i) / static_cast<double>(round);

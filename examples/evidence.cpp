@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Did the wheels grip or slip? What the data say of each answer, whatever the positions are: the
-// evidence, with the positions integrated out (eq. 12). Here it is exact, since all is linear.
+// Did the wheels grip or slip? Compares the evidence of both modes: the density of the measurements
+// with the positions integrated out (eq. 12). Here it is exact, since the model is linear.
 #include "libhybrid/marginals/evidence.h"
 
 #include <cmath>
@@ -38,7 +38,7 @@ int main() {
     estimate.values.insert(before, Metres(0.0));
     estimate.values.insert(after, Metres(0.5));
     estimate.assignment.set(wheels.key, mode);
-    estimate.values = levenberg_marquardt(graph, estimate, {}).values;  // for this mode
+    estimate.values = levenberg_marquardt(graph, estimate, {}).values;  // optimum for this mode
     costs.push_back(-*log_evidence(graph, estimate).log);
     std::cout << (mode == 0 ? "grip" : "slip") << ": evidence " << to_potential(costs.back())
               << '\n';
@@ -46,7 +46,7 @@ int main() {
   const std::vector<double> p = to_probabilities(Table({wheels}, costs));
   std::cout << "the wheels slipped with probability " << p[1] << '\n';
 
-  // By hand: 0.7 m are seen where 1 m +- sqrt(0.1^2 + 0.05^2 + 0.2^2) or 0 m +- ... are expected.
+  // By hand: measured are 0.7 m, expected 1 m +- sqrt(0.1^2 + 0.05^2 + 0.2^2) or 0 m +- ...
   const auto density = [](double error, double variance) {
     return std::exp(-0.5 * error * error / variance) / std::sqrt(variance);
   };

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A robot drives a square, pose by pose, and closes the loop: every update costs what it touches.
+// A robot drives a square, pose by pose, and closes the loop. The cost of an update depends on the
+// variables it affects.
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -17,14 +18,14 @@ int main() {
   // All poses stay; mode kFixedLag with a lag would marginalise old ones.
   WindowSmoother smoother;
   for (std::uint64_t i = 0; i < 40; ++i) {
-    Delta delta;  // what one keyframe adds: taken as a whole, or not at all
+    Delta delta;  // all changes of one keyframe, applied together or not at all
     const Key pose('x', i), before('x', i - 1);
     if (i == 0) {
       delta.values.insert(pose, SE2());
       delta.continuous.push_back(std::make_shared<Prior<SE2>>(pose, SE2(), noise));
     } else {
       const SE2 motion = i % 10 == 0 ? turn : step;
-      // What the wheels say is two per cent too long.
+      // The measured distance is two per cent too long.
       const SE2 measured(1.02 * motion.x(), 0, motion.angle());
       delta.values.insert(pose, smoother.smoother().values().at<SE2>(before) * measured);
       delta.continuous.push_back(std::make_shared<BetweenSE2>(before, pose, measured, noise));

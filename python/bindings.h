@@ -18,11 +18,12 @@ namespace hybrid::python {
 namespace py = pybind11;
 using namespace pybind11::literals;
 
-/// Of everything that evaluates factors or solves: other Python threads run meanwhile. Factors
-/// written in Python take the lock again for their calls, from the threads of the solver too.
+/// Releases the lock of the interpreter (GIL) in functions that evaluate factors or solve, so that
+/// other Python threads can run. Factors written in Python acquire it for their calls, also from
+/// threads of the solver.
 using Unlocked = py::call_guard<py::gil_scoped_release>;
 
-// One for each room of the library; a room binds its classes after those that they name.
+// One function per room of the library. A room binds its classes after the classes that they use.
 void bind_geometry(py::module_& m);
 void bind_core(py::module_& m);
 void bind_values(py::module_& m);
@@ -39,34 +40,34 @@ void bind_selection(py::module_& m);
 void bind_registration(py::module_& m);
 void bind_landmarks(py::module_& m);
 
-/// A value of a variable as Python sees it: SO2, SE2, SO3, SE3 or an array of numbers.
+/// A value of a variable as a Python object: SO2, SE2, SO3, SE3 or an array of numbers.
 py::object value_of(VariableType type, const double* x);
 
-/// The type that a class (SO2, SE2, SO3, SE3), or the length of a vector, stands for. Throws Error
-/// for anything else.
+/// The variable type of a class (SO2, SE2, SO3, SE3) or of a vector length. Throws Error for
+/// anything else.
 VariableType type_of(const py::handle& type);
 
-/// The reverse of type_of.
+/// The inverse of type_of().
 py::object to_python(VariableType type);
 
-/// A cloud from an array of n x 3 numbers and back.
+/// Conversions between arrays of n x 3 numbers and point clouds.
 using PointArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 std::vector<Eigen::Vector3d> to_points(const PointArray& array);
 PointArray to_array(const std::vector<Eigen::Vector3d>& points);
 
-/// A factor that comes from Python. One that is written in Python stays alive with its Python
-/// object as long as anything holds the pointer.
+/// A factor passed from Python. A factor written in Python keeps its Python object alive as long as
+/// the pointer is held.
 struct FactorArgument {
   ContinuousFactorPtr pointer;
 };
 
-/// The pointers of some of them.
+/// The pointers of several factors.
 std::vector<ContinuousFactorPtr> to_pointers(const std::vector<FactorArgument>& factors);
 
-/// The pointer to a Python object that is a continuous factor; null where it is none.
+/// The pointer to a Python object that is a continuous factor; null for other objects.
 ContinuousFactorPtr factor_pointer(py::handle object);
 
-/// A class of settings: made of keywords, one for each of its fields.
+/// A class of settings, constructed from keywords, one for each field.
 template <class T>
 class SettingsClass : public py::class_<T> {
  public:

@@ -16,7 +16,7 @@
 namespace hybrid::python {
 namespace {
 
-/// "x3" as Key{'x', 3}. Throws Error for any other text.
+/// Parses "x3" into Key{'x', 3}. Throws Error for any other text.
 Key parse_key(const std::string& text) {
   std::uint64_t index = 0;
   const char* const end = text.data() + text.size();
@@ -29,10 +29,10 @@ Key parse_key(const std::string& text) {
 
 void bind_keys(py::module_& m) {
   py::class_<Key>(m, "Key",
-                  "Name of a variable: a letter and a number below 2^56. Wherever a key is wanted, "
-                  "its text will do: 'x3'.")
+                  "Name of a variable: a letter and a number below 2^56. Functions that take a key "
+                  "also accept its text, such as 'x3'.")
       .def(py::init<char, std::uint64_t>(), "letter"_a, "index"_a)
-      .def(py::init(&parse_key), "text"_a, "Such as 'x3'.")
+      .def(py::init(&parse_key), "text"_a, "From a text such as 'x3'.")
       .def_property_readonly("letter", &Key::letter)
       .def_property_readonly("index", &Key::index)
       .def(py::self == py::self)
@@ -62,17 +62,17 @@ void bind_noise(py::module_& m) {
                     "Zero-mean Gaussian noise of a measurement of n numbers, in their units.")
       .def_static("isotropic", &Noise::isotropic, "dim"_a, "sigma"_a,
                   "The same standard deviation for all entries.")
-      .def_static("diagonal", &Noise::diagonal, "sigmas"_a, "Standard deviations (n,).")
+      .def_static("diagonal", &Noise::diagonal, "sigmas"_a, "From standard deviations (n,).")
       .def_static("from_covariance", py::overload_cast<const Eigen::MatrixXd&>(&Noise::covariance),
-                  "covariance"_a, "Symmetric positive definite (n, n).")
+                  "covariance"_a, "From a symmetric positive definite covariance (n, n).")
       .def_static("from_information",
                   py::overload_cast<const Eigen::MatrixXd&>(&Noise::information), "information"_a,
-                  "Inverse of a covariance (n, n).")
-      .def_static("unit", &Noise::unit, "dim"_a, "Standard deviations of one.")
+                  "From the inverse of a covariance (n, n).")
+      .def_static("unit", &Noise::unit, "dim"_a, "Standard deviations of 1.")
       .def_property_readonly("dim", &Noise::dim)
       .def_property_readonly(
           "sqrt_information", [](const Noise& noise) { return noise.sqrt_information(); },
-          "(n, n), upper triangular R with R'R the information.")
+          "Upper triangular R (n, n), where R'R is the information.")
       .def_property_readonly(
           "covariance", [](const Noise& noise) { return Eigen::MatrixXd(noise.covariance()); },
           "(n, n).")
@@ -126,7 +126,7 @@ void bind_assignment(py::module_& m) {
             for (const auto& [key, value] : sorted) values[py::cast(key)] = value;
             return values;
           },
-          "As a dict in the order of the keys.")
+          "A dict in the order of the keys.")
       .def(py::self == py::self)
       .def("__repr__", [](const py::object& self) {
         return "Assignment(" + py::repr(self.attr("to_dict")()).cast<std::string>() + ")";
@@ -140,7 +140,7 @@ void bind_core(py::module_& m) {
   auto& error = py::register_exception<Error>(m, "Error", PyExc_RuntimeError);
   error.doc() = "Misuse or bad input; the message says what is wrong, where, and what to do.";
   py::register_exception<SettingsError>(m, "SettingsError", error).doc() =
-      "What is asked for makes no sense, whatever the data are.";
+      "Settings that are invalid for any data.";
   bind_keys(m);
   bind_noise(m);
   bind_loss(m);

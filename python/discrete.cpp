@@ -16,7 +16,7 @@ std::vector<double> flat(const Numbers& array) {
   return {array.data(), array.data() + array.size()};
 }
 
-/// The costs where they are, one axis for each variable; `owner` keeps them alive.
+/// A view of the costs with one axis per variable; `owner` keeps them alive.
 py::array costs(const py::object& owner) {
   const auto& table = owner.cast<const Table&>();
   std::vector<py::ssize_t> shape;
@@ -34,16 +34,15 @@ std::vector<const Table*> pointers(const std::vector<Table>& tables) {
 
 void bind_tables(py::module_& m) {
   py::class_<Table>(m, "Table",
-                    "A discrete factor: a cost (-log f, +inf for the impossible) for each joint "
-                    "value of its variables.")
+                    "A discrete factor: a cost -log f (+inf if impossible) for each joint value of "
+                    "its variables.")
       .def(py::init([](std::vector<DiscreteKey> keys, const Numbers& costs) {
              return Table(std::move(keys), flat(costs));
            }),
            "keys"_a, "costs"_a,
-           "Costs with an axis for each variable, or flat with the first varying slowest.")
+           "Costs with one axis per variable, or flat with the first variable varying slowest.")
       .def_property_readonly("keys", &Table::keys)
-      .def_property_readonly("costs", &costs,
-                             "With an axis for each variable; a view, not to be written.")
+      .def_property_readonly("costs", &costs, "Costs with one axis per variable; a read-only view.")
       .def("cost", &Table::cost, "assignment"_a)
       .def("__repr__", [](const Table& table) {
         std::string text = "<Table over";
@@ -55,14 +54,15 @@ void bind_tables(py::module_& m) {
       [](std::vector<DiscreteKey> keys, const Numbers& potentials) {
         return potential_table(std::move(keys), flat(potentials));
       },
-      "keys"_a, "potentials"_a, "A table from potentials f >= 0, an axis for each variable.");
+      "keys"_a, "potentials"_a, "A table from potentials f >= 0, one axis per variable.");
   m.def(
       "conditional_table",
       [](DiscreteKey child, const std::vector<DiscreteKey>& parents, const Numbers& p) {
         return conditional_table(child, parents, flat(p));
       },
       "child"_a, "parents"_a, "probabilities"_a,
-      "p(child | parents): an axis for each parent, then one for the child, which sums to one.");
+      "p(child | parents): one axis per parent, then one for the child, over which it sums to "
+      "one.");
   m.def("prior_table", &prior_table, "key"_a, "probabilities"_a,
         "The probabilities (cardinality,) of a variable.");
   m.def(
@@ -73,14 +73,13 @@ void bind_tables(py::module_& m) {
       "from_key"_a, "to_key"_a, "probabilities"_a,
       "p(to | from) (cardinality of from, cardinality of to) of a Markov chain.");
   m.def("likelihood_table", &likelihood_table, "class_key"_a, "likelihood"_a,
-        "The likelihood (classes,) of what a detector said, for each true class (phi of eq. 19).");
+        "The likelihood (classes,) of a detector's output, for each true class (phi of eq. 19).");
   m.def("likelihood_of_detection", &likelihood_of_detection, "confusion"_a, "detected"_a,
         "A column of a confusion matrix (classes, classes) whose rows are p(reports d | true s).");
-  m.def(
-      "likelihood_of_scores", &likelihood_of_scores, "scores"_a, "prior"_a = std::vector<double>(),
-      "floor"_a = 1e-6,
-      "The likelihood of each class from scores p(s | image), divided by the class frequencies of "
-      "the detector's training (uniform where empty).");
+  m.def("likelihood_of_scores", &likelihood_of_scores, "scores"_a,
+        "prior"_a = std::vector<double>(), "floor"_a = 1e-6,
+        "The likelihood of each class: scores p(s | image) divided by the class frequencies in the "
+        "detector's training data (uniform if empty).");
 }
 
 }  // namespace
@@ -89,11 +88,12 @@ void bind_discrete(py::module_& m) {
   bind_tables(m);
   py::class_<DiscreteSolution>(m, "DiscreteSolution", "The joint values of least total cost.")
       .def_readonly("assignment", &DiscreteSolution::assignment)
-      .def_readonly("cost", &DiscreteSolution::cost, "Sum of all tables.")
+      .def_readonly("cost", &DiscreteSolution::cost, "Sum of the costs of all tables.")
       .def_readonly("exact", &DiscreteSolution::exact,
-                    "False where local search stood in for elimination.")
-      .def_readonly("impossible", &DiscreteSolution::impossible,
-                    "Variables of tables that together allow no joint value.");
+                    "False if local search replaced elimination.")
+      .def_readonly(
+          "impossible", &DiscreteSolution::impossible,
+          "Variables of tables that exclude every joint value; empty if there is a solution.");
   m.def(
       "solve_discrete",
       [](const std::vector<Table>& tables) { return solve_discrete(pointers(tables)); }, "tables"_a,
@@ -102,15 +102,15 @@ void bind_discrete(py::module_& m) {
       .def(
           "__getitem__", [](const DiscreteMarginals& d, Key key) { return d.at(key); }, "key"_a,
           py::return_value_policy::reference_internal,
-          "Probability of each value (cardinality,); a view, not to be written.")
+          "Probability of each value (cardinality,); a read-only view.")
       .def("__contains__", &DiscreteMarginals::contains, "key"_a)
       .def("__len__", &DiscreteMarginals::size)
       .def_property_readonly("log_partition", &DiscreteMarginals::log_partition,
-                             "log of the sum of exp(-cost) over all joint values.");
+                             "Logarithm of the sum of exp(-cost) over all joint values.");
   m.def(
       "table_marginals",
       [](const std::vector<Table>& tables) { return discrete_marginals(pointers(tables)); },
-      "tables"_a, Unlocked(), "Exact marginals of all variables of some tables.");
+      "tables"_a, Unlocked(), "Exact marginals of all variables of the tables.");
 }
 
 }  // namespace hybrid::python

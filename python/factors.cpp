@@ -103,11 +103,11 @@ void bind_relative(py::module_& m) {
       "a"_a, "b"_a, "measured"_a, "noise"_a, "loss"_a = Loss::none(),
       "A measured planar motion whose residual is the translation [m] in the measured frame and "
       "the "
-      "plain difference of angles [rad]: it converges from far worse starts than Between, and is "
-      "what readers of files make.");
+      "difference of angles [rad]: it converges from far worse starts than Between. Readers of "
+      "graph files make it.");
 }
 
-/// The sensors of poses of one kind.
+/// Binds the sensors of one pose type.
 template <class Pose>
 void bind_sensors(py::module_& m, const char* polar, const char* angles) {
   using Point = typename Pose::Point;
@@ -173,10 +173,10 @@ ContinuousFactorPtr linear(const std::vector<std::pair<Key, Eigen::MatrixXd>>& t
 
 void bind_others(py::module_& m) {
   m.def("Range", &range, "a"_a, "b"_a, "measured"_a, "noise"_a, "types"_a, "loss"_a = Loss::none(),
-        "A measured distance [m] between two things; their types are SE2, SE3 or the length of a "
-        "point, such as (SE2, 2).");
+        "A measured distance [m] between two variables; their types are SE2, SE3 or the length of "
+        "a point, such as (SE2, 2).");
   m.def("LinearFactor", &linear, "terms"_a, "b"_a, "noise"_a,
-        "Residual sum A_i x_i - b (m,) from pairs of key and A_i (m, n_i).");
+        "A linear factor: residual sum A_i x_i - b (m,), from pairs of key and A_i (m, n_i).");
   m.def(
       "Projection",
       [](Key pose, Key point, Key intrinsics, const Eigen::Vector2d& pixel, const Noise& noise,
@@ -199,8 +199,8 @@ void bind_others(py::module_& m) {
     return std::make_shared<SteadyMotion<SE3>>(a, b, c, noise, loss);
   };
   m.def("SteadyMotion", steady, "a"_a, "b"_a, "c"_a, "noise"_a, "loss"_a = Loss::none(),
-        "Three poses in a row of a robot whose speed changes little: residual the change of its "
-        "step in its own axes [m]; noise of dimension 2 for SE2, 3 for SE3.");
+        "Constant velocity over three successive poses: the residual is the change of the step in "
+        "the axes of the robot [m]; noise of dimension 2 for SE2, 3 for SE3.");
 }
 
 std::pair<Eigen::VectorXd, Eigen::MatrixXd> linearize(const ContinuousFactor& factor,
@@ -227,19 +227,18 @@ void bind_factors(py::module_& m) {
             }
             return types;
           },
-          "Of the variables: a class, or the length of a vector.")
+          "Types of the variables: a class, or the length of a vector.")
       .def_property_readonly("rows", &ContinuousFactor::rows, "Length of the residual.")
       .def_property_readonly("cols", &ContinuousFactor::cols,
                              "Sum of the tangent dimensions of the variables.")
       .def_property_readonly("name", &ContinuousFactor::name)
       .def_property_readonly("log_normalizer", &ContinuousFactor::log_normalizer,
-                             "-log of the Gaussian density at a zero residual.")
+                             "-log of the Gaussian density at zero residual.")
       .def("cost", py::overload_cast<const Values&>(&ContinuousFactor::cost, py::const_),
-           "values"_a, "Half the squared whitened residual, under the robust loss if it has one.")
-      .def(
-          "linearize", &linearize, "values"_a,
-          "Whitened residual (rows,) and Jacobian (rows, cols) by the tangents, both scaled by the "
-          "root of the robust weight.")
+           "values"_a, "Half the squared whitened residual, with the robust loss if there is one.")
+      .def("linearize", &linearize, "values"_a,
+           "Whitened residual (rows,) and its Jacobian (rows, cols) with respect to the tangents, "
+           "both scaled by the root of the robust weight.")
       .def("__repr__", [](const ContinuousFactor& factor) {
         return "<" + describe(factor.name(), factor.keys()) + ">";
       });

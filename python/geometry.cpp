@@ -11,7 +11,7 @@ namespace {
 
 using Storage = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Points n x d, moved by a group element row by row.
+/// Applies a group element to points, n x d, row by row.
 template <class Group, int kDim>
 Eigen::Matrix<double, Eigen::Dynamic, kDim, Eigen::RowMajor> move_all(
     const Group& group,
@@ -42,7 +42,8 @@ Storage to_storage(const Group& group) {
   return array;
 }
 
-/// What all groups share; `kPoint` is the dimension of the points that they move.
+/// Binds the members common to all groups; `kPoint` is the dimension of the points that they act
+/// on.
 template <class Group, int kPoint>
 py::class_<Group> bind_group(py::module_& m, const char* name, const char* doc) {
   using Tangent = typename Group::Tangent;
@@ -60,16 +61,17 @@ py::class_<Group> bind_group(py::module_& m, const char* name, const char* doc) 
             return Eigen::Matrix<double, kPoint, 1>(a * p);
           },
           "point"_a, "A point, moved.")
-      .def("__mul__", &move_all<Group, kPoint>, "points"_a, "Points, one a row, moved.")
+      .def("__mul__", &move_all<Group, kPoint>, "points"_a,
+           "Applies the element to points, one per row.")
       .def_static(
           "exp", [](const Tangent& v) { return Group::exp(v); }, "tangent"_a,
-          "The element at a tangent vector of the identity.")
+          "The element of a tangent vector at the identity.")
       .def(
           "log", [](const Group& g) { return Tangent(g.log()); },
-          "The tangent vector, so that exp(log()) is the element.")
+          "The tangent vector at the identity: exp(log()) is the element.")
       .def(
           "retract", [](const Group& g, const Tangent& v) { return g * Group::exp(v); },
-          "tangent"_a, "self * exp(tangent), what solvers do to a variable.")
+          "tangent"_a, "self * exp(tangent): the update of a variable by solvers.")
       .def(
           "local",
           [](const Group& g, const Group& other) { return Tangent(g.between(other).log()); },
@@ -77,11 +79,11 @@ py::class_<Group> bind_group(py::module_& m, const char* name, const char* doc) 
       .def(
           "adjoint", [](const Group& g) { return Eigen::MatrixXd(g.adjoint()); },
           "The matrix A with T exp(v) = exp(A v) T.")
-      .def("matrix", &Group::matrix, "The matrix, homogeneous for motions.")
+      .def("matrix", &Group::matrix, "The matrix; homogeneous for rigid motions.")
       .def_static("from_storage", &from_storage<Group>, "storage"_a,
-                  "From the numbers of `storage`; rotations are scaled to unit norm.")
+                  "From the numbers of `storage`; normalises rotations.")
       .def_property_readonly("storage", &to_storage<Group>,
-                             "The numbers that a variable of this type holds.")
+                             "The numbers stored for a variable of this type.")
       .def_property_readonly_static("dim", [](const py::object&) { return int{Group::kDim}; })
       .def(py::pickle(&to_storage<Group>, &from_storage<Group>));
 }
@@ -112,7 +114,8 @@ void bind_plane(py::module_& m) {
                      "Rigid motion in the plane. Tangent (3,): x, y [m], angle [rad], in the local "
                      "frame. Storage: x, y, cos, sin.")
       .def(py::init<>())
-      .def(py::init<double, double, double>(), "x"_a, "y"_a, "angle"_a, "Metres and radians.")
+      .def(py::init<double, double, double>(), "x"_a, "y"_a, "angle"_a,
+           "From a position [m] and an angle [rad].")
       .def(py::init<const Eigen::Vector2d&, const SO2&>(), "translation"_a, "rotation"_a)
       .def_property_readonly(
           "translation", [](const SE2& T) { return T.translation(); }, "(2,) [m].")
@@ -139,7 +142,7 @@ void bind_space(py::module_& m) {
                      "Rotation in space. Tangent (3,): rotation vector [rad], in the local frame. "
                      "Storage: the unit quaternion x, y, z, w.")
       .def(py::init<>())
-      .def_static("from_quaternion", &from_quaternion, "q"_a, "From x, y, z, w, of any norm but 0.")
+      .def_static("from_quaternion", &from_quaternion, "q"_a, "From x, y, z, w of any norm but 0.")
       .def_static("from_matrix", &from_matrix, "R"_a, "From a rotation matrix (3, 3).")
       .def_property_readonly(
           "quaternion", [](const SO3& r) { return Eigen::Vector4d(r.quaternion().coeffs()); },

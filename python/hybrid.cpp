@@ -19,7 +19,8 @@ void bind_handles(py::module_& m) {
       .value("CONTINUOUS", FactorKind::kContinuous)
       .value("DISCRETE", FactorKind::kDiscrete)
       .value("HYBRID", FactorKind::kHybrid);
-  py::class_<Handle>(m, "Handle", "Name of a factor in a graph, from its addition to its removal.")
+  py::class_<Handle>(m, "Handle",
+                     "Identifies a factor in a graph, from its addition to its removal.")
       .def_readonly("kind", &Handle::kind)
       .def(
           "__eq__", [](Handle a, Handle b) { return a == b; }, "other"_a)
@@ -27,7 +28,7 @@ void bind_handles(py::module_& m) {
         return std::hash<std::uint64_t>()((std::uint64_t{h.index} << 32 | h.generation) * 4 +
                                           static_cast<unsigned>(h.kind));
       });
-  py::class_<AddedHandles>(m, "AddedHandles", "Handles of the factors that a change has added.")
+  py::class_<AddedHandles>(m, "AddedHandles", "Handles of the factors added by a change.")
       .def_readonly("continuous", &AddedHandles::continuous)
       .def_readonly("discrete", &AddedHandles::discrete)
       .def_readonly("hybrid", &AddedHandles::hybrid)
@@ -76,7 +77,7 @@ void bind_hybrid(py::module_& m) {
   bind_handles(m);
   bind_mixtures(m);
   bind_graph(m);
-  py::class_<Estimate>(m, "Estimate", "Values of all unknowns.")
+  py::class_<Estimate>(m, "Estimate", "Values of all variables.")
       .def(py::init([](const Values& values, const Assignment& assignment) {
              return Estimate{values, assignment};
            }),
@@ -102,14 +103,14 @@ void bind_hybrid(py::module_& m) {
           "factor"_a)
       .def_readwrite("values", &Delta::values, "Initial values of new continuous variables.")
       .def_readwrite("assignment", &Delta::assignment,
-                     "Initial values of new discrete variables; 0 where not given.")
-      .def_readwrite("remove", &Delta::remove, "Handles of factors that go.")
-      .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables that go.");
+                     "Initial values of new discrete variables; 0 if not given.")
+      .def_readwrite("remove", &Delta::remove, "Handles of factors to remove.")
+      .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables to remove.");
   m.def("objective", &objective, "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
         "The joint negative log posterior of eq. 6, normalisers included.");
   m.def("cost", py::overload_cast<const HybridGraph&, const Values&, const Assignment&>(&cost),
         "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
-        "Half the weighted squared error of the continuous factors and chosen components.");
+        "Half the weighted squared error of the continuous factors and selected components.");
 }
 
 }  // namespace hybrid::python

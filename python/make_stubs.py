@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Type stubs from the signatures that the built package tells: make_stubs.py > python/hybrid/__init__.pyi
+"""Type stubs from the signatures in the built package: make_stubs.py > python/hybrid/__init__.pyi
 
-PYTHONPATH must lead to the built package. A test compares the output with the committed file.
+PYTHONPATH must contain the built package. A test compares the output with the committed file.
 """
 
 import enum
@@ -23,7 +23,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 KeyLike = Key | str
 '''
-# Special methods that tell something.
+# Special methods that are listed in the stubs.
 SHOWN = {"__init__", "__getitem__", "__setitem__", "__delitem__", "__contains__", "__len__", "__mul__", "__matmul__",
          "__eq__", "__lt__", "__hash__", "__copy__"}
 
@@ -47,7 +47,7 @@ def split(text):
 
 
 def to_type(text, argument):
-    """A type as pybind11 names it, as Python's checkers know it. Arguments are taken more widely than given back."""
+    """The type of Python's checkers for one named by pybind11. Arguments accept more types than results have."""
     text = text.replace("hybrid._core.", "")
     text = re.sub(r"numpy\.ndarray\[(?:bool|numpy\.bool_?)\]", "npt.NDArray[np.bool_]", text)
     text = re.sub(r"numpy\.ndarray\[numpy\.int32\]", "npt.NDArray[np.int32]", text)
@@ -78,14 +78,14 @@ def signatures(name, doc):
 
 
 def fields(cls):
-    """Keywords of a class of settings."""
+    """The keywords of a class of settings, as parameters."""
     names = [name for name, member in vars(cls).items() if isinstance(member, property) and member.fset]
     types = (signatures("", vars(cls)[name].fget.__doc__)[0][1] for name in names)
     return [f"{name}: {to_type(kind, True)} = ..." for name, kind in zip(names, types)]
 
 
 def function(name, doc, indent="", static=False, cls=None):
-    """The overloads of a function or method; of the class of settings `cls`, its keywords."""
+    """The overloads of a function or method; for the constructor of a class of settings `cls`, its keywords."""
     lines = []
     all_of_it = signatures(name, doc)
     for parameters, result in all_of_it:
@@ -158,7 +158,7 @@ def stubs(package):
 
 
 if __name__ == "__main__":
-    sys.path.pop(0)  # the folder of this file, which holds the package's sources
+    sys.path.pop(0)  # the folder of this file, which holds the sources of the package
     import hybrid
 
     print(stubs(hybrid), end="")

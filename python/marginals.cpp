@@ -15,7 +15,7 @@ void bind_continuous(py::module_& m) {
       .def(
           "__getitem__", [](const Covariances& c, Key key) { return c.at(key); }, "key"_a,
           py::return_value_policy::reference_internal,
-          "(dim, dim) over the tangent of the variable; a view, not to be written.")
+          "Covariance (dim, dim) over the tangent of the variable; a read-only view.")
       .def("__contains__", &Covariances::contains, "key"_a)
       .def("__len__", &Covariances::size);
   py::class_<ContinuousMarginals>(m, "ContinuousMarginals",
@@ -30,49 +30,52 @@ void bind_continuous(py::module_& m) {
       .def_property_readonly("valid", &ContinuousMarginals::valid,
                              "Whether the factors determine all variables.")
       .def_property_readonly("under_constrained", &ContinuousMarginals::under_constrained)
-      .def("covariance", &ContinuousMarginals::covariance, "key"_a, Unlocked(), "(dim, dim).")
+      .def("covariance", &ContinuousMarginals::covariance, "key"_a, Unlocked(),
+           "Covariance (dim, dim) of a variable.")
       .def("joint_covariance", &ContinuousMarginals::joint_covariance, "keys"_a, Unlocked(),
-           "Of some variables, in the order given.")
+           "Joint covariance of variables, in the given order.")
       .def("all", &ContinuousMarginals::all, Unlocked(),
-           "Of all variables that the factors determine, by selected inversion.");
+           "Covariances of all variables that the factors determine, by selected inversion.");
 }
 
 void bind_posterior(py::module_& m) {
   SettingsClass<PosteriorOptions>(m, "PosteriorOptions",
-                                  "How far enumeration goes, and how well sampling estimates.")
+                                  "Limits of enumeration and precision of sampling.")
       .field("max_assignments", &PosteriorOptions::max_assignments,
-             "Joint values that are enumerated; more are sampled.")
+             "Largest number of joint values to enumerate; beyond it, they are sampled.")
       .field("window", &PosteriorOptions::window, "Variables sampled together.")
-      .field("standard_error", &PosteriorOptions::standard_error, "Of sampled probabilities.")
-      .field("max_sweeps", &PosteriorOptions::max_sweeps, "Of sampling.")
-      .field("seed", &PosteriorOptions::seed, "Of sampling.");
+      .field("standard_error", &PosteriorOptions::standard_error,
+             "Required standard error of sampled probabilities.")
+      .field("max_sweeps", &PosteriorOptions::max_sweeps, "Largest number of sampling sweeps.")
+      .field("seed", &PosteriorOptions::seed, "Seed of the sampling.");
   py::class_<DiscreteProbabilities>(m, "DiscreteProbabilities",
-                                    "What is known of one discrete variable.")
+                                    "The probabilities of one discrete variable.")
       .def_property_readonly(
           "p",
           [](const DiscreteProbabilities& d) {
             return py::array_t<double>(d.p.size(), d.p.data());
           },
-          "(cardinality,).")
+          "Probability of each value (cardinality,).")
       .def_readonly("standard_error", &DiscreteProbabilities::standard_error,
-                    "Of each, by sampling; empty where enumerated.");
+                    "Standard error of each probability if sampled; empty if enumerated.");
   py::class_<AssignmentPosterior>(m, "AssignmentPosterior",
-                                  "The posterior of some discrete variables, the continuous ones "
+                                  "The posterior of discrete variables, with the continuous ones "
                                   "integrated out.")
-      .def("__getitem__", &AssignmentPosterior::at, "key"_a, "Of one variable.",
+      .def("__getitem__", &AssignmentPosterior::at, "key"_a, "The probabilities of one variable.",
            py::return_value_policy::reference_internal)
       .def_readonly("joint", &AssignmentPosterior::joint,
-                    "Of the joint values, the first variable varying slowest; empty where sampled.")
-      .def_readonly("exact", &AssignmentPosterior::exact, "False where sampled.")
+                    "Probability of each joint value, the first variable varying slowest; empty if "
+                    "sampled.")
+      .def_readonly("exact", &AssignmentPosterior::exact, "False if sampled.")
       .def_readonly("undetermined", &AssignmentPosterior::undetermined,
-                    "Discrete variables some value of which leaves continuous ones undetermined.")
+                    "Discrete variables with a value that leaves continuous ones undetermined.")
       .def_readonly("under_constrained", &AssignmentPosterior::under_constrained);
   m.def(
       "posterior",
       [](const HybridGraph& graph, const Estimate& estimate, const std::vector<Key>& keys,
          const PosteriorOptions& options) { return posterior(graph, estimate, keys, options); },
       "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(), Unlocked(),
-      "p(D | Z) of some discrete variables: every joint value counts with its evidence.");
+      "p(D | Z) of discrete variables: every joint value is weighted by its evidence.");
   m.def(
       "posterior_marginals",
       [](const HybridGraph& graph, const Estimate& estimate, const std::vector<Key>& keys,
@@ -80,7 +83,7 @@ void bind_posterior(py::module_& m) {
         return posterior_marginals(graph, estimate, keys, options);
       },
       "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(), Unlocked(),
-      "p(d | Z) of each of some discrete variables.");
+      "p(d | Z) of each of several discrete variables.");
 }
 
 }  // namespace
@@ -95,9 +98,10 @@ void bind_marginals(py::module_& m) {
       },
       "graph"_a, "values"_a, Unlocked(),
       "Exact marginals of the discrete variables given the continuous ones (eq. 11a).");
-  py::class_<Evidence>(m, "Evidence", "What the data say of an assignment.")
+  py::class_<Evidence>(m, "Evidence", "The evidence of an assignment.")
       .def_readonly("log", &Evidence::log,
-                    "None where the assignment leaves variables undetermined.")
+                    "Logarithm of the evidence; None if the assignment leaves variables "
+                    "undetermined.")
       .def_readonly("under_constrained", &Evidence::under_constrained);
   m.def("log_evidence", &log_evidence, "graph"_a, "estimate"_a, "threads"_a = 0, Unlocked(),
         "The Laplace approximation of the evidence of the assignment of an estimate whose "

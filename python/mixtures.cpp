@@ -10,7 +10,7 @@
 namespace hybrid::python {
 namespace {
 
-/// A component as Python gives it: a factor or None, and a constant.
+/// A mixture component passed from Python: a factor or None, and a constant.
 using ComponentArgument = std::pair<std::optional<FactorArgument>, double>;
 
 std::vector<MixtureComponent> to_components(const std::vector<ComponentArgument>& arguments) {
@@ -48,7 +48,7 @@ void bind_mixtures(py::module_& m) {
       .def_property_readonly("discrete_keys", &HybridFactor::discrete_keys)
       .def_property_readonly("name", &HybridFactor::name)
       .def("cost", &HybridFactor::cost, "values"_a, "assignment"_a,
-           "-log f at values of both kinds.")
+           "-log f at continuous and discrete values.")
       .def("__repr__", [](const HybridFactor& factor) {
         return "<" + describe(factor.name(), factor.keys()) + ">";
       });
@@ -60,8 +60,8 @@ void bind_mixtures(py::module_& m) {
       },
       "discrete_keys"_a, "components"_a,
       "One component for each joint value of the discrete variables, the first varying slowest: "
-      "pairs of a factor and -log of its weight. Without a factor (None) the number is the whole "
-      "-log density.");
+      "pairs of a factor and -log of its weight. For a component without a factor (None), the "
+      "number is its whole -log density.");
   m.def(
       "OutlierMixture",
       [](DiscreteKey switch_key, const FactorArgument& inlier, const FactorArgument& outlier,
@@ -71,8 +71,7 @@ void bind_mixtures(py::module_& m) {
       },
       "switch_key"_a, "inlier"_a, "outlier"_a, "inlier_weight"_a = 0.5, "outlier_weight"_a = 0.5,
       "A measurement that may be false (eq. 17): value 0 of the switch is the inlier, 1 the "
-      "outlier "
-      "model, such as Inflated. Weights are prior probabilities.");
+      "outlier model, such as Inflated. Weights are prior probabilities.");
   m.def(
       "SoftMixture",
       [](const std::vector<ComponentArgument>& components, double temperature) {
@@ -89,8 +88,8 @@ void bind_mixtures(py::module_& m) {
       "factor"_a, "table"_a, "The product of a continuous factor and a table.");
   bind_semantic<SE2>(m,
                      "Range [m] and bearing [rad] (2,) of a landmark with a class (eq. 19): "
-                     "BearingRange times the likelihood (classes,) of what the detector said.");
-  bind_semantic<SE3>(m, "The same in space: range [m], yaw and pitch [rad] (3,).");
+                     "BearingRange times the likelihood (classes,) of the detector's output.");
+  bind_semantic<SE3>(m, "The same in 3-D: range [m], yaw and pitch [rad] (3,).");
 }
 
 }  // namespace hybrid::python

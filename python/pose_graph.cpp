@@ -34,10 +34,11 @@ void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
 void bind_graph(py::module_& m) {
   py::class_<PoseGraph> graph(
       m, "PoseGraph",
-      "A pose graph as data, in the plane or in space. Poses are 'x<id>', landmarks 'l<id>'.");
+      "The data of a pose graph, in 2-D or 3-D. Poses are 'x<id>', landmarks 'l<id>'.");
   graph.def(py::init<>())
-      .def_readwrite("values", &PoseGraph::values, "Of VERTEX lines, which may be missing.")
-      .def_readwrite("fixed", &PoseGraph::fixed, "Vertices that stay where they are.")
+      .def_readwrite("values", &PoseGraph::values,
+                     "Initial values of the VERTEX lines; may be empty.")
+      .def_readwrite("fixed", &PoseGraph::fixed, "Vertices that are held fixed.")
       .def_property_readonly("edge_count", &PoseGraph::edge_count);
   bind_edge<SE2>(m, graph, "EdgeSE2", &PoseGraph::poses2, "A relative pose in the plane.");
   bind_edge<SE3>(m, graph, "EdgeSE3", &PoseGraph::poses3, "A relative pose in space.");
@@ -55,10 +56,11 @@ void bind_graph(py::module_& m) {
 
 void bind_pose_graph(py::module_& m) {
   bind_graph(m);
-  SettingsClass<GraphFactorOptions>(m, "GraphFactorOptions", "How edges become factors.")
+  SettingsClass<GraphFactorOptions>(m, "GraphFactorOptions",
+                                    "Settings of the conversion of edges to factors.")
       .field("planar_logarithm", &GraphFactorOptions::planar_logarithm,
-             "Between instead of BetweenSE2.")
-      .field("loss", &GraphFactorOptions::loss, "Of all edges.")
+             "Use Between instead of BetweenSE2.")
+      .field("loss", &GraphFactorOptions::loss, "Robust loss of all edges.")
       .field("anchor_sigma", &GraphFactorOptions::anchor_sigma,
              "Standard deviation [m, rad] of the priors of fixed poses.");
   m.def(
@@ -67,22 +69,25 @@ void bind_pose_graph(py::module_& m) {
         return read_graph(path, {repair_information});
       },
       "path"_a, "repair_information"_a = false, Unlocked(),
-      "Reads a g2o or TORO file. An Error names file and line; information that is not positive "
-      "definite is one unless it is to be repaired.");
+      "Reads a g2o or TORO file. An Error names file and line. Information that is not positive "
+      "definite is an Error unless repair_information is set.");
   m.def("write_g2o", &write_g2o, "path"_a, "graph"_a, Unlocked(), "Writes a graph as g2o.");
-  m.def("initialize_from_tree", &initialize_from_tree, "graph"_a, Unlocked(),
-        "The same along the shortest paths from the first pose, by the variance of rotations.");
+  m.def(
+      "initialize_from_tree", &initialize_from_tree, "graph"_a, Unlocked(),
+      "Values of all vertices from relative motions along the shortest paths from the first pose, "
+      "where the length of an edge is the variance of its rotation.");
   m.def("initialize_from_odometry", &initialize_from_odometry, "graph"_a, Unlocked(),
         "Values of all vertices from relative motions alone.");
-  m.def(
-      "to_factors", &to_factors, "graph"_a, "initial"_a, "options"_a = GraphFactorOptions(),
-      "One factor for each edge, then a prior for each fixed vertex, or else for the first pose.");
+  m.def("to_factors", &to_factors, "graph"_a, "initial"_a, "options"_a = GraphFactorOptions(),
+        "One factor per edge, then a prior per fixed vertex, or for the first pose if none is "
+        "fixed.");
   m.def("to_pose_graph", &to_pose_graph, "graph"_a, "estimate"_a, Unlocked(),
-        "What a g2o file can hold of an estimated graph.");
+        "The part of an estimated graph that a g2o file can hold.");
   m.def("add_false_closures", &add_false_closures, "graph"_a, "rate"_a, "seed"_a,
-        "The graph with false closures (section V-A), a share in [0, 1) of all closures.");
+        "The graph with added false closures (section V-A); `rate` is their share in [0, 1) of all "
+        "closures.");
   py::class_<PoseFeed>(m, "PoseFeed",
-                       "Hands out a graph pose by pose, as a robot would have met it.")
+                       "Returns a graph pose by pose, in the order of a robot's measurements.")
       .def(py::init<const PoseGraph&, const Values&, const GraphFactorOptions&>(), "graph"_a,
            "initial"_a, "options"_a = GraphFactorOptions(), py::keep_alive<1, 2>())
       .def("__len__", &PoseFeed::steps)
@@ -93,7 +98,8 @@ void bind_pose_graph(py::module_& m) {
           [](PoseFeed& feed, const IncrementalSmoother& smoother) {
             return feed.next(smoother.values());
           },
-          "smoother"_a, "The next pose with its factors, begun where the smoother says.")
+          "smoother"_a,
+          "The next pose with its factors, with initial values from the smoother's estimate.")
       .def("next", &PoseFeed::next, "estimate"_a);
 }
 

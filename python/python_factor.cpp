@@ -12,7 +12,7 @@ namespace hybrid::python {
 namespace {
 
 constexpr const char* kFactorDoc =
-    "A factor of your own: derive, call super().__init__, and write `residual`.\n\n"
+    "A user-defined factor: derive, call super().__init__, and implement `residual`.\n\n"
     "    class Wall(hybrid.Factor):\n"
     "        def __init__(self, pose, distance):\n"
     "            super().__init__([pose], [hybrid.SE2], hybrid.Noise.isotropic(1, 0.1))\n"
@@ -20,10 +20,10 @@ constexpr const char* kFactorDoc =
     "        def residual(self, pose):\n"
     "            return [5.0 - pose.x - self.distance]\n\n"
     "`residual(*values)` returns the residual, as many numbers as the noise has, in the units of "
-    "the measurement, not whitened. `jacobians(*values)`, which may be left out, returns for each "
-    "variable the derivative (rows, dim) by its tangent (see retract of the groups); without it "
-    "they are central differences. Both must depend on nothing but their arguments. What they "
-    "raise reaches whoever called the solver.";
+    "the measurement, not whitened. The optional `jacobians(*values)` returns for each variable "
+    "the derivative (rows, dim) with respect to its tangent (see retract of the groups); without "
+    "it, central differences are used. Both must depend on their arguments only. Their exceptions "
+    "reach the caller of the solver.";
 
 /// A factor whose residual is a method of a Python class.
 class PythonFactor : public ContinuousFactor {
@@ -79,7 +79,7 @@ class PythonFactor : public ContinuousFactor {
     return matrix(result, rows(), 1, "residual");
   }
 
-  /// What a method returned, as numbers of this shape. Throws Error for anything else.
+  /// The result of a method as numbers of this shape. Throws Error for anything else.
   Eigen::MatrixXd matrix(const py::object& result, int m, int n, const char* method) const {
     const auto array = py::array_t<double, py::array::forcecast>::ensure(result);
     if (!array) {
@@ -116,8 +116,8 @@ class PythonFactor : public ContinuousFactor {
     return J;
   }
 
-  /// Central differences, with the step that balances rounding and truncation for functions of unit
-  /// scale: the cube root of the machine precision, times the size of a vector's entry.
+  /// Central differences. The step balances rounding and truncation for functions of unit scale:
+  /// the cube root of the machine precision, times the magnitude of a vector's entry.
   Eigen::MatrixXd numeric_jacobian(const double* const* x, py::tuple values) const {
     const double step = std::cbrt(std::numeric_limits<double>::epsilon());
     Eigen::MatrixXd J(rows(), cols());
@@ -147,8 +147,8 @@ class PythonFactor : public ContinuousFactor {
   Loss loss_;
 };
 
-/// Keeps the Python object of a factor alive. The interpreter may be gone when the last pointer
-/// goes; then there is nothing left to release.
+/// Keeps the Python object of a factor alive. If the interpreter has ended before the last pointer
+/// is released, there is nothing to do.
 struct KeepPython {
   PyObject* object;
   void operator()(const ContinuousFactor*) const {
@@ -189,8 +189,8 @@ void bind_python_factor(py::module_& m) {
             return std::make_shared<PythonFactor>(keys, variables, noise, loss);
           }),
           "keys"_a, "types"_a, "noise"_a, "loss"_a = Loss::none(),
-          "Types of the variables: SO2, SE2, SO3, SE3 or the length of a vector. The noise is over "
-          "the residual.");
+          "Types of the variables: SO2, SE2, SO3, SE3 or the length of a vector. The noise is that "
+          "of the residual.");
 }
 
 }  // namespace hybrid::python

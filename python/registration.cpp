@@ -40,45 +40,48 @@ void bind_result(py::module_& m) {
       .value("CONVERGED", Result::Status::kConverged)
       .value("UNOBSERVABLE", Result::Status::kUnobservable)
       .value("NO_MATCH", Result::Status::kNoMatch);
-  py::class_<FreeMotion>(m, "FreeMotion", "A motion of the source that the matches do not resist.")
+  py::class_<FreeMotion>(m, "FreeMotion",
+                         "A motion of the source that the matches do not determine.")
       .def_readonly("is_rotation", &FreeMotion::is_rotation)
       .def_readonly("direction", &FreeMotion::direction, "(3,), of unit norm.")
       .def_readonly("through", &FreeMotion::through, "A point (3,) on the axis of a rotation.")
       .def("__str__", [](const FreeMotion& motion) { return to_string(motion); });
-  py::class_<Result>(m, "RegistrationResult", "What a registration found.")
+  py::class_<Result>(m, "RegistrationResult", "The result of a registration.")
       .def_readonly("status", &Result::status)
       .def_readonly("T_target_source", &Result::T_target_source)
       .def_readonly("covariance", &Result::covariance,
-                    "(6, 6) in the tangent, where all is observable.")
+                    "Tangent covariance (6, 6), if all motions are observable.")
       .def_readonly("free_motions", &Result::free_motions)
       .def_property_readonly(
           "assignment",
           [](const Result& result) {
             return py::array_t<int>(result.assignment.size(), result.assignment.data());
           },
-          "(n,): the counterpart of each source point in the target, -1 for none.")
+          "Index (n,) of the corresponding target point of each source point, -1 for none.")
       .def_readonly("inliers", &Result::inliers)
-      .def_readonly("rms", &Result::rms, "Distance between matched points.")
+      .def_readonly("rms", &Result::rms, "RMS distance between matched points.")
       .def_readonly("rms_across", &Result::rms_across, "Its part across the surface or curve.")
       .def_readonly("objective", &Result::objective)
       .def_readonly("iterations", &Result::iterations, "Pairs of half-steps.")
-      .def_readonly("starts", &Result::starts, "That were tried.")
+      .def_readonly("starts", &Result::starts, "Number of starts tried.")
       .def_readonly("seconds", &Result::seconds);
 }
 
 }  // namespace
 
 void bind_registration(py::module_& m) {
-  py::enum_<MatchMetric>(m, "MatchMetric", "What a match measures.")
+  py::enum_<MatchMetric>(m, "MatchMetric", "The distance that a match measures.")
       .value("SURFACE", MatchMetric::kSurface)
       .value("POINT", MatchMetric::kPoint);
   SettingsClass<RegistrationOptions>(m, "RegistrationOptions", "Settings of `register_clouds`.")
-      .field("start", &RegistrationOptions::start, "Of T_target_source.")
-      .field("metric", &RegistrationOptions::metric, "Distance to the surface or to the point.")
-      .field("gate", &RegistrationOptions::gate, "In standard deviations.")
+      .field("start", &RegistrationOptions::start, "Initial T_target_source.")
+      .field("metric", &RegistrationOptions::metric,
+             "Distance to the surface or to the point of a match.")
+      .field("gate", &RegistrationOptions::gate, "Gate of matches in standard deviations.")
       .field("convincing_share", &RegistrationOptions::convincing_share,
-             "Where fewer find a counterpart from the start, other starts are tried too.")
-      .field("threads", &RegistrationOptions::threads, "0: one per core, at most 4.");
+             "If a smaller share of points is matched from the start, other starts are tried too.")
+      .field("threads", &RegistrationOptions::threads,
+             "Number of threads; 0: one per core, at most 4.");
   bind_result(m);
   m.def(
       "register_clouds",
@@ -88,7 +91,7 @@ void bind_registration(py::module_& m) {
         return register_clouds(from, to, options);
       },
       "source"_a, "target"_a, "options"_a = RegistrationOptions(),
-      "The rigid motion from source (n, 3) to target (m, 3), and which points correspond.");
+      "Estimates the rigid motion from source (n, 3) to target (m, 3), and corresponding points.");
   m.def(
       "read_points", [](const std::string& path) { return to_array(read_points(path).points); },
       "path"_a, "The points (n, 3) of a .ply, .pcd, .xyz, .txt, .asc or .csv file.");

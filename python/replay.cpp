@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libhybrid/core/version.h"
 #include "mrpt_plugins/mapping/plugin_library.h"
@@ -17,10 +18,10 @@ using namespace pybind11::literals;
 
 namespace {
 
-using Progress = std::function<void(double, std::size_t, std::size_t, double)>;
+using Progress = std::function<void(std::optional<double>, std::size_t, std::size_t, double)>;
 
-/// Runs a replay without the lock of the interpreter, takes it for `progress` and to notice Ctrl-C,
-/// and returns the text of summary.json.
+/// Runs a replay without the lock of the interpreter and returns the text of summary.json. Acquires
+/// the lock to call `progress` and to check for Ctrl-C.
 std::string replay(hybrid::ReplayRequest request, const std::vector<std::string>& command,
                    const std::optional<Progress>& progress) {
   request.provenance.version = std::string(hybrid::kVersion);
@@ -41,7 +42,7 @@ std::string replay(hybrid::ReplayRequest request, const std::vector<std::string>
 }  // namespace
 
 PYBIND11_MODULE(_mrpt, m) {
-  py::module_::import("hybrid._core");  // which translates Error
+  py::module_::import("hybrid._core");  // it translates Error into a Python exception
   m.def(
       "replay",
       [](const std::string& config, const std::string& output, const std::string& rawlog,

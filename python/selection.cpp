@@ -13,7 +13,7 @@ namespace {
 
 void bind_problem(py::module_& m) {
   py::class_<RobustProblem>(m, "RobustProblem",
-                            "Factors that are trusted, and closures that may be false (eq. 16).")
+                            "Trusted factors, and closures that may be false (eq. 16).")
       .def(py::init([](const std::vector<FactorArgument>& trusted,
                        const std::vector<FactorArgument>& closures, const Values& initial) {
              return RobustProblem{to_pointers(trusted), to_pointers(closures), initial};
@@ -22,18 +22,18 @@ void bind_problem(py::module_& m) {
       .def_readonly("trusted", &RobustProblem::trusted)
       .def_readonly("closures", &RobustProblem::closures)
       .def_readwrite("initial", &RobustProblem::initial);
-  py::class_<Verdict>(m, "Verdict", "What a robust method says of one closure.")
+  py::class_<Verdict>(m, "Verdict", "The decision of a robust method about one closure.")
       .def_readonly("accepted", &Verdict::accepted)
       .def_readonly("inlier_probability", &Verdict::inlier_probability)
       .def_readonly("chi_square", &Verdict::chi_square, "Squared whitened residual.")
       .def_readonly("redundancy", &Verdict::redundancy,
                     "How far other factors check this one, in [0, 1].")
       .def_readonly("checkable", &Verdict::checkable)
-      .def_readonly("margin", &Verdict::margin, "Of the logarithm of the evidence.");
-  py::class_<RobustResult>(m, "RobustResult", "What a robust method found.")
+      .def_readonly("margin", &Verdict::margin, "Excess of the log evidence over its threshold.");
+  py::class_<RobustResult>(m, "RobustResult", "The result of a robust method.")
       .def_readonly("method", &RobustResult::method)
       .def_readonly("values", &RobustResult::values)
-      .def_readonly("verdicts", &RobustResult::verdicts, "In the order of the closures.")
+      .def_readonly("verdicts", &RobustResult::verdicts, "Decisions in the order of the closures.")
       .def_property_readonly(
           "accepted",
           [](const RobustResult& result) {
@@ -43,56 +43,65 @@ void bind_problem(py::module_& m) {
             }
             return accepted;
           },
-          "Of each closure, (n,) of bool.")
-      .def_readonly("objective", &RobustResult::objective, "Of eq. 6 under the mixture of eq. 17.")
-      .def_readonly("cost", &RobustResult::cost, "Of trusted and accepted factors.")
+          "Whether each closure is accepted, (n,) of bool.")
+      .def_readonly("objective", &RobustResult::objective,
+                    "Objective of eq. 6 with the mixtures of eq. 17.")
+      .def_readonly("cost", &RobustResult::cost, "Cost of trusted and accepted factors.")
       .def_readonly("iterations", &RobustResult::iterations, "Linear systems solved.")
       .def_readonly("seconds", &RobustResult::seconds)
       .def_readonly("converged", &RobustResult::converged)
       .def_readonly("message", &RobustResult::message)
-      .def_readonly("objectives", &RobustResult::objectives, "After each macro-step.")
+      .def_readonly("objectives", &RobustResult::objectives,
+                    "Objective of the method, at the start and after each macro-step.")
       .def_readonly("variance_factor", &RobustResult::variance_factor,
-                    "By which the variances of the noise are understated.");
+                    "Estimated factor by which the variances of the noise are understated.");
   m.def("to_robust_problem", &to_robust_problem, "graph"_a, "initial"_a,
         "trusted"_a = Trust(&is_odometry), "options"_a = GraphFactorOptions(),
-        "A pose graph whose relative poses are closures unless trusted(from_key, to_key); by "
-        "default those from one pose to the next are trusted.");
+        "A pose graph as a robust problem. Relative poses are closures unless "
+        "trusted(from_key, to_key); by default, those from one pose to the next are trusted.");
 }
 
 void bind_options(py::module_& m) {
-  SettingsClass<MixtureOptions>(m, "MixtureOptions", "What a false closure looks like (eq. 17).")
+  SettingsClass<MixtureOptions>(m, "MixtureOptions", "Model of false closures (eq. 17).")
       .field("outlier_variance", &MixtureOptions::outlier_variance,
-             "By which the covariance of the inlier is multiplied.")
+             "Factor of the covariance of the outlier model.")
       .field("flat", &MixtureOptions::flat, "Whether the outlier model is constant.")
       .field("null_hypothesis", &MixtureOptions::null_hypothesis,
-             "-log density of a false closure, instead of both.")
-      .field("inlier_weight", &MixtureOptions::inlier_weight, "Prior weight.")
-      .field("outlier_weight", &MixtureOptions::outlier_weight, "Prior weight.");
+             "Constant -log density of a false closure, replacing the two fields above.")
+      .field("inlier_weight", &MixtureOptions::inlier_weight, "Prior weight of the inlier.")
+      .field("outlier_weight", &MixtureOptions::outlier_weight, "Prior weight of the outlier.");
   using Selection = ClosureSelectionOptions;
   SettingsClass<Selection>(m, "ClosureSelectionOptions", "Settings of `select_closures`.")
       .field("mixture", &Selection::mixture, "The model of false closures.")
-      .field("margin", &Selection::margin, "Evidence above what the number of closures asks for.")
-      .field("hysteresis", &Selection::hysteresis, "Evidence by which an admitted closure stays.")
-      .field("gate", &Selection::gate, "In standard deviations.")
-      .field("pairs", &Selection::pairs, "Let the best two in where none passes alone.")
+      .field(
+          "margin", &Selection::margin,
+          "Log evidence for admission beyond the logarithm of the number of closures not admitted.")
+      .field("hysteresis", &Selection::hysteresis,
+             "Lack of log evidence up to which an admitted closure stays.")
+      .field("gate", &Selection::gate, "Gate of innovations in standard deviations.")
+      .field("pairs", &Selection::pairs,
+             "If no closure passes alone, admit the best two that agree.")
       .field("trust_start", &Selection::trust_start,
-             "Start with what agrees with the initial values.")
-      .field("min_redundancy", &Selection::min_redundancy, "Below, a closure is flagged.")
-      .field("refuse_uncheckable", &Selection::refuse_uncheckable, "Refuse what is flagged.")
-      .field("max_rounds", &Selection::max_rounds, "Macro-steps.")
-      .field("solver", &Selection::solver, "Of the last solve.");
+             "Start with the closures that agree with the initial values.")
+      .field("min_redundancy", &Selection::min_redundancy,
+             "Closures of less redundancy are not checkable.")
+      .field("refuse_uncheckable", &Selection::refuse_uncheckable,
+             "Refuse closures that are not checkable.")
+      .field("max_rounds", &Selection::max_rounds, "Largest number of macro-steps.")
+      .field("solver", &Selection::solver, "Settings of the last solve.");
   using Online = OnlineClosureSelectionOptions;
   SettingsClass<Online>(m, "OnlineClosureSelectionOptions", "Settings of OnlineClosureSelection.")
       .field("mixture", &Online::mixture, "The model of false closures.")
-      .field("gate", &Online::gate, "Quantile of the predicted innovation.")
-      .field("min_redundancy", &Online::min_redundancy, "Below, a closure is flagged.")
-      .field("smoother", &Online::smoother, "Of the smoother.")
-      .field("selection", &Online::selection, "Of evaluating all closures again.");
+      .field("gate", &Online::gate, "Gate of innovations: a chi-square probability.")
+      .field("min_redundancy", &Online::min_redundancy,
+             "Closures of less redundancy are not checkable.")
+      .field("smoother", &Online::smoother, "Settings of the smoother.")
+      .field("selection", &Online::selection, "Settings of the evaluation of all closures.");
 }
 
 void bind_batch(py::module_& m) {
   m.def("select_closures", &select_closures, "problem"_a, "options"_a = ClosureSelectionOptions(),
-        Unlocked(), "Loop closure selection by re-admission, the project's own method.");
+        Unlocked(), "Loop closure selection, the project's own method.");
   m.def(
       "robust_methods",
       [] {
@@ -100,7 +109,7 @@ void bind_batch(py::module_& m) {
         for (const RobustMethod& method : robust_methods()) methods[method.name] = method.meaning;
         return methods;
       },
-      "Names of all robust methods, and what they mean.");
+      "Names and meanings of all robust methods.");
   m.def(
       "solve_robust",
       [](const RobustProblem& problem, const std::string& method, const MixtureOptions& mixture,
@@ -112,8 +121,8 @@ void bind_batch(py::module_& m) {
       },
       "problem"_a, "method"_a = "selection", "mixture"_a = MixtureOptions(),
       "truth"_a = std::vector<bool>(), "threads"_a = 0, Unlocked(),
-      "Solves by a method of `robust_methods`, with the settings that programs have by default. "
-      "`truth` (which closures are true) is for the method 'oracle'.");
+      "Solves by a method of `robust_methods`, with the default settings of the programs. "
+      "`truth` (whether each closure is true) is for the method 'oracle'.");
 }
 
 void bind_online(py::module_& m) {
@@ -121,8 +130,8 @@ void bind_online(py::module_& m) {
       .value("REJECTED_BY_ODOMETRY", ClosureStatus::kRejectedByOdometry)
       .value("UNDECIDED", ClosureStatus::kUndecided)
       .value("ACCEPTED", ClosureStatus::kAccepted);
-  py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "What an update did.")
-      .def_readonly("admitted", &SelectionReport::admitted, "Closures taken in.")
+  py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
+      .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
       .def_readonly("tried", &SelectionReport::tried);
   py::class_<OnlineClosureSelection>(
       m, "OnlineClosureSelection",
@@ -138,15 +147,15 @@ void bind_online(py::module_& m) {
             return selection.update(trusted, pointers);
           },
           "trusted"_a, "closures"_a = py::list(),
-          "Applies a change of trusted factors and tests the closures that come with it, which are "
-          "numbered in the order of arrival.")
+          "Applies a change of trusted factors and tests new closures, which are numbered in the "
+          "order of arrival.")
       .def("finish", &OnlineClosureSelection::finish, Unlocked(),
-           "Evaluates all closures again, and converges.")
+           "Evaluates all closures again, and solves to convergence.")
       .def_property_readonly("smoother", &OnlineClosureSelection::smoother,
                              py::return_value_policy::reference_internal,
-                             "The map; update the selection, not the smoother.")
+                             "The smoother, to read; update the selection, not the smoother.")
       .def("status", &OnlineClosureSelection::status, "closure"_a)
-      .def("verdicts", &OnlineClosureSelection::verdicts, Unlocked(), "By closure.");
+      .def("verdicts", &OnlineClosureSelection::verdicts, Unlocked(), "Decisions by closure.");
 }
 
 }  // namespace

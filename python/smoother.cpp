@@ -15,17 +15,17 @@ py::object value_at(const IncrementalSmoother& smoother, Key key) {
 }
 
 void bind_reports(py::module_& m) {
-  py::class_<UpdateReport> report(m, "UpdateReport", "What an update of a smoother did.");
+  py::class_<UpdateReport> report(m, "UpdateReport", "The report of an update of a smoother.");
   report
       .def_property_readonly(
           "ok", [](const UpdateReport& r) { return r.status == UpdateReport::Status::kOk; },
-          "False where the system is singular: then nothing has changed.")
+          "False if the system is singular: then nothing has changed.")
       .def_readonly("message", &UpdateReport::message)
       .def_readonly("under_constrained", &UpdateReport::under_constrained,
-                    "A variable that the factors do not determine, where not ok.")
-      .def_readonly("handles", &UpdateReport::handles, "Of the factors added.")
+                    "A variable that the factors do not determine, unless ok.")
+      .def_readonly("handles", &UpdateReport::handles, "Handles of the added factors.")
       .def_readonly("objectives", &UpdateReport::objectives,
-                    "After every half-step (eq. 10), never rising.")
+                    "Objective after every half-step (eq. 10), never rising.")
       .def_property_readonly("relinearized", [](const UpdateReport& r) { return r.relinearized; })
       .def_property_readonly("eliminated", [](const UpdateReport& r) { return r.eliminated; })
       .def_property_readonly(
@@ -38,32 +38,34 @@ void bind_reports(py::module_& m) {
       .def_property_readonly("objective_after",
                              [](const UpdateReport& r) { return r.objective_after; })
       .def_property_readonly("seconds", [](const UpdateReport& r) { return r.seconds; });
-  py::class_<WindowReport, UpdateReport>(m, "WindowReport", "What an update of a window did.")
+  py::class_<WindowReport, UpdateReport>(m, "WindowReport", "The report of an update of a window.")
       .def_readonly("marginalized", &WindowReport::marginalized)
-      .def_readonly("left", &WindowReport::left, "Continuous variables that left.")
+      .def_readonly("left", &WindowReport::left, "Continuous variables that were marginalised.")
       .def_readonly("left_discrete", &WindowReport::left_discrete)
       .def_readonly("undetermined", &WindowReport::undetermined)
-      .def_readonly("kept", &WindowReport::kept, "Those that were to leave and have not.")
+      .def_readonly("kept", &WindowReport::kept,
+                    "Variables that could not be marginalised; see kept_because.")
       .def_readonly("kept_because", &WindowReport::kept_because);
 }
 
 void bind_incremental(py::module_& m) {
   SettingsClass<SmootherOptions>(m, "SmootherOptions", "Settings of the incremental smoother.")
       .field("relinearize", &SmootherOptions::relinearize,
-             "Factors are linearised again when their linear model is off by more, in units of the "
-             "objective.")
+             "Error of a factor's linear model, in units of the objective, above which it is "
+             "linearised again.")
       .field("wildfire", &SmootherOptions::wildfire,
-             "Steps are propagated while they lower the objective by more.")
-      .field("rounds", &SmootherOptions::rounds, "Of alternation per update.")
-      .field("recent", &SmootherOptions::recent, "Newest poses that stay near the root.")
-      .field("discrete", &SmootherOptions::discrete, "Of discrete inference.");
+             "Decrease of the objective above which a step is propagated.")
+      .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
+      .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
+      .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");
   py::class_<IncrementalSmoother>(
       m, "IncrementalSmoother",
-      "Online alternating minimisation: each update costs what it touches, the joint objective "
-      "never rises, and a change is applied as a whole or not at all.")
+      "Online alternating minimisation: the cost of an update depends on the variables it affects, "
+      "the joint objective never rises, and a change is applied as a whole or not at all.")
       .def(py::init<const SmootherOptions&>(), "options"_a = SmootherOptions())
       .def("update", &IncrementalSmoother::update, "delta"_a, Unlocked(),
-           "Applies a change. Bad input is an Error, a singular system a report that is not ok.")
+           "Applies a change. Raises Error for bad input; for a singular system, the report is not "
+           "ok.")
       .def("converge", &IncrementalSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
            Unlocked(), "Relinearises everything and alternates to convergence.")
       .def("begin", &IncrementalSmoother::begin, Unlocked(),
@@ -71,41 +73,48 @@ void bind_incremental(py::module_& m) {
       .def("commit", &IncrementalSmoother::commit, Unlocked())
       .def("roll_back", &IncrementalSmoother::roll_back, Unlocked())
       .def("keep_last", &IncrementalSmoother::keep_last, "keys"_a, Unlocked(),
-           "Variables to eliminate after all others.")
+           "Sets the variables to eliminate after all others.")
       .def("__getitem__", &value_at, "key"_a, "The estimate of a continuous variable.")
       .def(
           "__contains__",
           [](const IncrementalSmoother& s, Key key) { return s.values().contains(key); }, "key"_a)
       .def("__len__", [](const IncrementalSmoother& s) { return s.values().size(); })
       .def(
-          "graph", [](const IncrementalSmoother& s) { return s.graph(); }, "A copy.")
+          "graph", [](const IncrementalSmoother& s) { return s.graph(); }, "A copy of the graph.")
       .def(
-          "values", [](const IncrementalSmoother& s) { return s.values(); }, "A copy.")
+          "values", [](const IncrementalSmoother& s) { return s.values(); },
+          "A copy of the values.")
       .def(
-          "assignment", [](const IncrementalSmoother& s) { return s.assignment(); }, "A copy.")
-      .def("estimate", &IncrementalSmoother::estimate, "A copy.")
-      .def("objective", &IncrementalSmoother::objective, "Of eq. 6 at the estimate.")
+          "assignment", [](const IncrementalSmoother& s) { return s.assignment(); },
+          "A copy of the assignment.")
+      .def("estimate", &IncrementalSmoother::estimate, "A copy of the estimate.")
+      .def("objective", &IncrementalSmoother::objective, "Objective of eq. 6 at the estimate.")
       .def("cost", &IncrementalSmoother::cost, Unlocked(), "Half the weighted squared error.")
       .def("joint_covariance", &IncrementalSmoother::joint_covariance, "keys"_a, Unlocked(),
-           "Of continuous variables, in the order given (eq. 11b).")
+           "Joint covariance of continuous variables, in the given order (eq. 11b).")
       .def("factors_of", &IncrementalSmoother::factors_of, "key"_a,
-           "Handles of the factors that hold a continuous variable.")
+           "Handles of the factors of a continuous variable.")
       .def(
           "__copy__", [](const IncrementalSmoother& s) { return IncrementalSmoother(s); },
-          "An independent smoother.");
+          "An independent copy of the smoother.");
 }
 
 void bind_window(py::module_& m) {
   py::enum_<WindowOptions::Mode>(m, "WindowMode")
       .value("FULL", WindowOptions::Mode::kFull)
       .value("FIXED_LAG", WindowOptions::Mode::kFixedLag)
-      .value("FILTER", WindowOptions::Mode::kFilter);
+      .value("FILTER", WindowOptions::Mode::kFilter)
+      .value("BOUNDED", WindowOptions::Mode::kBounded);
   SettingsClass<WindowOptions>(m, "WindowOptions", "What of the past stays in the graph.")
-      .field("mode", &WindowOptions::mode, "Everything, the last updates, or the newest states.")
+      .field("mode", &WindowOptions::mode,
+             "Everything, the last updates, the newest states, or what the place takes.")
       .field("lag", &WindowOptions::lag, "In updates.")
+      .field("complete", &WindowOptions::complete, "Bounded: states up to which none leaves.")
+      .field("sightings", &WindowOptions::sightings,
+             "Bounded: newer states that have seen what a state saw before it leaves.")
+      .field("tied", &WindowOptions::tied, "Bounded: variables that one prior ties together.")
       .field("lasting", &WindowOptions::lasting, "Letters of variables that never leave.")
-      .field("states", &WindowOptions::states,
-             "Letters of the states of a filter; empty: all poses.");
+      .field("states", &WindowOptions::states, "Letters of the states; empty: all poses.");
   py::class_<WindowSmoother>(m, "WindowSmoother",
                              "The incremental smoother over a window: old states are marginalised.")
       .def(py::init<const WindowOptions&, const SmootherOptions&>(), "window"_a = WindowOptions(),
@@ -115,10 +124,12 @@ void bind_window(py::module_& m) {
            Unlocked())
       .def_property_readonly("smoother", &WindowSmoother::smoother,
                              py::return_value_policy::reference_internal,
-                             "What is in the window; update the window, not the smoother.")
+                             "The smoother, to read; update the window, not the smoother.")
       .def(
           "past", [](const WindowSmoother& w) { return w.past(); },
-          "Last estimates of the variables that have left, a copy.");
+          "Last estimates of the variables that have left, a copy.")
+      .def_property_readonly("divergence", &WindowSmoother::divergence,
+                             "What a bounded window has lost so far [nat].");
 }
 
 }  // namespace

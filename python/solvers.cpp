@@ -14,9 +14,9 @@ namespace hybrid::python {
 namespace {
 
 void bind_options(py::module_& m) {
-  SettingsClass<SolverOptions>(m, "SolverOptions",
-                               "When the continuous solvers stop, and how they start.")
-      .field("max_iterations", &SolverOptions::max_iterations, "Linear systems solved at most.")
+  SettingsClass<SolverOptions>(m, "SolverOptions", "Settings of the continuous solvers.")
+      .field("max_iterations", &SolverOptions::max_iterations,
+             "Largest number of linear systems solved.")
       .field("relative_decrease", &SolverOptions::relative_decrease,
              "Converged once a whole Gauss-Newton step lowers the cost by less than this share.")
       .field("gradient", &SolverOptions::gradient,
@@ -24,23 +24,26 @@ void bind_options(py::module_& m) {
       .field("step", &SolverOptions::step,
              "Converged once no variable's step exceeds this, in standard deviations.")
       .field("initial_damping", &SolverOptions::initial_damping,
-             "Of Levenberg-Marquardt, relative to the diagonal of the Hessian.")
+             "Initial damping of Levenberg-Marquardt, relative to the diagonal of the Hessian.")
       .field("initial_radius", &SolverOptions::initial_radius,
-             "Of the dogleg, in standard deviations per unknown.")
+             "Initial trust radius of the dogleg, in standard deviations per unknown.")
       .field("threads", &SolverOptions::threads,
-             "0: one per core, at most 4; the result is the same for any number.");
-  SettingsClass<DiscreteOptions>(m, "DiscreteOptions", "How far exact discrete inference goes.")
+             "Number of threads; 0: one per core, at most 4. The result does not depend on it.");
+  SettingsClass<DiscreteOptions>(m, "DiscreteOptions", "Settings of discrete inference.")
       .field("local_search_when_too_large", &DiscreteOptions::local_search_when_too_large,
-             "Where exact inference is too large; else that is an Error.")
-      .field("max_sweeps", &DiscreteOptions::max_sweeps, "Of local search.");
+             "Use local search if exact inference is too large; else raise Error.")
+      .field("max_sweeps", &DiscreteOptions::max_sweeps,
+             "Largest number of sweeps of local search.");
   SettingsClass<AlternatingOptions>(m, "AlternatingOptions", "Settings of `alternate`.")
-      .field("max_iterations", &AlternatingOptions::max_iterations, "Pairs of half-steps.")
+      .field("max_iterations", &AlternatingOptions::max_iterations,
+             "Largest number of pairs of half-steps.")
       .field("relative_decrease", &AlternatingOptions::relative_decrease,
              "Converged once a pair of half-steps lowers the objective by less than this share.")
       .field("continuous_iterations", &AlternatingOptions::continuous_iterations,
-             "Of each continuous half-step.")
-      .field("continuous", &AlternatingOptions::continuous, "Of the continuous half-steps.")
-      .field("discrete", &AlternatingOptions::discrete, "Of the discrete half-steps.");
+             "Largest number of iterations of each continuous half-step.")
+      .field("continuous", &AlternatingOptions::continuous,
+             "Settings of the continuous half-steps.")
+      .field("discrete", &AlternatingOptions::discrete, "Settings of the discrete half-steps.");
 }
 
 void bind_reports(py::module_& m) {
@@ -50,55 +53,60 @@ void bind_reports(py::module_& m) {
       .value("UNDER_CONSTRAINED", SolverStatus::kUnderConstrained)
       .value("NOT_FINITE", SolverStatus::kNotFinite)
       .value("STALLED", SolverStatus::kStalled);
-  py::class_<SolverReport>(m, "SolverReport", "What a continuous solver did.")
+  py::class_<SolverReport>(m, "SolverReport", "The report of a continuous solver.")
       .def_readonly("status", &SolverReport::status)
       .def_readonly("iterations", &SolverReport::iterations, "Linear systems solved.")
-      .def_readonly("costs", &SolverReport::costs, "At the start and after each accepted step.")
+      .def_readonly("costs", &SolverReport::costs,
+                    "Cost at the start and after each accepted step.")
       .def_readonly("seconds", &SolverReport::seconds)
       .def_readonly("message", &SolverReport::message)
       .def_readonly("under_constrained", &SolverReport::under_constrained,
                     "Variables that the factors do not determine.");
-  py::class_<SolverResult>(m, "SolverResult", "What a continuous solver found.")
+  py::class_<SolverResult>(m, "SolverResult", "The result of a continuous solver.")
       .def_readonly("values", &SolverResult::values)
       .def_readonly("report", &SolverResult::report);
   py::class_<HalfStep>(m, "HalfStep", "The joint objective after a half-step.")
       .def_readonly("discrete", &HalfStep::discrete)
       .def_readonly("objective", &HalfStep::objective)
-      .def_readonly("changes", &HalfStep::changes, "Variables that changed value, or iterations.");
-  py::class_<AlternatingReport>(m, "AlternatingReport", "What the alternation did.")
+      .def_readonly("changes", &HalfStep::changes,
+                    "Number of discrete variables that changed, or of continuous iterations.");
+  py::class_<AlternatingReport>(m, "AlternatingReport", "The report of the alternation.")
       .def_readonly("status", &AlternatingReport::status)
       .def_readonly("iterations", &AlternatingReport::iterations, "Pairs of half-steps.")
       .def_readonly("initial_objective", &AlternatingReport::initial_objective)
-      .def_readonly("objective", &AlternatingReport::objective, "Of eq. 6.")
+      .def_readonly("objective", &AlternatingReport::objective, "Objective of eq. 6.")
       .def_readonly("cost", &AlternatingReport::cost, "Half the weighted squared error.")
-      .def_readonly("half_steps", &AlternatingReport::half_steps, "Never rising (eq. 10).")
+      .def_readonly("half_steps", &AlternatingReport::half_steps,
+                    "All half-steps; the objective never rises (eq. 10).")
       .def_readonly("discrete_exact", &AlternatingReport::discrete_exact)
       .def_readonly("last_solve", &AlternatingReport::last_solve)
       .def_readonly("seconds", &AlternatingReport::seconds)
       .def_readonly("message", &AlternatingReport::message);
-  py::class_<AlternatingResult>(m, "AlternatingResult", "What the alternation found.")
+  py::class_<AlternatingResult>(m, "AlternatingResult", "The result of the alternation.")
       .def_readonly("estimate", &AlternatingResult::estimate)
       .def_readonly("report", &AlternatingResult::report);
-  py::class_<ExhaustiveResult>(m, "ExhaustiveResult", "The best of all assignments.")
+  py::class_<ExhaustiveResult>(m, "ExhaustiveResult",
+                               "The result of an exhaustive search over assignments.")
       .def_readonly("estimate", &ExhaustiveResult::estimate)
       .def_readonly("objective", &ExhaustiveResult::objective)
       .def_readonly("keys", &ExhaustiveResult::keys)
       .def_readonly("objectives", &ExhaustiveResult::objectives,
-                    "By joint value of `keys`, the first varying slowest.");
+                    "Objective by joint value of `keys`, the first varying slowest.");
   py::class_<FreeVariable>(m, "FreeVariable", "A variable that the factors do not determine.")
       .def_readonly("key", &FreeVariable::key)
       .def_readonly("directions", &FreeVariable::directions,
-                    "Basis (dim, k) of where it can move, in its tangent.");
+                    "Basis (dim, k) of its undetermined directions, in its tangent.");
 }
 
 void bind_certificate(py::module_& m) {
-  py::class_<Certificate>(m, "Certificate", "What is proven of an estimate of a pose graph.")
+  py::class_<Certificate>(m, "Certificate",
+                          "Certificate of optimality of an estimate of a pose graph.")
       .def_readonly("verified", &Certificate::verified,
-                    "No other poses cost less, but for `relative_gap`.")
+                    "Whether no poses cost less, up to `relative_gap`.")
       .def_readonly("min_eigenvalue", &Certificate::min_eigenvalue)
       .def_readonly("relative_gap", &Certificate::relative_gap)
-      .def_readonly("cost", &Certificate::cost, "Of the isotropic problem.")
-      .def_readonly("message", &Certificate::message, "Where nothing could be computed.");
+      .def_readonly("cost", &Certificate::cost, "Cost of the isotropic problem.")
+      .def_readonly("message", &Certificate::message, "Why nothing could be computed, or empty.");
   m.def(
       "certify",
       [](const std::vector<FactorArgument>& factors, const Values& estimate) {
@@ -133,7 +141,7 @@ void bind_solvers(py::module_& m) {
   m.def("dogleg",
         py::overload_cast<const HybridGraph&, const Estimate&, const SolverOptions&>(&dogleg),
         "graph"_a, "initial"_a, "options"_a = SolverOptions(), Unlocked(),
-        "The same by Powell's dogleg.");
+        "Minimises the continuous variables for a fixed assignment by Powell's dogleg.");
   m.def(
       "solve_exhaustive",
       py::overload_cast<const HybridGraph&, const Values&, const SolverOptions&>(&solve_exhaustive),
@@ -147,8 +155,9 @@ void bind_solvers(py::module_& m) {
         return chordal_initialization(pointers, initial);
       },
       "factors"_a, "initial"_a,
-      "A start from all relative poses among the factors, by two linear problems; poses with a "
-      "prior stay at their initial values, or else the first one.");
+      "Initial values from all relative poses among the factors, by two linear problems. Poses "
+      "with "
+      "a prior, or the first pose if none has one, stay at their initial values.");
   m.def(
       "free_variables",
       [](const HybridGraph& graph, const Estimate& estimate) {

@@ -35,12 +35,12 @@ void put_vector(Values& values, Key key, const Eigen::VectorXd& value) {
   std::memcpy(values.data(values.slot(key)), value.data(), sizeof(double) * type.size);
 }
 
-/// `insert` and `[] =` for one kind of value, a class or a vector.
+/// Binds `insert` and `[] =` for one type of value, a class or a vector.
 template <class T>
 void bind_value(py::class_<Values>& c) {
   c.def(
       "insert", [](Values& values, Key key, const T& value) { values.insert(key, value); }, "key"_a,
-      "value"_a, "Adds a variable; an Error if the key is there already.");
+      "value"_a, "Adds a variable; raises Error if the key exists.");
   c.def("__setitem__", &put<T>, "key"_a, "value"_a);
 }
 
@@ -134,7 +134,7 @@ py::object to_python(VariableType type) {
 
 void bind_values(py::module_& m) {
   py::class_<Values> c(m, "Values",
-                       "The values of continuous variables, by key: SO2, SE2, SO3, SE3 or arrays "
+                       "Values of continuous variables by key: SO2, SE2, SO3, SE3 or arrays "
                        "(n,) of float64.");
   c.def(py::init<>());
   bind_value<SO2>(c);
@@ -144,7 +144,7 @@ void bind_values(py::module_& m) {
   c.def(
       "insert",
       [](Values& values, Key key, const Eigen::VectorXd& value) { values.insert(key, value); },
-      "key"_a, "value"_a, "Adds a variable; an Error if the key is there already.");
+      "key"_a, "value"_a, "Adds a variable; raises Error if the key exists.");
   c.def("__setitem__", &put_vector, "key"_a, "value"_a);
   py::implicitly_convertible<py::dict, Values>();
   c.def(py::init(&from_dict), "values"_a, "From a dict of key: value.")
@@ -166,7 +166,7 @@ void bind_values(py::module_& m) {
       .def("__len__", &Values::size)
       .def("__copy__", [](const Values& values) { return Values(values); })
       .def("keys", &keys_of, "letters"_a = "",
-           "Keys in the order of insertion; with these letters, where some are given.")
+           "Keys in the order of insertion; only those with the given letters, if any.")
       .def("stack", &stack, "keys"_a,
            "The storage of variables of one type as rows (n, size), see `storage` of the groups.")
       .def("insert_stack", &insert_stack, "keys"_a, "type"_a, "rows"_a,

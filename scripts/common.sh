@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-# Sourced by the scripts beside it, from any directory: strict mode, the root of the tree, shared steps.
+# Sourced by the other scripts, from any directory: strict mode, the root of the tree, shared steps.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -12,7 +12,7 @@ fail() {
   exit 1
 }
 
-# build PRESET [TARGET]: configures and builds; prints progress only on a terminal, and all of it on failure.
+# build PRESET [TARGET]: configures and builds. Prints progress only on a terminal, and all output on failure.
 build() {
   local preset=$1 log
   shift

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Writes the completion of a program for bash and zsh, from what its --help says.
+"""Writes the completion of a program for bash and zsh, from its --help.
 
 Usage: completion.py PROGRAM BASH_FILE ZSH_FILE
 """
@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 # "  -c,--config INI   meaning", "  --set X ... meaning", "  --no-pictures{false}   meaning", "  --online Excludes: --method";
-# after a long one the meaning stands in the next line.
+# with a long name, the meaning is on the next line.
 OPTION = re.compile(r"^  (?:(-\w),)?(--[\w-]+)(?:\{\w+\})?"
                     r"( (?! )[^ ]+)?(?:.*?(?: \.\.\. |  +)(.*))?")
 COMMAND = re.compile(r"^  ([a-z][\w-]*)  +(.*)$")
@@ -24,7 +24,7 @@ def help_of(program, *command):
 
 
 def parts(lines, title):
-    """The lines of the part of a help that stands under `title`."""
+    """The lines of the section `title` of a help text."""
     inside = False
     for line in lines:
         if line.endswith(":") and not line.startswith(" "):
@@ -64,7 +64,7 @@ def bash_text(name, top, commands):
         lines += ["  esac"]
     if valued:
         lines += ['  case "${COMP_WORDS[COMP_CWORD-1]}" in', f'    {"|".join(valued)}) words= ;;', "  esac"]
-    # An empty reply completes the names of files.
+    # An empty reply completes file names.
     lines += ["  COMPREPLY=()", '  [[ "$word" == -* ' + ("|| $COMP_CWORD -eq 1 " if commands else "") + "]] || return 0",
               '  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")', "}",
               f"complete -o default -F {function} {name}", ""]

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Draws the rooms of both libraries and who includes whom: scripts/draw_rooms.py > docs/images/rooms.svg
+"""Draws the rooms of both libraries and the includes between them: scripts/draw_rooms.py > docs/images/rooms.svg
 
-Rooms stand on their floors, as tests/house/check.py knows them; an arrow runs from a room to one that it includes.
-Only arrows inside a library are drawn, and of those only the ones that no longer way replaces. An include that runs
-upwards would be red; there is none.
+Rooms are on the floors that tests/house/check.py defines; an arrow points from a room to one that it includes. Only
+arrows inside a library are drawn, and none that a longer path replaces. An include of a room on a higher floor would
+be red; there is none.
 """
 
 import pathlib
@@ -40,7 +40,7 @@ def edges():
 
 
 def without_shortcuts(found):
-    """The edges between which no longer way exists."""
+    """The edges that no longer path replaces."""
     after = {}
     for a, b in found:
         after.setdefault(a, set()).add(b)
@@ -53,7 +53,7 @@ def without_shortcuts(found):
 
 
 def places():
-    """Room -> (x, y, height of its floor); the floors of libhybrid lie below those of mrpt_plugins."""
+    """Room -> (x, level of its floor); the floors of libhybrid are below those of mrpt_plugins."""
     at, level = {}, 0
     for top in ("libhybrid", "mrpt_plugins"):
         for rooms in check.FLOORS[top]:
@@ -62,7 +62,7 @@ def places():
                 continue
             step = (WIDTH - LEFT) / len(names)
             for i, name in enumerate(names):
-                # Rooms that are alone on their floor alternate, for arrows to pass beside them.
+                # Single rooms of a floor alternate between left and right, so that arrows can pass beside them.
                 x = LEFT + step * (i + 0.5) + (0 if len(names) > 1 else (level % 3 - 1) * 190)
                 at[top, name] = (x, level)
             level += 1

@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSettings = "settings.txt";
 constexpr const char* kVersion = "version";
-// Files that outlast a result: trials that have been run stay, whatever becomes of the folder.
+// Files that outlast results: finished trials are kept, whatever happens to the other files.
 const std::vector<std::string> kLasting = {"results.csv", kSettings, "experiment.ini"};
 
 void apply(const Options& options, IniFile& ini) {
@@ -49,9 +49,9 @@ void apply(const Options& options, IniFile& ini) {
   }
 }
 
-/// Throws Error where the folder has results of other settings; else notes the settings. What is
-/// only in one of the two belongs to graphs or methods that were added or left out. Of versions of
-/// the program all are noted.
+/// Throws Error if the folder has results of other settings; otherwise writes down the settings.
+/// Settings that only one of the two has belong to graphs or methods that were added or left out.
+/// All versions of the program are written down.
 void check_settings(const fs::path& folder, const ExperimentPlan& plan, const std::string& version,
                     bool has_results) {
   std::map<std::string, std::string> all = plan.fingerprint;
@@ -128,7 +128,7 @@ class Experiment {
              Ledger& ledger)
       : plan_(plan), provenance_(provenance), folder_(folder), ledger_(ledger) {}
 
-  /// Runs what is missing, and with `retry` what went wrong, until the program is asked to stop.
+  /// Runs missing trials, and with `retry` those that failed, until the program is interrupted.
   void run(bool summary_only, bool retry) {
     std::vector<Trial> all = trials_of(plan_), missing;
     std::copy_if(all.begin(), all.end(), std::back_inserter(missing), [&](const Trial& trial) {
@@ -141,7 +141,7 @@ class Experiment {
     }
     if (!missing.empty() && !summary_only) {
       Progress progress(missing.size());
-      // Trials on one file follow each other, so only one graph is in memory.
+      // Trials on one file run in sequence, so that only one graph is in memory.
       for (std::size_t begin = 0; begin < missing.size() && interrupted() == 0;) {
         std::size_t end = begin;
         while (end < missing.size() && same_file(missing[begin], missing[end])) ++end;
@@ -223,7 +223,7 @@ std::string config_text(const Options& options) {
 
 namespace {
 
-/// Trials of the plan by how they ended; those that are yet to be run as "missing".
+/// Number of trials of the plan by status; trials without a result are "missing".
 std::map<std::string, std::size_t> counts_of(const ExperimentPlan& plan, const Ledger& ledger) {
   std::map<std::string, std::size_t> counts;
   for (const Trial& trial : trials_of(plan)) {
@@ -232,7 +232,7 @@ std::map<std::string, std::size_t> counts_of(const ExperimentPlan& plan, const L
   return counts;
 }
 
-/// What is to be said of trials that went wrong; empty if none did.
+/// Message about trials that failed; empty if none did.
 std::string complaint(const std::map<std::string, std::size_t>& counts) {
   std::string text;
   for (const char* status : {"failed", "crashed", "unfinished"}) {

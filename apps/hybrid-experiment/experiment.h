@@ -9,11 +9,11 @@
 
 namespace hybrid {
 
-/// Runs the trials that have no result yet, then writes summaries and plots. Returns the exit code;
-/// throws on failure.
+/// Runs the trials without a result, then writes summaries and plots. Returns the exit code; throws
+/// on failure.
 int run_experiment(const Options& options);
 
-/// All sections and keys as a valid INI with comments: of the INI given, or the defaults.
+/// All sections and keys as a commented INI: with the values of the given INI, or the defaults.
 std::string config_text(const Options& options);
 
 }  // namespace hybrid

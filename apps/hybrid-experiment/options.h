@@ -10,21 +10,21 @@
 
 namespace hybrid {
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
   Provenance provenance;  ///< version and command
   std::string config;
   std::string output = "hybrid-experiment-out";
-  std::string data_dir;  ///< overrides the INI where not empty
-  int jobs = 0;          ///< overrides the INI where positive
+  std::string data_dir;  ///< overrides the INI unless empty
+  int jobs = 0;          ///< overrides the INI if positive
   bool summary_only = false;
-  bool retry = false;  ///< run trials again that failed, crashed or took too long
+  bool retry = false;  ///< rerun trials that failed, crashed or timed out
   bool report = false;
   bool print_config = false;
 };
 
-/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
-/// with `exit_code` set; what to say has then been said.
+/// Parses the command line. Returns nothing, with `exit_code` set, if the program is to end at
+/// once, as after --help; the text for the user has then been printed.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

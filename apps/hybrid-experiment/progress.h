@@ -11,16 +11,16 @@
 
 namespace hybrid {
 
-/// Tells the user on standard error how many trials have ended: one line that renews itself on a
-/// terminal; in a pipe a plain line per twentieth.
+/// Progress on standard error: how many trials have ended. One line that is rewritten on a
+/// terminal; in a pipe, a line per twentieth.
 class Progress {
  public:
-  /// `todo` trials are to be run.
+  /// `todo` is the number of trials to run.
   explicit Progress(std::size_t todo) : todo_(todo) {}
 
-  /// One more trial has ended; `what` names it.
+  /// Counts a trial that ended; `what` names it.
   void ended(const std::string& what);
-  /// Prints a line of its own.
+  /// Prints a separate line.
   void message(const std::string& text) { line_.message(text); }
 
  private:

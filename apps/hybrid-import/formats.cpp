@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-/// A subcommand whose options live as long as it does.
+/// Adds a subcommand, and its options with the same lifetime.
 template <class Options, class Import>
 std::pair<CLI::App*, Options*> subcommand(CLI::App& app, Convert& convert, const char* name,
                                           const char* about, Import import) {
@@ -74,7 +74,7 @@ CLI::App* add_mrclam(CLI::App& app, Convert& convert) {
   format->add_option("folder", options->folder, "Folder of the data set")->required();
   format->add_option("--robot", options->robot, "whose log")->check(CLI::Range(1, 5));
   format->add_flag("--keep-robots", options->keep_robots,
-                   "keep sightings of other robots, as detections without an id");
+                   "keep sightings of other robots, robot N under the id -100 - N");
   add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;
@@ -167,9 +167,12 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
       ->required();
   format
       ->add_option("--detections", o->detections,
-                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]")
+                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]; or "
+                   "p_NAME for each class instead of class,score")
       ->required();
   format->add_option("--classes", o->classes, "names of all classes; default: those met");
+  format->add_option("--score", o->score,
+                     "probability of the class of a detection where the table has none");
   format->add_option("--sensor-pose", o->sensor_pose, "on the robot: x y z yaw pitch roll [m, rad]")
       ->expected(6);
   format->add_option("--sigma-range", o->sigma_range, "where the table has none [m]");

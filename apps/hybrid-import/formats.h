@@ -12,7 +12,7 @@
 
 namespace hybrid {
 
-/// Writes the log that the command line asks for to the path given.
+/// Converts the input of the command line into a log at the given path.
 using Convert = std::function<ImportReport(const std::string&)>;
 
 /// Adds the subcommand of a format, which sets `convert` when it is chosen.

@@ -20,7 +20,7 @@
 namespace hybrid {
 namespace {
 
-/// A map whose sessions are all complete.
+/// Reads a map, all of whose sessions must be complete.
 MapRecord whole_map(const std::string& file) {
   MapRecord map = read_map(file);
   for (const MapSession& s : map.sessions) {
@@ -50,7 +50,7 @@ int join(const Options& options) {
   }
   MapRecord all = whole_map(options.maps.front());
   std::vector<std::string> left(options.maps.begin() + 1, options.maps.end());
-  // A map may touch the first only through another one.
+  // A map may overlap the first one only through another one.
   for (bool progress = true; progress && !left.empty();) {
     progress = false;
     for (auto it = left.begin(); it != left.end();) {
@@ -66,6 +66,11 @@ int join(const Options& options) {
       say("{}: {} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
           *it, joined->common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
           joined->log_odds);
+      if (joined->variance_factor > 1) {
+        say("{}: these differ by more than the maps say they may; their variances would have to be "
+            "{:.1f} times larger\n",
+            *it, joined->variance_factor);
+      }
       all = joined->map;
       it = left.erase(it);
       progress = true;
@@ -88,7 +93,7 @@ int prune(const Options& options) {
   if (options.sessions.empty() && !options.vanished) {
     throw Error(name + ": nothing to remove: name a --session, or --vanished");
   }
-  read_map(name);  // a missing one is not created
+  read_map(name);  // throws if the map is missing, so that none is created
   MapFile file(name);
   MapRecord map = file.record();
   for (const int id : options.sessions) {

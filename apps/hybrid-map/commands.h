@@ -7,7 +7,7 @@
 
 namespace hybrid {
 
-/// Each does what its command says, prints, and returns the exit code. All throw Error.
+/// Each function runs a command, prints its report and returns the exit code. All throw Error.
 int info(const Options& options);
 int check(const Options& options);
 int export_map(const Options& options);

@@ -11,22 +11,22 @@
 
 namespace hybrid {
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
   std::string command;            ///< info, check, export, join or prune
-  std::vector<std::string> maps;  ///< one; for join two or more
+  std::vector<std::string> maps;  ///< one; two or more for join
   bool json = false;
   std::string output;          ///< folder of export, map file of join
   std::vector<double> origin;  ///< latitude, longitude, direction [deg]
   bool pictures = true;
-  std::vector<int> sessions;  ///< to be removed
-  bool vanished = false;      ///< landmarks that are not there any more are to be removed
-  double odds = 1e4;          ///< evidence needed to join
+  std::vector<int> sessions;  ///< to remove
+  bool vanished = false;      ///< remove landmarks that no longer exist
+  double odds = 1e4;          ///< odds of a common place required to join
   Provenance provenance;
 };
 
-/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
-/// with `exit_code` set; what to say has then been said.
+/// Parses the command line. Returns nothing, with `exit_code` set, if the program is to end at
+/// once, as after --help; the text for the user has then been printed.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kOurs = 1;  // of the answers: that of the switches
+constexpr std::size_t kOurs = 1;  // index of our method in the answers
 
 double mean(const std::vector<double>& errors) {
   double sum = 0.0;
@@ -87,7 +87,7 @@ Json summary_json(const ObjectReport& report) {
   return json;
 }
 
-/// Seen from above the first camera: x to its right, z ahead.
+/// Adds a point in the view from above: x and z of the first camera.
 void add(Series& series, const Eigen::Vector3d& point) {
   series.x.push_back(point.x());
   series.y.push_back(point.z());

@@ -13,11 +13,11 @@
 
 namespace hybrid {
 
-/// One sequence with what each method made of it: the start, switches, Huber, Cauchy.
+/// One sequence with the result of each method: the start, switches, Huber, Cauchy.
 struct ObjectReport {
   struct Answer {
     RobustResult result;
-    std::optional<ObjectMapErrors> errors;  ///< where the truth is known
+    std::optional<ObjectMapErrors> errors;  ///< if the truth is known
   };
   std::string name;
   ObjectSequence sequence;
@@ -28,14 +28,14 @@ struct ObjectReport {
 /// Reads and solves a sequence by all methods. Throws Error for bad input.
 ObjectReport solve_sequence(const std::string& name, const std::string& folder);
 
-/// Errors by sequence and method, as text.
+/// Errors by sequence and method, as a text table.
 std::string comparison_table(const std::vector<ObjectReport>& reports);
 
-/// Notes the files of a sequence as inputs.
+/// Adds the files of a sequence to the inputs.
 void add_sequence(const std::string& folder, Provenance& provenance);
 
 /// Writes summary.json and, in a folder per sequence, objects.csv, trajectory.tum, objects.png.
-/// Settles and returns the exit code, which is that of a partial result where our own method did
+/// Fixes (see `settle`) and returns the exit code: that of a partial result if our own method did
 /// not converge.
 int write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output,
                   const Provenance& provenance);

@@ -14,9 +14,9 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kNamed = 10;  // vertices that a message names
+constexpr std::size_t kNamed = 10;  // most vertices listed in a message
 
-/// Ids of the keys that `values` lacks; empty if there are none.
+/// Ids of the keys missing from `values`, as text; empty if there are none.
 std::string missing_text(const std::vector<Key>& keys, const Values& values) {
   std::vector<Key> missing;
   for (Key key : keys) {
@@ -61,7 +61,7 @@ Input read_input(const std::string& path, const std::string& start,
   }
   input.first_hypotheses.resize(input.graph.alternatives.size());
   try {
-    input.initial = initialize_from_odometry(input.graph);  // fails where not connected
+    input.initial = initialize_from_odometry(input.graph);  // throws if not connected
   } catch (const Error& e) {
     throw Error(
         fmt::format("{}: {}; a graph of several parts has no common frame", path, e.what()));

@@ -23,7 +23,7 @@ namespace {
 
 using Pairs = std::set<std::pair<std::uint64_t, std::uint64_t>>;
 
-/// The closures that a file names, all of which must be edges.
+/// The closures listed in a file, all of which must be edges of the graph.
 Pairs read_closures(const std::string& file, const Input& input) {
   Pairs known, pairs;
   for (const auto& edge : input.graph.poses2) known.emplace(edge.from.index(), edge.to.index());
@@ -38,7 +38,7 @@ Pairs read_closures(const std::string& file, const Input& input) {
   return pairs;
 }
 
-/// Feeds all poses through `update`, which says what it did.
+/// Feeds all poses through `update`, which returns its report.
 template <class Selection, class Update>
 Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   Solution solution;
@@ -103,8 +103,8 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
-  std::vector<std::size_t> arrived;  // numbers of the closures, as they arrive
-  std::vector<Decision> decisions;   // of these
+  std::vector<std::size_t> arrived;  // numbers of the closures, in the order of arrival
+  std::vector<Decision> decisions;   // decisions on these closures
   Key newest;
   const auto note = [&](std::size_t k) {
     const char* const now = text_of(selection.status(k));

@@ -103,7 +103,8 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
   say("\n");
 }
 
-/// The factors of a solution: without the closures that are not in force, which are in order.
+/// The active factors of a solution: all but closures that are not in force. `loops` has the
+/// closures in the order of their factors.
 std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
                                                   const std::vector<Loop>& loops) {
   std::vector<ContinuousFactorPtr> factors;
@@ -118,7 +119,7 @@ std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
   return factors;
 }
 
-/// `loops` stays empty where the solver leaves them to find_loops.
+/// Solves the graph; `loops` stays empty if it is to be filled by find_loops().
 Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
   if (!options.online) {
     const bool trust_all = options.method == "lm" || options.trusted == "all";
@@ -143,7 +144,7 @@ Provenance provenance(const Options& options) {
   return provenance;
 }
 
-/// Throws Error where the cost is beyond all numbers, naming the measurement that makes it so.
+/// Throws Error if the cost is not finite, naming the measurement at fault.
 void check_finite(const Input& input, const Solution& solution, const std::string& file) {
   if (std::isfinite(solution.objective) && std::isfinite(solution.cost)) return;
   std::string which;
@@ -160,7 +161,7 @@ void check_finite(const Input& input, const Solution& solution, const std::strin
                   file, which.empty() ? "some vertex" : which));
 }
 
-/// The true poses of pairs that belong to the poses of a path.
+/// The path with the true poses of its pairs.
 Trajectory true_path(Trajectory path, const std::vector<PosePair>& pairs) {
   for (std::size_t i = 0; i < path.size(); ++i) path[i].pose = pairs.at(i).truth;
   return path;
@@ -189,7 +190,7 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
   }
 }
 
-/// True poses beside the estimated ones, where they are estimated.
+/// The pairs of true and estimated poses, for the poses that have an estimate.
 std::vector<PosePair> compared(const std::vector<PosePair>& truth, const std::vector<Key>& poses,
                                const Values& values) {
   std::vector<PosePair> pairs;

@@ -7,8 +7,8 @@
 
 namespace hybrid {
 
-/// Reads the graph, solves it, writes the results and says so on standard output. Returns the exit
-/// code. Throws on failure.
+/// Reads the graph, solves it, writes the results and prints a summary. Returns the exit code.
+/// Throws on failure.
 int optimize(const Options& options);
 
 }  // namespace hybrid

@@ -42,7 +42,7 @@ std::string footer() {
          "          hybrid-pgo intel.g2o --method gnc --set gnc.growth=1.2 -o out";
 }
 
-/// Takes the default where none is given, and the new name for an old one.
+/// Sets the default method if none is given, and the current name for a deprecated one.
 void choose_method(Options& options) {
   if (options.method.empty() && !options.online) options.method = "selection";
   if (options.method.empty()) return;
@@ -68,7 +68,7 @@ void read_methods(IniFile& ini, const std::vector<std::string>& settings, Option
   options.warnings.insert(options.warnings.end(), ini.warnings().begin(), ini.warnings().end());
 }
 
-/// What is asked of the graph, and of what may be false in it.
+/// Options of the graph and its closures.
 void add_graph_options(CLI::App& app, Options& options) {
   CLI::Option* method =
       app.add_option("--method", options.method,

@@ -13,7 +13,7 @@
 
 namespace hybrid {
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
   Provenance provenance;  ///< version and command
   std::string graph;
@@ -25,18 +25,18 @@ struct Options {
   std::string truth;                     ///< file; empty if unknown
   std::string labels;                    ///< file of true closures; empty if unknown
   MethodOptions methods;                 ///< settings of the methods
-  std::vector<std::string> warnings;     ///< about names that are no longer used
+  std::vector<std::string> warnings;     ///< about deprecated names
   bool pictures = true;
   bool sparsity = false;
   bool certify = false;
-  bool repair_information = false;  ///< that is not positive definite
+  bool repair_information = false;  ///< if it is not positive definite
   bool report = false;
   std::string output = "hybrid-pgo-out";
 };
 
-/// Parses the command line, and reads the INI that it names. Returns nothing when the program is to
-/// end at once, as after --help, with `exit_code` set; what to say has then been said. Throws Error
-/// for an INI that is not valid.
+/// Parses the command line, and reads the INI that it names. Returns nothing, with `exit_code` set,
+/// if the program is to end at once, as after --help; the text for the user has then been printed.
+/// Throws Error for an invalid INI.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

@@ -27,7 +27,7 @@ void for_each_relative_pose(const Input& input, const Visit& visit) {
   }
 }
 
-/// Where a pose or landmark is (m), z = 0 in the plane.
+/// Position of a pose or landmark (m), z = 0 in the plane.
 Eigen::Vector3d position(const Values& values, Key key) {
   const double* x = values.data(key);
   const VariableType type = values.type(key);
@@ -94,7 +94,7 @@ Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values) {
 
 namespace {
 
-/// All but loop closures and truth.
+/// The drawing without loop closures and truth.
 GraphDrawing drawing_of(const std::string& title, const Input& input, const Values& values) {
   GraphDrawing drawing;
   drawing.title = "Pose graph " + title;

@@ -14,13 +14,13 @@
 
 namespace hybrid {
 
-/// A loop closure and what became of it.
+/// A loop closure and the decision about it.
 struct Loop {
   Key from, to;
   std::string decision = "trusted";
   double inlier_probability = 1;
   double residual = 0;    ///< norm of the whitened residual
-  double redundancy = 1;  ///< see Verdict, as for the next two
+  double redundancy = 1;  ///< see Verdict, also for the next two fields
   bool checkable = true;
   double margin = 0;
   std::vector<std::pair<std::uint64_t, std::string>> history = {};  ///< see Decision
@@ -32,7 +32,8 @@ struct Loop {
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, Decision>& decisions);
 
-/// hypotheses.csv: i, j, hypothesis chosen, and where the one that was first in the file is.
+/// hypotheses.csv: i, j, chosen hypothesis, and the position of the hypothesis that was first in
+/// the file.
 std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen);
 
 /// loops.csv: i, j, decision, inlier_probability, residual, redundancy, checkable, margin.
@@ -41,16 +42,16 @@ std::string loops_csv(const std::vector<Loop>& loops);
 /// graph.g2o: the estimate with the measurements of the input.
 void write_graph(const OutputDirectory& out, const Input& input, const Values& estimate);
 
-/// Poses by rising id, the id as the time.
+/// Poses by increasing id, with the id as time.
 Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values);
 
-/// Draws graph_start.png, the poses where the solver started with all measurements, graph.png, and
-/// for a graph in space graph_3d.png.
+/// Draws graph_start.png (the initial poses with all measurements), graph.png and, for a 3-D graph,
+/// graph_3d.png.
 void draw_graph(const OutputDirectory& out, const std::string& title, const Input& input,
                 const Solution& solution, const std::vector<Loop>& loops,
                 const std::vector<PosePair>& truth);
 
-/// What report.html shows.
+/// The content of report.html.
 GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,
                          const std::vector<Loop>& loops, const std::vector<PosePair>& truth);
 

@@ -10,13 +10,13 @@
 
 namespace hybrid {
 
-/// Tells the user on standard error how far the solver is: one line that renews itself on a
-/// terminal; in a pipe a plain line per tenth of the graph.
+/// Progress of the solver on standard error. One line that is rewritten on a terminal; in a pipe, a
+/// line per tenth of the graph.
 class Progress {
  public:
   explicit Progress(std::size_t poses) : poses_(poses) {}
 
-  /// `done` poses are in; on a terminal at most ten times per second.
+  /// `done` poses are in the graph. Prints at most ten times per second on a terminal.
   void update(std::size_t done, double cost);
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 using Pair = std::pair<std::uint64_t, std::uint64_t>;
 
-/// Rows `i j` or `i j flag`; a missing flag is 1.
+/// Reads rows `i j` or `i j flag`; a missing flag is 1.
 std::map<Pair, bool> read_flags(const std::string& file) {
   std::map<Pair, bool> flags;
   for (const VertexPair& pair : read_pairs(file, true)) flags[{pair.i, pair.j}] = pair.flag;
@@ -33,7 +33,7 @@ bool has_flags(const std::map<Pair, bool>& pairs) {
   return false;
 }
 
-/// Variables that factors connect, as sets.
+/// Connected components of variables (union-find).
 class Parts {
  public:
   Key root(Key key) {
@@ -42,7 +42,7 @@ class Parts {
     parent_[key] = at;
     return at;
   }
-  /// False if they were one already.
+  /// Connects variables. False if they were connected already.
   bool join(const std::vector<Key>& keys) {
     bool new_link = false;
     for (std::size_t i = 1; i < keys.size(); ++i) {
@@ -58,7 +58,7 @@ class Parts {
   std::unordered_map<Key, Key> parent_;
 };
 
-/// The problem, with the index in `loops` of each closure.
+/// The robust problem, with the index in `loops` of each closure.
 struct Task : RobustTask {
   std::vector<std::size_t> loop_of;
   std::size_t bridges = 0;

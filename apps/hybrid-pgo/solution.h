@@ -19,68 +19,69 @@
 
 namespace hybrid {
 
-/// A pose graph with a start for all its vertices.
+/// A pose graph with initial values of all variables.
 struct Input {
   PoseGraph graph;
   Values initial;
-  std::string start;                         ///< what `initial` is, as in Options
+  std::string start;                         ///< kind of initial values, as in Options
   std::vector<ContinuousFactorPtr> factors;  ///< those of `to_factors`
-  std::vector<int> first_hypotheses;  ///< where the first of the file is, by edge that has several
+  std::vector<int> first_hypotheses;  ///< index of the first hypothesis of the file, by edge with
+                                      ///< several
 
   bool is_3d() const { return !graph.poses3.empty() || !graph.points3.empty(); }
   /// Poses in the order of their ids.
   std::vector<Key> poses() const;
 };
 
-/// Reads a graph; `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
-/// all vertices, else odometry; hypotheses are put in a random order where a seed for it is given,
-/// and information that is not positive definite is repaired where asked.
-/// Throws Error naming the file where it is malformed, not connected, or lacks vertices it needs.
+/// Reads a graph. `start` is "file", "odometry", "chordal", "tree" or "auto": the file if it has
+/// all vertices, else odometry. With a seed `shuffle`, hypotheses are put into random order.
+/// `repair_information` makes information matrices positive definite. Throws Error naming the file
+/// if it is malformed, not connected, or lacks vertices.
 Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt,
                  bool repair_information = false);
 
-/// What became of a loop closure that was not trusted.
+/// The decision about a loop closure that was not trusted.
 struct Decision {
   std::string text;  ///< "accepted", "undecided" or "rejected"
   double inlier_probability = 0;
-  /// Online: the poses at which it was taken for something else than before, and for what.
+  /// Online: poses at which the decision changed, and the new decision.
   std::vector<std::pair<std::uint64_t, std::string>> history = {};
 };
 
-/// What a solver made of it.
+/// The result of a solver.
 struct Solution {
   Values values;
   std::string method;
   std::string message;  ///< empty if it converged
-  int signal = 0;       ///< that stopped it between two poses
-  std::string note;     ///< what the user should know of a good result
+  int signal = 0;       ///< signal that stopped it between two poses, or 0
+  std::string note;     ///< remark for the user about a converged result
   int iterations = 0;
   double seconds = 0;
   double objective = 0;
   double cost = 0;
-  std::vector<double> objectives;         ///< in batch, at the start and after each step down
+  std::vector<double> objectives;         ///< batch: at the start and after each accepted step
   std::vector<StepRecord> steps;          ///< online
-  std::optional<double> variance_factor;  ///< of the noise, where the method estimates it
+  std::optional<double> variance_factor;  ///< of the noise, if the method estimates it
   std::vector<MemberSummary> members;     ///< of a portfolio
   std::optional<double> cost_online;      ///< after the last step, before solving to convergence
   std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
-  std::vector<int> hypotheses;                ///< chosen, for each edge that has several
-  std::vector<StartTrial> starts;             ///< that were tried; empty where there was no choice
-  std::string start;                          ///< the one that won
-  std::vector<Key> order;  ///< elimination order; empty where the solver does not tell
+  std::vector<int> hypotheses;                ///< chosen index, for each edge with several
+  std::vector<StartTrial> starts;             ///< starts tried; empty without a choice
+  std::string start;                          ///< the best start
+  std::vector<Key> order;                     ///< elimination order; empty if the solver has none
 };
 
-/// Levenberg-Marquardt on the whole graph, from the start of the input, or with `compare` from the
-/// best of all cheap ones. Throws Error where there is no estimate.
+/// Levenberg-Marquardt on the whole graph, from the initial values of the input, or with `compare`
+/// from the best of all cheap starts. Throws Error if there is no estimate.
 Solution solve_batch(const Input& input, bool compare);
 
-/// The incremental smoother, pose by pose, then to convergence; it stops where the program is asked
-/// to. Throws Error where there is no estimate, Interrupted before the first pose.
+/// The incremental smoother, pose by pose, then to convergence. Stops when the program is
+/// interrupted. Throws Error if there is no estimate, Interrupted before the first pose.
 Solution solve_online(const Input& input);
 
-/// The same with hypotheses, and with selection of closures (`trusted` as in Options). Throws Error
-/// for a file that cannot be read or names a closure that the graph does not have.
+/// The same with hypotheses, or with selection of closures (`trusted` as in Options). Throws Error
+/// for a file that cannot be read or lists a closure that is not in the graph.
 Solution solve_hypotheses(const Input& input);
 Solution solve_selection(const Input& input, const std::string& trusted,
                          const OnlineClosureSelectionOptions& options, bool keep_history);

@@ -15,8 +15,8 @@
 namespace hybrid {
 namespace {
 
-/// One update of the smoother. `normalizer` sums the log-normalisers of all factors so far,
-/// by which cost and objective differ.
+/// One update of the smoother. `normalizer` is the sum of the log-normalisers of all factors so
+/// far: the difference between objective and cost.
 StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalizer) {
   const Key pose = feed.pose();
   const Delta delta = feed.next(smoother.values());

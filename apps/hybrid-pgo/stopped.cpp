@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kGone = static_cast<std::size_t>(-1);
 
-/// Keeps the edges between variables that are in `values`; returns the new number of each.
+/// Keeps the edges between variables in `values`; returns the new index of each edge.
 template <class Edge>
 std::vector<std::size_t> keep(std::vector<Edge>& edges, const Values& values) {
   std::vector<Edge> kept;

@@ -8,12 +8,12 @@
 
 namespace hybrid {
 
-/// Notes that a signal stopped the solver before it had all poses. Throws Interrupted if it had
-/// none.
+/// Records in the solution that a signal stopped the solver before the last pose. Throws
+/// Interrupted if there is no pose yet.
 void stopped(const PoseFeed& feed, Solution& solution);
 
-/// A solution that was stopped has only some of the poses: keeps these of the graph, with the
-/// measurements between them, and renumbers what the solution says of measurements.
+/// Reduces the graph to the poses of a solution that was stopped, with the measurements between
+/// them, and renumbers the measurements in the solution.
 void keep_solved(Input& input, Solution& solution);
 
 }  // namespace hybrid

@@ -10,7 +10,7 @@
 
 namespace hybrid {
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
   Provenance provenance;  ///< version and command
   std::string source, target;
@@ -22,8 +22,8 @@ struct Options {
   std::string output = "hybrid-register-out";
 };
 
-/// Parses the command line. Returns nothing when the program is to end at once, as after --help,
-/// with `exit_code` set; what to say has then been said.
+/// Parses the command line. Returns nothing, with `exit_code` set, if the program is to end at
+/// once, as after --help; the text for the user has then been printed.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

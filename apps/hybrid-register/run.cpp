@@ -81,7 +81,8 @@ Json summary_json(const RegistrationResult& result, const Provenance& provenance
   Json free = Json::array();
   for (const FreeMotion& motion : result.free_motions) free.push_back(to_string(motion));
   json["unobservable"] = free;
-  // In the tangent of the transform: translation, then rotation vector (rad), in the source's axes.
+  // Tangent covariance of the transform: translation, then rotation vector [rad], in the axes of
+  // the source.
   json["covariance"] = nullptr;
   if (determined) {
     Json rows = Json::array();
@@ -123,7 +124,7 @@ Overlay overlay_of(const Options& options, const RegistrationResult& result, con
 Provenance provenance(const Options& options) {
   Provenance provenance = options.provenance;
   for (const std::string& path : {options.source, options.target, options.start}) {
-    // LOG.rawlog#N is a step of LOG.rawlog.
+    // LOG.rawlog#N names a step of LOG.rawlog.
     provenance.add_input(std::filesystem::exists(path) ? path : path.substr(0, path.rfind('#')));
   }
   warn_of_inputs(provenance);

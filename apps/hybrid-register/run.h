@@ -7,8 +7,8 @@
 
 namespace hybrid {
 
-/// Reads both clouds, registers them, writes the results and says so on standard output. Returns
-/// the exit code. Throws on failure.
+/// Reads both clouds, registers them, writes the results and prints a summary. Returns the exit
+/// code. Throws on failure.
 int run(const Options& options);
 
 }  // namespace hybrid

@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kTolerance = 1e-3;  // of a rotation matrix that somebody typed
+constexpr double kTolerance = 1e-3;  // for rotation matrices typed by hand
 
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace hybrid {
 /// is not a rigid motion.
 SE3 read_transform(const std::string& path);
 
-/// The same form, with all digits.
+/// The matrix as text of the same form, with all digits.
 std::string transform_text(const SE3& T);
 
 }  // namespace hybrid

@@ -3,6 +3,12 @@
 
 #include "apps/hybrid-replay/options.h"
 
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "apps/command_line.h"
 
 namespace hybrid {
@@ -19,7 +25,8 @@ constexpr const char* kFooter =
     "true\n"
     "path trajectory_truth.tum, error.png; where asked, report.html, events.jsonl, "
     "sparsity_*.png\n"
-    "and frames/. They replace the result that OUT holds; files of others stay. A map\n"
+    "and frames/; of several robots, what is about a path in a folder of the robot's name.\n"
+    "They replace the result that OUT holds; files of others stay. A map\n"
     "file is written besides, docs/maps.md.\n"
     "\nExit code: 0 all well; 1 failure, nothing written; 2 the rawlog is damaged: everything up "
     "to\n"
@@ -30,7 +37,48 @@ constexpr const char* kFooter =
     "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
     "written.\n"
     "\nExamples: hybrid-replay robot.rawlog -o out\n"
-    "          hybrid-replay -c config/kf_slam_demo.ini -o out";
+    "          hybrid-replay -c config/kf_slam_demo.ini -o out\n"
+    "          zcat robot.rawlog | hybrid-replay -c my.ini --rawlog - --stream";
+
+/// NAME and FILE of NAME=FILE; no name where that is a file as a whole.
+std::pair<std::string, std::string> named(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  std::error_code unknown;
+  if (equals == std::string::npos || std::filesystem::exists(text, unknown)) return {"", text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// One log, or those of several robots.
+void take_robots(const std::vector<std::string>& logs, const std::vector<std::string>& truth_paths,
+                 ReplayRequest& request) {
+  const bool one = std::all_of(logs.begin(), logs.end(),
+                               [](const std::string& log) { return named(log).first.empty(); });
+  if (one && logs.size() == 1) request.rawlog = logs.front();
+  for (std::size_t i = 0; i < logs.size() && !(one && logs.size() == 1); ++i) {
+    auto [name, file] = named(logs[i]);
+    if (name.empty()) name = std::filesystem::path(file).stem().string();
+    const bool twice = std::any_of(request.robots.begin(), request.robots.end(),
+                                   [&n = name](const RequestedRobot& r) { return r.name == n; });
+    if (twice) throw CLI::ValidationError("--rawlog", "two logs are of robot " + name);
+    request.robots.push_back({name, file, ""});
+  }
+  for (const std::string& text : truth_paths) {
+    const auto [name, file] = named(text);
+    if (name.empty() && truth_paths.size() == 1 && request.robots.empty()) {
+      request.truth_path = file;
+      continue;
+    }
+    if (name.empty())
+      throw CLI::ValidationError("--truth-path", text + ": of which robot? NAME=FILE");
+    const auto it = std::find_if(request.robots.begin(), request.robots.end(),
+                                 [&n = name](const RequestedRobot& r) { return r.name == n; });
+    if (it == request.robots.end()) {
+      request.robots.push_back({name, "", file});
+    } else {
+      it->truth_path = file;
+    }
+  }
+}
 
 }  // namespace
 
@@ -41,21 +89,28 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("-c,--config", options.request.config,
                  "INI file with all settings; see --print-config")
       ->type_name("INI");
-  app.add_option("--rawlog,LOG", options.request.rawlog,
-                 "the log, instead of [log] rawlog, whose truth is then left out; without -c the "
-                 "log itself chooses the plugins")
+  std::vector<std::string> logs, truth_paths;
+  app.add_option("--rawlog,LOG", logs,
+                 "the log, instead of [log] rawlog, whose truth is then left out; - is standard "
+                 "input, mapped as it comes; without -c the log itself chooses the plugins. "
+                 "Several logs, or NAME=FILE, are those of several "
+                 "robots in one map, each a section [robot.NAME]; the name of a file is that of "
+                 "its robot")
       ->type_name("FILE");
-  app.add_option("--truth-path", options.request.truth_path,
+  app.add_option("--truth-path", truth_paths,
                  "true path of the robot, instead of [log] truth_path: MRPT's "
-                 "_ground_truth_robot_path.txt, TUM (.tum) or `time x y z` (.xyz)")
-      ->type_name("FILE");
+                 "_ground_truth_robot_path.txt, TUM (.tum) or `time x y z` (.xyz); NAME=FILE for "
+                 "each of several")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   app.add_option("--truth-map", options.request.truth_map,
                  "true landmarks, instead of [log] truth_map: MRPT's _ground_truth.txt")
       ->type_name("FILE");
   app.add_option("-p,--plugins", options.request.plugin_libraries,
                  "libraries with further plugins or observation classes, separated by commas")
       ->type_name("LIB.so")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--set", options.request.settings,
                  "a value instead of that in the INI; may be given several times")
       ->type_name("SECTION.KEY=VALUE")
@@ -86,12 +141,16 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_flag("--events", options.request.events,
                "write events.jsonl: why each sighting was given to its landmark, what flipped, "
                "merged and closed, the objective after every half-step");
+  app.add_flag("--stream", options.request.stream,
+               "write every keyframe to standard output when it is mapped, a line of JSON each; "
+               "what else is said goes to standard error");
   app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   app.callback([&] {
-    if (options.request.config.empty() && options.request.rawlog.empty() && !options.print_config) {
+    take_robots(logs, truth_paths, options.request);
+    if (options.request.config.empty() && logs.empty() && !options.print_config) {
       throw CLI::RequiredError("a log or -c INI (try -c config/kf_slam_demo.ini, or --help)");
     }
   });

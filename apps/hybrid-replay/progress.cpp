@@ -5,13 +5,14 @@
 
 namespace hybrid {
 
-void Progress::update(double fraction, std::size_t keyframes, std::size_t landmarks,
+void Progress::update(std::optional<double> fraction, std::size_t keyframes, std::size_t landmarks,
                       double objective) {
   if (!line_.is_due()) return;
-  line_.show(fmt::format("{:3.0f} %  {} keyframes  {} landmarks  objective {:.6g}  {:.0f}/s  {}",
-                         100 * fraction, keyframes, landmarks, objective,
+  const std::string share = fraction ? fmt::format("{:3.0f} %  ", 100 * *fraction) : "";
+  line_.show(fmt::format("{}{} keyframes  {} landmarks  objective {:.6g}  {:.0f}/s  {}", share,
+                         keyframes, landmarks, objective,
                          static_cast<double>(keyframes) / line_.elapsed(),
-                         line_.time_left(fraction)));
+                         fraction ? line_.time_left(*fraction) : ""));
 }
 
 }  // namespace hybrid

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "apps/progress_line.h"
@@ -14,8 +15,9 @@ namespace hybrid {
 /// terminal; in a pipe nothing but the messages.
 class Progress {
  public:
-  /// Renews the line, at most ten times per second. `fraction` of the log is done.
-  void update(double fraction, std::size_t keyframes, std::size_t landmarks, double objective);
+  /// Renews the line, at most ten times per second. `fraction` of the log is done, where known.
+  void update(std::optional<double> fraction, std::size_t keyframes, std::size_t landmarks,
+              double objective);
 
   /// Prints a line of its own.
   void message(const std::string& text) { line_.message(text); }

@@ -16,55 +16,64 @@
 namespace hybrid {
 namespace {
 
-/// Tells what was found of the robot itself, on standard output.
-void report(const CalibrationEstimate& calibration) {
-  say("{}:\n", calibration.name);
+/// Tells what was found of the robot itself.
+void report(const CalibrationEstimate& calibration, std::FILE* file) {
+  print_to(file, "{}:\n", calibration.name);
   for (const CalibrationEstimate::Entry& e : calibration.entries) {
     if (e.observed) {
-      say("  {} {:.4f} +- {:.4f} {} (start {:.4f})\n", e.name, e.value, e.sigma, e.unit, e.start);
+      print_to(file, "  {} {:.4f} +- {:.4f} {} (start {:.4f})\n", e.name, e.value, e.sigma, e.unit,
+               e.start);
     } else {
-      say("  {} is not determined by the measurements of this log\n", e.name);
+      print_to(file, "  {} is not determined by the measurements of this log\n", e.name);
     }
   }
 }
 
 /// Tells which plugins were chosen, and what of the log nobody uses.
-void report_plugins(const Summary& summary, Progress& progress) {
+void report_plugins(const Summary& summary, Progress& progress, std::FILE* file) {
   if (!summary.chosen_plugins.empty()) {
-    say("plugins chosen by what the log holds: {}\n",
-        fmt::format("{}", fmt::join(summary.chosen_plugins, ", ")));
+    print_to(file, "plugins chosen by what the log holds: {}\n",
+             fmt::format("{}", fmt::join(summary.chosen_plugins, ", ")));
   }
   for (const auto& [name, use] : summary.observations) {
     if (use.users.empty()) progress.message(fmt::format("not used: {} {}", use.count, name));
   }
 }
 
-void report(const Summary& summary, const std::string& folder, Progress& progress) {
+void report(const Summary& summary, const std::string& folder, Progress& progress,
+            std::FILE* file) {
   progress.clear();
-  report_plugins(summary, progress);
+  report_plugins(summary, progress, file);
   for (const auto& [reason, count] : summary.dropped) {
     progress.message(fmt::format("{}: {}", reason, count));
   }
   for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
   if (summary.status != "ok") progress.message("error: " + summary.message);
-  for (const CalibrationEstimate& calibration : summary.calibration) report(calibration);
-  say("{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
-      summary.keyframes, summary.landmarks, summary.objective, summary.total_s, summary.solver_s);
+  for (const CalibrationEstimate& calibration : summary.calibration) report(calibration, file);
+  print_to(file, "{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
+           summary.keyframes, summary.landmarks, summary.objective, summary.total_s,
+           summary.solver_s);
   if (summary.truth && summary.truth->trajectory &&
       std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
-    say(", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
+    print_to(file, ", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
+  }
+  for (const RobotSummary& robot : summary.robots) {
+    if (!robot.truth || !robot.truth->trajectory) continue;
+    say("{}{} {:.4f} m", &robot == &summary.robots.front() ? " (" : ", ", robot.name,
+        robot.truth->trajectory->unaligned.rmse_m);
+    if (&robot == &summary.robots.back()) say(")");
   }
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
-    say(", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
+    print_to(file, ", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
   }
   if (summary.truth && summary.truth->associations && summary.truth->associations->labelled > 0) {
-    say(", associations right {:.2f} %", 100 * summary.truth->associations->accuracy());
+    print_to(file, ", associations right {:.2f} %", 100 * summary.truth->associations->accuracy());
   }
   if (summary.truth && summary.truth->modes) {
-    say(", modes precision {:.3f} recall {:.3f}", summary.truth->modes->precision(),
-        summary.truth->modes->recall());
+    print_to(file, ", modes precision {:.3f} recall {:.3f}", summary.truth->modes->precision(),
+             summary.truth->modes->recall());
   }
-  say(" -> {}\n", folder);
+  print_to(file, " -> {}\n", folder);
 }
 
 int exit_code(const ReplayOutcome& outcome) {
@@ -81,9 +90,12 @@ int run(const ReplayRequest& request) {
       request,
       [&](const ReplayProgress& so_far) {
         progress.update(so_far.fraction, so_far.keyframes, so_far.landmarks, so_far.objective);
+        if (!request.stream) return;
+        say("{}\n", so_far.line);
+        std::fflush(stdout);
       },
       [](const ReplayOutcome& published) { settle(exit_code(published)); });
-  report(outcome.summary, outcome.folder.string(), progress);
+  report(outcome.summary, outcome.folder.string(), progress, request.stream ? stderr : stdout);
   return exit_code(outcome);
 }
 

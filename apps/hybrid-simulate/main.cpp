@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "apps/command_line.h"
@@ -20,22 +21,43 @@ constexpr const char* kFooter =
     "\nWritten together: F.rawlog, F_ground_truth.txt, F_ground_truth_robot_path.txt and, where "
     "the\n"
     "robot slips, F_ground_truth_modes.txt; those of an older F.rawlog go.\n"
+    "With sections [robot.NAME] in the INI, a log F_NAME.rawlog and its truth for each robot.\n"
     "\nExit code: 0 all well; 1 failure, nothing written.";
 
-void run(const std::string& config, const std::string& output, const std::string& seed) {
-  hybrid::IniFile ini{std::filesystem::path(config)};
-  if (!seed.empty()) ini.override_value("simulation", "seed", seed);
-  const hybrid::Scenario scenario = hybrid::read_scenario(ini);
-  ini.reject_unknown();
-  hybrid::warn_of(ini.warnings());
+std::unique_ptr<hybrid::IniFile> open(const std::string& config, const std::string& seed) {
+  auto ini = std::make_unique<hybrid::IniFile>(std::filesystem::path(config));
+  if (!seed.empty()) ini->override_value("simulation", "seed", seed);
+  return ini;
+}
+
+/// Writes a log; returns what there is to say of it.
+std::string write(const hybrid::Scenario& scenario, const std::string& output) {
   const hybrid::Simulation simulation = hybrid::simulate(scenario);
   std::size_t detections = 0;
   for (const auto& frame : simulation.frames) detections += frame.detections.size();
   const auto files = hybrid::write_simulation(simulation, scenario, output);
+  std::string text = fmt::format("{} frames, {} landmarks, {} detections\n",
+                                 simulation.frames.size(), simulation.landmarks.size(), detections);
+  for (const std::string& file : files) text += fmt::format("wrote {}\n", file);
+  return text;
+}
+
+void run(const std::string& config, const std::string& output, const std::string& seed) {
+  const auto file = open(config, seed);
+  hybrid::IniFile& ini = *file;
+  const hybrid::Scenario scenario = hybrid::read_scenario(ini);
+  const auto robots = hybrid::read_robots(ini, [&] { return open(config, seed); });
+  ini.reject_unknown();
+  hybrid::warn_of(ini.warnings());
+  std::string text;
+  if (robots.empty()) text = write(scenario, output);
+  for (const auto& [name, own] : robots) {
+    const std::filesystem::path path = output;
+    const std::string file = path.stem().string() + "_" + name + path.extension().string();
+    text += write(own, (path.parent_path() / file).string());
+  }
   hybrid::settle(hybrid::kExitOk);
-  hybrid::say("{} frames, {} landmarks, {} detections\n", simulation.frames.size(),
-              simulation.landmarks.size(), detections);
-  for (const std::string& file : files) hybrid::say("wrote {}\n", file);
+  hybrid::say("{}", text);
 }
 
 void print_config(const std::string& config) {
@@ -46,6 +68,7 @@ void print_config(const std::string& config) {
   } else {
     hybrid::IniFile ini{std::filesystem::path(config)};
     hybrid::read_scenario(ini);
+    hybrid::read_robots(ini, [&] { return open(config, ""); });
     ini.reject_unknown();
     fmt::print("{}", ini.documentation());
   }

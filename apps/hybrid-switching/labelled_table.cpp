@@ -15,7 +15,7 @@ namespace hybrid {
 namespace {
 
 constexpr int kMaxModes = 50;
-constexpr int kHalfWindow = 7;  ///< instants over which a first guess without labels is averaged
+constexpr int kHalfWindow = 7;  ///< samples averaged for an initial labelling without labels
 
 int last_column(const Options& options) {
   int last = options.label_column;
@@ -25,8 +25,8 @@ int last_column(const Options& options) {
   return last;
 }
 
-/// Which mode of a model learnt without labels stands for each label: the pairing of most frames in
-/// the stretches that it was learnt from, greedily.
+/// The label of each mode of a model learnt without labels: pairs modes and labels greedily by the
+/// number of common frames in the training stretches.
 std::vector<int> name_modes(const SwitchingModel& model,
                             const std::vector<LabelledSeries>& stretches) {
   const int n = model.modes();

@@ -12,7 +12,7 @@
 
 namespace hybrid {
 
-/// A labelled series as its file has it.
+/// A labelled series as read from its file.
 struct LabelledTable {
   std::vector<std::vector<double>> rows;
   std::vector<int> labels;
@@ -23,19 +23,19 @@ struct LabelledTable {
 };
 
 /// Reads rows of numbers, all of one length; '%' and '#' begin comments. Throws Error that names
-/// file, line and column for rows without the columns asked for, numbers that are not finite, and
-/// labels that are not 0, 1, ...
+/// file, line and column for rows without the required columns, numbers that are not finite, and
+/// labels other than 0, 1, ...
 LabelledTable read_table(const std::string& path, const Options& options);
 
-/// The series of rows first .. last - 1: the changes of the angles, wrapped, then the values. No
-/// row outside enters: the first change repeats the second.
+/// The series of rows first .. last - 1: the changes of the angles, wrapped, then the values. It
+/// uses no other row: the first change is a copy of the second.
 Series series_of(const LabelledTable& table, int first, int last, const Options& options);
 
-/// Modes of a whole table, each fold found with a model that was learnt from the others.
+/// Modes of a whole table, each fold labelled by a model learnt from the other folds.
 struct FoldedLabels {
   std::vector<int> folds;  ///< by row
   std::vector<int> modes;
-  Eigen::MatrixXd probabilities;   ///< a column per row of the table
+  Eigen::MatrixXd probabilities;   ///< one column per row of the table
   std::vector<double> accuracies;  ///< by fold
   std::vector<SwitchingModel> models;
 };

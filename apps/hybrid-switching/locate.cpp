@@ -25,15 +25,15 @@ namespace {
 
 using AnchoredRange = Range<SE2, Eigen::Vector2d>;
 
-constexpr int kHeadings = 8;         ///< starts of the solver, since the first heading is unknown
+constexpr int kHeadings = 8;         ///< starts of the solver; the first heading is unknown
 constexpr double kWidePrior = 10.0;  ///< of the first pose [m, rad]
 constexpr double kAnchorSigma = 1e-4;
 constexpr int kMaxRounds = 50;
-constexpr double kLearnt = 1e-4;      ///< change of parameters at which learning ends [m]
+constexpr double kLearnt = 1e-4;      ///< largest change of a parameter at convergence [m]
 constexpr double kLeastSigma = 0.02;  ///< of a mode [m]
-constexpr double kPriorCount = 2.0;   ///< observations that the first guess of a mode is worth
+constexpr double kPriorCount = 2.0;   ///< weight of the initial guess of a mode, in observations
 
-/// The problem but for the ranges.
+/// The problem without ranges: motions and anchors.
 class RangeProblem {
  public:
   explicit RangeProblem(const RangeLog& log) : log_(log) {
@@ -54,7 +54,7 @@ class RangeProblem {
   }
   static Key anchor(int id) { return {key_letter::kAnchor, static_cast<std::uint64_t>(id)}; }
 
-  /// Dead reckoning from the middle of the anchors.
+  /// Dead reckoning from the centroid of the anchors.
   Values start(double heading) const {
     Values values;
     Eigen::Vector2d middle(0, 0);
@@ -112,7 +112,7 @@ ContinuousFactorPtr range_factor(const RangeProblem& problem, const AnchorRange&
                                          Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), loss);
 }
 
-/// The best of several first headings.
+/// The best result over several initial headings.
 AlternatingResult solve(const RangeProblem& problem, const HybridGraph& graph,
                         const Assignment& assignment) {
   AlternatingResult best;
@@ -128,7 +128,7 @@ DiscreteKey range_mode(std::size_t i) {
   return {Key(key_letter::kMotionMode, i), 2};
 }
 
-/// Ranges as mixtures, modes chained by anchor.
+/// The graph with ranges as mixtures, and a Markov chain of modes per anchor.
 HybridGraph mode_graph(const RangeProblem& problem, const RangeLog& log, const RangeModes& modes) {
   HybridGraph graph = problem.graph_without_ranges();
   std::map<int, std::vector<DiscreteKey>> chains;
@@ -152,7 +152,8 @@ double predicted_range(const RangeProblem& problem, const AnchorRange& r, const 
   return (values.at<SE2>(problem.pose(r.time)).translation() - r.anchor).norm();
 }
 
-/// One round of learning at an estimate: weighted means and variances, expected changes.
+/// One round of expectation-maximisation at an estimate: weighted means and variances, and expected
+/// transitions (by the product of successive marginals).
 RangeModes learn(const RangeProblem& problem, const RangeLog& log, const HybridGraph& graph,
                  const Values& values, const RangeModes& guess, const RangeModes& now) {
   const DiscreteMarginals marginals = discrete_marginals(graph, values);
@@ -186,7 +187,7 @@ RangeModes learn(const RangeProblem& problem, const RangeLog& log, const HybridG
   return out;
 }
 
-/// Of every range, with the path integrated out.
+/// Probability of the second mode of every range, with the path integrated out.
 std::vector<double> second_mode_probabilities(const RangeLog& log, const HybridGraph& graph,
                                               const Estimate& estimate) {
   std::vector<Key> keys;

@@ -45,11 +45,13 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "angles [rad], which enter by their change from instant to instant")
       ->type_name("N,N")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(column)
       ->capture_default_str();
   app.add_option("--value-columns", options.value_columns, "values that enter as they are")
       ->type_name("N,N")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(column);
   app.add_option("--path-columns", options.path_columns, "x and y for path.png")
       ->type_name("N,N")
@@ -59,7 +61,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->capture_default_str();
   app.add_option("--names", options.names, "of the modes, for the pictures")
       ->type_name("A,B")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--order", options.order, "of the autoregressive motions")
       ->type_name("N")
       ->check(CLI::Range(0, 20))

@@ -11,13 +11,13 @@
 
 namespace hybrid {
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
   Provenance provenance;  ///< version and command
   std::string input;
   std::string truth;  ///< of a log of ranges; empty: unknown
   std::string output = "hybrid-switching-out";
-  // Of a labelled series; columns count from 1.
+  // For a labelled series; columns count from 1.
   int label_column = 2;
   std::vector<int> angle_columns = {5};
   std::vector<int> value_columns;
@@ -29,8 +29,8 @@ struct Options {
   bool pictures = true;
 };
 
-/// Parses the command line. Returns nothing when the program is to end at once, with `exit_code`
-/// set; what to say has then been said.
+/// Parses the command line. Returns nothing, with `exit_code` set, if the program is to end at
+/// once; the text for the user has then been printed.
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
 
 }  // namespace hybrid

@@ -11,31 +11,31 @@ namespace hybrid {
 
 /// A distance to an anchor of known position [m].
 struct AnchorRange {
-  int line = 0;  ///< of the file
+  int line = 0;  ///< in the file
   double time = 0, range = 0, variance = 0;
   Eigen::Vector2d anchor{0, 0};
   int anchor_id = 0;
 };
 
-/// Speeds of the wheels of a differential drive from its time on [m/s].
+/// Wheel speeds of a differential drive from a time on [m/s].
 struct WheelSpeeds {
   double time = 0, left = 0, right = 0;
   double half_base = 0;  ///< half the distance between the wheels [m]
   double variance_left = 0, variance_right = 0, variance_side = 0;
 };
 
-/// A robot that measures distances to anchors, rows in order of time.
+/// Ranges to anchors and odometry of a robot, each in order of time.
 struct RangeLog {
   std::vector<AnchorRange> ranges;
   std::vector<WheelSpeeds> odometry;
 };
 
-/// Whether the file is one, by the first word of its first row.
+/// Whether a file is a range log, by the first word of its first row.
 bool is_range_log(const std::string& path);
 
 /// Reads rows "range2 time range variance x y anchor ..." and "odom2diff time v_left v_right v_side
-/// half_base var_left var_right var_side". The data set's own text calls the first wheel the right
-/// one and the last length the whole base; with that, odometry contradicts its ranges grossly.
+/// half_base var_left var_right var_side". The description of the data set calls the first wheel
+/// the right one and the last length the whole base; with that, odometry contradicts the ranges.
 /// Throws Error that names file and line.
 RangeLog read_range_log(const std::string& path);
 

@@ -45,7 +45,7 @@ Json to_json(const SwitchingModel& model) {
   return out;
 }
 
-/// Frames by label (row) and mode found (column).
+/// Number of frames by label (row) and estimated mode (column).
 Eigen::MatrixXd confusion(const LabelledTable& table, const FoldedLabels& found) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(table.modes, table.modes);
   for (int t = 0; t < table.size(); ++t) out(table.labels[t], found.modes[t]) += 1;

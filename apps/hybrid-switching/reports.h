@@ -11,8 +11,8 @@ namespace hybrid {
 /// Throws Error for bad input.
 int report_series(const Options& options);
 
-/// Locates a robot by its ranges, with modes and with kernels, compares with the truth where it is
-/// known, and writes all outputs. Returns the exit code. Throws Error for bad input.
+/// Locates a robot by its ranges, with modes and with robust kernels, compares with the truth if
+/// given, and writes all outputs. Returns the exit code. Throws Error for bad input.
 int report_ranges(const Options& options);
 
 }  // namespace hybrid

@@ -6,7 +6,7 @@
 
 #include "mrpt_plugins/rawlog/parser_main.h"
 
-/// Started by the library alone, where it cannot fork: parses a rawlog that is open already.
+/// Parses an open rawlog. Started only by the library, where it cannot fork.
 int main(int argc, char** argv) {
   return hybrid::run_rawlog_reader(std::vector<std::string>(argv, argv + argc));
 }

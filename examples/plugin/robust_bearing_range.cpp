@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// An example of a mapping plugin in a library of its own: range and bearing to landmarks with known
-// ids under Huber's loss, for maps in the plane. Load it with `hybrid-replay -p` and name it in
-// [plugins] classes.
+// Example of a mapping plugin in a library of its own: range and bearing to landmarks with known
+// ids, with Huber's loss, for maps in 2-D. Load it with `hybrid-replay -p` and name it in [plugins]
+// classes.
 
 #include <algorithm>
 #include <memory>
@@ -43,7 +43,7 @@ class RobustBearingRange : public hybrid::MappingPlugin {
   }
 
  private:
-  /// Neither in the map nor seen by another sensor of the same keyframe.
+  /// Whether a landmark is neither in the map nor seen by another sensor of the same keyframe.
   static bool is_new(std::int64_t id, const hybrid::MapView& map, const hybrid::Contribution& out) {
     return map.landmarks.find(id) == nullptr &&
            std::none_of(out.landmarks.begin(), out.landmarks.end(),

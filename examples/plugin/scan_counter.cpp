@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// An example of a mapping plugin that looks at observations of a class of its own choice: it asks
-// for laser scans, adds nothing to the map, and tells how many rays it saw.
+// Example of a mapping plugin that reads further observations: it requests laser scans, adds
+// nothing to the map, and reports the number of rays.
 
 #include <mrpt/obs/CObservation2DRangeScan.h>
 

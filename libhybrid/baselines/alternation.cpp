@@ -11,8 +11,8 @@ RobustResult solve_alternating(const RobustProblem& problem, const AlternationOp
   const auto start = std::chrono::steady_clock::now();
   const HybridGraph graph = mixture_graph(problem, options.mixture);
 
-  // Closures are classified at the start, before anything is solved: what is out then never enters
-  // the sparsity.
+  // Closures are classified at the initial values, so that those rejected there do not enter the
+  // sparsity.
   Assignment classified;
   std::size_t k = 0;
   graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {

@@ -13,8 +13,8 @@ struct AlternationOptions {
   AlternatingOptions alternating;
 };
 
-/// The paper's own solver on eq. 16: alternating minimisation from the initial values, where every
-/// closure is classified first. It ends in the first local minimum.
+/// The solver of the paper on eq. 16: alternating minimisation from the initial values, at which
+/// every closure is classified first. It ends in the first local minimum.
 RobustResult solve_alternating(const RobustProblem& problem,
                                const AlternationOptions& options = {});
 

@@ -53,7 +53,8 @@ class Search {
   }
 
  private:
-  /// From each vertex, the neighbour that keeps most candidates, until none is left.
+  /// From each of the vertices of largest degree, adds the vertex that keeps most candidates, until
+  /// none is left.
   void greedy() {
     std::vector<int> order(graph_.size());
     std::iota(order.begin(), order.end(), 0);
@@ -82,8 +83,8 @@ class Search {
     }
   }
 
-  /// Vertices in the order of their colours, and how many colours are in use up to each: a clique
-  /// has one vertex per colour at most.
+  /// Vertices in the order of their colours, and the number of colours up to each, a bound: a
+  /// clique has one vertex per colour at most.
   void color(const Bits& candidates, std::vector<int>& order, std::vector<int>& bound) const {
     Bits left = candidates;
     int colors = 0;

@@ -44,7 +44,7 @@ UncertainMotion<Group> followed_by(const UncertainMotion<Group>& a,
   return both;
 }
 
-/// The same relative pose driven backwards.
+/// The inverse of a relative pose.
 template <class Group>
 UncertainMotion<Group> reversed(const UncertainMotion<Group>& a) {
   const typename Group::Jacobian adjoint = a.measured.adjoint();
@@ -94,8 +94,9 @@ struct Odometry {
   }
 };
 
-/// The ways between some stops on a chain. Uncertainties are sums over the steps driven, each in
-/// the frame of the end of the way: no difference of large sums, however long the chain.
+/// The motions between some stops on a chain of odometry. Their covariances are sums over the
+/// steps, in the frame of the end of the motion, and no differences of large sums, however long the
+/// chain.
 template <class Group>
 class Track {
  public:
@@ -114,7 +115,7 @@ class Track {
   int stop(int index) const {
     return static_cast<int>(std::lower_bound(stops_.begin(), stops_.end(), index) - stops_.begin());
   }
-  /// From one stop to every other.
+  /// The motions from one stop to every other.
   std::vector<Way> from(int stop) const {
     std::vector<Way> ways(stops_.size(), none());
     for (std::size_t s = stop + 1; s < ways.size(); ++s) {
@@ -123,7 +124,7 @@ class Track {
     for (int s = stop; s-- > 0;) ways[s] = followed_by(ways[s + 1], reversed(gaps_[s]));
     return ways;
   }
-  /// From every stop to one.
+  /// The motions from every stop to one.
   std::vector<Way> to(int stop) const {
     std::vector<Way> ways(stops_.size(), none());
     for (std::size_t s = stop + 1; s < ways.size(); ++s) {
@@ -159,7 +160,7 @@ double loop_error(const UncertainMotion<Group>& x, const UncertainMotion<Group>&
   return factor.matrixL().solve(error).squaredNorm();
 }
 
-/// The closures whose ends one chain of odometry joins.
+/// The closures with both ends on one chain of odometry.
 template <class Group>
 std::vector<Closure<Group>> closures_on(const Odometry<Group>& odometry,
                                         const RobustProblem& problem) {

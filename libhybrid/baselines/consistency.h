@@ -11,7 +11,7 @@
 namespace HYBRID_API hybrid {
 
 struct ConsistencyOptions {
-  /// Two closures agree where the squared whitened error of their loop is below the chi-square
+  /// Two closures agree if the squared whitened error of their loop is below the chi-square
   /// quantile of this probability.
   double probability = 0.99;
   long max_nodes = 10000;  ///< of the exact search for the largest set; 0: greedy only
@@ -19,7 +19,7 @@ struct ConsistencyOptions {
   int max_closures = 10000;
 };
 
-/// What pairwise consistency says of the closures of a problem.
+/// The result of pairwise consistency maximisation.
 struct Consistency {
   /// By closure: whether it is in the largest set in which all agree with each other, or cannot be
   /// compared because it or the odometry between its ends is no relative pose.
@@ -31,15 +31,14 @@ struct Consistency {
 };
 
 /// Pairwise consistency maximisation (Mangelson et al., 2018, eq. 8 and 12): closures (a, b) and
-/// (c, d) agree where going around a, b, d, c over odometry ends near where it started, by the
-/// covariance of all that lies on the way. Odometry are the trusted relative poses from each
-/// pose to the next; for closures that share a part of it, their errors count as independent. The
-/// exact search stops at its limit, with the largest set found. Throws Error for a probability
-/// outside (0, 1).
+/// (c, d) agree if the loop a, b, d, c over them and odometry closes within the covariance of all
+/// motions along it. Odometry consists of the trusted relative poses from each pose to the next;
+/// errors of two paths along the same part of it count as independent. The exact search stops at
+/// its limit, with the largest set found. Throws Error for a probability outside (0, 1).
 Consistency pairwise_consistency(const RobustProblem& problem,
                                  const ConsistencyOptions& options = {});
 
-/// A solver behind the filter: closures that are not kept are rejected unseen.
+/// Runs `solver` on the closures that are kept; the others are rejected.
 using RobustSolver = std::function<RobustResult(const RobustProblem&)>;
 RobustResult solve_consistent(const RobustProblem& problem, const ConsistencyOptions& options,
                               const MixtureOptions& mixture, const RobustSolver& solver);

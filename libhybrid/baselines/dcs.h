@@ -17,8 +17,8 @@ double dcs_scale(double chi_square, double phi);
 /// The kernel whose weight is s^2: chi2 up to phi, then phi (3 chi2 - phi) / (chi2 + phi).
 Kernel dcs_kernel(double phi);
 
-/// Dynamic covariance scaling: closures under that kernel; accepted are those with s of at least
-/// one half at the end. Throws Error unless phi is positive.
+/// Dynamic covariance scaling: closures under that kernel; those with a final s of at least one
+/// half are accepted. Throws Error unless phi is positive.
 RobustResult solve_dcs(const RobustProblem& problem, const DcsOptions& options = {});
 
 }  // namespace hybrid

@@ -14,7 +14,7 @@ namespace {
 constexpr int kSettlingRounds = 20;
 constexpr double kLargeMu = 1e12;
 
-/// A kernel that multiplies by a weight which its owner changes.
+/// The kernel rho(s) = weight s, for a weight that its owner may change.
 Kernel weighted_by(const double* weight) {
   return {[weight](double s) { return *weight * s; }, [weight](double) { return *weight; }};
 }
@@ -38,7 +38,7 @@ class Gnc {
     few.max_iterations = options_.iterations_per_round;
     weighted_.solve(few);
     double mu = first_mu();
-    result.converged = mu < 0.0;  // all closures are within reach of least squares
+    result.converged = mu < 0.0;  // least squares explains all closures
     for (int round = 0; round < options_.max_rounds && !result.converged; ++round) {
       const bool last = options_.loss == GncLoss::kGemanMcClure && mu == 1.0;
       update_weights(mu);
@@ -63,8 +63,8 @@ class Gnc {
   }
 
  private:
-  /// The limit of large mu, truncated least squares itself: closures within c^2 count in full and
-  /// all others not at all, until the estimate agrees with that. The cost falls at every round.
+  /// The limit of large mu, truncated least squares itself: closures within c^2 have weight one and
+  /// all others zero, until the weights no longer change. The cost falls at every round.
   SolverReport settle() {
     SolverReport report = weighted_.solve(options_.solver);
     if (options_.loss == GncLoss::kGemanMcClure) return report;
@@ -96,7 +96,8 @@ class Gnc {
     return roles;
   }
 
-  /// The mu that suits the closure that is furthest out; negative where least squares will do.
+  /// The first mu for the closure of largest residual relative to its c^2; negative if all are
+  /// within it.
   double first_mu() const {
     const std::vector<double> s = chi_squares(problem_, weighted_.values());
     double first = -1.0;

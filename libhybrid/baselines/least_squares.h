@@ -9,8 +9,8 @@ namespace HYBRID_API hybrid {
 /// Levenberg-Marquardt that accepts every closure.
 RobustResult solve_lm(const RobustProblem& problem, const ComparisonOptions& options = {});
 
-/// The same, accepting only the closures told: none for dead reckoning, the true ones for what no
-/// method can beat. Throws Error unless there is one entry per closure.
+/// The same with only the given closures accepted: none for dead reckoning, the true ones for a
+/// bound that no method can beat. Throws Error unless there is one entry per closure.
 RobustResult solve_given(const RobustProblem& problem, const std::vector<bool>& accepted,
                          const ComparisonOptions& options = {});
 

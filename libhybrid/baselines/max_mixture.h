@@ -7,15 +7,15 @@
 namespace HYBRID_API hybrid {
 
 /// A closure under the likelier of its two components at every evaluation (Olson and Agarwal, 2013,
-/// eq. 6): rho(s) = min(s, s / variance + offset), where `offset` is twice what the outlier
-/// component costs more at a zero residual.
+/// eq. 6): rho(s) = min(s, s / variance + offset), where `offset` is twice the additional cost of
+/// the outlier component at a zero residual.
 Kernel max_mixture_kernel(double outlier_variance, double offset);
 
 /// The kernel for a closure of `rows` residuals under the mixture of eq. 17.
 Kernel max_mixture_kernel(const ContinuousFactor& closure, const MixtureOptions& mixture);
 
-/// Max-mixtures: Levenberg-Marquardt that chooses components anew wherever it evaluates. Accepted
-/// are the closures whose inlier component is the likelier one at the end.
+/// Max-mixtures: Levenberg-Marquardt that chooses components anew at every evaluation. Closures
+/// whose inlier component is the likelier one at the end are accepted.
 RobustResult solve_max_mixture(const RobustProblem& problem, const ComparisonOptions& options = {});
 
 }  // namespace hybrid

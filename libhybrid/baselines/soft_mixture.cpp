@@ -7,7 +7,7 @@
 namespace hybrid {
 namespace {
 
-/// Probability of the outlier component, where it costs `excess` / 2 more than the inlier's.
+/// Probability of the outlier component if it costs `excess` / 2 more than the inlier component.
 double outlier_probability(double excess) {
   return 1.0 / (1.0 + std::exp(0.5 * excess));
 }

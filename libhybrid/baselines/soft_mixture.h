@@ -6,17 +6,17 @@
 
 namespace HYBRID_API hybrid {
 
-/// A closure under the sum of its two components: rho(s) = -2 log(exp(-s / 2) +
-/// exp(-(s / variance + offset) / 2)), less its value at zero, where `offset` is twice what the
-/// outlier component costs more at a zero residual. Its weight is that of expectation-maximisation.
+/// A closure under the sum of its two components: rho(s) = -2 log(exp(-s / 2) + exp(-(s / variance
+/// + offset) / 2)), less its value at zero, where `offset` is twice the additional cost of the
+/// outlier component at a zero residual. Its weight is that of expectation-maximisation.
 Kernel soft_mixture_kernel(double outlier_variance, double offset);
 
 /// The kernel for a closure under the mixture of eq. 17.
 Kernel soft_mixture_kernel(const ContinuousFactor& closure, const MixtureOptions& mixture);
 
-/// Sum-mixtures (footnote 4): like `solve_max_mixture`, but no component is chosen; each counts by
-/// its probability. Accepted are the closures that are inliers with probability one half or more at
-/// the end.
+/// Sum-mixtures (footnote 4): like `solve_max_mixture`, but each component is weighted by its
+/// probability rather than chosen. Closures with a final inlier probability of one half or more are
+/// accepted.
 RobustResult solve_soft_mixture(const RobustProblem& problem,
                                 const ComparisonOptions& options = {});
 

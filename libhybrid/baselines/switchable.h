@@ -29,8 +29,8 @@ class SwitchedFactor : public ContinuousFactor {
   ContinuousFactorPtr factor_;
 };
 
-/// The switch that minimises s^2 chi2 + phi (1 - s)^2, phi / (phi + chi2): twice it, at most one,
-/// is the scale of dynamic covariance scaling.
+/// The switch that minimises s^2 chi2 + phi (1 - s)^2, phi / (phi + chi2): twice this switch, at
+/// most one, is the scale of dynamic covariance scaling.
 double best_switch(double chi_square, double phi);
 
 /// The name of the switch of a closure.
@@ -38,8 +38,8 @@ inline Key real_switch(std::size_t closure) {
   return {key_letter::kClosureWeight, closure};
 }
 
-/// Switchable constraints: switches are unknowns beside the poses, each with a prior at one, where
-/// they start. Accepted are the closures whose switch is at least one half at the end; the values
+/// Switchable constraints: switches are variables beside the poses, each with a prior at one, which
+/// is its initial value. Closures whose final switch is at least one half are accepted; the values
 /// returned hold no switches. Throws Error unless phi is positive.
 RobustResult solve_switchable(const RobustProblem& problem, const SwitchableOptions& options = {});
 

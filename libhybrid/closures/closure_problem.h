@@ -15,22 +15,22 @@
 
 namespace HYBRID_API hybrid {
 
-/// How a closure enters the linear systems of a method that weighs closures.
+/// How a closure enters the linear systems of a method that weights closures.
 enum class ClosureRole {
   kCoupled,
   kWeak,   ///< in cost, gradient and diagonal blocks only: it costs no fill-in
   kAbsent  ///< not at all
 };
 
-/// The roles that suit values.
+/// Chooses the roles of all closures at the given values.
 using RoleRule = std::function<std::vector<ClosureRole>(const Values&)>;
 
-/// A robust problem whose closures are replaced by weighted ones, compiled once: weights change
-/// without a new analysis, which only closures that go or come back cause.
+/// A robust problem whose closures are replaced by weighted ones, compiled once: a change of
+/// weights needs no new analysis of the sparsity, which only a change of roles can cause.
 class ClosureProblem {
  public:
-  /// `closures` stand for those of the problem; `extra` are further factors. `start` holds all
-  /// variables. One role per closure.
+  /// `closures` replace those of the problem, in their order; `extra` are further factors. `start`
+  /// holds all variables. `roles` has one role per closure.
   ClosureProblem(const RobustProblem& problem, const std::vector<ContinuousFactorPtr>& closures,
                  const std::vector<ContinuousFactorPtr>& extra, Values start,
                  const std::vector<ClosureRole>& roles, int threads);
@@ -39,14 +39,14 @@ class ClosureProblem {
   const std::vector<ClosureRole>& roles() const { return roles_; }
   /// Levenberg-Marquardt from the current values; adds to iterations().
   SolverReport solve(const SolverOptions& options);
-  /// Solves in rounds of a few iterations, with roles renewed after each until none changes. Sets
-  /// values, iterations, converged and message of a result.
+  /// Solves in rounds of a few iterations, with roles updated by `rule` after each, until none
+  /// changes. Sets values, iterations, converged and message of a result.
   void solve_in_rounds(const SolverOptions& options, const RoleRule& rule, RobustResult& result);
   const Values& values() const { return values_; }
   void set_values(const Values& values) { values_ = values; }
   int iterations() const { return iterations_; }
-  /// Sets converged and message of a result by how its last solve ended; a singular system, met in
-  /// the last factorisation, means that it did not converge.
+  /// Sets converged and message of a result from the report of its last solve; if the last
+  /// factorisation found the system singular, it did not converge.
   void report(const SolverReport& last, RobustResult& result) const;
   /// How often the sparsity was analysed.
   int analyses() const { return problem_->analyses(); }
@@ -62,11 +62,11 @@ class ClosureProblem {
   std::string singular_;  // message of the last solve that factorised, if singular
 };
 
-/// What the comparison methods share.
+/// Options that the baselines share.
 struct ComparisonOptions {
   MixtureOptions mixture;  ///< the model under which objective and probabilities are reported
   SolverOptions solver;
-  /// Closures of a smaller weight stay out of the off-diagonal blocks of the Hessian.
+  /// Closures of a smaller weight have no off-diagonal blocks in the Hessian.
   double negligible_weight = 1e-6;
 };
 
@@ -74,8 +74,8 @@ struct ComparisonOptions {
 std::vector<double> chi_squares(const RobustProblem& problem, const Values& values);
 
 /// Minimises trusted factors plus closures under kernels, one per closure. Closures of negligible
-/// weight are weak; roles are renewed until none changes. Accepted are the closures whose weight is
-/// at least `least_weight` at the end.
+/// weight are weak; roles are updated until none changes. Closures whose final weight is at least
+/// `least_weight` are accepted.
 RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kernel>& kernels,
                            double least_weight, const ComparisonOptions& options);
 

@@ -9,8 +9,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// A robust cost rho(s) / 2 of the squared whitened norm s, as the comparison methods give it to a
-/// closure.
+/// A robust cost rho(s) / 2 of the squared whitened norm s, which a baseline gives to a closure.
 struct Kernel {
   std::function<double(double)> value;   ///< rho(s)
   std::function<double(double)> weight;  ///< rho'(s), in [0, 1]
@@ -26,7 +25,7 @@ class KernelFactor : public ContinuousFactor {
   double linearize(const double* const* x, double* r, double* J) const override;
   double log_normalizer() const override { return factor_->log_normalizer(); }
   std::string name() const override { return factor_->name() + " under a kernel"; }
-  /// That of the factor, without the kernel.
+  /// The relative pose of the factor, without the kernel.
   std::optional<RelativePose<SE2>> relative_pose_2d() const override {
     return factor_->relative_pose_2d();
   }

@@ -11,7 +11,7 @@
 namespace hybrid {
 namespace {
 
-/// -log of the two components of a closure at a cost of its inlier model.
+/// -log of the two weighted components of a closure.
 struct Costs {
   double inlier = 0.0;
   double outlier = 0.0;
@@ -23,7 +23,7 @@ void check_weights(const MixtureOptions& options) {
   }
 }
 
-/// -log density of the constant outlier model; nothing where it is the wide Gaussian.
+/// -log density of the constant outlier model; empty for the wide Gaussian.
 std::optional<double> null_density(const ContinuousFactor& closure, const MixtureOptions& options) {
   if (options.null_hypothesis || !options.flat) return options.null_hypothesis;
   return closure.log_normalizer() + 0.5 * closure.rows() * std::log(options.outlier_variance);

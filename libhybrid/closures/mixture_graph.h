@@ -13,16 +13,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a false closure looks like (eq. 17).
+/// The model of inliers and outliers (eq. 17).
 struct MixtureOptions {
   /// The outlier model is the inlier's with its covariance multiplied by this.
   double outlier_variance = 1e7;
-  /// Whether the outlier model is constant, at the peak of that Gaussian: the same switch, and
-  /// false closures, however absurd, do not pull at the map.
+  /// Whether the outlier model is constant, at the peak of that Gaussian: the same switch, but
+  /// outliers have no gradient, however large their residuals.
   bool flat = false;
-  /// Instead of both: -log density of a false closure, the same wherever the poses are.
+  /// Replaces both: the constant -log density of a false closure.
   std::optional<double> null_hypothesis;
-  /// Prior weights of the two, positive.
+  /// Prior weights of inliers and outliers, positive.
   double inlier_weight = 0.5;
   double outlier_weight = 0.5;
 };
@@ -32,16 +32,17 @@ inline DiscreteKey closure_switch(std::size_t closure) {
   return {Key(key_letter::kClosureSwitch, closure), 2};
 }
 
-/// The mixture of eq. 17 for one closure, whose outlier component is weak (see Component::weak).
-/// Throws Error for weights that are not positive.
+/// The mixture of eq. 17 for one closure. Its outlier component is weak (see Component::weak) if it
+/// is constant, or as wide as make_outlier_mixture requires. Throws Error for weights that are not
+/// positive.
 HybridFactorPtr closure_mixture(std::size_t closure, const ContinuousFactorPtr& factor,
                                 const MixtureOptions& options = {});
 
-/// The two components of a closure as lines over its squared whitened norm s: where the inlier
-/// costs s / 2, the outlier costs half of s / variance + offset. Throws Error for weights that are
-/// not positive.
+/// The outlier component of a closure as a line over its squared whitened norm s: relative to the
+/// inlier, which costs s / 2, the outlier costs (s / variance + offset) / 2. Throws Error for
+/// weights that are not positive.
 struct OutlierLine {
-  double variance = 1.0;  ///< infinite where the outlier model is constant
+  double variance = 1.0;  ///< infinite if the outlier model is constant
   double offset = 0.0;
 };
 OutlierLine outlier_line(const ContinuousFactor& closure, const MixtureOptions& options);
@@ -53,7 +54,7 @@ HybridGraph mixture_graph(const RobustProblem& problem, const MixtureOptions& op
 /// The assignment of the switches, by closure.
 Assignment to_assignment(const std::vector<bool>& accepted);
 
-/// Objective and cost of an answer.
+/// Objective and cost of values and decisions.
 struct JointObjective {
   double objective = 0.0;  ///< of eq. 6, see RobustResult
   double cost = 0.0;       ///< half the weighted squared error of trusted and accepted factors
@@ -62,12 +63,12 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
                                const std::vector<bool>& accepted,
                                const MixtureOptions& options = {});
 
-/// The verdicts that `accepted` and `values` amount to (eq. 14): redundancies are left at one.
+/// The verdicts for given decisions and values (eq. 14), with redundancies of one.
 std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& values,
                                    const std::vector<bool>& accepted,
                                    const MixtureOptions& options = {});
 
-/// Whether a relative pose is trusted as it is.
+/// Whether a relative pose is trusted; all others are candidate closures.
 using Trust = std::function<bool(Key from, Key to)>;
 
 /// A pose graph as a robust problem: relative poses that are not trusted are the closures, in the

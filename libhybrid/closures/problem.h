@@ -19,33 +19,33 @@ struct RobustProblem {
   Values initial;                             ///< of all variables
 };
 
-/// What a robust solver says of one candidate.
+/// The decision of a robust solver about one candidate.
 struct Verdict {
   bool accepted = false;
   double inlier_probability = 0.0;  ///< see RobustResult::poses_integrated
   double chi_square = 0.0;          ///< squared whitened residual at the estimate
   /// tr(I - A P A') / d in [0, 1], with A the whitened Jacobian and P the covariance: how far the
-  /// other factors can check this one. Near 0 nothing but the closure itself speaks for it.
+  /// other factors can check this one. Near 0, the closure alone determines what it measures.
   double redundancy = 1.0;
-  bool checkable = true;  ///< false where the redundancy is too small to tell false from true
-  /// By how much the logarithm of the evidence exceeds what was asked for; 0 if the method has
-  /// none.
+  bool checkable = true;  ///< false if the redundancy is too small to tell false from true
+  /// Logarithm of the evidence for the closure minus the threshold of admission; 0 if the method
+  /// has none.
   double margin = 0.0;
 };
 
-/// What one member of a portfolio of solvers ended with.
+/// The result of one member of a portfolio of solvers.
 struct MemberSummary {
   std::string method;
   double objective = 0.0;  ///< see RobustResult
-  /// The same once the closures that the evidence contradicts, or does not carry, have been dropped
-  /// from the member's answer: members are compared by this, for the objective alone would reward
-  /// false closures that agree with each other.
+  /// The same after rejecting those closures of the member that the evidence contradicts, or does
+  /// not support. Members are compared by this, since the objective alone would reward false
+  /// closures that agree with each other.
   double verified_objective = 0.0;
   std::size_t accepted = 0;
   double seconds = 0.0;
 };
 
-/// What a robust solver found. `verdicts` is in the order of `RobustProblem::closures`.
+/// The result of a robust solver. `verdicts` is in the order of `RobustProblem::closures`.
 struct RobustResult {
   std::string method;
   Values values;
@@ -58,8 +58,8 @@ struct RobustResult {
   std::string message;
   /// The objective that the method lowers, at the start and after each macro-step.
   std::vector<double> objectives;
-  /// Whether inlier probabilities have the poses integrated out; else they are given the continuous
-  /// estimate (eq. 14), see integrate_poses.
+  /// Whether inlier probabilities have the poses integrated out (see integrate_poses); else they
+  /// are conditional on the continuous estimate (eq. 14).
   bool poses_integrated = false;
   /// Estimate of the factor by which the variances of the noise are understated.
   double variance_factor = 1.0;

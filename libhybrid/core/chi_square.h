@@ -10,7 +10,7 @@ namespace HYBRID_API hybrid {
 /// for degrees below 1 or an x that is not a number.
 double chi_square_probability(double x, int degrees);
 
-/// The x below which that sum stays with the given probability: the usual gate of a squared
+/// The x with chi_square_probability(x, degrees) = probability: the usual gate of a squared
 /// whitened norm. Throws Error unless the probability is in [0, 1) and degrees are at least 1.
 double chi_square_quantile(double probability, int degrees);
 

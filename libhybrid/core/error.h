@@ -30,7 +30,7 @@ class SystemError : public Error {
   int code_;
 };
 
-/// Thrown where what the user asks for makes no sense, whatever the data are.
+/// Settings that are invalid whatever the data.
 class SettingsError : public Error {
  public:
   using Error::Error;

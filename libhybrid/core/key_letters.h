@@ -2,9 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-/// The letters of keys and who gives them. Small letters belong to those who build graphs: to you,
-/// and to the readers, mappers and programs listed here. Capital letters belong to the library: it
-/// adds such variables to graphs of users, so that theirs never collide with it.
+/// The letters of keys and the code that assigns them. Lower-case letters are for those who build
+/// graphs: users, and the readers, mappers and programs listed here. Upper-case letters are for the
+/// variables that the library adds to graphs of users, so that the two never collide.
 namespace hybrid::key_letter {
 
 // Pose graphs and maps.
@@ -14,20 +14,20 @@ inline constexpr char kLandmarkClass = 's';        ///< mapping plugins
 inline constexpr char kMotionMode = 'm';           ///< mapper, switching systems
 inline constexpr char kSensorPose = 'c';           ///< mapper
 inline constexpr char kOdometryCalibration = 'o';  ///< mapper
-inline constexpr char kAssociation = 'a';          ///< what a frame saw; mapping plugins
-inline constexpr char kRangeChoice = 'b';          ///< which place a range means; mapping plugins
+inline constexpr char kAssociation = 'a';          ///< landmarks that a frame saw; mapping plugins
+inline constexpr char kRangeChoice = 'b';          ///< mode of an ambiguous range; mapping plugins
 inline constexpr char kBearingChoice = 'v';        ///< whether a bearing is false; mapping plugins
 
 // Other programs.
 inline constexpr char kObject = 'o';       ///< pose; object maps
 inline constexpr char kAnchor = 'a';       ///< position of a fixed transmitter; hybrid-switching
-inline constexpr char kCounterpart = 'd';  ///< of a point; registration
+inline constexpr char kCounterpart = 'd';  ///< match of a source point; registration
 
 // Added by the library.
-inline constexpr char kClosureSwitch = 'D';  ///< whether a closure is true; closures
-inline constexpr char kHypothesis = 'H';     ///< of an edge with several; pose graphs
-inline constexpr char kClosureChoice = 'R';  ///< with its three values; closures
-inline constexpr char kClosureWeight = 'S';  ///< switchable constraints; baselines
-inline constexpr char kComponent = 'K';      ///< of a mixture that has no variable of its own
+inline constexpr char kClosureSwitch = 'D';  ///< switch of a closure, eq. 16; closures
+inline constexpr char kHypothesis = 'H';     ///< hypothesis of an ambiguous edge; pose graphs
+inline constexpr char kClosureChoice = 'R';  ///< role of a closure in a solve; closures
+inline constexpr char kClosureWeight = 'S';  ///< of a switchable constraint; baselines
+inline constexpr char kComponent = 'K';      ///< of a mixture without a variable of its own
 
 }  // namespace hybrid::key_letter

@@ -7,14 +7,14 @@
 #include "libhybrid/core/values.h"
 #include "libhybrid/geometry/isometry.h"
 
-/// Poses and points of a map in the plane (SE2, vectors of 2) or in space (SE3, vectors of 3), seen
-/// in space: in the plane z, pitch and roll are zero.
+/// Poses and points of a map in the plane (SE2, vectors of 2) or in space (SE3, vectors of 3) as
+/// poses and points in space: for those in the plane z, pitch and roll are zero.
 namespace HYBRID_API hybrid {
 
-/// The pose variable `key`, of type SE2 or SE3.
+/// The pose variable `key`; throws Error unless it is SE2 or SE3.
 Eigen::Isometry3d isometry_at(const Values& values, Key key);
 
-/// The point variable `key`, a vector of 2 (then z = 0) or 3.
+/// The point variable `key`; throws Error unless it is a vector of 2 (then z = 0) or 3.
 Eigen::Vector3d point_at(const Values& values, Key key);
 
 /// A point of 2 (then z = 0) or 3 coordinates.

@@ -40,13 +40,13 @@ class Values {
     return Variable<T>::load(data(checked_slot(key, Variable<T>::type())));
   }
 
-  /// A vector of any length; throws Error for another variable.
+  /// A vector of any length; throws Error for a variable that is no vector.
   Eigen::VectorXd vector(Key key) const;
 
   bool contains(Key key) const { return index_.count(key) != 0; }
   void erase(Key key);
-  /// Erases a variable inserted after slot_count() was `slots`, as if it had never been there; of
-  /// several the last one goes first.
+  /// Undoes the insertion of a variable; `slots` is slot_count() before it. Several insertions are
+  /// undone in reverse order.
   void take_back(Key key, int slots);
   std::size_t size() const { return index_.size(); }
   bool empty() const { return index_.empty(); }
@@ -70,7 +70,7 @@ class Values {
   const double* data(int slot) const { return data_.data() + entries_[slot].offset; }
   double* data(int slot) { return data_.data() + entries_[slot].offset; }
   const double* data(Key key) const { return data(slot(key)); }
-  /// Memory in use, about.
+  /// Approximate memory in use.
   std::size_t bytes() const {
     return data_.capacity() * sizeof(double) + entries_.capacity() * sizeof(Entry) +
            index_.size() * (sizeof(Key) + 4 * sizeof(void*));

@@ -9,7 +9,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kStep = 1e-5;  // of central differences, of tangents of order 1
+constexpr double kStep = 1e-5;  // of central differences, for tangents of order 1
 
 template <class Group>
 void retract_group(const double* x, const double* delta, double* out) {
@@ -31,7 +31,8 @@ void local_group(const double* x, const double* y, double* delta) {
   Eigen::Map<typename Group::Tangent>{delta} = (Group::load(x).inverse() * Group::load(y)).log();
 }
 
-/// Central differences of `count` numbers by the tangent at x; fill(moved x, numbers).
+/// Derivative, by central differences, of the `count` numbers that fill(x, numbers) writes with
+/// respect to the tangent at x.
 template <class Fill>
 Eigen::MatrixXd central_differences(VariableType type, const double* x, int count,
                                     const Fill& fill) {
@@ -51,12 +52,12 @@ Eigen::MatrixXd central_differences(VariableType type, const double* x, int coun
   return J;
 }
 
-/// Derivative of the storage (cos, sin) by the angle.
+/// Derivative of the storage (cos, sin) with respect to the angle.
 Eigen::Vector2d turned(const double* x) {
   return {-x[1], x[0]};
 }
 
-/// Derivative of the quaternion x y z w of q exp(delta) by delta.
+/// Derivative of the quaternion (x, y, z, w) of q exp(delta) with respect to delta at zero.
 Eigen::Matrix<double, 4, 3> turned_quaternion(const double* q) {
   Eigen::Matrix<double, 4, 3> J;
   J << q[3], -q[2], q[1], q[2], q[3], -q[0], -q[1], q[0], q[3], -q[0], -q[1], -q[2];

@@ -16,7 +16,7 @@ namespace HYBRID_API hybrid {
 /// Vectors (points, biases, calibrations), the groups of this library, and manifolds of users.
 enum class VariableKind : unsigned char { kVector, kSO2, kSE2, kSO3, kSE3, kManifold };
 
-/// What a manifold of a user can do, on flat storage; made by manifold_type().
+/// The operations of a user's manifold on flat storage; made by manifold_type().
 struct Manifold {
   const char* name;
   void (*retract)(const double* x, const double* delta, double* out);
@@ -24,13 +24,13 @@ struct Manifold {
   void (*normalize)(double* x);
 };
 
-/// What a variable is at run time: its kind, the size of its tangent and of its storage (in
+/// The type of a variable at run time: its kind, and the sizes of its tangent and storage (in
 /// doubles).
 struct VariableType {
   VariableKind kind = VariableKind::kVector;
   int dim = 0;
   int size = 0;
-  const Manifold* manifold = nullptr;  ///< of kManifold
+  const Manifold* manifold = nullptr;  ///< null unless the kind is kManifold
 
   friend bool operator==(VariableType a, VariableType b) {
     return a.kind == b.kind && a.dim == b.dim &&
@@ -39,11 +39,11 @@ struct VariableType {
   friend bool operator!=(VariableType a, VariableType b) { return !(a == b); }
 
  private:
-  /// By name: two shared libraries may each have a copy.
+  /// Compares names, since two shared libraries may each have a copy of a manifold.
   static bool same_manifold(const Manifold& a, const Manifold& b);
 };
 
-/// Whether it is a pose, SE2 or SE3.
+/// Whether a variable is a pose, SE2 or SE3.
 inline bool is_pose(VariableType type) {
   return type.kind == VariableKind::kSE2 || type.kind == VariableKind::kSE3;
 }
@@ -59,8 +59,8 @@ std::string to_string(VariableType type);
 /// out = x boxplus delta: x Exp(delta) for groups, x + delta for vectors. `out` may be `x`.
 void retract(VariableType type, const double* x, const double* delta, double* out);
 
-/// Scales the rotation of a group to unit norm where it is not of it; not a number where it is
-/// zero.
+/// Scales a rotation to unit norm unless it has it already; not a number if it is zero. The value
+/// of a user's manifold is loaded and stored again.
 void normalize(VariableType type, double* x);
 
 /// delta = y boxminus x, so that retract(x, delta) gives y.
@@ -74,13 +74,13 @@ Eigen::MatrixXd local_jacobian(VariableType type, const double* x, const double*
 /// column-major); of manifolds of users by central differences.
 void retract_jacobian(VariableType type, const double* x, double* jacobian);
 
-/// The type of a manifold with these traits: kName, kDim, kSize, load, store,
-/// retract(value, tangent) and local(value, other). `load` of what `store` wrote gives the value
-/// again, and brings numbers that are slightly off back onto the manifold.
+/// The type of a manifold with these traits: kName, kDim, kSize, load, store, retract(value,
+/// tangent) and local(value, other). `load` inverts `store`, and projects numbers that are slightly
+/// off the manifold onto it.
 template <class Traits>
 VariableType manifold_type();
 
-/// Compile-time view of a variable: how a C++ type sits in flat storage, and how it moves.
+/// A C++ type as a variable: its flat storage, its retraction and its local coordinates.
 ///
 /// A class of your own becomes a variable everywhere (values, factors, marginals, windows) if it
 /// has kName, kDim, kSize, `static T load(const double*)`, `void store(double*) const`,

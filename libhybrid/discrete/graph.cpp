@@ -18,7 +18,7 @@ class KeyIds {
     slots_.resize(capacity);
   }
 
-  /// The id of a key; `next` where it is new.
+  /// The id of a key; a new key gets the id `next`.
   int find_or_add(Key key, int next) {
     std::size_t i = std::hash<Key>{}(key) & (slots_.size() - 1);
     while (slots_[i].id >= 0) {
@@ -42,7 +42,8 @@ int find_root(std::vector<int>& parent, int v) {
   return v;
 }
 
-/// Counts per group become the first place of every group, and one past the last.
+/// Turns the counts of groups into the index of the first item of every group; the last entry
+/// becomes the total.
 void counts_to_begins(std::vector<int>& counts) {
   int sum = 0;
   for (int& count : counts) sum += std::exchange(count, sum);

@@ -10,7 +10,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// A run of integers inside a longer array.
+/// A contiguous range of an array of integers.
 struct IntSpan {
   const int* first = nullptr;
   const int* last = nullptr;
@@ -25,7 +25,7 @@ struct IntSpan {
 /// and are split into connected components. Holds pointers: the tables must outlive it.
 class DiscreteGraph {
  public:
-  /// Throws Error where two tables disagree about a cardinality.
+  /// Throws Error if two tables disagree about a cardinality.
   explicit DiscreteGraph(std::vector<const Table*> tables);
 
   const std::vector<const Table*>& tables() const { return tables_; }
@@ -68,7 +68,7 @@ class DiscreteGraph {
   std::vector<int> tables_by_component_;
 };
 
-/// The tables of every connected component, as positions in `tables`; tables without variables are
+/// The tables of every connected component, as indices into `tables`; tables without variables are
 /// left out.
 std::vector<std::vector<int>> connected_components(const std::vector<const Table*>& tables);
 

@@ -38,7 +38,7 @@ bool is_lower(double cost, double than) {
   return cost < than && !(cost >= than - 1e-12 * std::max(1.0, std::abs(than)));
 }
 
-/// One solve: the incumbent values and, beside them, the best.
+/// One solve: the incumbent values and the best ones found.
 class MinimumCost {
  public:
   MinimumCost(const DiscreteGraph& graph, const DiscreteOptions& options,
@@ -122,7 +122,7 @@ void MinimumCost::solve_components() {
   }
 }
 
-// Back to the incumbent, all of the component, unless the cost fell.
+// Restores the incumbent of a whole component unless its cost fell; returns its cost.
 double MinimumCost::settle(int component) {
   const double found = cost(component, best_);
   const IntSpan variables = graph_.component_variables(component);
@@ -252,7 +252,7 @@ std::vector<double> joint_marginal(const std::vector<const Table*>& tables,
                 std::to_string(size) + " entries, beyond the limit of " +
                 std::to_string(limits.max_table));
   }
-  // A table that says nothing makes the variables share a clique.
+  // A table of zero costs makes the variables share a clique.
   const Table together(keys, std::vector<double>(size, 0.0));
   std::vector<const Table*> extended = tables;
   extended.push_back(&together);

@@ -12,18 +12,18 @@
 
 namespace HYBRID_API hybrid {
 
-/// How far exact inference may go, and what happens beyond.
+/// Limits of exact inference, and the behaviour beyond them.
 struct DiscreteOptions : TableLimits {
-  /// A component over the limits is improved by local search from the current assignment (never
-  /// worse than it); if false, it is an Error that names the table.
+  /// Whether a component over the limits is improved by local search from the current assignment
+  /// (never worse than it); if not, it is an Error that names the table.
   bool local_search_when_too_large = true;
   int max_sweeps = 50;  ///< of local search over all variables of a component
 };
 
-/// What a discrete solve did.
+/// The outcome of a discrete solve.
 struct DiscreteReport {
-  double cost = 0.0;            ///< sum of all tables; +infinity where nothing possible was found
-  bool exact = true;            ///< false where local search stood in for elimination
+  double cost = 0.0;            ///< sum of all tables; +infinity if nothing possible was found
+  bool exact = true;            ///< false if local search replaced elimination
   std::vector<Key> changed;     ///< variables that are new or have another value than before
   std::vector<Key> impossible;  ///< variables of tables that together allow no joint value
 };
@@ -33,15 +33,15 @@ struct DiscreteSolution : DiscreteReport {
 };
 
 /// The joint values of least total cost (eq. 9a), by variable elimination within each connected
-/// component: a chain costs what Viterbi costs, a variable alone a minimum. Ties keep the incumbent
-/// value, so that a component changes only where its cost falls; an impossible component keeps its
-/// incumbent. Give only the tables of the components that matter. Throws Error where tables
-/// disagree about a cardinality, or over the limits without local search.
+/// component: on a chain this is the Viterbi algorithm, on a single variable a minimum. Ties keep
+/// the incumbent value, so that a component changes only if its cost decreases; an impossible
+/// component keeps its incumbent. Tables of components that need no solution can be left out.
+/// Throws Error if tables disagree about a cardinality, or over the limits without local search.
 DiscreteSolution solve_discrete(const std::vector<const Table*>& tables,
                                 const DiscreteOptions& options = {},
                                 const Assignment* incumbent = nullptr);
 
-/// The same in place: `assignment` is the incumbent, and takes the values that changed.
+/// The same in place: `assignment` is the incumbent, and receives the values that changed.
 DiscreteReport update_assignment(const std::vector<const Table*>& tables,
                                  const DiscreteOptions& options, Assignment& assignment);
 
@@ -68,8 +68,8 @@ class DiscreteMarginals {
   double log_partition_ = 0.0;
 };
 
-/// Sum-product over the same junction trees, one pass up and one down. Throws Error where no joint
-/// value is possible, and over the limits.
+/// Sum-product on junction trees, one pass up and one down. Throws Error if no joint value is
+/// possible, and over the limits.
 DiscreteMarginals discrete_marginals(const std::vector<const Table*>& tables,
                                      const TableLimits& limits = {});
 
@@ -86,7 +86,8 @@ struct TableMarginals {
   double log_partition = 0.0;               ///< log of the sum of exp(-cost) over all joint values
 };
 
-/// All of them by one sum-product, two passes over the junction tree. Throws as above.
+/// The marginals of all tables by one sum-product, two passes over the junction tree. Throws as
+/// above.
 TableMarginals table_marginals(const std::vector<const Table*>& tables,
                                const TableLimits& limits = {});
 

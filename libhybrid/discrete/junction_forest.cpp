@@ -63,13 +63,13 @@ class Ordering {
   const DiscreteGraph& graph_;
   const TableLimits limits_;
   std::vector<char> gone_;
-  std::vector<int> begin_;  // neighbours of the untouched graph, begin_[v] .. + degree_[v]
+  std::vector<int> begin_;  // neighbours in the original graph: begin_[v] .. + degree_[v]
   std::vector<int> neighbours_;
   std::vector<int> degree_;
   std::vector<int> live_;        // neighbours not yet eliminated
   std::vector<double> charged_;  // table entries so far, by component
 
-  std::vector<std::vector<int>> adjacent_;  // of the core, sorted
+  std::vector<std::vector<int>> adjacent_;  // neighbours in the core, sorted
   std::vector<int> version_;
   std::vector<int> touched_;
   std::vector<char> is_touched_;
@@ -106,7 +106,8 @@ void Ordering::find_neighbours() {
   live_ = degree_;
 }
 
-// Trees end here. A variable with one neighbour adds no edge, so that it goes first in any case.
+// Eliminates leaves until none is left, which eliminates trees whole. A variable with one neighbour
+// adds no edge, so that the order below would choose it first as well.
 void Ordering::strip_leaves() {
   std::vector<int> leaves;
   for (int v = 0; v < graph_.size(); ++v) {
@@ -160,7 +161,7 @@ void Ordering::eliminate_core() {
   }
 }
 
-// Adds the edges missing in a clique; those who see both ends of a new edge have one less to add.
+// Adds the edges missing in a clique. The fill of the common neighbours of a new edge changes.
 void Ordering::connect(const std::vector<int>& clique) {
   for (std::size_t i = 0; i < clique.size(); ++i) {
     for (std::size_t j = i + 1; j < clique.size(); ++j) {
@@ -216,7 +217,8 @@ void Ordering::refuse(int v, double entries) {
   for (int u : graph_.component_variables(graph_.component(v))) gone_[u] = 1;
 }
 
-// The limit of all tables together goes to the smallest components first: as many as can be exact.
+// Grants the limit on all tables together to the smallest components first, so that as many as
+// possible are exact.
 void Ordering::share_total() {
   std::vector<char> refused(graph_.component_count(), 0);
   for (const TooLarge& failure : too_large_) refused[failure.component] = 1;

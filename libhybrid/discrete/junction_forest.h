@@ -15,7 +15,7 @@ struct TableLimits {
   std::size_t max_total = std::size_t{1} << 27;  ///< all intermediate tables together
 };
 
-/// A component that cannot be eliminated within the limits: the smallest next table where it does
+/// A component that cannot be eliminated within the limits: the next table if the component does
 /// not fit even alone, else all its tables, which do not fit beside those of smaller components.
 struct TooLarge {
   int component = 0;
@@ -28,14 +28,14 @@ struct TooLarge {
 /// the first variable of its separator to be eliminated.
 struct JunctionForest {
   std::vector<int> order;            ///< variable id by position
-  std::vector<int> position;         ///< by variable id; -1 where not eliminated
+  std::vector<int> position;         ///< by variable id; -1 if not eliminated
   std::vector<std::size_t> entries;  ///< of the clique table, by position
   std::vector<int> separator_begin;  ///< by position, and one past the last
   std::vector<int> separators;       ///< positions, descending within a clique
   std::vector<TooLarge> too_large;
 
   int size() const { return static_cast<int>(order.size()); }
-  /// What remains of a clique without its own variable.
+  /// A clique without its own variable.
   IntSpan separator(int p) const {
     return {separators.data() + separator_begin[p], separators.data() + separator_begin[p + 1]};
   }

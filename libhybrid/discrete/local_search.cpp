@@ -36,7 +36,7 @@ class Search {
   std::vector<int>& values_;
   std::vector<int> variables_;
   std::vector<std::vector<int>> tables_of_;  // by variable id
-  std::vector<double> penalty_;              // by table: what stands for infinity
+  std::vector<double> penalty_;              // by table: the cost that replaces infinity
   std::vector<int> tree_;                    // by variable id: union-find; -1 outside the block
   std::vector<int> roots_;
   std::vector<char> covered_;
@@ -82,7 +82,7 @@ bool Search::sweep(bool backwards) {
   return improved;
 }
 
-// From the start on, and around: every variable whose neighbours in the block lie in different
+// Takes, cyclically from `start`, every variable whose neighbours in the block are in different
 // trees.
 std::vector<int> Search::grow_forest(const std::vector<int>& order, int start) {
   std::vector<int> block;
@@ -118,7 +118,7 @@ int Search::tree(int v) {
   return v;
 }
 
-// What a table says about the variables of the block that it holds, the others being given.
+// A table conditioned on its variables outside the block.
 Table Search::slice(int t) const {
   std::vector<DiscreteKey> keys;
   std::vector<std::size_t> steps;
@@ -170,7 +170,7 @@ bool Search::improve(const std::vector<int>& block) {
   for (const Table& table : slices) pointers.push_back(&table);
   const DiscreteGraph inner(std::move(pointers));
 
-  // Ids of the block, in the order in which the inner graph met them.
+  // Variables of the block by their id in the inner graph.
   std::vector<int> outer;
   std::vector<char> met(graph_.size(), 0);
   for (int t : touched) {
@@ -182,7 +182,8 @@ bool Search::improve(const std::vector<int>& block) {
   }
   std::vector<int> best;
   for (int v : outer) best.push_back(values_[v]);
-  // No table is larger than those given: a forest only ever joins two variables of one.
+  // No limit is needed: a table has at most two variables in the forest, so that no clique is
+  // larger than the tables.
   const std::size_t any = std::numeric_limits<std::size_t>::max();
   const JunctionForest forest = make_junction_forest(inner, {any, any}, true);
   VariableElimination(inner, forest).minimize(best);

@@ -23,8 +23,7 @@ class Table {
   const std::vector<DiscreteKey>& keys() const { return keys_; }
   const std::vector<double>& costs() const { return costs_; }
 
-  /// Position in `costs()` of the joint value that an assignment gives to the variables of the
-  /// table.
+  /// Index in `costs()` of the joint value that an assignment gives to the variables of the table.
   std::size_t index(const Assignment& assignment) const;
   double cost(const Assignment& assignment) const { return costs_[index(assignment)]; }
 
@@ -33,14 +32,14 @@ class Table {
   std::vector<double> costs_;
 };
 
-/// Number of joint values of some variables; throws Error where it does not fit a size_t.
+/// Number of joint values of some variables; throws Error if it does not fit a size_t.
 std::size_t joint_size(const std::vector<DiscreteKey>& keys);
 
 /// The row-major index of the values that an assignment gives to `keys`.
 std::size_t joint_index(const std::vector<DiscreteKey>& keys, const Assignment& assignment);
 
-/// What remains of a table when the variables that an assignment names are held at their values.
-/// Throws Error for a value that is out of range.
+/// A table conditioned on the values that an assignment gives to some of its variables. Throws
+/// Error for a value that is out of range.
 Table condition(const Table& table, const Assignment& held);
 
 /// -log p for each value; probabilities must be non-negative and finite with a positive sum, and

@@ -10,8 +10,8 @@
 namespace hybrid {
 namespace {
 
-/// Walks the rows of a dense table (all but its last variable) and, beside it, an offset that
-/// advances by other steps.
+/// Iterates over the rows of a dense table (joint values of all but its last variable) with the
+/// matching offset in another table.
 class RowWalk {
  public:
   RowWalk(const Strides& strides, std::vector<int>& counter) : s_(strides), counter_(counter) {
@@ -91,7 +91,7 @@ void VariableElimination::strides_of_table(int t) {
   }
 }
 
-// The separator of a child lies within the scope at hand, in the same order.
+// The separator of a child is a subset of the current scope, in the same order.
 void VariableElimination::strides_of_separator(int p) {
   strides_.steps.assign(scope_.size(), 0);
   const IntSpan separator = forest_.separator(p);
@@ -128,13 +128,14 @@ void VariableElimination::fill_clique(int p, double* table) {
   }
 }
 
-// False, and the clique on the list of the impossible, where all entries are infinite.
+// Subtracts the minimum of a message. If all entries are infinite, lists the clique as impossible
+// and returns false.
 bool VariableElimination::normalize_message(int p) {
   double* first = messages_.data() + message_begin_[p];
   double* last = messages_.data() + message_begin_[p + 1];
   const double least = *std::min_element(first, last);
   if (least == kInfinity) {
-    // Reported once, where it arises: the message that goes on does not rule anything out.
+    // Reported once, where it arises: the message becomes zero and rules nothing out.
     std::fill(first, last, 0.0);
     impossible_.emplace_back();
     for (int q : scope_) impossible_.back().push_back(forest_.order[q]);
@@ -207,8 +208,8 @@ double VariableElimination::calibrate() {
   return log_sum;
 }
 
-// Turns what a clique collected into its belief: the message it sent is replaced by the belief of
-// its parent over the separator. The two are infinite together, and so is the clique then.
+// Turns the table of a clique into its belief: the message it sent is replaced by the belief of its
+// parent over the separator. Where the message is infinite, so are the clique and the parent.
 void VariableElimination::distribute(int p) {
   scratch_.assign(message_begin_[p + 1] - message_begin_[p], 0.0);
   const int parent = forest_.parent(p);

@@ -13,8 +13,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// A factor of which only the residual is written: dual numbers (ceres::Jet, header only; Debian:
-/// libceres-dev) give the Jacobian. It costs several times an analytic one: see bench-factors.
+/// A factor given by its residual alone: dual numbers (ceres::Jet, header only; Debian:
+/// libceres-dev) compute the Jacobian, at several times the cost of an analytic one (see
+/// bench-factors).
 ///
 /// `Residual` is a function object with
 ///
@@ -22,8 +23,8 @@ namespace HYBRID_API hybrid {
 ///     Eigen::Matrix<S, kRows, 1> operator()(const Eigen::Matrix<S, kSize, 1>&... x) const;
 ///
 /// whose arguments are the variables as they are stored: vectors and numbers as they are, SO2 as
-/// cos, sin; SE2 as x, y, cos, sin; SO3 as the quaternion x, y, z, w; SE3 as x, y, z and that. It
-/// is not whitened, in the units of the measurement.
+/// cos, sin; SE2 as x, y, cos, sin; SO3 as the quaternion x, y, z, w; SE3 as x, y, z and the
+/// quaternion. The residual is not whitened, in the units of the measurement.
 template <int kRows, class Residual, class... Variables>
 class AutoDiffFactor : public FactorOf<kRows, Variables...> {
  public:
@@ -41,7 +42,7 @@ class AutoDiffFactor : public FactorOf<kRows, Variables...> {
     const bool wants = ((J != nullptr) || ...);
     if (!wants) return residual_(storage<Variables>(x)...);
     int first = 0;
-    // In braces, which are evaluated from left to right.
+    // Elements of a braced list are evaluated from left to right.
     const std::tuple<Inputs<Variables>...> inputs{jets<Variables>(x, first)...};
     const auto out = std::apply(residual_, inputs);
     first = 0;
@@ -64,7 +65,8 @@ class AutoDiffFactor : public FactorOf<kRows, Variables...> {
     return out;
   }
 
-  /// The variable as the inputs from `first` on, which moves behind it.
+  /// The storage of a variable as dual numbers, whose derivatives start at input `first`; advances
+  /// `first`.
   template <class V>
   static Inputs<V> jets(const V& x, int& first) {
     const auto values = storage(x);
@@ -74,7 +76,7 @@ class AutoDiffFactor : public FactorOf<kRows, Variables...> {
     return out;
   }
 
-  /// J of the tangent from the derivatives by the storage.
+  /// The Jacobian with respect to the tangent, from the derivatives with respect to the storage.
   template <class V, class Out>
   static void chain(const V& x, const Out& out, int& first,
                     typename Base::template Jacobian<V>* J) {

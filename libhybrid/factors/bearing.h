@@ -11,7 +11,7 @@ namespace HYBRID_API hybrid {
 
 /// The direction of a point seen by a sensor on a robot, without its distance: residual h(T, p) - z
 /// wrapped to [-pi, pi], where z is the bearing in the plane and (yaw, pitch) in space [rad], with
-/// the signs of `to_polar` and its behaviour at the sensor and on its vertical axis.
+/// the signs of `to_polar`; see there for points at the sensor or on its vertical axis.
 template <class Pose>
 class Bearing : public FactorOf<Pose::Point::RowsAtCompileTime - 1, Pose, typename Pose::Point> {
  public:

@@ -31,7 +31,7 @@ class BearingRange : public FactorOf<Pose::Point::RowsAtCompileTime, Pose, typen
   const Pose& T_robot_sensor() const { return view_.T_robot_sensor(); }
   std::string name() const override { return "bearing-range"; }
 
-  /// The measurement to expect, with its Jacobians where asked (both or none).
+  /// The expected measurement; the Jacobians are written if they are not null (both or none).
   Point predict(const Pose& T_map_robot, const Point& p_map,
                 typename Base::template Jacobian<Pose>* by_pose = nullptr,
                 typename Base::template Jacobian<Point>* by_point = nullptr) const {
@@ -61,8 +61,8 @@ struct LocatedPoint {
   Eigen::Matrix<double, Point::RowsAtCompileTime, Point::RowsAtCompileTime> covariance;
 };
 
-/// Where a measured point lies in the map (the inverse of `BearingRange`), with its covariance to
-/// first order: from the noise of the measurement and, where given, the covariance of the robot
+/// The position of a measured point in the map (the inverse of `BearingRange`) and its covariance
+/// to first order, from the noise of the measurement and, if given, the covariance of the robot
 /// pose in its tangent.
 template <class Pose>
 LocatedPoint<typename Pose::Point> locate(

@@ -12,7 +12,8 @@ BetweenSE2::Residual BetweenSE2::evaluate(const SE2& a, const SE2& b, Jacobian<S
   const Eigen::Vector2d t = to_measured * (h.translation() - measured_.translation());
   const Residual e(t.x(), t.y(), angle_error.angle());
   if (Ja != nullptr) {
-    // Entry by entry: blocks of two would be stored in parts and then loaded as a whole, a stall.
+    // Filled entry by entry: 2 x 2 blocks would be stored in parts and then loaded whole, which
+    // stalls.
     const double c = to_measured.cos();
     const double s = to_measured.sin();
     *Ja << -c, s, c * h.y() + s * h.x(),  //

@@ -13,8 +13,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15; of vectors and
-/// numbers b - a - z.
+/// A measured relative motion z of b seen from a: residual log(z^-1 a^-1 b), eq. 15; for vectors
+/// and numbers b - a - z.
 template <class T>
 class Between : public FactorOf<Variable<T>::kDim, T, T> {
  public:
@@ -58,10 +58,10 @@ class Between : public FactorOf<Variable<T>::kDim, T, T> {
   T measured_;
 };
 
-/// A measured planar motion with the residual of translation in the measured frame and plain angle
-/// difference, (R_z' (t_ab - t_z), wrap(angle_ab - angle_z)). It converges from far worse starts
-/// than the group logarithm, whose translation part mixes with large angle errors; hence the
-/// default of readers.
+/// A measured planar motion whose residual is the translation error in the measured frame and the
+/// angle difference, (R_z' (t_ab - t_z), wrap(angle_ab - angle_z)). Readers of graphs use it, since
+/// it converges from far worse initial values than the group logarithm, whose translation part
+/// depends on large angle errors.
 class BetweenSE2 : public FactorOf<3, SE2, SE2> {
  public:
   /// Throws Error for a motion that is not finite.

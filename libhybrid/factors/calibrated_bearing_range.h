@@ -9,7 +9,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// BearingRange with the place of the sensor on the robot, T_robot_sensor, as a third variable that
+/// BearingRange with the pose of the sensor on the robot, T_robot_sensor, as a third variable that
 /// all sightings of the sensor share.
 template <class Pose>
 class CalibratedBearingRange

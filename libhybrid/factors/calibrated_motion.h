@@ -11,14 +11,15 @@
 
 namespace HYBRID_API hybrid {
 
-/// How odometry errs on and on, a variable that all motions share: (scale of translation, scale of
-/// rotation, drift of the rotation [rad per metre driven]), the drift a number in the plane and a
-/// rotation vector in space. Without error (1, 1, 0).
+/// The systematic errors of odometry, a variable that all motions share: (scale of translation,
+/// scale of rotation, drift of the rotation [rad per metre driven]). The drift is a number in the
+/// plane and a rotation vector in space. Without error it is (1, 1, 0).
 using OdometryCalibration2 = Eigen::Vector3d;
 using OdometryCalibration3 = Eigen::Matrix<double, 5, 1>;
 
 /// The motion that odometry should have measured: translation c_0 t and rotation c_1 r + |t| drift,
-/// where (t, r) was measured. With its derivative in the tangent of the result where asked.
+/// where (t, r) was measured. `by_calibration`, if not null, receives its derivative in the tangent
+/// of the result.
 SE2 calibrated(const SE2& measured, const OdometryCalibration2& c,
                Eigen::Matrix3d* by_calibration = nullptr);
 SE3 calibrated(const SE3& measured, const OdometryCalibration3& c,

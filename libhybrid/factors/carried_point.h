@@ -9,8 +9,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Where the point `offset` (in the frame of a pose, e.g. an antenna on a robot) lies in the map,
-/// with its Jacobian with respect to the pose where asked.
+/// The position in the map of the point `offset`, given in the frame of a pose (e.g. an antenna on
+/// a robot). `J`, if not null, receives the Jacobian with respect to the pose.
 inline Eigen::Vector2d carried_point(const SE2& T, const Eigen::Vector2d& offset,
                                      Eigen::Matrix<double, 2, 3>* J = nullptr) {
   const Eigen::Matrix2d R = T.rotation().matrix();
@@ -34,7 +34,8 @@ Eigen::Matrix<double, N, 1> carried_point(const Eigen::Matrix<double, N, 1>& p,
   return p + offset;
 }
 
-/// The point type of a variable that has a position: Vector2d for SE2, the vector itself for one.
+/// The point type of a variable that has a position: Vector2d for SE2, Vector3d for SE3, a vector's
+/// own type for a vector.
 template <class T>
 struct PositionOf {
   using type = typename T::Point;

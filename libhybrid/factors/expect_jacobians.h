@@ -13,7 +13,7 @@
 
 namespace hybrid::testing {
 
-/// r and J of a factor, as solvers see them.
+/// Cost, r and J of a factor, as solvers see them.
 struct Linearization {
   double cost = 0.0;
   Eigen::VectorXd r;
@@ -61,9 +61,9 @@ Eigen::MatrixXd numeric_derivative(const ContinuousFactor& factor, const Values&
   return result;
 }
 
-/// Compares what `linearize` says with numeric differentiation: the Jacobian with that of the
-/// whitened residual (factors without a robust loss), the gradient J'r with that of the cost, and
-/// the costs of both evaluation paths.
+/// Compares `linearize` with numeric differentiation: the Jacobian with that of the whitened
+/// residual (factors without a robust loss), the gradient J'r with that of the cost, and the costs
+/// of both evaluation paths.
 inline void expect_jacobians(const ContinuousFactor& factor, const Values& values,
                              double tolerance = 1e-7, bool robust = false) {
   const std::string what = factor.name();

@@ -35,7 +35,7 @@ std::vector<const double*> gather(const std::vector<Key>& keys,
     const int slot = values.slot(keys[i]);
     if (values.type(slot) != types[i]) {
       throw Error("variable " + to_string(keys[i]) + " is " + to_string(values.type(slot)) +
-                  ", but a factor takes it as " + to_string(types[i]));
+                  ", but " + describe("a", keys) + " takes it as " + to_string(types[i]));
     }
     x[i] = values.data(slot);
   }

@@ -53,9 +53,9 @@ class ContinuousFactor {
   /// Name for messages, e.g. "between".
   virtual std::string name() const = 0;
 
-  /// The motion from keys()[0] to keys()[1] that the factor measures, for what builds on relative
-  /// poses: chordal initialisation, consistency of closures, export to pose graphs. Nothing where
-  /// it measures something else.
+  /// The motion from keys()[0] to keys()[1] that the factor measures, used by methods on relative
+  /// poses: chordal initialisation, consistency of closures, export to pose graphs. Empty if the
+  /// factor measures something else.
   virtual std::optional<RelativePose<SE2>> relative_pose_2d() const { return std::nullopt; }
   virtual std::optional<RelativePose<SE3>> relative_pose_3d() const { return std::nullopt; }
 
@@ -77,8 +77,8 @@ std::string describe(const std::string& name, const std::vector<Key>& keys);
 
 using ContinuousFactorPtr = std::shared_ptr<const ContinuousFactor>;
 
-/// Pointers to the storage of `keys` in `values`, as the factors take them. Throws Error if a
-/// variable is missing or not of the type at the same place in `types`.
+/// Pointers to the storage of `keys` in `values`, the `x` of factors. Throws Error if a variable is
+/// missing or not of its type in `types`.
 std::vector<const double*> gather(const std::vector<Key>& keys,
                                   const std::vector<VariableType>& types, const Values& values);
 

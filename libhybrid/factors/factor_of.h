@@ -35,9 +35,9 @@ inline void check_range(const ContinuousFactor& factor, double range) {
               ": the measured range must be finite and not negative, got " + std::to_string(range));
 }
 
-/// Base of continuous factors whose residual size and variable types are known at compile time.
-/// Derive, and write `evaluate`: the residual and, where a pointer is not null, its Jacobian with
-/// respect to the tangent of that variable. Whitening, robust loss and storage are done here.
+/// Base of continuous factors whose residual size and variable types are known at compile time. A
+/// derived class defines `evaluate`: the residual and, if the pointers are not null, its Jacobian
+/// with respect to the tangent of each variable. Whitening, robust loss and storage are done here.
 template <int kRows, class... Variables>
 class FactorOf : public ContinuousFactor {
  public:
@@ -68,8 +68,8 @@ class FactorOf : public ContinuousFactor {
         loss_(loss),
         log_normalizer_(noise.log_normalizer()) {
     if (noise.dim() != kRows) {
-      throw Error("noise of dimension " + std::to_string(noise.dim()) + " for a residual of " +
-                  std::to_string(kRows));
+      throw Error(describe("a", this->keys()) + ": noise of dimension " +
+                  std::to_string(noise.dim()) + " for a residual of " + std::to_string(kRows));
     }
     if (!(loss.parameter > 0.0)) {
       throw Error("the parameter of a robust loss must be positive, got " +
@@ -94,7 +94,7 @@ class FactorOf : public ContinuousFactor {
                       std::index_sequence<I...>) const {
     std::tuple<Jacobian<Variables>...> jacobians;
     const Residual e = evaluate(Variable<Variables>::load(x[I])..., &std::get<I>(jacobians)...);
-    Residual whitened;  // local, for the compiler to keep it in registers
+    Residual whitened;  // local, so that the compiler keeps it in registers
     whiten(e, whitened);
     (append(std::get<I>(jacobians), J), ...);
     const double s = whitened.squaredNorm();
@@ -117,7 +117,7 @@ class FactorOf : public ContinuousFactor {
     }
   }
 
-  /// Writes the whitened Jacobian of one variable at `J` and moves `J` behind it.
+  /// Writes the whitened Jacobian of one variable at `J` and advances `J` to the next.
   template <class Block>
   void append(const Block& jacobian, double*& J) const {
     whiten(jacobian, Eigen::Map<Block>{J});

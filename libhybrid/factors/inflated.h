@@ -19,7 +19,7 @@ class Inflated : public ContinuousFactor {
   double linearize(const double* const* x, double* r, double* J) const override;
   double log_normalizer() const override;
   std::string name() const override { return "inflated " + factor_->name(); }
-  /// That of the factor, with the information divided by the variance factor.
+  /// The relative pose of the factor, with its information divided by the variance factor.
   std::optional<RelativePose<SE2>> relative_pose_2d() const override;
   std::optional<RelativePose<SE3>> relative_pose_3d() const override;
   using ContinuousFactor::cost;
@@ -27,7 +27,7 @@ class Inflated : public ContinuousFactor {
  private:
   ContinuousFactorPtr factor_;
   double variance_factor_;
-  double scale_;  // of residual and Jacobian
+  double scale_;  // of the residual and the Jacobian
 };
 
 }  // namespace hybrid

@@ -16,10 +16,10 @@ class LinearFactor : public ContinuousFactor {
  public:
   struct Term {
     Key key;
-    Eigen::MatrixXd A;  ///< rows of b x length of the variable
+    Eigen::MatrixXd A;  ///< (rows of b) x (length of the variable)
   };
 
-  /// Throws Error where sizes do not fit, a number is not finite or there is no term.
+  /// Throws Error if sizes do not fit, a number is not finite or there is no term.
   LinearFactor(const std::vector<Term>& terms, const Eigen::VectorXd& b, const Noise& noise);
 
   double cost(const double* const* x) const override;
@@ -32,7 +32,7 @@ class LinearFactor : public ContinuousFactor {
  private:
   Eigen::VectorXd whitened_residual(const double* const* x) const;
 
-  Eigen::MatrixXd A_;  // of all terms side by side, whitened
+  Eigen::MatrixXd A_;  // matrices of all terms side by side, whitened
   Eigen::VectorXd b_;  // whitened
   double log_normalizer_;
 };

@@ -8,8 +8,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Linear motion of a state, one mode of a switching linear system (Fig. 1a): residual
-/// x_b - (F x_a + c), with the noise of the process.
+/// Linear motion of a state, one mode of a switching linear system (Fig. 1a): residual x_b - (F x_a
+/// + c), with the process noise.
 template <int N>
 class LinearMotion : public FactorOf<N, Eigen::Matrix<double, N, 1>, Eigen::Matrix<double, N, 1>> {
  public:

@@ -48,7 +48,7 @@ LinearPrior::LinearPrior(const std::vector<Key>& keys, const Values& points, Eig
   }
 }
 
-/// Takes the variables that have a place in the map into the frame of the anchor, and R into their
+/// Expresses the origins of located variables in the frame of the anchor, and R in their
 /// coordinates.
 template <class Pose>
 void LinearPrior::express() {
@@ -77,8 +77,8 @@ ContinuousFactorPtr LinearPrior::from_information(const std::vector<Key>& keys,
                                                   const Eigen::MatrixXd& information,
                                                   const Eigen::VectorXd& gradient,
                                                   std::vector<bool> located) {
-  // S = D Lambda D with unit diagonal, whatever the units, and S = P' L D L' P with pivoting:
-  // directions without information drop out.
+  // Lambda is scaled to unit diagonal, so that units do not matter, and factorised as P' L D L' P
+  // with pivoting; directions without information are dropped.
   Eigen::VectorXd scale = information.diagonal();
   for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
@@ -98,7 +98,8 @@ ContinuousFactorPtr LinearPrior::from_information(const std::vector<Key>& keys,
                                        std::move(located));
 }
 
-/// The coordinates of x; where J is not null, it becomes the derivative of R e by the tangents.
+/// The coordinates e of x; `J`, if not null, receives the derivative of R e with respect to the
+/// tangents.
 template <class Pose>
 Eigen::VectorXd LinearPrior::coordinates(const double* const* x, double* J) const {
   Eigen::VectorXd e(cols());

@@ -21,7 +21,13 @@ Eigen::MatrixXd covariance_after_motion(
   Eigen::MatrixXd J(rows, motion.cols());
   motion.linearize(x.data(), r.data(), J.data());
   const Eigen::MatrixXd noise = J.rightCols(rows).inverse();
-  if (first) return noise * noise.transpose();
+  if (first) {  // independent of all that is in the graph
+    const Eigen::MatrixXd known = keys.empty() ? Eigen::MatrixXd(0, 0) : joint_covariance(keys);
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows + known.rows(), rows + known.rows());
+    all.topLeftCorner(rows, rows) = noise * noise.transpose();
+    all.bottomRightCorner(known.rows(), known.rows()) = known;
+    return all;
+  }
   keys.insert(keys.begin(), motion.keys().front());
   Eigen::MatrixXd joint = joint_covariance(keys);
   const Eigen::MatrixXd F = -noise * J.leftCols(rows);

@@ -12,11 +12,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// Joint covariance of a pose that is not in the graph yet and of some variables that are, in that
-/// order. `motion` ties the new pose, its last key, to the one before, or is its prior; as many
-/// rows as the pose has directions. Its variables are in `newest` or in `values`.
-/// `joint_covariance` is that of the graph. With r = A da + B db for the linear motion,
-/// db = B^-1 (r - A da).
+/// Joint covariance of a pose that is not in the graph yet and of the variables `keys` of the
+/// graph, in that order. `motion` is the factor from the previous pose to the new one (its last
+/// key), with as many rows as the tangent of a pose; or the prior of the new pose, and then the
+/// covariance of that pose alone is returned. Its variables are in `newest` or in `values`.
+/// `joint_covariance` returns the joint covariance of variables of the graph. With r = A da + B db
+/// for the linearised motion, db = B^-1 (r - A da).
 Eigen::MatrixXd covariance_after_motion(
     const ContinuousFactor& motion, const Values& newest, const Values& values,
     const std::function<Eigen::MatrixXd(const std::vector<Key>&)>& joint_covariance,

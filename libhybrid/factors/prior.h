@@ -8,7 +8,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// A direct measurement z of a variable of any type: residual x boxminus z, of vectors and numbers
+/// A direct measurement z of a variable of any type: residual x boxminus z; for vectors and numbers
 /// x - z.
 template <class T>
 class Prior : public FactorOf<Variable<T>::kDim, T> {

@@ -13,9 +13,10 @@ namespace HYBRID_API hybrid {
 /// principal point [pixels], and the coefficients k1, k2 of radius^2 and radius^4.
 using Intrinsics = Eigen::Matrix<double, 5, 1>;  // f, cx, cy, k1, k2
 
-/// Where a camera sees a point: for (x, y, z) in the camera frame (z ahead, x right, y down) with
-/// u = (x, y) / z and s = 1 + k1 |u|^2 + k2 |u|^4, the pixel f s u + (cx, cy). A point nearer than
-/// kNearest or behind counts as that near, which makes its residual huge and its Jacobian finite.
+/// The pixel at which a camera sees a point: for (x, y, z) in the camera frame (z ahead, x right, y
+/// down) with u = (x, y) / z and s = 1 + k1 |u|^2 + k2 |u|^4, the pixel f s u + (cx, cy). A depth z
+/// below kNearest [unit of length], also a negative one, is replaced by it, which makes the
+/// residual huge and the Jacobian finite.
 struct PinholeView {
   static constexpr double kNearest = 1e-6;
 
@@ -26,8 +27,9 @@ struct PinholeView {
   PinholeView(const Eigen::Vector3d& p, const Intrinsics& camera, bool jacobians);
 };
 
-/// A pixel where a camera at T_map_camera saw a point of the map, with pose, point and intrinsics
-/// all unknown: residual in pixels. Cameras that share the key of the intrinsics are one.
+/// The pixel at which a camera at T_map_camera saw a point of the map, with pose, point and
+/// intrinsics all unknown: residual in pixels. Projections with the same intrinsics variable are of
+/// the same camera.
 class Projection : public FactorOf<2, SE3, Eigen::Vector3d, Intrinsics> {
  public:
   /// Throws Error for a pixel that is not finite.

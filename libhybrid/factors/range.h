@@ -12,9 +12,9 @@ namespace HYBRID_API hybrid {
 
 /// A measured distance [m] between two things that have a position, each a pose or a point:
 /// Range<SE2, Eigen::Vector2d>, Range<SE3, SE3>, Range<Eigen::Vector3d, Eigen::Vector3d>. The
-/// offsets are the positions of the antennas in the frames of the two. Residual: distance - z. At
-/// distance zero, where it has no derivative, the one along the first axis of `a` stands in (any
-/// direction is a subgradient), so that a start there is left.
+/// offsets are the positions of the antennas in the frames of a and b. Residual: distance - z. At
+/// distance zero, where it has no derivative, the derivative along the first axis of `a` is used
+/// (any direction is a subgradient), so that a solver can leave it.
 template <class A, class B>
 class Range : public FactorOf<1, A, B> {
  public:

@@ -11,16 +11,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// Poses b_i known as seen from a pose a, with one joint covariance: residuals log(z_i^-1 a^-1 b_i)
-/// one below the other. What marginalisation leaves of a part of a pose graph that may move as a
-/// whole.
+/// Measurements z_i of poses b_i in the frame of a pose a, with one joint covariance: stacked
+/// residuals log(z_i^-1 a^-1 b_i). It is the factor that marginalisation leaves of a part of a pose
+/// graph that may move as a whole.
 template <class Group>
 class RelativePoses : public ContinuousFactor {
  public:
   static constexpr int kDim = Group::kDim;
 
-  /// keys[0] is a; measured[i] is that of keys[i + 1]. Throws Error where the sizes do not fit or
-  /// a pose is not finite.
+  /// keys[0] is a; measured[i] is the pose of keys[i + 1] in its frame. Throws Error if the sizes
+  /// do not fit or a pose is not finite.
   RelativePoses(const std::vector<Key>& keys, std::vector<Group> measured, const Noise& noise)
       : ContinuousFactor(keys, std::vector<VariableType>(keys.size(), Variable<Group>::type()),
                          kDim * static_cast<int>(measured.size())),
@@ -33,7 +33,8 @@ class RelativePoses : public ContinuousFactor {
     for (const Group& z : measured_) check_measurement(*this, z, "pose");
   }
 
-  /// Those of `poses` as seen from its first, given the joint covariance of their tangents.
+  /// The factor that measures poses[1], poses[2], ... in the frame of poses[0], given the joint
+  /// covariance of the tangents of all `poses`.
   static RelativePoses marginal(const std::vector<Key>& keys, const std::vector<Group>& poses,
                                 const Eigen::MatrixXd& covariance) {
     std::vector<Group> measured;

@@ -21,7 +21,7 @@ inline Eigen::Matrix3d rotation_derivative(const Eigen::Vector3d& q) {
   return hat(q);
 }
 
-/// How a sensor fixed on a robot (SE2 or SE3) sees a point of the map.
+/// The measurement of a point of the map by a sensor fixed on a robot (SE2 or SE3).
 template <class Pose>
 class SensorView {
  public:
@@ -36,8 +36,9 @@ class SensorView {
 
   const Pose& T_robot_sensor() const { return T_robot_sensor_; }
 
-  /// Polar coordinates, in the sensor frame, of a point given in the map, and their Jacobians
-  /// where asked (all or none; that by the place of the sensor may be left out).
+  /// Polar coordinates, in the sensor frame, of a point given in the map. The Jacobians are written
+  /// unless `by_pose` is null; `by_sensor`, with respect to the pose of the sensor on the robot,
+  /// may be null.
   Point polar(const Pose& T_map_robot, const Point& p_map, PoseMatrix* by_pose, Matrix* by_point,
               PoseMatrix* by_sensor = nullptr) const {
     const Matrix R_robot_map = T_map_robot.rotation().matrix().transpose();

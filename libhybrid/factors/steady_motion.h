@@ -38,7 +38,7 @@ class SteadyMotion : public FactorOf<Pose::Point::RowsAtCompileTime, Pose, Pose,
   }
 
  private:
-  /// Where `to` lies in the axes of `from`.
+  /// The position of `to` in the frame of `from`.
   static Point step(const Pose& from, const Pose& to, Matrix* by_from, Matrix* by_to) {
     const auto R = from.rotation().matrix();
     const Point p = R.transpose() * (to.translation() - from.translation());

@@ -2,9 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-// Eigen as the library was compiled with it. Every header that shows an Eigen type includes this
-// one, directly or by another: a program in which Eigen would allocate memory otherwise than the
-// library frees it does not compile.
+// Eigen with the alignment that the library was compiled with. Every header with an Eigen type in
+// its interface includes this one, directly or through another: a program in which Eigen would
+// allocate memory otherwise than the library frees it does not compile.
 #include <Eigen/Core>
 
 #include "libhybrid/export.h"

@@ -13,7 +13,8 @@ Eigen::Vector3d carried(const Eigen::Vector3d& t, const Eigen::Matrix3d& R,
   return t + R.col(0) * p.x() + R.col(1) * p.y() + R.col(2) * p.z();
 }
 
-/// Within half a turn, rounded as mrpt::math::wrapToPi does: angles come from there and go back.
+/// The angle in [-pi, pi), rounded as mrpt::math::wrapToPi rounds, since angles are exchanged with
+/// MRPT.
 double wrapped(double angle) {
   const double turned = std::fmod(angle + M_PI, 2 * M_PI);
   return (turned < 0 ? turned + 2 * M_PI : turned) - M_PI;

@@ -11,8 +11,8 @@ inline bool is_unit(double squared_norm) {
   return std::abs(squared_norm - 1.0) <= 1e-12;
 }
 
-/// Scales a vector to unit norm. Near it one step of Newton's method, whose error is 3/8 of the
-/// square of the deviation; elsewhere without overflow; zero becomes not a number.
+/// Scales a vector to unit norm: near it by one step of Newton's method, whose error is 3/8 of the
+/// squared deviation, elsewhere by division without overflow. A zero vector becomes not a number.
 template <class Vector>
 void normalize(Vector& v) {
   const double s = v.squaredNorm();

@@ -46,7 +46,8 @@ class SE2 {
   Eigen::Vector2d operator*(const Eigen::Vector2d& p) const { return translation_ + rotation_ * p; }
 
   static SE2 exp(const Tangent& v);
-  /// With right_jacobian_inverse of the result where asked, cheaper than by itself.
+  /// `inverse`, if not null, receives right_jacobian_inverse of the result, cheaper than by a call
+  /// of its own.
   Tangent log(Jacobian* inverse = nullptr) const;
   /// T Exp(v) = Exp(adjoint() v) T.
   Jacobian adjoint() const;

@@ -32,7 +32,7 @@ Eigen::Matrix4d SE3::matrix() const {
 }
 
 SE3 SE3::exp(const Tangent& v) {
-  // The left Jacobian of SO(3), which carries the translation, is the right one transposed.
+  // The left Jacobian of SO(3), which multiplies the translation, is the right one transposed.
   const Eigen::Vector3d w = v.tail<3>();
   const detail::RightJacobian j(w.squaredNorm());
   return {detail::rotation_polynomial(w, -j.f.value, j.g.value, v.head<3>()), SO3::exp(w)};

@@ -45,8 +45,8 @@ class SE3 {
   Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return translation_ + rotation_ * p; }
 
   static SE3 exp(const Tangent& v);
-  /// Rotation part of norm at most pi; with right_jacobian_inverse of the result where asked,
-  /// cheaper than by itself.
+  /// The rotation part has norm at most pi. `inverse`, if not null, receives right_jacobian_inverse
+  /// of the result, cheaper than by a call of its own.
   Tangent log(Jacobian* inverse = nullptr) const;
   /// T Exp(v) = Exp(adjoint() v) T.
   Jacobian adjoint() const;

@@ -24,8 +24,8 @@ class SO2 {
 
   SO2() : SO2(1.0, 0.0) {}
   explicit SO2(double angle) : c_(std::cos(angle)), s_(std::sin(angle)) {}
-  /// The direction of (c, s); not a number where that is zero or not finite, which Values and
-  /// factors refuse.
+  /// The rotation by the angle of (c, s); not a number if (c, s) is zero or not finite, which
+  /// Values and factors refuse.
   static SO2 from_cos_sin(double c, double s) {
     SO2 r(c, s);
     if (!r.is_unit()) r.normalize();
@@ -49,7 +49,7 @@ class SO2 {
   }
 
   static SO2 exp(const Tangent& v) { return SO2(v[0]); }
-  /// With right_jacobian_inverse of the result where asked.
+  /// `inverse`, if not null, receives right_jacobian_inverse of the result.
   Tangent log(Jacobian* inverse = nullptr) const {
     if (inverse != nullptr) inverse->setIdentity();
     return Tangent(angle());
@@ -60,7 +60,7 @@ class SO2 {
   static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
 
-  /// From storage, as it stands there.
+  /// Reads storage without normalisation.
   static SO2 load(const double* x) { return {x[0], x[1]}; }
   void store(double* x) const {
     x[0] = c_;
@@ -68,7 +68,7 @@ class SO2 {
   }
   /// Whether (cos, sin) is of unit norm, but for the rounding of some thousand compositions.
   bool is_unit() const { return detail::is_unit(c_ * c_ + s_ * s_); }
-  /// Back on the unit circle, from anywhere but zero.
+  /// Scales (cos, sin) to unit norm; not a number if it is zero.
   void normalize() {
     Eigen::Vector2d v(c_, s_);
     detail::normalize(v);

@@ -29,7 +29,7 @@ class SO3 {
   using Jacobian = Eigen::Matrix3d;
 
   SO3() : q_(Eigen::Quaterniond::Identity()) {}
-  /// The rotation of q / |q|; not a number where q is zero or not finite, which Values and factors
+  /// The rotation of q / |q|; not a number if q is zero or not finite, which Values and factors
   /// refuse.
   explicit SO3(const Eigen::Quaterniond& q) : q_(q) {
     if (!is_unit()) normalize();
@@ -49,8 +49,8 @@ class SO3 {
   }
 
   static SO3 exp(const Tangent& v);
-  /// Norm at most pi; with right_jacobian_inverse of the result where asked, cheaper than by
-  /// itself.
+  /// The norm is at most pi. `inverse`, if not null, receives right_jacobian_inverse of the result,
+  /// cheaper than by a call of its own.
   Tangent log(Jacobian* inverse = nullptr) const;
   Jacobian adjoint() const { return matrix(); }
   /// J inverse().adjoint(), for J a Jacobian or adjoint of the group.
@@ -62,12 +62,12 @@ class SO3 {
   /// cot(t / 2) for t the norm of log(), infinite at the identity.
   double half_cot() const { return std::abs(q_.w()) / q_.vec().norm(); }
 
-  /// From storage, as it stands there.
+  /// Reads storage without normalisation.
   static SO3 load(const double* x) { return {Eigen::Quaterniond(x[3], x[0], x[1], x[2]), Unit()}; }
   void store(double* x) const { Eigen::Map<Eigen::Vector4d>{x} = q_.coeffs(); }
   /// Whether the quaternion is of unit norm, but for the rounding of some thousand compositions.
   bool is_unit() const { return detail::is_unit(q_.squaredNorm()); }
-  /// Back on the unit sphere, from anywhere but zero.
+  /// Scales the quaternion to unit norm; not a number if it is zero.
   void normalize() { detail::normalize(q_.coeffs()); }
 
  private:

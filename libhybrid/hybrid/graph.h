@@ -20,7 +20,7 @@ class HybridGraph {
   Handle add(ContinuousFactorPtr factor);
   Handle add(Table table);
   Handle add(HybridFactorPtr factor);
-  /// A factor taken out of the graph: the one of its kind.
+  /// A factor taken out of the graph; only the member of its kind is set.
   struct Removed {
     Handle handle;
     ContinuousFactorPtr continuous = nullptr;
@@ -29,7 +29,7 @@ class HybridGraph {
   };
   /// Throws Error for a handle that is not, or no longer, in the graph.
   Removed remove(Handle handle);
-  /// Undoes a removal: the handle names the factor again.
+  /// Undoes a removal: the handle is valid again.
   void put_back(Removed removed);
   bool contains(Handle handle) const;
 
@@ -45,7 +45,7 @@ class HybridGraph {
   const HandleList<HybridFactorPtr>& hybrid() const { return hybrid_; }
   std::size_t size() const { return continuous_.size() + discrete_.size() + hybrid_.size(); }
 
-  /// All discrete variables of any factor, in order of first appearance. Throws Error where two
+  /// All discrete variables of any factor, in order of first appearance. Throws Error if two
   /// factors disagree about a cardinality.
   std::vector<DiscreteKey> discrete_keys() const;
 
@@ -73,9 +73,9 @@ struct Delta {
   std::vector<Table> discrete;
   std::vector<HybridFactorPtr> hybrid;
   Values values;          ///< initial values of the new continuous variables
-  Assignment assignment;  ///< initial values of new discrete variables; 0 where not given
+  Assignment assignment;  ///< initial values of new discrete variables; default 0
   std::vector<Handle> remove;
-  std::vector<Key> remove_values;  ///< continuous variables that go; no factor left may hold them
+  std::vector<Key> remove_values;  ///< continuous variables to remove; no factor may use them
 };
 
 }  // namespace hybrid

@@ -14,8 +14,7 @@ namespace HYBRID_API hybrid {
 
 enum class FactorKind : std::uint8_t { kContinuous, kDiscrete, kHybrid };
 
-/// Stable name of a factor in a graph: valid from its addition to its removal, and never again
-/// after that.
+/// Stable name of a factor in a graph: valid from its addition to its removal, and never reused.
 struct Handle {
   FactorKind kind = FactorKind::kContinuous;
   std::uint32_t index = 0;
@@ -42,8 +41,8 @@ struct AddedHandles {
   }
 };
 
-/// Items of one kind by stable handle; places are reused, so that memory follows the number of
-/// items alive.
+/// Items of one kind by stable handle. Places are reused, so that memory is bounded by the largest
+/// number of items alive at once.
 template <class T>
 class HandleList {
  public:
@@ -76,7 +75,7 @@ class HandleList {
     return std::exchange(place.item, T{});
   }
 
-  /// Undoes the removal of an item: its handle names it again.
+  /// Undoes the removal of an item: its handle is valid again.
   void put_back(Handle handle, T item) {
     const auto free = std::find(free_.rbegin(), free_.rend(), handle.index);
     if (free != free_.rend()) free_.erase(free.base() - 1);
@@ -97,7 +96,7 @@ class HandleList {
   }
   std::size_t size() const { return size_; }
 
-  /// Places from 0 to capacity() - 1 may hold an item; alive(i) tells.
+  /// Places 0 to capacity() - 1 may hold an item; alive(i) tells whether place i does.
   std::uint32_t capacity() const { return static_cast<std::uint32_t>(places_.size()); }
   bool alive(std::uint32_t index) const { return places_[index].alive; }
   const T& operator[](std::uint32_t index) const { return places_[index].item; }

@@ -12,24 +12,25 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a hybrid factor is once its discrete variables have values: -log f = factor + constant.
+/// A hybrid factor with its discrete variables fixed: -log f = factor + constant.
 struct Component {
-  /// Null where no continuous variable matters, e.g. a constant null hypothesis.
+  /// Null if no continuous variable matters, e.g. for a constant null hypothesis.
   const ContinuousFactor* factor = nullptr;
-  /// Where the variables of `factor` stand among the keys of the hybrid factor.
+  /// For each variable of `factor`, its index among the keys of the hybrid factor.
   const int* positions = nullptr;
   /// -log of the weight of the component; the log-normaliser is the factor's own.
   double constant = 0.0;
-  /// True for a component so weak beside its siblings (an outlier model) that solvers may leave
-  /// what it couples out of the matrix of a step, to save its fill-in. It stays in the objective,
-  /// which judges every step, and counts in covariances and evidence like all others (eq. 13).
+  /// True for a component with far less information than its siblings (an outlier model): solvers
+  /// may omit its off-diagonal blocks, or all of it, from the matrix of a step to save fill-in. It
+  /// remains in the objective, which decides about every step, and in covariances and evidence (eq.
+  /// 13).
   bool weak = false;
-  /// Tells components apart: a change means that the linearisation of the factor is stale.
+  /// Identifies the component: when it changes, the linearisation of the factor is stale.
   int index = 0;
 };
 
 /// A factor over continuous and discrete variables, f_k(C_k, D_k) of eq. 3. The two `given` methods
-/// are what alternating minimisation needs of it. Immutable.
+/// are the two halves of alternating minimisation. Immutable.
 class HybridFactor {
  public:
   virtual ~HybridFactor() = default;
@@ -38,8 +39,8 @@ class HybridFactor {
   const std::vector<Key>& keys() const { return keys_; }
   const std::vector<VariableType>& types() const { return types_; }
   const std::vector<DiscreteKey>& discrete_keys() const { return discrete_keys_; }
-  /// Those of the discrete variables that choose the component; the others only weigh it, so that
-  /// their distribution does not depend on how well the continuous variables are known.
+  /// The discrete variables that choose the component. The others only weight it, so that their
+  /// distribution does not depend on the covariance of the continuous variables.
   virtual std::vector<DiscreteKey> selectors() const { return discrete_keys_; }
 
   /// The continuous factor that remains when D is fixed (eq. 8b).
@@ -68,7 +69,8 @@ class HybridFactor {
 
 using HybridFactorPtr = std::shared_ptr<const HybridFactor>;
 
-/// -log of a component at x, where x[i] belongs to variable i of the hybrid factor.
+/// -log of the density of a component at x, where x[i] is the storage of variable i of the hybrid
+/// factor.
 double component_cost(const Component& component, const double* const* x);
 
 }  // namespace hybrid

@@ -39,10 +39,10 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys,
   return types;
 }
 
-/// The information of a weak outlier model, as a share of that of the inlier.
+/// The largest information of a weak outlier model, as a share of that of the inlier.
 constexpr double kWeakShare = 1e-6;
 
-/// Compares the mean variances (geometric, over the rows) that the normalisers tell.
+/// Compares the geometric means of the variances of the rows, which follow from the normalisers.
 bool is_weak(const ContinuousFactor* outlier, const ContinuousFactor* inlier) {
   if (outlier == nullptr || inlier == nullptr || outlier->rows() != inlier->rows()) return false;
   const double wider = outlier->log_normalizer() - inlier->log_normalizer();

@@ -40,8 +40,8 @@ class Mixture : public HybridFactor {
 };
 
 /// The untrusted measurement of eq. 17: value 0 of `switch_key` is the inlier model, value 1 a
-/// constant or wide outlier model, which is weak (see Component::weak) where its variance is more
-/// than a million times that of the inlier. Weights are prior probabilities of the two, positive.
+/// constant or wide outlier model, which is weak (see Component::weak) if its variance is more than
+/// a million times that of the inlier. Weights are the prior probabilities of the two, positive.
 HybridFactorPtr make_outlier_mixture(DiscreteKey switch_key, ContinuousFactorPtr inlier,
                                      ContinuousFactorPtr outlier, double inlier_weight,
                                      double outlier_weight);

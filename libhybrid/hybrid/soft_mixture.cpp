@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// The variables of all components, checked by a mixture over the same.
+/// A mixture of the components, which collects and checks their variables.
 Mixture as_mixture(const std::vector<MixtureComponent>& components) {
   return {{{Key(key_letter::kComponent, 0), static_cast<int>(components.size())}}, components};
 }

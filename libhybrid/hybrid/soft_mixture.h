@@ -15,21 +15,21 @@ namespace HYBRID_API hybrid {
 /// included. At temperature T = 1 that is the sum-mixture; as T falls to zero it becomes the
 /// max-mixture min_k c_k.
 ///
-/// Linearised, it is the free energy sum_k g_k c_k + T sum_k g_k log g_k at the
-/// expectation-maximisation weights g_k, proportional to exp(-c_k / T): it touches -log f at the
-/// point of linearisation and lies above it elsewhere, so whatever lowers it lowers -log f. The
-/// residuals of all components are stacked, each scaled by the root of its weight; one more row
-/// holds what the entropy adds.
+/// Its linearisation is that of the free energy sum_k g_k c_k + T sum_k g_k log g_k at the
+/// expectation-maximisation weights g_k, proportional to exp(-c_k / T). The free energy equals -log
+/// f at the point of linearisation and bounds it from above elsewhere, so a step that lowers it
+/// lowers -log f. The residuals of all components are stacked, each scaled by the root of its
+/// weight; one more row, without derivative, adds the difference to the cost.
 class SoftMixture : public ContinuousFactor {
  public:
-  /// Throws Error without any component that has a factor, for weights that are not finite, or a
-  /// temperature that is not positive.
+  /// Throws Error if no component has a factor, a weight is not finite, or the temperature is not
+  /// positive and finite.
   explicit SoftMixture(std::vector<MixtureComponent> components, double temperature = 1.0);
 
   double cost(const double* const* x) const override;
   double linearize(const double* const* x, double* r, double* J) const override;
-  /// -log of the bound that the density has where all components fit exactly, so that the cost is
-  /// never negative.
+  /// -log of the density with all residuals zero, its upper bound, so that the cost is never
+  /// negative.
   double log_normalizer() const override { return log_normalizer_; }
   std::string name() const override { return "soft mixture"; }
   using ContinuousFactor::cost;
@@ -43,7 +43,7 @@ class SoftMixture : public ContinuousFactor {
   Eigen::VectorXd costs(const double* const* x) const;
 
   std::vector<MixtureComponent> components_;
-  std::vector<std::vector<int>> positions_;  // of the variables of a component
+  std::vector<std::vector<int>> positions_;  // by component, see Component::positions
   std::vector<int> columns_;                 // first column of each variable
   double temperature_;
   double log_normalizer_;

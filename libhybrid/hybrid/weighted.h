@@ -10,8 +10,8 @@
 namespace HYBRID_API hybrid {
 
 /// The product of a continuous factor and a table over discrete variables, f(C, D) = psi(C) phi(D),
-/// of which eq. 19 is one. D weighs the factor but does not change it, so its linearisation stays
-/// valid whatever D becomes.
+/// such as eq. 19. D weights the factor but does not change it, so its linearisation stays valid
+/// when D changes.
 class WeightedFactor : public HybridFactor {
  public:
   /// Throws Error for a null factor or a table over no variable.

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kLongestText = 200;
 constexpr std::size_t kLongestWord = 40;
 
-/// Bytes of the printable character that `text` begins with (RFC 3629); 0 where there is none.
+/// Bytes of the printable character at the beginning of `text` (RFC 3629); 0 if there is none.
 std::size_t printable_bytes(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return byte(0) >= 0x20 && byte(0) != 0x7f ? 1 : 0;
@@ -24,7 +24,7 @@ std::size_t printable_bytes(std::string_view text) {
   }
   constexpr std::uint32_t kLeast[] = {0xa0, 0x800, 0x10000};  // below: control or overlong
   const bool surrogate = code >= 0xd800 && code < 0xe000;
-  // Marks that turn the direction of text, and separators of lines, rearrange a message.
+  // Marks that change the direction of text, and line separators, would rearrange a message.
   const bool rearranges = (code >= 0x200b && code <= 0x200f) ||
                           (code >= 0x2028 && code <= 0x202e) ||
                           (code >= 0x2060 && code <= 0x206f) || code == 0xfeff;

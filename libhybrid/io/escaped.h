@@ -9,11 +9,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// Text of a file as a message may show it: control characters and bytes that are not UTF-8 as
-/// `\xNN`, and no more than its first 200 characters.
+/// Text of a file in a form for messages: control characters and bytes that are not UTF-8 as
+/// `\xNN`, and at most its first 200 characters.
 std::string escaped(std::string_view text);
 
-/// The same between single quotes, and no more than 40 characters.
+/// The same between single quotes, and at most 40 characters.
 std::string in_quotes(std::string_view word);
 
 }  // namespace hybrid

@@ -30,7 +30,7 @@ bool swap_names(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
-/// Gives `fresh` the permissions of `folder`; false where it cannot be made alike.
+/// Gives `fresh` the permissions of `folder`; false if that fails or their owners differ.
 bool make_alike(const fs::path& fresh, const fs::path& folder) {
   struct stat a = {}, b = {};
   if (::stat(fresh.c_str(), &a) != 0 || ::stat(folder.c_str(), &b) != 0) return false;

@@ -9,17 +9,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// Puts the folder `fresh` in the place of `folder` in one atomic step, with the permissions of
-/// that. Returns where the old one is now, a hidden name `.FOLDER.part-XXXXXX` beside it. Nothing,
-/// and nothing has changed, where that is not possible: the file system cannot exchange names,
-/// `folder` is a mount point or the current folder, belongs to somebody else, or stands in a
-/// folder that must not be written. Throws SystemError where it could not be made durable; all is
-/// then as before.
+/// Replaces `folder` by the folder `fresh` in one atomic step, with the permissions of `folder`.
+/// Returns the path of the old folder, a hidden name `.FOLDER.part-XXXXXX` beside it. Empty, with
+/// nothing changed, if that is not possible: the file system cannot exchange names, `folder` is a
+/// mount point or the current folder, it has another owner, or its parent must not be written.
+/// Throws SystemError, with nothing changed, if the exchange cannot be made durable.
 std::optional<std::filesystem::path> exchange_folders(const std::filesystem::path& fresh,
                                                       const std::filesystem::path& folder);
 
-/// Removes what processes that died in or after such an exchange left beside `folder`. Call it
-/// where no other process can be at it.
+/// Removes the folders that processes which died in or after such an exchange left beside `folder`.
+/// No other process may be exchanging it at the time.
 void remove_exchanged(const std::filesystem::path& folder);
 
 }  // namespace hybrid

@@ -35,7 +35,8 @@ void move_file(const fs::path& from, const fs::path& to, const fs::path& shown) 
   if (std::rename(from.c_str(), to.c_str()) != 0) fail(shown, errno);
 }
 
-/// A name for what has none, or for a folder, is refused.
+/// Throws Error for an empty file name, a folder or another existing path that is not a regular
+/// file.
 fs::path checked(const fs::path& main) {
   if (!main.has_filename()) throw Error("cannot write '" + main.string() + "': names no file");
   std::error_code ignored;
@@ -153,7 +154,8 @@ bool FileGroup::exchange(const std::vector<std::string>& former) {
   return true;
 }
 
-/// Removes the folder that was exchanged. What somebody put there in the meantime moves.
+/// Removes the old folder after an exchange. Files that others put there in the meantime move to
+/// the new one.
 void FileGroup::clear_old_folder(const fs::path& place,
                                  const std::vector<std::string>& former) const noexcept {
   try {
@@ -182,7 +184,7 @@ void FileGroup::recover() {
   clear();
 }
 
-/// For each name `+` or `-` twice, whether it comes and whether it replaces; the name; a zero.
+/// Writes for each move `+` or `-` for `comes`, the same for `replaces`, the name, and a zero byte.
 void FileGroup::write_journal(const std::vector<Move>& moves) const {
   const fs::path unfinished = hidden_ / "journal.part";
   FileWriter file(unfinished, target(main_));
@@ -226,8 +228,8 @@ void FileGroup::apply(const std::vector<Move>& moves) const {
   }
 }
 
-/// Puts the file that is there among the old ones; unless it has to go `away` it stays in its
-/// place as well, where the file system can do that, until a new one replaces it.
+/// Saves the present file among the old ones. Unless it must go `away`, it also stays in place, if
+/// the file system has hard links, until a new one replaces it.
 void FileGroup::keep(const Move& move, bool away) const {
   const fs::path from = target(move.name), to = old() / move.name;
   if (!move.replaces || name_exists(to) || !name_exists(from)) return;

@@ -11,45 +11,45 @@
 
 namespace HYBRID_API hybrid {
 
-/// Files that appear in a folder together or not at all. Without the main one the others mean
-/// nothing.
+/// Files that appear in a folder together or not at all. The others are meaningless without the
+/// main one.
 ///
 /// While a process writes the group of F there is a hidden folder `.F.part` beside F. It holds the
-/// lock, the new files, and during the commit the old ones. What a process that died left there is
-/// cleared by the next one that writes the group or, where it had begun to commit, completed: one
-/// rename is atomic, several are not, so a journal says what remains to be done, and the main file
-/// is the first to go and the last to come.
+/// lock, the new files, and during the commit the old ones. If a process dies, the next one that
+/// writes the group removes these files or, if the commit had begun, completes it: several renames
+/// are not atomic together, so a journal lists them, and the main file is the first to be removed
+/// and the last to be put in place.
 ///
 /// All functions throw SystemError or Error that names the file.
 class FileGroup {
  public:
-  /// Creates the folder of `main` where it is absent, and takes the lock; where another process has
-  /// it, the message names `shown`, or `main`.
+  /// Creates the folder of `main` if it is absent, and takes the lock. If another process has the
+  /// lock, the message names `shown`, or `main` if that is empty.
   explicit FileGroup(const std::filesystem::path& main, const std::filesystem::path& shown = {});
   FileGroup(const FileGroup&) = delete;
   FileGroup& operator=(const FileGroup&) = delete;
-  /// Without a commit nothing has changed.
+  /// Without a commit the files are as before.
   ~FileGroup();
 
   /// Whether a file of a group may have this name: relative, in the folder or one below it.
   static bool is_name(const std::string& name);
 
-  /// Where to write the file `name` until the commit.
+  /// The path at which to write the file `name` before the commit.
   std::filesystem::path stage(const std::string& name) const;
-  /// Where it will be.
+  /// The path of the file `name` after the commit.
   std::filesystem::path target(const std::string& name) const { return folder_ / name; }
   /// Names of the files that are staged, sorted.
   std::vector<std::string> staged() const;
 
   /// Replaces the files of the group by those staged, and removes the `former` ones that are not
-  /// among these. On failure all is as before. Nothing can be staged afterwards.
+  /// among these. On failure nothing has changed. Nothing can be staged afterwards.
   void commit(const std::vector<std::string>& former = {});
-  /// Takes a commit back.
+  /// Undoes a commit.
   void undo();
 
-  /// The same in one atomic step, where the folder holds nothing but the `former` files: it changes
-  /// places with that of the staged ones. False where the file system cannot do that; nothing has
-  /// changed then. Cannot be taken back.
+  /// Commits in one atomic step, by exchanging the folder, which must hold nothing but the `former`
+  /// files, with that of the staged ones. False, with nothing changed, if the file system cannot do
+  /// that. Cannot be undone.
   bool exchange(const std::vector<std::string>& former);
 
  private:
@@ -63,14 +63,14 @@ class FileGroup {
   /// What the commit does with one name.
   struct Move {
     std::string name;
-    bool comes = false;     // else it only goes
-    bool replaces = false;  // there is a file of that name before
+    bool comes = false;     // a new file is put in place; else the old one is removed
+    bool replaces = false;  // there is an old file of that name
   };
   enum class State {
     kStaging,
     kCommitted,
-    kElsewhere,  // the hidden folder has gone with the folder it was in
-    kStuck       // neither committed nor taken back; left to the next process
+    kElsewhere,  // the hidden folder has moved with the exchanged folder
+    kStuck       // neither committed nor undone; left to the next process
   };
 
   std::filesystem::path fresh() const { return hidden_ / "new"; }

@@ -59,7 +59,7 @@ void FileWriter::fail(int code) const {
 void sync_to_disk(const std::filesystem::path& path, const std::filesystem::path& shown) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   int error = file < 0 ? errno : 0;
-  // EINVAL: this file system cannot, as some of networks and of users' own programs.
+  // EINVAL: the file system does not support it, as some network and user-space file systems.
   if (file >= 0 && ::fsync(file) != 0 && errno != EINVAL) error = errno;
   if (file >= 0) ::close(file);
   if (error != 0) {

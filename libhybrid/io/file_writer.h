@@ -18,11 +18,11 @@ class FileWriter {
   explicit FileWriter(const std::filesystem::path& path, const std::filesystem::path& shown = {});
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
-  /// What has not been closed is lost.
+  /// Without close(), bytes in the buffer are lost.
   ~FileWriter();
 
   void write(std::string_view bytes);
-  /// Writes what the buffer holds and closes the file.
+  /// Writes the content of the buffer and closes the file.
   void close();
 
  private:

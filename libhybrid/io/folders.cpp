@@ -89,7 +89,7 @@ void remove_empty_folders(const fs::path& folder, const std::string& name) noexc
          slash = name.rfind('/', slash - 1)) {
       ::rmdir((folder / name.substr(0, slash)).c_str());
     }
-  } catch (...) {  // an empty folder more
+  } catch (...) {  // an empty folder stays
   }
 }
 

@@ -10,22 +10,22 @@
 
 namespace HYBRID_API hybrid {
 
-// Unlike those of the standard library here, these may run out of memory without ending the
-// program.
+// Unlike their counterparts in the standard library, these functions do not terminate the program
+// when memory is exhausted.
 
-/// Whether something has that name, be it a link to nowhere.
+/// Whether a path exists, even as a dangling link.
 bool name_exists(const std::filesystem::path& path);
 
-/// What is in a folder.
+/// An entry of a folder.
 struct FolderEntry {
   std::string name;
-  bool is_folder = false;  ///< itself, not by a link
+  bool is_folder = false;  ///< false for a link to a folder
 };
 
 /// The entries of a folder, sorted by name. Throws SystemError that names it.
 std::vector<FolderEntry> entries_of(const std::filesystem::path& folder);
 
-/// All that is no folder in a folder and those below, as paths relative to it, sorted. Throws
+/// All entries but folders in a folder and those below it, as paths relative to it, sorted. Throws
 /// SystemError.
 std::vector<std::string> files_below(const std::filesystem::path& folder);
 

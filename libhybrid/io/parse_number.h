@@ -11,8 +11,8 @@
 namespace HYBRID_API hybrid {
 
 /// Whether the whole of `text` is one number, whatever the locale: decimal, with a point, `+` or
-/// `-` before it; of floating types also nan, inf, and exponents. What is out of the range of T is
-/// not one.
+/// `-` before it; of floating types also nan, inf, and exponents. A number out of the range of T is
+/// not accepted.
 template <class T>
 bool parse_number(std::string_view text, T& out) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);

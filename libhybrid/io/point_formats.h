@@ -10,8 +10,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// Adds the point whose x, y and z stand in these words, or counts it where one is NaN or infinite,
-/// as for a ray without return. Throws Error for what is no number or beyond kLargestCoordinate.
+/// Adds the point whose x, y and z are these words of a row, or counts it in `left_out` if one is
+/// NaN or infinite, as for a ray without return. Throws Error for a word that is no number or
+/// beyond kLargestCoordinate.
 void add_point(PointFile& file, const TextRow& row, const std::array<std::size_t, 3>& xyz);
 
 /// The same for a point of binary data; throws Error beginning with `where`.

@@ -24,7 +24,7 @@ using Visit = std::function<void(const TextRow&)>;
 /// Reads all rows of the graph from its start.
 using ReadRows = std::function<void(const Visit&)>;
 
-/// What a file may be whose rows begin with such a word, for a message.
+/// The likely kind, for a message, of a file whose rows begin with this word.
 const char* other_form(std::string_view word) {
   if (word[0] == '[') return ": this is an INI file, not a pose graph";
   const bool is_table = word.find(',') != std::string_view::npos ||
@@ -73,7 +73,7 @@ Eigen::Matrix<double, n, n> symmetric(const TextRow& row, std::size_t at) {
   return m;
 }
 
-/// That of TORO's EDGE2: I11 I12 I22 I33 I13 I23.
+/// The same in the order of TORO's EDGE2: I11 I12 I22 I33 I13 I23.
 Eigen::Matrix3d symmetric_toro(const TextRow& row, std::size_t at) {
   constexpr std::size_t kPlace[3][3] = {{0, 1, 4}, {1, 2, 5}, {4, 5, 3}};
   Eigen::Matrix3d m;
@@ -83,7 +83,7 @@ Eigen::Matrix3d symmetric_toro(const TextRow& row, std::size_t at) {
   return m;
 }
 
-/// The nearest matrix whose smallest eigenvalue is half the digits of a double below its largest.
+/// The nearest matrix whose smallest eigenvalue is at least the root of epsilon times its largest.
 Eigen::MatrixXd nearest_definite(const Eigen::MatrixXd& m) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m);
   const Eigen::VectorXd& values = eigen.eigenvalues();
@@ -108,7 +108,7 @@ class Parser {
   }
 
  private:
-  /// What a line with a tag looks like, and what reads it.
+  /// The form of the lines with a tag, and the function that reads them.
   struct Tag {
     std::size_t words;  // 0: any number of them
     const char* form;
@@ -248,7 +248,7 @@ class Parser {
     add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric_toro(row, 6), row);
   }
 
-  /// Whether any EDGE2 line holds a single hypothesis, which no line of TORO looks like.
+  /// Whether any EDGE2 line has a single hypothesis, a form that no line of TORO has.
   bool has_hypotheses() {
     if (!hypotheses_) {
       bool found = false;

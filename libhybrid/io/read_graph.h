@@ -11,9 +11,9 @@
 namespace HYBRID_API hybrid {
 
 struct ReadGraphOptions {
-  /// Puts the nearest positive definite matrix (Higham, 1988) in the place of information that is
-  /// not, instead of an error: directions of no or negative information get that of a standard
-  /// deviation some 10^4 times the smallest. PoseGraph::repaired counts them.
+  /// Replaces information that is not positive definite by the nearest matrix that is (Higham,
+  /// 1988), instead of an error: directions of no or negative information get that of a standard
+  /// deviation some 10^4 times the smallest. PoseGraph::repaired counts these matrices.
   bool repair_information = false;
 };
 
@@ -38,20 +38,19 @@ class InformationError : public Error {
 ///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: must be the identity
 ///   FIX                             id ...
 ///   EQUIV                           i j: counted, and not applied
-/// EQUIV marks an edge whose ends TORO makes one vertex where it is asked to (loadEquivalences); to
-/// it and to others the file is a plain graph without.
-/// Information is taken as that of the tangent (translation, rotation vector); for EDGE3, whose
-/// angles are roll, pitch, yaw, this holds to first order about small rotations.
-/// Where an EDGE2 line holds 8 numbers, all of the file are of the form with hypotheses; they have
-/// no information, and get standard deviations of 1/30 m and 1/100 rad.
-/// `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags, numbers
-/// that are too few, too many, malformed or not finite, quaternions that cannot be normalised,
-/// information that is not positive definite (InformationError), edges from a vertex to itself,
-/// duplicate vertices, a vertex used both as pose and as landmark, plane and space in one file; and
-/// for a file that cannot be read or holds no vertex and no edge.
+/// EQUIV marks an edge whose ends TORO merges into one vertex on request (loadEquivalences);
+/// otherwise it has no effect, in TORO and in other programs. Information is taken as that of the
+/// tangent (translation, rotation vector); for EDGE3, whose angles are roll, pitch, yaw, this holds
+/// to first order about small rotations. If any EDGE2 line has 8 numbers, all of the file are of
+/// the form with hypotheses; these have no information, and get standard deviations of 1/30 m and
+/// 1/100 rad. `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags,
+/// numbers that are too few, too many, malformed or not finite, quaternions that cannot be
+/// normalised, information that is not positive definite (InformationError), edges from a vertex to
+/// itself, duplicate vertices, a vertex used both as pose and as landmark, plane and space in one
+/// file; and for a file that cannot be read or holds no vertex and no edge.
 PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options = {});
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; `name` is the name of the file in messages.
 PoseGraph parse_graph(std::string_view text, const std::string& name,
                       const ReadGraphOptions& options = {});
 

@@ -11,15 +11,15 @@
 
 namespace HYBRID_API hybrid {
 
-/// An edge of a graph as a file names it.
+/// An edge of a graph by its vertices, from a line of a file.
 struct VertexPair {
   std::uint64_t i = 0, j = 0;
   bool flag = true;
   std::size_t line = 0;  ///< of the file
 };
 
-/// Reads rows `i j` or, where `flags`, also `i j 0|1`; a missing flag is 1. Throws Error
-/// "file:line:column: what" for anything else; the file may be without any row.
+/// Reads rows `i j`, or also `i j 0|1` if `flags`; a missing flag is 1. Throws Error
+/// "file:line:column: what" for anything else; the file may have no rows.
 std::vector<VertexPair> read_pairs(const std::string& path, bool flags);
 
 }  // namespace hybrid

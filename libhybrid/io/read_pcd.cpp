@@ -20,7 +20,7 @@ struct PcdHeader {
   bool has_points = false;
 };
 
-/// The header up to its DATA line.
+/// Reads the header up to its DATA line.
 PcdHeader read_pcd_header(TextReader& text) {
   PcdHeader header;
   std::int64_t width = 0, height = 1;

@@ -97,7 +97,7 @@ PlyHeader read_ply_header(TextReader& text) {
   text.fail("the file ends inside the header");
 }
 
-/// Which property of an element is x, y and z.
+/// The indices of the properties x, y and z of an element.
 std::array<std::size_t, 3> coordinates(const TextReader& text, const Element& element) {
   std::array<std::size_t, 3> places{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -117,8 +117,8 @@ std::array<std::size_t, 3> coordinates(const TextReader& text, const Element& el
             in_quotes(element.name) + ", the file ends after " + std::to_string(read));
 }
 
-/// The word each property of a row begins with, after which comes their number; lists say their
-/// length themselves.
+/// The index of the first word of each property of a row, then the number of words; lists begin
+/// with their length.
 std::vector<std::size_t> first_words(const TextRow& row, const Element& element) {
   std::vector<std::size_t> first = {0};
   for (const Property& property : element.properties) {
@@ -145,7 +145,7 @@ void read_text(TextReader& text, const Element& element, PointFile* file) {
   }
 }
 
-/// A value of binary data; false at the end of the file.
+/// Reads a value of binary data; false at the end of the file.
 bool take(TextReader& data, Scalar type, bool big_endian, double& value) {
   std::array<char, 8> raw{};
   const auto bytes = static_cast<std::size_t>(type.bytes);
@@ -169,7 +169,8 @@ bool take(TextReader& data, Scalar type, bool big_endian, double& value) {
   return true;
 }
 
-/// A property of binary data; false where the file ends in it, or a list has a negative length.
+/// Reads a property of binary data, and skips lists; false if the file ends in it, or a list has a
+/// negative length.
 bool take(TextReader& data, const Property& property, bool big_endian, double& value) {
   if (property.length.bytes == 0) return take(data, property.type, big_endian, value);
   double length = 0;

@@ -17,11 +17,12 @@ struct PointFile {
 
 /// Reads x y z of a point cloud: .ply (text or binary), .pcd (text), .xyz, .txt, .asc or .csv (rows
 /// of at least three columns, as many in each, cut as TextFormat::Cut::kCells; '#' begins a
-/// comment). Throws Error naming file and line where it is missing, of another format, malformed,
-/// holds fewer or more points than its header says, or a coordinate beyond kLargestCoordinate.
+/// comment). Throws Error naming file and line if the file is missing, of another format,
+/// malformed, or has fewer or more points than its header says, or a coordinate beyond
+/// kLargestCoordinate.
 PointFile read_points(const std::string& path);
 
-/// Whether `path` has one of these extensions.
+/// Whether `path` has the extension of one of these formats.
 bool is_point_file(const std::string& path);
 
 }  // namespace hybrid

@@ -21,7 +21,7 @@ std::string reason(int error) {
   return std::string("cannot be read: ") + std::strerror(error);
 }
 
-/// What is not a regular file, or nullptr.
+/// The kind of a file that is not a regular one, or nullptr.
 const char* other_kind(mode_t mode) {
   if (S_ISREG(mode)) return nullptr;
   if (S_ISDIR(mode)) return "is a folder, not a file";

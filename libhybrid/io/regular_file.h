@@ -14,7 +14,7 @@ namespace HYBRID_API hybrid {
 /// end of a pipe.
 class RegularFile {
  public:
-  /// Throws Error "path: why" for what is missing, may not be read, or is a folder, a pipe, a
+  /// Throws Error "path: why" if the file is missing, may not be read, or is a folder, a pipe, a
   /// device or a socket.
   explicit RegularFile(const std::string& path);
   RegularFile(const RegularFile&) = delete;
@@ -22,7 +22,7 @@ class RegularFile {
   ~RegularFile();
 
   const std::string& path() const { return path_; }
-  /// Bytes as the file system tells them, which for a file of /proc may be 0.
+  /// Size in bytes by the file system, which may be 0 for a file of /proc.
   std::uint64_t size() const { return size_; }
   int descriptor() const { return descriptor_; }
 
@@ -35,13 +35,13 @@ class RegularFile {
   int descriptor_ = -1;
 };
 
-/// Largest file that is read as text; 20 million edges of a pose graph fit in.
+/// Largest file that is read as text, enough for 20 million edges of a pose graph.
 inline constexpr std::uint64_t kLargestText = std::uint64_t{4} << 30;
 
 /// The bytes of a regular file. Throws Error as RegularFile, and for more than `most` bytes.
 std::string read_file(const std::string& path, std::uint64_t most = kLargestText);
 
-/// Whether the last line of a file has no end, as where the file was cut off. Throws Error as
+/// Whether the last line of a file has no line end, as in a file that was cut off. Throws Error as
 /// RegularFile.
 bool ends_in_line(const std::string& path);
 

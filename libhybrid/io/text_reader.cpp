@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 
-/// Where the first of some characters stands, or npos.
+/// The position of the first of some characters, or npos.
 std::size_t find_any(std::string_view text, std::string_view characters) {
   std::size_t at = std::string_view::npos;
   for (const char c : characters) at = std::min(at, text.substr(0, at).find(c));

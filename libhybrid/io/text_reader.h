@@ -16,9 +16,9 @@ namespace HYBRID_API hybrid {
 
 /// How the lines of a text are cut.
 struct TextFormat {
-  /// kWords: words between blanks. kCells: columns between semicolons where the line has any, else
-  /// between commas where it has any, else between blanks; blanks around them are no part of them,
-  /// and they may be empty.
+  /// kWords: words between blanks. kCells: columns between semicolons if the line has any, else
+  /// between commas if it has any, else between blanks; columns may be empty, and blanks around
+  /// them are no part of them.
   enum class Cut { kWords, kCells };
   Cut cut = Cut::kCells;
   std::string_view comments = "%#";  ///< characters that begin a comment, up to the end of the line
@@ -27,30 +27,31 @@ struct TextFormat {
 /// Reads text line by line, in bounded memory however large the file: UTF-8 or any other encoding
 /// that agrees with ASCII, with or without a byte order mark; lines end with LF or CRLF, the last
 /// one also with the file. Throws Error "file:line:column: what" for a NUL byte, a line of more
-/// than 1 MiB and text in UTF-16, and Error "file: what" for what RegularFile refuses and for more
-/// than kLargestText bytes.
+/// than 1 MiB and text in UTF-16, and Error "file: what" as RegularFile and for more than
+/// kLargestText bytes.
 class TextReader {
  public:
   static constexpr std::size_t kLongestLine = std::size_t{1} << 20;
 
-  /// Of a file.
+  /// Reads a file.
   explicit TextReader(const std::string& path, const TextFormat& format = {});
-  /// Of text, which must outlive the reader; `name` stands for the file in messages.
+  /// Reads text, which must outlive the reader; `name` is the name of the file in messages.
   TextReader(std::string_view text, const std::string& name, const TextFormat& format);
   TextReader(const TextReader&) = delete;
   TextReader& operator=(const TextReader&) = delete;
 
   const std::string& name() const { return *name_; }
-  /// Lines read so far.
+  /// Number of lines read so far.
   std::size_t line() const { return line_; }
 
   /// The next line that holds more than blanks and comments; false at the end.
   bool next(TextRow& row);
-  /// The same as a value, nothing at the end; throws Error where the file ends without any row.
+  /// The same as a value, empty at the end; throws Error if the file ends without any row.
   std::optional<TextRow> next();
   /// The next line without its end; it stays valid until the next call. False at the end.
   bool next_line(std::string_view& line);
-  /// Binary data that follows the lines read: whether there were `count` more bytes.
+  /// Reads, or skips, binary data after the lines read; false if there are fewer than `count`
+  /// bytes.
   bool read_bytes(char* to, std::size_t count);
   bool skip_bytes(std::uint64_t count);
 
@@ -66,10 +67,10 @@ class TextReader {
 
   std::shared_ptr<const std::string> name_;
   TextFormat format_;
-  std::unique_ptr<RegularFile> file_;  // none for text
+  std::unique_ptr<RegularFile> file_;  // null for text
   std::string buffer_;
-  std::string_view rest_;  // read and not yet handed out
-  std::string_view last_;  // the line handed out last
+  std::string_view rest_;  // read and not yet returned
+  std::string_view last_;  // the line returned last
   std::uint64_t bytes_ = 0;
   std::size_t line_ = 0;
   bool has_rows_ = false;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\v\f";
 
-/// Whether a byte is a blank, by its value; so is the NUL that ends the text.
+/// Whether a byte is a blank, by its value; the NUL that ends the text counts as one.
 constexpr std::array<bool, 256> kIsBlank = [] {
   std::array<bool, 256> table{};
   table[0] = true;
@@ -29,7 +29,7 @@ bool is_blank(char c) {
 
 constexpr const char* kPoint = "decimals are written with a point";
 
-/// Whether it is a number that doubles cannot hold: what underflows is malformed data too.
+/// Whether a word is a number that doubles cannot hold; one that underflows is malformed data, too.
 bool is_out_of_range(std::string_view word) {
   double value = 0;
   const char* end = word.data() + word.size();
@@ -37,7 +37,7 @@ bool is_out_of_range(std::string_view word) {
   return error == std::errc::result_out_of_range && stop == end;
 }
 
-/// Whether it is a number once its comma is a point.
+/// Whether a word is a number if its comma is replaced by a point.
 bool has_decimal_comma(std::string_view word) {
   std::string changed(word);
   const std::size_t comma = changed.find(',');
@@ -90,7 +90,7 @@ void TextRow::fail(std::size_t i, const std::string& what) const {
   throw Error(at_place(*file_, line_, text_, at, what));
 }
 
-/// What a word that is no number tells about how the file was written, or "".
+/// A hint for messages from a word that is no number on how the file was written, or "".
 std::string TextRow::hint(std::string_view word) const {
   if (has_decimal_comma(word)) return std::string("; ") + kPoint;
   const bool blank = word.find_first_of(" \t") != std::string_view::npos;

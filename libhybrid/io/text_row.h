@@ -17,7 +17,7 @@ namespace HYBRID_API hybrid {
 /// Largest coordinate [unit of the file] that is read: doubles beyond it are 0.1 and more apart,
 /// and its square is far from the end of their range.
 inline constexpr double kLargestCoordinate = 1e15;
-/// Largest time [s] that is read, of the year 5138. What is larger is in another unit.
+/// Largest time [s] that is read, of the year 5138. A larger one is in another unit.
 inline constexpr double kLargestTime = 1e11;
 
 /// A line of a text file, cut into words, and its place for messages. Words count from 0, lines and
@@ -30,13 +30,13 @@ class TextRow {
   }
   std::size_t line() const { return line_; }
 
-  /// Throws Error unless there are `least` to `most` words; `form` says what they should be.
+  /// Throws Error unless there are `least` to `most` words; `form` describes them in the message.
   void expect(std::size_t least, std::size_t most, std::string_view form) const;
   /// The same for one number of words.
   void expect(std::size_t count, std::string_view form) const { expect(count, count, form); }
 
-  /// Throws Error unless there are `columns` words, or where that is 0, at least `least`; then sets
-  /// it: all rows are as long as the first.
+  /// Throws Error unless there are `columns` words. If `columns` is 0, as in the first row, there
+  /// must be at least `least`, and it is set to their number.
   void expect_same(std::size_t& columns, std::size_t least, std::string_view form) const;
 
   /// A finite number.
@@ -51,7 +51,7 @@ class TextRow {
   std::int64_t id(std::size_t i,
                   std::int64_t most = std::numeric_limits<std::int32_t>::max()) const;
 
-  /// Throws Error with the place of word i, or of the end of the line where i is size().
+  /// Throws Error with the place of word i, or of the end of the line if i is size().
   [[noreturn]] void fail(std::size_t i, const std::string& what) const;
   /// The same with the place of the first word.
   [[noreturn]] void fail(const std::string& what) const { fail(0, what); }

@@ -10,7 +10,7 @@
 namespace HYBRID_API hybrid {
 
 /// Writes a file, which appears when it is complete and on the disk. Throws Error that names the
-/// path if that fails; an older file of that name then stays as it was.
+/// path if that fails; an older file of that name then stays unchanged.
 void write_file(const std::string& path, std::string_view content);
 
 }  // namespace hybrid

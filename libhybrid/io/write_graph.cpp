@@ -9,8 +9,8 @@
 #include <system_error>
 #include <utility>
 
-#include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_file.h"
+#include "libhybrid/pose_graph/graph_variables.h"
 
 namespace hybrid {
 namespace {
@@ -94,18 +94,18 @@ class Writer {
 
   void vertex(Key key) {
     const VariableType type = graph_.values.type(key);
-    const bool is_vector = type.kind == VariableKind::kVector;
-    if (type == Variable<SE2>::type() && key.letter() == key_letter::kPose) {
-      vertex<SE2>("VERTEX_SE2", key);
-    } else if (type == Variable<SE3>::type() && key.letter() == key_letter::kPose) {
-      vertex<SE3>("VERTEX_SE3:QUAT", key);
-    } else if (is_vector && type.dim == 2 && key.letter() == key_letter::kLandmark) {
-      vertex<Eigen::Vector2d>("VERTEX_XY", key);
-    } else if (is_vector && type.dim == 3 && key.letter() == key_letter::kLandmark) {
-      vertex<Eigen::Vector3d>("VERTEX_TRACKXYZ", key);
-    } else {
+    if (!is_pose_or_landmark(key, type)) {
       throw Error("g2o has no vertex for " + to_string(key) + ", a " + to_string(type) +
                   ": poses are x<id>, landmarks l<id>");
+    }
+    if (type == Variable<SE2>::type()) {
+      vertex<SE2>("VERTEX_SE2", key);
+    } else if (type == Variable<SE3>::type()) {
+      vertex<SE3>("VERTEX_SE3:QUAT", key);
+    } else if (type.dim == 2) {
+      vertex<Eigen::Vector2d>("VERTEX_XY", key);
+    } else {
+      vertex<Eigen::Vector3d>("VERTEX_TRACKXYZ", key);
     }
   }
 

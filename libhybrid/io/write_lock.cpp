@@ -19,7 +19,7 @@ namespace hybrid {
 namespace {
 
 constexpr const char* kName = "lock";
-constexpr int kAttempts = 1000;  // each fails only where another process ends at that moment
+constexpr int kAttempts = 1000;  // each fails only if another process ends at that moment
 
 std::string content(int file) {
   std::array<char, 256> buffer{};
@@ -47,7 +47,7 @@ WriteLock::WriteLock(const std::filesystem::path& folder, const std::filesystem:
     ::close(at);
     if (error == 0 && current) {
       file_ = file;
-      // Only for the message to others: a lock without a name is a lock.
+      // For the messages of other processes only, so that a failure to write does not matter.
       if (::ftruncate(file_, 0) == 0) write_all(file_, self);
       return;
     }
@@ -62,7 +62,7 @@ WriteLock::WriteLock(const std::filesystem::path& folder, const std::filesystem:
   throw Error(shown + ": " + folder.string() + " comes and goes");
 }
 
-/// Whether the open file still has its name: the last owner of the lock removes it.
+/// Whether the open file still has its name, which the last owner of the lock may have removed.
 bool WriteLock::is_there(int file) const {
   struct stat open = {}, named = {};
   return ::fstat(file, &open) == 0 && ::lstat(name_.c_str(), &named) == 0 &&

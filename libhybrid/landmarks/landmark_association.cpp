@@ -229,6 +229,7 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
       if (tracks[i] >= 0) --landmarks_.track(tracks[i]).open;
     }
     const int s = open.sightings[i], t = open.tracks[value][i];
+    if (!map.holds(landmarks_.sighting(s).pose)) continue;  // its variable has left with its pose
     landmarks_.detach(s, out);
     if (t >= 0) {
       landmarks_.attach(s, t, map.is_3d, out);
@@ -285,14 +286,15 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
   for (int t : missed) {
     Track& track = landmarks_.track(t);
     track.existence += miss;
-    const bool tentative = landmarks_.seen(t) < options_.confirm && track.known_sightings == 0;
+    const bool tentative =
+        !landmarks_.seen_times(t, options_.confirm) && track.known_sightings == 0;
     if (tentative && track.existence < kDeadOdds && map.keeps_all) discard(t, map, out);
   }
 }
 
 void LandmarkAssociation::discard(int track, const MapView& map, Contribution& out) {
   const std::vector<int> sightings = landmarks_.track(track).sightings;
-  if (!map.keeps_all) {
+  if (!map.keeps_all || !landmarks_.is_whole(track, map)) {
     out.forgotten.push_back(track);
     landmarks_.track(track).alive = false;
   } else {

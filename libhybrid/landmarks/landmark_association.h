@@ -98,6 +98,7 @@ class LandmarkAssociation {
   void discard(int track, const MapView& map, Contribution& out);
   void remember();
   void count_open();
+  void keep_whole(const MapView& map, Merge& merge);
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
   static MergeEvent event_of(const Merge& merge, bool undone);

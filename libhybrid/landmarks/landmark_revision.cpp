@@ -80,14 +80,28 @@ Contribution LandmarkAssociation::revise(const MapView& map) {
 
 Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything) {
   Merge merge = merging_.propose(map, classes_, density_, keyframe_, everything, landmarks_);
+  keep_whole(map, merge);
   if (merge.pairs.empty()) {
     merge = loops_.propose(map, classes_, density_, everything, landmarks_);
+    keep_whole(map, merge);
     if (!merge.pairs.empty()) ++statistics_["loops_closed"];
   }
   if (merge.pairs.empty()) return {};
   Contribution out = apply(merge, map);
   out.settle = merge.settle;
   return out;
+}
+
+/// Leaves out the landmarks of which sightings have left the graph: they cannot be given to others.
+void LandmarkAssociation::keep_whole(const MapView& map, Merge& merge) {
+  Merge left_out;
+  auto& pairs = merge.pairs;
+  const auto first_out = std::stable_partition(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return landmarks_.is_whole(pair.first, map);
+  });
+  left_out.pairs.assign(first_out, pairs.end());
+  pairs.erase(first_out, pairs.end());
+  if (!left_out.pairs.empty()) merging_.refuse(left_out, landmarks_);
 }
 
 Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) {
@@ -202,7 +216,7 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
   Contribution out;
   for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
     const Track& track = landmarks_.track(t);
-    const bool confirmed = landmarks_.seen(t) >= options_.confirm;
+    const bool confirmed = landmarks_.seen_times(t, options_.confirm);
     if (track.known_sightings > 0) continue;  // what becomes of it is for the map to say
     const bool there = track.existence > 0 || is_named(t);
     if (track.alive && !(confirmed && there)) discard(t, map, out);

@@ -253,13 +253,22 @@ double LandmarkTracks::same_class(int a, int b, const ClassModel& classes) const
   return std::log(sum);
 }
 
-int LandmarkTracks::seen(int t) const {
-  auto count = static_cast<std::size_t>(tracks_[t].known_sightings);
+bool LandmarkTracks::seen_times(int t, int times) const {
+  auto missing = times - tracks_[t].known_sightings;
   for (int s : tracks_[t].sightings) {
+    if (missing <= 0) break;
     const std::size_t n = sightings_[s].detection.members.size();
-    count += n < kFewestForMotion ? 1 : n;
+    missing -= n < kFewestForMotion ? 1 : static_cast<int>(n);
   }
-  return static_cast<int>(count);
+  return missing <= 0;
+}
+
+bool LandmarkTracks::is_whole(int t, const MapView& map) const {
+  const std::vector<int>& own = tracks_[t].sightings;
+  return std::all_of(own.begin(), own.end(), [&](int s) {
+    const Sighting& sighting = sightings_[s];
+    return sighting.frame == 0 || map.holds(sighting.pose);
+  });
 }
 
 std::vector<Key> LandmarkTracks::seen_from(int t) const {

@@ -96,10 +96,13 @@ class LandmarkTracks {
   /// The poses that a track was first and last seen from.
   Key first_seen_from(int t) const { return sightings_[tracks_[t].sightings.front()].pose; }
   Key last_seen_from(int t) const { return sightings_[tracks_[t].sightings.back()].pose; }
-  /// Detections of a track, also those that were gathered to one.
-  int seen(int t) const;
   /// Poses of its sightings, in order.
   std::vector<Key> seen_from(int t) const;
+  /// Whether a track has so many detections, those counted that were gathered to one.
+  bool seen_times(int t, int times) const;
+  /// Whether all poses that a track was seen from are in the graph, so that the factors of its
+  /// sightings may be removed.
+  bool is_whole(int t, const MapView& map) const;
   /// Frames that have sightings of two landmarks, so that these are two or one is clutter.
   int times_together(int a, int b) const;
   bool seen_together(int a, int b) const { return times_together(a, b) > 0; }

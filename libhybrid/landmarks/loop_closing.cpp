@@ -161,7 +161,7 @@ std::vector<int> LoopClosing::recent_tracks(const MapView& map,
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
     if (is_old(t, landmarks) || tracks.size() == kMaxLandmarks) break;
-    if (landmarks.seen(t) >= options_.confirm) tracks.push_back(t);
+    if (landmarks.seen_times(t, options_.confirm)) tracks.push_back(t);
   }
   std::reverse(tracks.begin(), tracks.end());
   return tracks;
@@ -203,7 +203,7 @@ std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, const 
   landmarks.grid().visit_near(center.x(), center.y(), radius, [&](int t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) return;
-    if (landmarks.seen(t) < options_.confirm || !is_old(t, landmarks)) return;
+    if (!landmarks.seen_times(t, options_.confirm) || !is_old(t, landmarks)) return;
     near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
   });
   std::sort(near.begin(), near.end());

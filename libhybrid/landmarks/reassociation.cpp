@@ -97,7 +97,7 @@ class FrameMatcher {
           std::sqrt(gate_ * std::max(d.covariance(0, 0), d.range * d.range * angle));
       landmarks_.grid().visit_near(point.x(), point.y(), radius, [&](int t) {
         const Track& track = landmarks_.track(t);
-        const bool confirmed = landmarks_.seen(t) >= confirm_ && track.existence > 0;
+        const bool confirmed = landmarks_.seen_times(t, confirm_) && track.existence > 0;
         if (track.alive && confirmed && map_.holds(track.position)) tracks.insert(t);
       });
     }

@@ -16,6 +16,7 @@ namespace {
 /// Looks that the detection probability of a landmark is known as well as: one that hides from a
 /// look is likely to hide from the next.
 constexpr double kLooksOfPrior = 10;
+constexpr std::size_t kForgetEvery = 100;  // looks: those that have left are searched for so often
 constexpr int kMostLooks = 20;  // that are counted: what is left after so many is nothing
 
 /// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
@@ -39,8 +40,18 @@ void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sens
       view.travelled += (here - isometry_at(map.values, last.pose).translation()).norm();
     }
   }
+  if (views_.size() % kForgetEvery == 0 && map.keeps_all) forget(map, frame.pose);
   places_.put(static_cast<int>(views_.size()), here.x(), here.y());
   views_.push_back(std::move(view));
+}
+
+/// Takes the looks from poses that have left the graph out of what is searched, which is then no
+/// more than the graph is. Of a map that keeps them all none has.
+void Views::forget(const MapView& map, Key newest) {
+  for (std::size_t view = 0; view < views_.size(); ++view) {
+    const Key pose = views_[view].pose;
+    if (pose != newest && !map.holds(pose)) places_.remove(static_cast<int>(view));
+  }
 }
 
 bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const {

@@ -57,6 +57,8 @@ class Views {
                     const MapView& map) const;
 
  private:
+  void forget(const MapView& map, Key newest);
+
   std::vector<View> views_;
   SpatialGrid places_;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// Changes of the tree, and how they are made permanent or taken back.
+// Changes of the tree, commit and roll-back.
 #include "libhybrid/linear/bayes_tree.h"
 
 #include <algorithm>
@@ -158,7 +158,7 @@ void BayesTree::start_epoch() noexcept {
   saved_deltas_.clear();
 }
 
-/// Puts a clique back into the place that those made since the last commit took.
+/// Restores a clique that was replaced since the last commit.
 void BayesTree::reinstate(int c) {
   Clique& clique = cliques_[c];
   clique.detached = false;
@@ -173,7 +173,7 @@ void BayesTree::roll_back() noexcept {
     if (cliques_[c].born == epoch_) free_clique(c);
   }
   for (int c : retired_) reinstate(c);
-  for (int c : detached_) reinstate(c);  // by an elimination that did not come to its end
+  for (int c : detached_) reinstate(c);  // by an interrupted elimination
   for (int f : removed_factors_.all) factors_[f].alive = true;
   const double* x = saved_hessians_.numbers.data();
   for (int f : saved_hessians_.ids) {
@@ -203,7 +203,7 @@ void BayesTree::roll_back() noexcept {
   start_epoch();
 }
 
-/// What an elimination or a solution that did not come to its end may have left behind.
+/// Resets the marks that an interrupted elimination or solution may have left.
 void BayesTree::reset_scratch() {
   reset_local();
   for (int v : changed_) changed_mark_[v] = 0;
@@ -226,7 +226,7 @@ double BayesTree::log_determinant() const {
 
 double BayesTree::log_determinant_change() const {
   double sum = 0.0;
-  std::vector<int> born = born_;  // some of them more than once, where a number was used again
+  std::vector<int> born = born_;  // a number that was reused occurs more than once
   std::sort(born.begin(), born.end());
   born.erase(std::unique(born.begin(), born.end()), born.end());
   for (int c : born) {

@@ -16,39 +16,38 @@
 
 namespace HYBRID_API hybrid {
 
-/// What one elimination did.
+/// The outcome of an elimination.
 struct EliminationReport {
   int variables = 0;  ///< variables eliminated again
-  int cliques = 0;    ///< cliques made
-  /// Variable that the system does not determine, or whose pivot is not finite; -1 for success. The
-  /// tree is then as before, and the changes are still to be eliminated.
+  int cliques = 0;    ///< new cliques
+  /// -1 for success; otherwise a variable that the system does not determine, or whose pivot is not
+  /// finite. In that case the tree is as before, and the changes are still to be eliminated.
   int singular = -1;
 };
 
-/// Says whether variables whose pivots are lost in rounding are determined all the same.
+/// Returns whether variables whose pivots are lost in rounding are determined all the same.
 using IsDetermined = std::function<bool(const std::vector<int>& variables)>;
 
 /// The Bayes tree of a linear least-squares problem min ||J d + r||^2 (Kaess et al., iSAM2): the
 /// square-root information matrix as a tree of cliques, updated by re-eliminating only the part
-/// that a change touches. Variables and factors are small integers. Changes are gathered until
-/// `eliminate`. All that happened since the last `commit` can be rolled back, at the cost of what
-/// it touched.
+/// that a change touches. Variables and factors are small integers. Changes are collected until
+/// `eliminate`. All changes since the last `commit` can be rolled back, at a cost that depends on
+/// their extent alone.
 ///
-/// A pivot is what remains of the information of a variable's own factors once the variables before
-/// it are eliminated. Where it is less than kPivotShare of that information it is lost in rounding;
-/// it is then lifted to this share, which damps steps in a direction that nothing but rounding
-/// determines.
+/// A pivot is the remaining information of a variable's own factors once the variables before it
+/// are eliminated. A pivot below kPivotShare of that information is lost in rounding; it is lifted
+/// to this share, which damps steps in a direction that nothing but rounding determines.
 class BayesTree {
  public:
   /// Some thousand times the precision of a double: the rounding of sums of so many terms.
   static constexpr double kPivotShare = 1e-12;
 
-  /// A new variable with delta zero; `v` may be the number of one that was gone at the last commit.
+  /// Adds a variable with step zero; `v` may be the number of one whose removal was committed.
   void add_variable(int v, int dim);
-  /// The factors that hold it must be removed in the same transaction.
+  /// Removes a variable; its factors must be removed in the same transaction.
   void remove_variable(int v);
 
-  /// A new factor with an all-zero Hessian to be filled in through `hessian`. Returns its number.
+  /// Adds a factor with an all-zero Hessian, to be filled in through `hessian`. Returns its number.
   int add_factor(const std::vector<int>& variables);
   void remove_factor(int f);
   /// The augmented Hessian [J r]'[J r] of a factor for writing: lower triangle, column-major, order
@@ -58,26 +57,26 @@ class BayesTree {
   /// The same for reading.
   const double* hessian_of(int f) const { return hessians_.at(factors_[f].hessian); }
 
-  /// Starts the step of a variable at zero again, after its linearisation point has moved there.
+  /// Sets the step of a variable to zero, after its linearisation point has moved by it.
   void reset_delta(int v);
 
-  /// Has a variable eliminated again, and so placed anew, by the next `eliminate`.
+  /// Makes the next `eliminate` eliminate a variable again, and so order it anew.
   void eliminate_again(int v) { touch(variables_[v].clique); }
 
   /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose, and
-  /// `behind` those that come behind even these. Where pivots were lifted, `is_determined` is
-  /// asked; without it the system is singular.
+  /// `behind` those to be eliminated even after these. If pivots were lifted, the system is
+  /// singular unless `is_determined` returns true for their variables.
   EliminationReport eliminate(const std::vector<int>& last, const IsDetermined& is_determined = {},
                               const std::vector<int>& behind = {});
 
-  /// Makes all that happened so far permanent.
+  /// Makes all changes so far permanent.
   void commit() noexcept;
-  /// Takes back all that happened since the last commit.
+  /// Undoes all changes since the last commit.
   void roll_back() noexcept;
 
-  /// Back-substitutes from the cliques made since the last call downwards, and below them as long
-  /// as moving a clique lowers the linearised objective by more than `threshold`. Returns the
-  /// variables whose step changed.
+  /// Back-substitutes in the cliques made since the last call, in those with overridden steps, and
+  /// downwards in all whose separator changed. A clique keeps its steps unless new ones lower the
+  /// linearised objective by more than `threshold`. Returns the variables whose step changed.
   const std::vector<int>& solve(double threshold);
 
   /// Half the squared residual that the linear model of a factor predicts at the present steps.
@@ -90,7 +89,7 @@ class BayesTree {
   int dim(int v) const { return variables_[v].dim; }
 
   /// Joint covariance of some variables, in their order: forward substitution along their paths to
-  /// the root, nothing else of the tree.
+  /// the root alone.
   Eigen::MatrixXd joint_covariance(const std::vector<int>& variables) const;
   /// Covariances of all variables by one recursion from the roots (Takahashi), visited as
   /// visit(variable, dim x dim covariance).
@@ -99,11 +98,11 @@ class BayesTree {
 
   /// log det of the information matrix.
   double log_determinant() const;
-  /// How much it has changed since the last commit, at the cost of what was eliminated since.
+  /// The change of log_determinant() since the last commit, from the cliques replaced since.
   double log_determinant_change() const;
 
   int clique_count() const { return clique_count_ - static_cast<int>(retired_.size()); }
-  /// Doubles held by the cliques: the fill of the factor.
+  /// Entries of the factor L.
   std::size_t factor_size() const;
   std::size_t bytes() const;
   /// Pairs (row, column) of variables with a block in the factor, row eliminated after column.
@@ -122,7 +121,7 @@ class BayesTree {
     std::vector<int> variables;
     int order = 0;
     std::size_t hessian = 0;
-    int clique = -1;  // where it is assembled
+    int clique = -1;  // the clique in which it is assembled
     bool alive = false;
     unsigned saved = 0;  // epoch in which its Hessian was last saved
   };
@@ -137,7 +136,7 @@ class BayesTree {
     BlockPool::Block storage;
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
-    unsigned born = 0;      // epoch
+    unsigned born = 0;      // epoch in which it was made
 
     /// order x frontal_dim: L, with the right-hand side as last row.
     double* columns() { return storage.data(); }
@@ -152,7 +151,7 @@ class BayesTree {
     const double* scales() const { return update(order - frontal_dim) + order - frontal_dim; }
     double log_pivots() const;  // of the squared diagonal of L
   };
-  /// Numbers as they were at the last commit, one array after the other.
+  /// Arrays of numbers as they were at the last commit, concatenated.
   struct Journal {
     std::vector<int> ids;
     std::vector<double> numbers;
@@ -165,7 +164,7 @@ class BayesTree {
       numbers.clear();
     }
   };
-  /// What came or went since the last commit; that from `pending` on is not eliminated yet.
+  /// Additions or removals since the last commit; those from `pending` on are not eliminated yet.
   struct Changes {
     std::vector<int> all;
     std::size_t pending = 0;
@@ -213,8 +212,8 @@ class BayesTree {
   std::vector<int> retired_;  // cliques that were replaced
   std::vector<int> born_;     // cliques made, some of them freed again
   Journal saved_hessians_, saved_deltas_;
-  // As they were then; they have room for what they are to become, so that neither a commit nor a
-  // roll-back needs memory.
+  // fresh_ and pending_ at the last commit. Their capacity is that of the present ones, so that
+  // neither a commit nor a roll-back needs memory.
   std::vector<int> committed_fresh_, committed_pending_;
 
   // Scratch of `eliminate` and `solve`.
@@ -227,7 +226,7 @@ class BayesTree {
   std::vector<int> group_;
   std::vector<int> edge_factor_;  // by edge of the problem: its factor, or -1 - orphan
   Front front_;
-  std::vector<double> least_;          // pivots of the front
+  std::vector<double> least_;          // least pivots of the front
   std::vector<int> lifted_;            // columns of the front
   std::vector<int> lifted_variables_;  // of the elimination
   std::vector<int> pending_now_;

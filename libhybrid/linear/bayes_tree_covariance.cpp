@@ -26,8 +26,8 @@ std::vector<int> BayesTree::top_down() const {
 // With the factor L of the information matrix, Sigma_ab = z_a' z_b where L z_a = e_a. The columns
 // z_a are zero off the path of a to the root, so only the union of the paths is visited.
 Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) const {
-  // Each path up to where it meets an earlier one; the later ones come first, so that children
-  // precede their parents.
+  // Each path ends where it meets an earlier one; later paths come first, so that children precede
+  // their parents.
   std::vector<std::vector<int>> paths;
   std::vector<char> seen(cliques_.size(), 0);
   for (int v : variables) {

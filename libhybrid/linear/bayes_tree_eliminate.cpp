@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// How the part of the tree that a change touches is made again.
+// Re-elimination of the part of the tree that a change touches.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace hybrid {
 
-/// Marks the touched cliques and all their ancestors: the part of the tree to be made again.
+/// Marks the touched cliques and all their ancestors: the part of the tree to be eliminated again.
 void BayesTree::detach_top() {
   detached_.clear();
   for (int c : touched_) {
@@ -27,7 +27,8 @@ void BayesTree::detach_top() {
   }
 }
 
-/// The elimination problem of the detached part: its variables, its factors, and what orphans left.
+/// The elimination problem of the detached part: its variables, its factors, and the separators of
+/// the subtrees below it (orphans).
 void BayesTree::gather_problem() {
   affected_.clear();
   for (int v : removed_variables_) local_[v] = -2;
@@ -133,7 +134,7 @@ void BayesTree::assemble(const Clique& clique, const SymbolicClique& symbolic,
   for (int c : made) assemble_update(cliques_[c], last);
 }
 
-/// The least pivots of the front. A variable that no factor holds has no scale of its own.
+/// Sets the least pivots of the front; 1 for a variable in no factor.
 void BayesTree::set_thresholds(const Clique& clique) {
   least_.clear();
   for (int k = 0; k < clique.frontals; ++k) {
@@ -143,7 +144,7 @@ void BayesTree::set_thresholds(const Clique& clique) {
 }
 
 /// Eliminates one clique whose children among the new cliques are `children`. Returns its number,
-/// or -1 - v where the pivot of variable v is not finite.
+/// or -1 - v if the pivot of variable v is not finite.
 int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int>& children) {
   const int id = new_clique();
   Clique& clique = cliques_[id];
@@ -229,7 +230,7 @@ void BayesTree::reset_local() {
   for (int v : removed_variables_) local_[v] = -1;
 }
 
-/// Leaves the tree as it was before `eliminate`, which made the cliques from born_[first] on.
+/// Restores the tree as it was before `eliminate`, which made the cliques from born_[first] on.
 void BayesTree::refuse(std::size_t first) {
   for (int c : detached_) cliques_[c].detached = false;
   detached_.clear();
@@ -237,7 +238,7 @@ void BayesTree::refuse(std::size_t first) {
   born_.resize(first);
 }
 
-/// Puts the new cliques into the place of those detached.
+/// Replaces the detached cliques by the new ones.
 void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made) {
   for (std::size_t s = 0; s < made.size(); ++s) {
     Clique& clique = cliques_[made[s]];

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kFewColumns = 16;
 
-/// d' H d / 2 for a symmetric matrix given by its lower triangle, of order N, or n where N is zero.
+/// d' H d / 2 for a symmetric matrix given by its lower triangle, of order N, or n if N is zero.
 template <int N>
 double half_quadratic(const double* h, const double* d, int n) {
   const int order = N > 0 ? N : n;
@@ -28,8 +28,8 @@ double half_quadratic(const double* h, const double* d, int n) {
 
 }  // namespace
 
-/// Solves for the frontals of a clique where that lowers the objective by more than the threshold,
-/// and returns whether it did; if not, the old steps stay.
+/// Solves for the frontals of a clique if that lowers the objective by more than the threshold, and
+/// returns whether it did; if not, the old steps stay.
 bool BayesTree::solve_clique(Clique& clique, double threshold) {
   const int n = clique.order;
   const int f = clique.frontal_dim;
@@ -41,7 +41,7 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
     row += variable.dim;
   }
   clique.pending = false;
-  // The right-hand side given the separator, and what the old steps leave of it.
+  // The right-hand side given the separator, and its residual at the old steps.
   row = 0;
   for (int k = 0; k < clique.frontals; ++k) {
     const VariableState& variable = variables_[clique.variables[k]];
@@ -75,7 +75,7 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
   return true;
 }
 
-/// Solves the cliques on the stack and below, as far as they follow from a change above them.
+/// Solves the cliques on the stack and below whose separator changed or whose step was overridden.
 void BayesTree::propagate(std::vector<int>& stack, double threshold) {
   while (!stack.empty()) {
     Clique& clique = cliques_[stack.back()];
@@ -86,7 +86,7 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold) {
     }
     clique.pending = false;
     if (!needed) continue;
-    // Even if it stays as it is, what changed above may matter further down.
+    // Even if its own steps stay, the change above may matter further down.
     solve_clique(clique, threshold);
     for (int child : clique.children) stack.push_back(child);
   }
@@ -94,8 +94,8 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold) {
 
 const std::vector<int>& BayesTree::solve(double threshold) {
   changed_.clear();
-  // Parents first: the new cliques were made children first; those whose steps were overridden come
-  // after them, in the order of that.
+  // New cliques in reverse order of their making, parents first; then those with overridden steps,
+  // in the order of the calls.
   for (int c : fresh_) cliques_[c].detached = true;
   std::vector<int> stack;
   for (auto it = fresh_.rbegin(); it != fresh_.rend(); ++it) {

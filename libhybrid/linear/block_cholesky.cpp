@@ -12,9 +12,9 @@
 namespace hybrid {
 namespace {
 
-/// Independent subtrees are made until none holds more than this share of the work.
+/// The tree is split until no independent subtree has more than this share of the work.
 constexpr double kLargestTaskShare = 1.0 / 6.0;
-/// Below this many operations threads cost more than they bring.
+/// Below this many operations threads cost more time than they save.
 constexpr double kParallelFlops = 3e6;
 constexpr int kStripColumns = 32;
 
@@ -22,7 +22,7 @@ double front_flops(const BlockCholesky::Supernode& s) {
   return double(s.columns) * s.height * s.height;
 }
 
-/// First-fit places in one growing array.
+/// First-fit allocation in one growing array.
 class Arena {
  public:
   std::size_t take(std::size_t size) {
@@ -159,8 +159,8 @@ void BlockCholesky::split_into_tasks() {
   }
   std::size_t used = 0;
   if (total >= kParallelFlops) {
-    // In a postorder the subtree of s is s - subtree[s] + 1 .. s. The largest that are small enough
-    // become tasks.
+    // In a postorder the subtree of s is s - subtree[s] + 1 .. s. The largest subtrees within the
+    // limit become tasks.
     for (int s = n - 1; s >= 0;) {
       if (work[s] > kLargestTaskShare * total) {
         top_.push_back(s--);

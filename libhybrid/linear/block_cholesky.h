@@ -21,7 +21,7 @@ class BlockCholesky {
   struct Supernode {
     int first = 0;    ///< first scalar column
     int columns = 0;  ///< number of scalar columns
-    int parent = -1;  ///< supernode that its update goes to
+    int parent = -1;  ///< supernode that receives its update
     int row_begin = 0;
     int height = 0;
     int stride = 0;
@@ -29,7 +29,7 @@ class BlockCholesky {
     std::size_t update = 0;  // offset of the update matrix in the workspace
     int child_begin = 0;     // into children_
     int child_end = 0;
-    int run_begin = 0;  // into runs_: where the rows below stand in the parent's front
+    int run_begin = 0;  // into runs_: the rows below in the parent's front
     int run_end = 0;
     int below() const { return height - columns; }
   };
@@ -38,15 +38,15 @@ class BlockCholesky {
   BlockCholesky(const BlockMatrix& matrix, const BlockOrdering& ordering);
 
   /// Factorises matrix + diag(extra), where `extra` has one entry per scalar. Returns -1, or the
-  /// first scalar column whose pivot is not positive; the factor is then of no use.
+  /// first scalar column whose pivot is not positive; the factor is invalid then.
   int factorize(const BlockMatrix& matrix, const double* extra, WorkerPool& pool);
 
   /// x = (L L')^-1 x in place.
   void solve(double* x) const;
   /// x = L^-1 x in place.
   void solve_lower(double* x) const;
-  /// The same for an x that is zero but in the columns of one supernode and of its ancestors: costs
-  /// the path to the root only.
+  /// The same for an x that is zero outside the columns of one supernode and of its ancestors;
+  /// costs the path to the root only.
   void solve_lower_along(int supernode, double* x) const;
   /// x = L'^-1 x in place.
   void solve_upper(double* x) const;
@@ -71,7 +71,7 @@ class BlockCholesky {
   };
   const Run* runs() const { return runs_.data(); }
   const int* children() const { return children_.data(); }
-  /// Independent subtrees of supernodes, each in postorder, and the rest in postorder.
+  /// Independent subtrees of supernodes, each in postorder; `top` holds the rest in postorder.
   const std::vector<std::vector<int>>& tasks() const { return tasks_; }
   const std::vector<int>& top() const { return top_; }
   std::size_t workspace_size() const { return workspace_.size(); }
@@ -96,7 +96,7 @@ class BlockCholesky {
   std::vector<int> children_;
   std::vector<Run> runs_;
   std::vector<int> block_columns_;         // first block column of each supernode, and the end
-  std::vector<std::size_t> block_places_;  // in the panels, by stored block
+  std::vector<std::size_t> block_places_;  // offset in the panels, by stored block
   std::vector<std::vector<int>> tasks_;    // independent subtrees in postorder
   std::vector<int> top_;                   // the rest, in postorder
   std::vector<double> panels_;

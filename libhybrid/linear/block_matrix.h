@@ -35,7 +35,7 @@ class BlockMatrix {
   int start(int position) const { return starts_[position]; }
   int dim(int position) const { return starts_[position + 1] - starts_[position]; }
 
-  /// Blocks of a column stand at block_begin(col) .. block_begin(col + 1) - 1, sorted by row.
+  /// The blocks of a column are block_begin(col) .. block_begin(col + 1) - 1, sorted by row.
   int block_begin(int col) const { return block_starts_[col]; }
   const Block& block(int index) const { return blocks_[index]; }
   int block_count() const { return static_cast<int>(blocks_.size()); }
@@ -51,7 +51,7 @@ class BlockMatrix {
   const std::vector<int>& rows() const { return rows_; }
   const std::vector<double>& values() const { return values_; }
   std::vector<double>& values() { return values_; }
-  /// Place in `values()` of the diagonal entry of a scalar column.
+  /// Index in `values()` of the diagonal entry of a scalar column.
   std::size_t diagonal_offset(int scalar) const { return diagonal_[scalar]; }
 
   /// y = M x for the whole symmetric matrix.

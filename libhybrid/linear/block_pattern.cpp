@@ -18,17 +18,25 @@ constexpr double kDissectionFlopsPerBlock = 2e4;
 /// A taller elimination tree, as minimum degree makes of a chain, costs covariances dearly.
 constexpr int kTallTree = 200;
 
-/// Analyses the graph again, in the order found but for the anchor, which goes last.
-void anchor_last(cholmod_sparse& graph, int anchor, cholmod_factor*& factor,
-                 cholmod_common& common) {
-  const int* perm = static_cast<const int*>(factor->Perm);
-  std::vector<int> order(perm, perm + graph.nrow);
-  if (order.back() == anchor) return;
-  const auto at = std::find(order.begin(), order.end(), anchor);
-  std::rotate(at, at + 1, order.end());
-  cholmod_free_factor(&factor, &common);
+/// CHOLMOD's analysis of a graph by the method set in `common`; null where it fails.
+cholmod_factor* analyze(cholmod_sparse& graph, int anchor, cholmod_common& common) {
+  const int n = static_cast<int>(graph.nrow);
+  if (anchor < 0 || n == 1) return cholmod_analyze(&graph, &common);  // CAMD asks for a group 0
+  std::vector<int> order(n);
+  if (common.method[0].ordering == CHOLMOD_AMD) {
+    std::vector<int> group(n, 0);
+    group[anchor] = 1;  // after group 0
+    if (!cholmod_camd(&graph, nullptr, 0, group.data(), order.data(), &common)) return nullptr;
+  } else {
+    cholmod_factor* free = cholmod_analyze(&graph, &common);
+    if (free == nullptr) return nullptr;
+    const int* perm = static_cast<const int*>(free->Perm);
+    std::remove_copy(perm, perm + n, order.begin(), anchor);
+    order.back() = anchor;
+    cholmod_free_factor(&free, &common);
+  }
   common.method[0].ordering = CHOLMOD_GIVEN;
-  factor = cholmod_analyze_p(&graph, order.data(), nullptr, 0, &common);
+  return cholmod_analyze_p(&graph, order.data(), nullptr, 0, &common);
 }
 
 /// Orders the block graph with one of CHOLMOD's methods; nothing where it fails, as nested
@@ -60,8 +68,7 @@ std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method)
   common.nmethods = 1;
   common.method[0].ordering = method;
   common.supernodal = CHOLMOD_SUPERNODAL;
-  cholmod_factor* factor = cholmod_analyze(&graph, &common);
-  if (factor != nullptr && pattern.anchor >= 0) anchor_last(graph, pattern.anchor, factor, common);
+  cholmod_factor* factor = analyze(graph, pattern.anchor, common);
   if (factor == nullptr) {
     cholmod_finish(&common);
     return std::nullopt;

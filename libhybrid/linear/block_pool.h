@@ -13,8 +13,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Uninitialised arrays of doubles that come and go often: freed ones are kept by size class (four
-/// to the octave), so that memory is neither zeroed nor handed back to the system in between.
+/// A pool of uninitialised arrays of doubles for frequent use: freed ones are kept by size class
+/// (four per doubling), so that memory is neither zeroed nor returned to the system in between.
 class BlockPool {
  public:
   /// Copies are deep.
@@ -64,7 +64,7 @@ class BlockPool {
     std::size_t capacity = 0;
     try {
       free_[size_class(block.capacity_, &capacity)].push_back(std::move(block));
-    } catch (const std::bad_alloc&) {  // then it goes back to the system
+    } catch (const std::bad_alloc&) {  // its memory returns to the system
       bytes_ -= capacity * sizeof(double);
     }
   }

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// A view of the matrix as CHOLMOD takes it; nothing is copied, and CHOLMOD does not write to it.
+/// A CHOLMOD view of the matrix; nothing is copied, and CHOLMOD does not write to it.
 cholmod_sparse view(const BlockMatrix& matrix) {
   cholmod_sparse a{};
   a.nrow = a.ncol = matrix.scalars();
@@ -90,7 +90,7 @@ int Cholesky::factorize(const BlockMatrix& matrix) {
                 " unknowns ran out of memory");
   }
   if (factor->minor < factor->n) return static_cast<int>(factor->minor);
-  // A NaN passes CHOLMOD's test of the pivots where BLAS lets it.
+  // With some BLAS libraries a NaN passes CHOLMOD's test of the pivots.
   const std::vector<double> all = pivots();
   const auto bad = std::find_if_not(all.begin(), all.end(),
                                     [](double p) { return std::isfinite(p) && p > 0.0; });

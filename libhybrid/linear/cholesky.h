@@ -27,8 +27,8 @@ class Cholesky {
   /// x = M^-1 x, in place, for `columns` right-hand sides of the matrix's scalar dimension.
   void solve(double* x, int columns = 1);
 
-  /// Pivots L_jj^2: the information of scalar j when all earlier ones are free. Positive after a
-  /// factorisation that succeeded.
+  /// Pivots L_jj^2: the information on scalar j with the earlier ones marginalised and the later
+  /// ones given. Positive after a factorisation that succeeded.
   std::vector<double> pivots() const;
 
  private:

@@ -78,8 +78,8 @@ std::vector<int> merge_columns(const Columns& columns, const std::vector<int>& d
   for (int j = 0; j < n; ++j) {
     const int p = columns.parent[j];
     if (p < 0) continue;
-    // Merging makes the rows of j's columns those of its parent's clique. Its frontals so far are
-    // those merged at the time; children of the parent come in ascending order.
+    // A merge gives j's columns the rows of its parent's clique, with the frontals merged into that
+    // so far; children of a parent come in ascending order.
     const long grown = frontal[p] + separator[p];
     const long extra = static_cast<long>(frontal[j]) * (grown - separator[j]);
     const long total = zeros[j] + zeros[p] + extra;

@@ -40,7 +40,7 @@ struct SymbolicClique {
 };
 
 /// Cliques of the elimination of `graph` in the given order, children before parents. Small cliques
-/// are merged into their parent where that costs few extra zeros.
+/// are merged into their parent if that costs few extra zeros.
 std::vector<SymbolicClique> eliminate_symbolically(const Hypergraph& graph,
                                                    const std::vector<int>& order);
 

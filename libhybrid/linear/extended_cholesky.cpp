@@ -150,8 +150,8 @@ ExtendedCholesky::ExtendedCholesky(const ResidualLayout& layout, const double* J
   Builder(*this, layout, J).run();
 }
 
-/// With A what was left of the diagonal block of a column, in units of its scale: A^-1 = root
-/// root'.
+/// The pivot A of a column, in units of its scale, is stored as the root of its inverse: A^-1 =
+/// root root'.
 double ExtendedCholesky::log_determinant() const {
   if (nullity_ > 0) return -std::numeric_limits<double>::infinity();
   Real sum = 0.0L;

@@ -11,23 +11,23 @@ namespace hybrid {
 namespace {
 
 constexpr long double kEpsilon = std::numeric_limits<long double>::epsilon();
-/// What is left of a block, after others with eigenvalues down to x were eliminated, is known to
-/// about epsilon / x; an eigenvalue below so many times that may be rounding error.
+/// The Schur complement of a block has an error of about epsilon / x once blocks with eigenvalues
+/// down to x are eliminated; an eigenvalue below this many times that may be rounding error.
 constexpr long double kDoubtful = 1e4L;
-/// Eigenvectors are known to epsilon / (distance of their eigenvalues). Beside a doubtful one all
-/// below this are computed again together, so that those of zero are free of the others.
+/// Eigenvectors have an error of epsilon / (distance of their eigenvalues). With a doubtful one,
+/// all below this are computed again together, so that null vectors have no part of the others.
 constexpr long double kSmall = 1e-6L;
-/// Each step of refinement gains the digits in which the factor is right, four or more; it ends
-/// where v is off by no more than kMoves even in the direction that is known least.
+/// Each step of refinement gains as many digits as the factor has right, four or more; it ends once
+/// the error of v is at most kMoves even in the least determined direction.
 constexpr int kMostRefinements = 8;
-/// Half of the digits: a null vector that moves a block by less, against that which it moves most,
-/// moves it by rounding.
+/// Half of the digits: a null vector that moves a block by less than this share of the largest
+/// motion of a block moves it by rounding only.
 constexpr double kMoves = 1e-8;
 
 }  // namespace
 
-/// Eigenvalues that may be rounding error are replaced by what the residuals say, and those that
-/// are zero left out.
+/// The root of the pseudo-inverse of A. Eigenvalues that may be rounding error are computed again
+/// from the residuals, and those that are zero are left out.
 ExtendedCholesky::Matrix ExtendedCholesky::Builder::root_by_eigenvalues(Front& front, int k,
                                                                         const Matrix& A) {
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A);
@@ -54,8 +54,8 @@ ExtendedCholesky::Matrix ExtendedCholesky::Builder::root_by_eigenvalues(Front& f
   return vectors.rightCols(dim - free) * kept.cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-/// How the blocks before block k of a front follow when it moves in some directions, with the least
-/// |J v|, and (J v)'(J v).
+/// The vectors v of least |J v| that move block k of a front in the given directions, with the
+/// blocks before it moving along and those behind it held; `squared` receives (J v)'(J v).
 ExtendedCholesky::Matrix ExtendedCholesky::Builder::slow_motion(const Front& front, int k,
                                                                 const Matrix& directions,
                                                                 Matrix& squared) {
@@ -68,7 +68,7 @@ ExtendedCholesky::Matrix ExtendedCholesky::Builder::slow_motion(const Front& fro
     Matrix step = gradient(front, v, squared);
     solve_lower(front, k, step);
     for (std::size_t c = k; c < front.columns.size(); ++c) rows(step, front.blocks[c]).setZero();
-    const Matrix gain = step.colwise().squaredNorm();  // that |J v|^2 falls by
+    const Matrix gain = step.colwise().squaredNorm();  // decrease of |J v|^2
     if (!(gain.maxCoeff() > kMoves * kMoves * front.smallest)) break;
     solve_upper(front, k, false, step);
     v -= step;
@@ -76,7 +76,7 @@ ExtendedCholesky::Matrix ExtendedCholesky::Builder::slow_motion(const Front& fro
   return v;
 }
 
-/// x = L^-1 x for the blocks before column `columns` of a front, those behind held.
+/// x = L^-1 x for the blocks before column `columns` of a front, with those behind held.
 void ExtendedCholesky::Builder::solve_lower(const Front& front, int columns, Matrix& x) const {
   visit_up(front, columns, [&](const Front& f, int count) {
     for (int k = 0; k < count; ++k) {
@@ -96,7 +96,8 @@ void ExtendedCholesky::Builder::solve_lower(const Front& front, int columns, Mat
   });
 }
 
-/// x = L'^-1 x for the same blocks; homogeneous: what x behind them makes of them.
+/// x = L'^-1 x for the same blocks; if `homogeneous` with a zero right-hand side, so that x follows
+/// from the blocks behind alone.
 void ExtendedCholesky::Builder::solve_upper(const Front& front, int columns, bool homogeneous,
                                             Matrix& x) const {
   for (int f = static_cast<int>(&front - fronts_.data()); f >= front.first; --f) {
@@ -118,7 +119,7 @@ void ExtendedCholesky::Builder::solve_upper(const Front& front, int columns, boo
   }
 }
 
-/// J'J v, and (J v)'(J v).
+/// J'J v; `squared` receives (J v)'(J v).
 ExtendedCholesky::Matrix ExtendedCholesky::Builder::gradient(const Front& front, const Matrix& v,
                                                              Matrix& squared) const {
   Matrix g = Matrix::Zero(v.rows(), v.cols()), motion;

@@ -10,8 +10,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Numbers 0, 1, ... that are handed out and come back, those that came back last first. What
-/// happened since the last `commit` can be rolled back, at the cost of what happened.
+/// Hands out the numbers 0, 1, ... and reuses those given back, the last one first. Changes since
+/// the last `commit` can be rolled back, at a cost that depends on their number alone.
 class FreeList {
  public:
   int take() {
@@ -24,7 +24,7 @@ class FreeList {
     free_.pop_back();
     return number;
   }
-  /// Where memory is short the number is lost, and nothing else.
+  /// Returns a number for reuse; without memory for that, the number is never used again.
   void give(int number) noexcept {
     try {
       free_.push_back(number);
@@ -32,7 +32,7 @@ class FreeList {
     }
   }
 
-  /// Numbers from 0 to count() - 1 are in use or have come back.
+  /// Numbers from 0 to count() - 1 are in use or free.
   int count() const { return count_; }
 
   void commit() {
@@ -51,8 +51,8 @@ class FreeList {
   std::vector<int> free_;
   int count_ = 0;
   int committed_count_ = 0;
-  std::size_t kept_ = 0;    // the first of `free_` that were there at the last commit and still are
-  std::vector<int> taken_;  // those that were there behind them, the last one first
+  std::size_t kept_ = 0;    // how many of `free_` have been there since the last commit
+  std::vector<int> taken_;  // numbers that were free then and are taken, the last one first
 };
 
 }  // namespace hybrid

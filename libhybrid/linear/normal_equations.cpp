@@ -187,8 +187,10 @@ void NormalEquations::assemble_column(int col, const double* r, const double* J)
 int NormalEquations::factorize(double damping, WorkerPool& pool) {
   const double sum = std::accumulate(diagonal_.begin(), diagonal_.end(), 0.0);
   const double floor = sum > 0.0 ? kDiagonalFloor * sum / scalars() : 1.0;
-  damping_.resize(scalars());
-  for (int i = 0; i < scalars(); ++i) damping_[i] = damping * std::max(diagonal_[i], floor);
+  damping_.assign(scalars(), 0.0);
+  for (int i = 0; damping > 0.0 && i < scalars(); ++i) {
+    damping_[i] = damping * std::max(diagonal_[i], floor);
+  }
   const int scalar = by_schur() ? schur_.factorize(matrix_, damping_.data(), pool)
                                 : cholesky_.factorize(matrix_, damping_.data(), pool);
   return scalar < 0 ? -1 : block_of(scalar);

@@ -13,8 +13,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Where the linearised residuals of a problem stand in one buffer r and one buffer J, and which
-/// variable blocks they touch.
+/// The layout of the linearised residuals of a problem in one buffer r and one buffer J, and the
+/// variable blocks that they involve.
 struct ResidualLayout {
   struct Residual {
     int rows = 0;
@@ -33,23 +33,23 @@ struct ResidualLayout {
   std::size_t residual_size = 0;
   std::size_t jacobian_size = 0;
 
-  /// Appends a residual behind the last one; `touched` are its blocks.
+  /// Appends a residual; `touched` are its blocks.
   void add(int rows, const int* touched, int count, bool coupled);
-  /// Keeps the first residuals only.
+  /// Keeps the first `count` residuals only.
   void truncate(std::size_t count);
   BlockPattern pattern() const;
 };
 
 /// The Gauss-Newton system H d = -g with H = J'J and g = J'r, assembled into a fixed sparsity and
-/// factorised in place. Vectors are in elimination order; `start(block)` tells where a block
-/// stands.
+/// factorised in place. Vectors are in elimination order; `start(block)` is the first scalar of a
+/// block.
 class NormalEquations {
  public:
   explicit NormalEquations(const ResidualLayout& layout,
                            Elimination elimination = Elimination::kAutomatic);
 
-  /// Takes over a layout of the same variables. False, with nothing changed, where it needs a block
-  /// that the sparsity lacks or leaves so many unused that a new analysis pays.
+  /// Changes to another layout of the same variables. False, with nothing changed, if that needs a
+  /// block that the sparsity lacks or leaves so many unused that a new analysis pays.
   bool rebind(const ResidualLayout& layout);
 
   /// H and g from the buffers of the layout. The result does not depend on the number of threads.
@@ -60,11 +60,12 @@ class NormalEquations {
   /// x = (H + damping * diag(H))^-1 x for the last factorisation.
   void solve(double* x) const { by_schur() ? schur_.solve(x) : cholesky_.solve(x); }
   /// The smallest ratio of a pivot to the scale of its block, over the last factorisation: near the
-  /// rounding error where the system is singular.
+  /// rounding error if the system is singular.
   double smallest_pivot_ratio() const;
-  /// log of the determinant of what was factorised last, from the diagonal of its factor.
+  /// log of the determinant of the matrix factorised last, from the diagonal of its factor.
   double log_determinant() const;
-  /// Root of the pivot of a scalar: its information given the scalars eliminated after it.
+  /// Root of the pivot of a scalar: the pivot is its information given the scalars eliminated
+  /// later.
   double pivot_root(int scalar) const {
     return by_schur() ? schur_.diagonal(scalar) : cholesky_.diagonal(scalar);
   }
@@ -74,20 +75,20 @@ class NormalEquations {
   int dim(int block) const { return matrix_.dim(position_[block]); }
   int position(int block) const { return position_[block]; }
   const std::vector<double>& gradient() const { return gradient_; }
-  /// Diagonal of H, damping excluded; zero where no residual moves a scalar.
+  /// Diagonal of H, damping excluded; zero for a scalar with a zero Jacobian.
   const std::vector<double>& diagonal() const { return diagonal_; }
   /// Trace of the diagonal block of H at a position: the squared Frobenius norm of the Jacobian of
-  /// the block, which a rotation of the frame of its tangent leaves as it is.
+  /// the block, which does not depend on the frame of its tangent.
   double scale(int position) const { return scale_[position]; }
   /// H, its lower triangle in elimination order.
   const BlockMatrix& matrix() const { return matrix_; }
   /// Position -> block.
   const std::vector<int>& order() const { return order_; }
   /// Whether leaves are eliminated by Schur complement; else `cholesky` is the factor of all. Code
-  /// that reads the factor asks for Elimination::kPlain.
+  /// that reads the factor needs Elimination::kPlain.
   bool by_schur() const { return schur_.leaf_count() > 0; }
   const SchurCholesky& schur() const { return schur_; }
-  /// Throws Error where leaves are eliminated by Schur complement.
+  /// Throws Error if leaves are eliminated by Schur complement.
   const BlockCholesky& cholesky() const;
 
  private:

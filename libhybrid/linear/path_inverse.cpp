@@ -14,7 +14,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     path.supernodes.push_back(s);
     rows += factor_->supernode(s).columns;
   }
-  // L x = E for all columns at once; x is zero but on the path.
+  // L x = E for all columns at once; x is zero outside the path.
   path.y.resize(rows, dim);
   if (scratch_.cols() != dim) scratch_.resize(factor_->size(), dim);
   for (int s : path.supernodes) {

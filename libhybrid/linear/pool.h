@@ -25,7 +25,7 @@ class Pool {
     data_.resize(offset + length);
     return offset;
   }
-  /// Where memory is short the place is lost, and nothing else.
+  /// Frees an array for reuse; without memory for that, its place is never used again.
   void release(std::size_t offset, std::size_t length) noexcept {
     try {
       if (length >= free_.size()) free_.resize(length + 1);

@@ -13,7 +13,7 @@ namespace {
 constexpr int kLeavesPerTask = 256;
 constexpr int kSchurColumnsPerTask = 4;
 constexpr int kMaxLeafDim = 6;
-/// It pays where leaves are many, and many more than the other blocks.
+/// The Schur complement pays from so many leaves on, and so many for each other block.
 constexpr int kLeastLeaves = 500;
 constexpr int kLeavesPerOther = 4;
 
@@ -106,7 +106,7 @@ SchurOrdering order_schur(const BlockPattern& pattern, const std::vector<int>& l
     index[block] = static_cast<int>(others.size());
     others.push_back(block);
   }
-  // What a leaf joins becomes coupled.
+  // Eliminating a leaf couples all its neighbours.
   BlockPattern coupled;
   std::vector<int> mark(others.size(), -1);
   for (int j = 0; j < static_cast<int>(others.size()); ++j) {

@@ -13,13 +13,13 @@ namespace HYBRID_API hybrid {
 
 /// How a system is eliminated.
 enum class Elimination {
-  kAutomatic,  ///< by Schur complement where it pays
+  kAutomatic,  ///< by Schur complement if that is faster
   kPlain,      ///< sparse Cholesky of the whole system
   kSchur       ///< leaves first, then sparse Cholesky of their Schur complement
 };
 
-/// Blocks that no edge joins, found greedily by ascending degree, as the landmarks of a map: they
-/// can be eliminated one by one before all others.
+/// Blocks with no edge between them, found greedily by ascending degree, such as the landmarks of a
+/// map: they can be eliminated one by one before all others.
 std::vector<int> independent_blocks(const BlockPattern& pattern);
 
 /// Whether eliminating these leaves first by Schur complement is faster than sparse Cholesky.
@@ -30,15 +30,15 @@ bool schur_pays(const BlockPattern& pattern, const std::vector<int>& leaves);
 struct SchurOrdering {
   std::vector<int> order;  ///< position -> block, leaves first
   int leaves = 0;
-  BlockPattern reduced;            ///< over the positions behind the leaves
-  BlockOrdering reduced_ordering;  ///< the identity order of these, with its supernodes
+  BlockPattern reduced;            ///< over the positions after the leaves
+  BlockOrdering reduced_ordering;  ///< the identity order of those, with its supernodes
 };
 SchurOrdering order_schur(const BlockPattern& pattern, const std::vector<int>& leaves);
 
-/// Cholesky factorisation of a system [V W'; W C] with V block-diagonal: with V = L L' and
-/// Y = W L'^-1, the reduced system S = C - Y Y' is factorised, and leaves are found by
-/// back-substitution. The matrix stands in the order of a SchurOrdering. Every number is summed in
-/// one fixed order, whatever the number of threads.
+/// Cholesky factorisation of a system [V W'; W C] with V block-diagonal: with V = L L' and Y = W
+/// L'^-1, the reduced system S = C - Y Y' is factorised, and leaves are found by back-substitution.
+/// The matrix is in the order of a SchurOrdering. Every number is summed in one fixed order,
+/// whatever the number of threads.
 class SchurCholesky {
  public:
   SchurCholesky() = default;
@@ -60,8 +60,8 @@ class SchurCholesky {
     int start = 0;  // scalar
     int dim = 0;
     int height = 0;         // rows below the diagonal block
-    std::size_t place = 0;  // of V and W in the matrix
-    std::size_t y = 0;      // of Y in y_, column-major with distance `height`
+    std::size_t place = 0;  // offset of V and W in the matrix
+    std::size_t y = 0;      // offset of Y in y_, column-major with `height` rows
     int first = 0, last = 0;
   };
   struct Edge {

@@ -12,8 +12,8 @@ namespace hybrid {
 
 SelectedInverse::SelectedInverse(const BlockCholesky& factor, WorkerPool& pool)
     : factor_(&factor), panels_(factor.panels_size()), workspace_(factor.workspace_size()) {
-  // The plan of the update matrices of the factorisation serves in reverse: from when the parent is
-  // done to when the supernode is.
+  // The places of the update matrices of the factorisation serve in reverse: each is in use from
+  // the inversion of the parent to that of the supernode.
   Scratch scratch;
   const std::vector<int>& top = factor.top();
   for (auto s = top.rbegin(); s != top.rend(); ++s) invert(factor.supernode(*s), scratch);

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// Calls visit(factor) for every continuous factor in force.
+/// Calls visit(factor) for every continuous factor and every chosen component that is not weak.
 template <class Visit>
 void for_each_factor(const HybridGraph& graph, const Assignment& assignment, const Visit& visit) {
   graph.continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) { visit(*factor); });
@@ -47,7 +47,8 @@ std::vector<int> positions(const std::vector<int>& order, int size) {
   return position;
 }
 
-/// Gathers the removed blocks connected to `start` and returns the others beside them, sorted.
+/// Marks the removed blocks connected to `start` as seen and returns their remaining neighbours,
+/// sorted.
 std::vector<int> rim_of(int start, const std::vector<std::vector<int>>& neighbours,
                         const std::vector<char>& removed, std::vector<char>& seen) {
   std::vector<int> rim;
@@ -124,8 +125,8 @@ BlockPattern information_pattern(const JacobianPattern& jacobian) {
   return pattern;
 }
 
-// Below its diagonal, a column of the factor holds what the matrix has there and what its children
-// in the elimination tree hand up; its parent is the first of these rows.
+// Below its diagonal, a column of the factor has the rows of the matrix and those of its children
+// in the elimination tree; its parent is the first of these rows.
 FilledPattern cholesky_pattern(const BlockPattern& pattern, const std::vector<int>& order) {
   const std::vector<int> position = positions(order, pattern.size());
   const auto neighbours = neighbours_of(pattern);

@@ -12,12 +12,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// Which blocks of a matrix are not zero, as (row, column).
+/// The non-zero blocks of a matrix, as (row, column).
 using Blocks = std::vector<std::pair<int, int>>;
 
-/// Which variables the continuous factors of a graph touch once the assignment has chosen the
-/// components: the rows and columns of the Jacobian, in blocks. Weak components, which solvers keep
-/// out of the system, are left out.
+/// The blocks of the Jacobian of a graph under an assignment: a row for each continuous factor and
+/// chosen component, a column for each of their variables. Weak components are left out, since
+/// solvers leave their off-diagonal blocks out of the system.
 struct JacobianPattern {
   std::vector<Key> variables;             ///< columns, sorted
   std::vector<int> dims;                  ///< tangent dimension of each variable
@@ -36,10 +36,10 @@ Blocks jacobian_blocks(const JacobianPattern& jacobian);
 /// The pattern of J'J.
 BlockPattern information_pattern(const JacobianPattern& jacobian);
 
-/// Blocks of a lower triangle, diagonal included, split by where they come from; sorted.
+/// Blocks of a lower triangle, diagonal included, split by origin; sorted.
 struct FilledPattern {
-  Blocks original;  ///< there before the elimination
-  Blocks fill;      ///< made by it
+  Blocks original;  ///< blocks of the matrix itself
+  Blocks fill;      ///< blocks that the elimination adds
 };
 
 /// The Cholesky factor of a matrix whose rows are eliminated in `order` (position -> block); rows

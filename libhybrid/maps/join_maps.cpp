@@ -67,9 +67,8 @@ class MapJoin {
       estimate();
       if (!match_more()) break;
     }
-    if (chi_square_ > chi_square_quantile(kGate, kDim * static_cast<int>(pairs_.size()))) {
-      return std::nullopt;
-    }
+    log_odds_ = log_evidence(variance_factor());
+    if (log_odds_ < std::log(odds_)) return std::nullopt;
     return result();
   }
 
@@ -194,17 +193,40 @@ class MapJoin {
     const Eigen::VectorXd innovation = -H * mean_;
     const Eigen::VectorXd weighted = ldlt.solve(innovation);
     chi_square_ = innovation.dot(weighted);
+    log_det_ = ldlt.vectorD().array().log().sum();
     mean_ += HC.transpose() * weighted;
     covariance_ -= HC.transpose() * ldlt.solve(HC);
     covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   }
 
+  /// By how much the maps disagree more than what each knows of itself allows: the a posteriori
+  /// variance factor of the pairs, 1 where their chi-square is within the gate.
+  double variance_factor() const {
+    const int rows = kDim * static_cast<int>(pairs_.size());
+    if (chi_square_ <= chi_square_quantile(kGate, rows)) return 1;
+    return chi_square_ / (rows - Pose::kDim);
+  }
+
+  /// log odds that the pairs are one each, and not landmarks that lie so by chance, with all
+  /// covariances larger by a factor.
+  double log_evidence(double factor) const {
+    const auto n = static_cast<double>(pairs_.size());
+    double sum = -0.5 * (chi_square_ / factor + log_det_ + n * kDim * std::log(2 * M_PI * factor)) -
+                 n * log_density();
+    for (const auto& [i, j] : pairs_) sum += ratio(i, j);
+    return sum;
+  }
+
+  double log_density() const {
+    std::vector<Point> points;
+    for (const int i : there_a_) points.push_back(a(i));
+    return std::log(local_density(points));
+  }
+
   /// Adds pairs that lie together now and are nearest to each other. False where there are none.
   bool match_more() {
     const auto na = static_cast<Eigen::Index>(a_.landmarks.size() * kDim);
-    std::vector<Point> points;
-    for (const int i : there_a_) points.push_back(a(i));
-    const double log_density = std::log(local_density(points));
+    const double density = log_density();
     const double gate = chi_square_quantile(kGate, kDim);
     struct Candidate {
       double cost;
@@ -225,7 +247,7 @@ class MapJoin {
         const double chi_square = d.dot(llt.solve(d));
         if (!(chi_square < gate)) continue;
         const double cost = 0.5 * chi_square + llt.matrixLLT().diagonal().array().log().sum() +
-                            0.5 * kDim * std::log(2 * M_PI) + log_density - r;
+                            0.5 * kDim * std::log(2 * M_PI) + density - r;
         if (cost < 0) candidates.push_back({cost, i, j});
       }
     }
@@ -254,6 +276,8 @@ class MapJoin {
     Values value;
     value.insert(Key(), T_);
     out.T_first_second = isometry_at(value, Key());
+    out.covariance = covariance_.bottomRightCorner<Pose::kDim, Pose::kDim>();
+    out.variance_factor = variance_factor();
     out.common = pairs_.size();
     out.log_odds = log_odds_;
     MapRecord& map = out.map;
@@ -329,7 +353,7 @@ class MapJoin {
   std::vector<double> prior_;  // of classes
   Pose T_;
   Pairs pairs_;
-  double log_odds_ = 0, chi_square_ = 0;
+  double log_odds_ = 0, chi_square_ = 0, log_det_ = 0;
   Eigen::VectorXd mean_;        // of both maps in the frame of the first, and of the motion
   Eigen::MatrixXd covariance_;  // of these
 };

@@ -13,8 +13,12 @@ namespace HYBRID_API hybrid {
 struct JoinedMaps {
   MapRecord map;  ///< in the frame of the first
   Eigen::Isometry3d T_first_second = Eigen::Isometry3d::Identity();
+  Eigen::MatrixXd covariance;  ///< of that, in the tangent of a right perturbation
+  /// How much larger all variances would have to be for the common landmarks to fit; 1 where they
+  /// do. Nothing is multiplied by it: maps that are too sure of themselves are all so.
+  double variance_factor = 1;
   std::size_t common = 0;  ///< landmarks that both have
-  double log_odds = 0;     ///< for the common place against none
+  double log_odds = 0;     ///< for the common landmarks against none
 };
 
 /// Finds where the second map lies in the first by the landmarks that both have, makes these one,

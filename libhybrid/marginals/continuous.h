@@ -18,7 +18,7 @@ class Covariances {
  public:
   bool contains(Key key) const { return places_.count(key) != 0; }
   std::size_t size() const { return places_.size(); }
-  /// Square, over the tangent of the variable; throws Error for a key that is not there.
+  /// Square, over the tangent of the variable; throws Error for a variable without covariance.
   Eigen::Map<const Eigen::MatrixXd> at(Key key) const;
   void insert(Key key, const Eigen::MatrixXd& covariance);
 
@@ -37,17 +37,17 @@ struct MarginalOptions {
 
 /// Laplace approximation of the continuous marginals given the assignment (eq. 11b to 14), over the
 /// tangent spaces at the estimate: the inverse of J'J of all chosen components (eq. 13), weak ones
-/// included, from its Cholesky factor. Factorised once; in extended precision where that is
-/// singular, or so nearly that rounding would show.
+/// included, from its Cholesky factor. Factorised once; in extended precision if it is singular, or
+/// so nearly that rounding would matter.
 class ContinuousMarginals {
  public:
-  /// Throws Error for missing values. The graph may go afterwards.
+  /// Throws Error for missing values. The graph is not needed afterwards.
   ContinuousMarginals(const HybridGraph& graph, const Estimate& estimate,
                       const MarginalOptions& options = {});
 
-  /// Whether the factors determine all variables; else `under_constrained` names those that they do
-  /// not, and asking for a covariance of one of these throws Error. The covariances of the others
-  /// do not depend on where these are.
+  /// Whether the factors determine all variables. If not, `under_constrained` names the
+  /// undetermined ones: asking for the covariance of one throws Error, and the covariances of the
+  /// others do not depend on their values.
   bool valid() const { return under_constrained_.empty(); }
   const std::vector<Key>& under_constrained() const { return under_constrained_; }
 
@@ -64,7 +64,7 @@ class ContinuousMarginals {
 
   Problem problem_;
   mutable WorkerPool pool_;
-  std::optional<ExtendedCholesky> extended_;  // where the factor of the problem is of no use
+  std::optional<ExtendedCholesky> extended_;  // replaces the factor of a singular problem
   std::vector<Key> under_constrained_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLog2Pi = 1.8378770664093454836;
 
-/// -log of the factor at the values, normaliser included.
+/// -log of the density of a factor at the values, normaliser included; 0 for null.
 double whole_cost(const ContinuousFactor* factor, const Values& values) {
   return factor == nullptr ? 0.0 : factor->cost(values) + factor->log_normalizer();
 }

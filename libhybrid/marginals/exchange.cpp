@@ -10,11 +10,11 @@
 namespace hybrid {
 namespace {
 
-/// What is left of a row of unit length, over variables of unit variance, beside the directions
-/// found so far: less is rounding.
+/// Rows have unit length over variables of unit variance; the part of a row orthogonal to the
+/// directions found so far is rounding error if it is shorter than this.
 constexpr double kNewDirection = 1e-9;
-/// Where the information on a direction falls below this share, nothing but the factor that went
-/// told of it. Covariances are good to some 1e-12.
+/// If the information on a direction falls below this share, only the removed factors determined
+/// it. Covariances are accurate to some 1e-12.
 constexpr double kLeastDirectionShare = 1e-10;
 
 /// An orthonormal basis, as columns, of the directions that the rows of some factors measure.
@@ -39,7 +39,7 @@ Eigen::MatrixXd basis(const std::vector<LinearRows>& factors, int size) {
 
 Exchange::Exchange(const JointGaussian& gaussian, const std::vector<Site>& sites) {
   const int size = gaussian.size();
-  // Over variables of unit variance, so that units do not matter.
+  // Variables are scaled to unit variance, so that units do not matter.
   const Eigen::VectorXd sigmas = gaussian.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   std::vector<Eigen::MatrixXd> bases;
   int total = 0;

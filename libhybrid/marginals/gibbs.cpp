@@ -67,7 +67,7 @@ class Sampler {
       weights_.push_back(model_.log_weight(values_));
       most = std::max(most, weights_.back());
     } while (next(block, before));
-    if (!std::isfinite(most)) {  // nowhere to go: what there is stays
+    if (!std::isfinite(most)) {  // every joint value is impossible: keep the present one
       values_ = before;
       for (int v : block) {
         sum[first_[v] + values_[v]] += 1.0;
@@ -93,7 +93,7 @@ class Sampler {
     for (int v : block) count[v] += 1.0;
   }
 
-  /// Goes through the joint values of a block, from those before and back to them; false there.
+  /// Advances a block to its next joint value, cyclically; false when it is back at `before`.
   bool next(const std::vector<int>& block, const std::vector<int>& before) {
     for (int v : block) {
       values_[v] = (values_[v] + 1) % model_.cardinalities[v];
@@ -105,7 +105,7 @@ class Sampler {
   const GibbsModel& model_;
   std::vector<int> values_;
   std::mt19937_64 engine_;
-  std::vector<int> first_;  // by variable, in the means
+  std::vector<int> first_;  // by variable: index in the means
   int size_ = 0;
   std::vector<std::vector<int>> blocks_;
   std::vector<double> weights_;

@@ -13,7 +13,8 @@
 namespace hybrid {
 namespace {
 
-/// Half of the digits: a free direction that leaves an entry by less leaves it by rounding.
+/// Half of the digits: an undetermined direction with a smaller component along an entry changes it
+/// by rounding only.
 constexpr double kAlong = 1e-8;
 
 }  // namespace

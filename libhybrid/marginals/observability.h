@@ -11,9 +11,9 @@
 namespace HYBRID_API hybrid {
 
 /// The entries of a vector variable, as a calibration: value and standard deviation of those that
-/// the factors determine. For the others both are NaN: there is no number to return. An entry is
-/// determined where no direction in which the variable is free leaves it as a coordinate: of a
-/// point free along (1, 1) neither entry is, although their difference is known.
+/// the factors determine. For the others both are NaN. An entry is determined if no undetermined
+/// direction of the variable changes it: of a point undetermined along (1, 1) neither entry is,
+/// although their difference is.
 struct ObservedVector {
   Eigen::VectorXd values, sigmas;
   std::vector<bool> observable;
@@ -24,10 +24,10 @@ struct ObservedVector {
 };
 
 /// Which entries of a vector variable the factors determine at the estimate (see ExtendedCholesky).
-/// Freedoms that leave the variable alone (the choice of the map's frame) do not matter. An entry
-/// that only a vague prior holds is determined, with the standard deviation that says so. Costs a
-/// factorisation in extended precision. Throws Error for a variable that is no vector or in no
-/// factor.
+/// Undetermined directions that do not change the variable (such as the choice of the map's frame)
+/// do not matter. An entry that only a vague prior constrains is determined, with a large standard
+/// deviation. Costs a factorisation in extended precision. Throws Error for a variable that is no
+/// vector or in no factor.
 ObservedVector observe_vector(const HybridGraph& graph, const Estimate& estimate, Key key);
 
 }  // namespace hybrid

@@ -10,20 +10,19 @@
 namespace hybrid {
 namespace {
 
-/// Directions whose variance is below this share of what the variables have each are known up to
-/// rounding only.
+/// Least variance of a direction that is more than rounding, per dimension, over variables of unit
+/// variance.
 constexpr double kRounding = 1e-14;
-/// Where the sites tell all but this share of the information on a direction, the rest says
-/// nothing.
+/// If all but this share of the information on a direction is from the sites, the rest has none.
 constexpr double kNothing = 1e-9;
-/// More than this below zero, information is not a rounding error of zero.
+/// Information below minus this is no rounding error of zero.
 constexpr double kWrong = 1e-3;
 
 }  // namespace
 
-// In coordinates x = T y with Sigma = T T' all of the information on y is the identity, and what
-// the sites do not tell of it, I - T' J'J T, has its eigenvalues between zero and one: the
-// subtraction loses nothing that matters.
+// In coordinates x = T y with Sigma = T T' the whole information on y is the identity, and that of
+// the rest, I - T' J'J T, has its eigenvalues between zero and one, so that the subtraction loses
+// no digits that matter.
 ContinuousFactorPtr outside_prior(const JointGaussian& gaussian, const std::vector<Site>& sites) {
   const int n = gaussian.size();
   const Eigen::VectorXd sigmas = gaussian.covariance.diagonal().cwiseSqrt();

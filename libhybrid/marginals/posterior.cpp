@@ -14,7 +14,7 @@
 namespace hybrid {
 namespace {
 
-/// Joint values of some variables, or one more than `limit` where there are more.
+/// The number of joint values of some variables, or limit + 1 if there are more than `limit`.
 std::size_t bounded_size(const DiscreteIndex& index, const std::vector<Key>& keys,
                          std::size_t limit) {
   std::size_t size = 1;
@@ -25,7 +25,7 @@ std::size_t bounded_size(const DiscreteIndex& index, const std::vector<Key>& key
   return size;
 }
 
-/// All that one call needs.
+/// The inputs of one call.
 struct Context {
   const HybridGraph& graph;
   const Estimate& estimate;
@@ -41,8 +41,8 @@ bool few(const Context& context, const std::vector<Key>& selectors) {
   return bounded_size(context.index, selectors, limit) <= limit;
 }
 
-/// The posterior of some selectors, and of the variables that choose nothing and share tables with
-/// them or with `others` of their kind.
+/// The posterior of some selectors, of `others` (which choose nothing), and of the variables that
+/// choose nothing and are connected with these.
 AssignmentPosterior solve(const Context& context, const std::vector<Key>& selectors,
                           const std::vector<Key>& others) {
   std::vector<Key> start = selectors;
@@ -64,7 +64,7 @@ AssignmentPosterior solve(const Context& context, const std::vector<Key>& select
   return out;
 }
 
-/// Adds what is said of the variables wanted; the first to speak of one is believed.
+/// Adds the results for the wanted variables; the first result for a variable is kept.
 template <class Wanted>
 void merge(AssignmentPosterior&& from, const Wanted& wanted, AssignmentPosterior& into) {
   for (auto& [key, variable] : from.variables) {
@@ -78,7 +78,7 @@ void merge(AssignmentPosterior&& from, const Wanted& wanted, AssignmentPosterior
                                 from.under_constrained.end());
 }
 
-/// Windows along the selectors of a component, of which the middle halves are taken.
+/// Solves overlapping windows along the selectors of a component and keeps the middle half of each.
 template <class Wanted>
 void solve_in_windows(const Context& context, const std::vector<Key>& selectors,
                       const Wanted& wanted, AssignmentPosterior& out) {
@@ -100,7 +100,7 @@ void solve_in_windows(const Context& context, const std::vector<Key>& selectors,
   }
 }
 
-/// From a factorisation made when it is first asked for.
+/// Covariances from a factorisation that the first call makes.
 JointCovariance batch_covariance(const HybridGraph& graph, const Estimate& estimate) {
   return [&graph, &estimate, marginals = std::shared_ptr<const ContinuousMarginals>()](
              const std::vector<Key>& keys) mutable {

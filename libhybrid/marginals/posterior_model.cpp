@@ -13,10 +13,10 @@
 namespace hybrid {
 namespace {
 
-/// Graphs of at most so many dimensions are solved whole.
+/// Graphs of at most this many dimensions are solved whole.
 constexpr int kWholeGraph = 32;
-/// Where the information on a scalar, the others known as they are, falls below this share of what
-/// the estimate has, nothing tells of it but rounding: see Exchange.
+/// A scalar whose information, given the others, is below this share of that at the estimate is
+/// determined by rounding only; see Exchange.
 constexpr double kLeastInformationShare = 1e-10;
 
 int dimensions(const HybridGraph& graph, const Values& values) {
@@ -59,7 +59,7 @@ PosteriorModel::PosteriorModel(const HybridGraph& graph, const DiscreteIndex& in
   laplace == Laplace::kLinearized ? linearize(covariance) : reoptimize(graph, covariance);
 }
 
-/// The tables at the estimate and the sites of all variables.
+/// Collects the tables at the estimate and the sites of all variables.
 void PosteriorModel::collect(const DiscreteIndex& index) {
   std::vector<const Table*> tables;
   std::vector<const HybridFactor*> factors;
@@ -108,7 +108,7 @@ void PosteriorModel::add_table(const Table& whole) {
   tables_.push_back({std::move(variables), std::move(table)});
 }
 
-/// The factors that the selectors may choose of a hybrid factor.
+/// Adds a site with the factors that the selectors can choose of a hybrid factor.
 void PosteriorModel::add_site(const HybridFactor& factor) {
   ChosenFactor chosen;
   Assignment assignment;
@@ -225,7 +225,7 @@ const PosteriorModel::Weight& PosteriorModel::at(const std::vector<int>& values)
   return weight;
 }
 
-/// The part of the tables, with the rest summed out; false where it is impossible.
+/// The weight by the tables, with the rest summed out; false if it is impossible.
 bool PosteriorModel::discrete_weight(const std::vector<int>& values, Weight& weight) const {
   double cost = 0.0;
   for (const SelectorTable& t : tables_) cost += t.table.costs()[joint(t.variables, values)];
@@ -272,7 +272,8 @@ std::optional<double> PosteriorModel::log_change(const std::vector<int>& values)
   return change;
 }
 
-/// Optimises the continuous variables from the estimate on.
+/// Optimises the continuous variables from the estimate on; returns the log evidence, empty if they
+/// are undetermined.
 std::optional<double> PosteriorModel::solve(const std::vector<int>& values) {
   for (std::size_t v = 0; v < values.size(); ++v) held_.set(selectors_[v].key, values[v]);
   problem_->set_assignment(held_);

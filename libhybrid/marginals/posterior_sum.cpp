@@ -16,7 +16,7 @@ std::vector<double> slice(const std::vector<double>& all, std::size_t& at, int s
   return {begin, begin + size};
 }
 
-/// Splits what stands one variable after the other.
+/// Splits concatenated probabilities by variable.
 void take_variables(const std::vector<DiscreteKey>& keys, const std::vector<double>& p,
                     const std::vector<double>* error, std::size_t& at, AssignmentPosterior& out) {
   for (const DiscreteKey& key : keys) {
@@ -27,7 +27,7 @@ void take_variables(const std::vector<DiscreteKey>& keys, const std::vector<doub
   }
 }
 
-/// Goes to the next joint value, the last variable fastest; false behind the last one.
+/// Advances to the next joint value, the last variable fastest; false after the last one.
 bool next(const std::vector<DiscreteKey>& keys, std::vector<int>& values) {
   for (std::size_t v = keys.size(); v-- > 0;) {
     if (++values[v] < keys[v].cardinality) return true;

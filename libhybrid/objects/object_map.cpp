@@ -103,8 +103,8 @@ RobustResult solve_objects(const RobustProblem& problem, const Loss& loss,
 
 namespace {
 
-/// The true pose of an object that stands still: of the frames' poses, the one in the middle of the
-/// rest.
+/// The true pose of a static object: of its true poses by frame, the one that agrees best with the
+/// others.
 std::optional<SE3> true_pose(const ObjectSequence& sequence, const ObjectTrack& track) {
   std::vector<SE3> poses;
   for (std::size_t i = 0; i < track.truth.size(); ++i) {

@@ -33,20 +33,22 @@ inline Key object_key(std::size_t object) {
 }
 
 /// Objects as landmarks in SE(3): odometry and a prior on the first camera pose are trusted, every
-/// sighting is a candidate, object by object in the order of frames. An object starts at that
-/// sighting, carried along the odometry, which the mixture likes best in sight of all others.
-/// Objects without a sighting are left out. Throws Error for deviations that are not positive.
+/// sighting is a candidate, object by object in the order of frames. The initial pose of an object
+/// is the one of its sightings, by the odometry, that agrees best with all others under the
+/// mixture. Objects without a sighting are left out. Throws Error for deviations that are not
+/// positive.
 RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOptions& options = {});
 
 /// Alternating minimisation over poses, objects and the switch of each sighting.
 RobustResult solve_objects(const RobustProblem& problem, const ObjectMapOptions& options = {});
 
-/// For comparison: all sightings believed under a robust kernel, from the same start.
+/// For comparison: all sightings under a robust kernel instead of switches, from the same initial
+/// values.
 RobustResult solve_objects(const RobustProblem& problem, const Loss& loss,
                            const ObjectMapOptions& options = {});
 
-/// Root mean square error of the camera's positions after the best rigid alignment, and the errors
-/// of each object in the frame so aligned; NaN for an object left out or without truth.
+/// Root mean square error of the camera positions after the best rigid alignment, and the errors of
+/// each object in the aligned frame; NaN for an object left out or without truth.
 struct ObjectMapErrors {
   SE3 T_world_map;                          ///< the alignment
   std::vector<std::optional<SE3>> objects;  ///< true poses T_world_object

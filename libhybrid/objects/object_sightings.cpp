@@ -40,7 +40,7 @@ PoseRows read_rows(const fs::path& path) {
   return rows;
 }
 
-/// Rows of another file of the sequence, which must be those of odom.txt.
+/// Rows of another file of the sequence; their times must be those of odom.txt.
 std::vector<std::optional<SE3>> read_track(const fs::path& path, const std::vector<double>& times) {
   PoseRows rows = read_rows(path);
   if (rows.times.size() != times.size()) {

@@ -10,18 +10,18 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a detector says of one object that stands still, frame by frame.
+/// The detections of one static object, frame by frame.
 struct ObjectTrack {
   std::string name;
-  std::vector<std::optional<SE3>> sightings;  ///< T_camera_object; nothing where not detected
-  std::vector<std::optional<SE3>> truth;      ///< the same, true; empty where there is no file
+  std::vector<std::optional<SE3>> sightings;  ///< T_camera_object; empty if not detected
+  std::vector<std::optional<SE3>> truth;      ///< true T_camera_object; empty if there is no file
 };
 
 /// A camera that sees objects: one entry per frame everywhere, lengths in metres.
 struct ObjectSequence {
   std::vector<double> times;  ///< s
   std::vector<SE3> odometry;  ///< T_odometry_camera
-  std::vector<SE3> truth;     ///< T_world_camera; empty where there is no file
+  std::vector<SE3> truth;     ///< T_world_camera; empty if there is no file
   std::vector<ObjectTrack> objects;
 };
 

@@ -10,7 +10,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kSide = 10.0;  // of the cube of translations (m)
+constexpr double kSide = 10.0;  // of the cube of translations [m]
 
 /// Uniform in [low, high): standard distributions differ between libraries, the engine does not.
 class Uniform {

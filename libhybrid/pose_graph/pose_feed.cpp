@@ -19,7 +19,7 @@ bool is_pose(Key key) {
   return key.letter() == key_letter::kPose;
 }
 
-/// All vertices, poses by their relative measurements connected to each other.
+/// For each vertex, those that share a measurement with it.
 Neighbours connections(const std::vector<ContinuousFactorPtr>& factors) {
   Neighbours neighbours;
   for (const auto& factor : factors) {
@@ -33,7 +33,8 @@ Neighbours connections(const std::vector<ContinuousFactorPtr>& factors) {
   return neighbours;
 }
 
-/// Poses from `first` on, always the smallest id next that a measurement connects to earlier ones.
+/// Poses from `first` on; the next one is always that of smallest id that a measurement connects to
+/// earlier ones.
 std::vector<Key> pose_order(Key first, const Neighbours& neighbours) {
   std::vector<Key> order;
   std::unordered_map<Key, bool> seen{{first, true}};
@@ -51,7 +52,7 @@ std::vector<Key> pose_order(Key first, const Neighbours& neighbours) {
   return order;
 }
 
-/// The pose that the first prior holds or, where priors hold landmarks only, the smallest.
+/// The pose of the first prior on a pose or, if only landmarks have priors, the one of smallest id.
 Key first_pose(const std::vector<ContinuousFactorPtr>& factors, std::size_t priors,
                const Neighbours& neighbours) {
   for (std::size_t f = priors; f < factors.size(); ++f) {
@@ -107,7 +108,8 @@ PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFac
   }
 }
 
-/// A new end of the edge from the end that is known; false if there is none.
+/// Adds the unknown end of an edge, predicted from the known end; false unless exactly one is
+/// known.
 template <class Pose>
 bool PoseFeed::predict(const GraphEdge<Pose>& edge, const Values& estimate, Values& fresh) const {
   const bool has_from = estimate.contains(edge.from);

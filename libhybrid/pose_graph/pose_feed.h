@@ -9,13 +9,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// Hands out a graph pose by pose, as a robot would have met it: with each pose come the
-/// measurements between it and earlier poses and its sightings of landmarks. Poses come in the
-/// order of their ids, save that one waits until a measurement connects it to an earlier one.
+/// Replays a graph pose by pose, as a robot would have measured it: each pose comes with the
+/// measurements between it and earlier poses and with its sightings of landmarks. Poses come in the
+/// order of their ids, except that a pose waits until a measurement connects it to an earlier one.
 class PoseFeed {
  public:
   /// The factors are those of `to_factors` with the same arguments. The graph must outlive the
-  /// feed. Throws Error naming vertices that nothing connects to the first pose.
+  /// feed. Throws Error naming vertices that no measurement connects to the first pose.
   PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFactorOptions& options = {});
 
   std::size_t steps() const { return poses_.size(); }
@@ -23,12 +23,12 @@ class PoseFeed {
   /// The pose that the next step adds.
   Key pose() const { return poses_[next_]; }
 
-  /// The factors of `to_factors`, whose pointers `next` hands out.
+  /// The factors of `to_factors`, to which `next` returns pointers.
   const std::vector<ContinuousFactorPtr>& factors() const { return factors_; }
 
-  /// The next pose with its factors; an edge with hypotheses comes as their mixture. It starts
-  /// where its first measurement says, odometry before others, given the estimate of the poses so
-  /// far; a landmark where it is first seen.
+  /// The next pose with its factors; an edge with hypotheses comes as their mixture. The initial
+  /// value of the pose is from its first measurement, odometry preferred, and the estimate of the
+  /// poses so far; that of a landmark is from its first sighting.
   Delta next(const Values& estimate);
 
  private:

@@ -36,7 +36,8 @@ std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<P
   return keys;
 }
 
-/// Spanning trees over poses: by odometry, which is left only where it ends, or of shortest paths.
+/// Spanning trees over poses: along odometry, with other edges only where it ends, or of shortest
+/// paths.
 template <class Pose>
 class Spanning {
  public:
@@ -49,7 +50,7 @@ class Spanning {
     }
   }
 
-  /// Sets the poses that can be reached from keys[0], by odometry where there is some.
+  /// Sets the poses that can be reached from keys[0], by odometry if possible.
   void along_odometry(const std::vector<Key>& keys, const Pose& start, Values& values) {
     std::deque<std::size_t> others;
     std::vector<Key> stack;
@@ -82,7 +83,7 @@ class Spanning {
   void along_shortest_paths(const std::vector<Key>& keys, const Pose& start, Values& values) {
     struct Reached {
       double length;
-      std::size_t edge;  // that leads there
+      std::size_t edge;  // the edge to `key`
       Key key;
       bool operator<(const Reached& other) const {
         return std::tie(length, edge) > std::tie(other.length, other.edge);
@@ -114,7 +115,7 @@ class Spanning {
     return noise.covariance().template bottomRightCorner<kRotation, kRotation>().trace();
   }
 
-  /// Sets the end of an edge that has no value yet from the other.
+  /// Sets the end of an edge that has no value yet from the other end.
   template <class Reach>
   void cross(const GraphEdge<Pose>& edge, const Values& values, Reach& reach) {
     const bool has_from = values.contains(edge.from);

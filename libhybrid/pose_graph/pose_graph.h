@@ -24,7 +24,7 @@ struct GraphEdge {
   Noise noise;
 };
 
-/// Appends the relative pose that the factor measures; false where it measures none.
+/// Appends the relative pose that the factor measures; false if it measures none.
 template <class Pose>
 bool add_relative_pose(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& edges) {
   const auto motion = relative_pose<Pose>(factor);
@@ -34,7 +34,7 @@ bool add_relative_pose(const ContinuousFactor& factor, std::vector<GraphEdge<Pos
   return true;
 }
 
-/// Further hypotheses of what a planar edge measured, of which one is true.
+/// Further hypotheses for the measurement of a planar edge; one of all its hypotheses is true.
 struct EdgeAlternatives {
   std::size_t edge = 0;  ///< in PoseGraph::poses2, whose measurement is hypothesis 0
   std::vector<SE2> measured;
@@ -43,7 +43,7 @@ struct EdgeAlternatives {
 /// Largest id of a vertex: a key has 56 bits for it.
 inline constexpr std::int64_t kLargestVertexId = (std::int64_t{1} << 56) - 1;
 
-/// What a g2o or TORO file holds: all in the plane, or all in space. Poses are Key{'x', id},
+/// The contents of a g2o or TORO file: all in the plane, or all in space. Poses are Key{'x', id},
 /// landmarks Key{'l', id}.
 struct PoseGraph {
   Values values;  ///< of VERTEX lines, which may be missing
@@ -67,33 +67,35 @@ inline bool is_odometry(Key from, Key to) {
 }
 
 /// Values of all poses from relative motions alone: odometry edges (from i to i + 1, the first of
-/// each) as far as they reach, then other edges; landmarks from their first sighting. It starts at
-/// the pose of smallest id, at its VERTEX value or else at the origin. Throws Error naming vertices
-/// that no edge connects to it.
+/// each) as far as they reach, then other edges; landmarks from their first sighting. The pose of
+/// smallest id has its VERTEX value, or else is at the origin. Throws Error naming vertices that no
+/// edge connects to it.
 Values initialize_from_odometry(const PoseGraph& graph);
 
 /// The same along the tree of shortest paths from that pose, where the length of an edge is the
-/// variance of its rotation [rad^2] (the trace, for rotations in space): no start made of relative
-/// motions alone knows the rotations better, and these decide whether solvers converge.
+/// variance of its rotation [rad^2] (the trace, for rotations in space): of all initial values from
+/// chained relative motions these have the least variance of rotation, which decides whether
+/// solvers converge.
 Values initialize_from_tree(const PoseGraph& graph);
 
-/// How edges become factors.
+/// Options of the factors made of edges.
 struct GraphFactorOptions {
-  /// Plain angle and translation in the measured frame (BetweenSE2), which converges from far worse
-  /// starts, or the group logarithm (Between<SE2>).
+  /// Whether the residual of planar edges is the group logarithm (Between<SE2>), or the angle and
+  /// the translation in the measured frame (BetweenSE2), which converges from far worse initial
+  /// values.
   bool planar_logarithm = false;
   Loss loss;
-  /// Standard deviation [m, rad] of the priors that hold the fixed poses where they are.
+  /// Standard deviation [m, rad] of the priors on fixed vertices.
   double anchor_sigma = 1e-3;
 };
 
 /// The factors of a graph: one per edge (relative poses in order of the file, then sightings of
 /// landmarks), then a prior at the `initial` value of each fixed vertex, or of the pose of smallest
-/// id where none is fixed.
+/// id if none is fixed.
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options = {});
 
-/// The mixture over the hypotheses of an edge (eq. 3), all equally likely before: the discrete
+/// The mixture over the hypotheses of an edge (eq. 3), with equal prior probabilities; the discrete
 /// variable hypothesis_key(index) chooses. Throws Error for an index that is out of range.
 HybridFactorPtr make_hypotheses(const PoseGraph& graph, std::size_t index,
                                 const GraphFactorOptions& options = {});
@@ -102,14 +104,15 @@ inline Key hypothesis_key(std::size_t index) {
 }
 
 /// Puts the hypotheses of every edge in a random order, the same for the same seed on every
-/// machine. Returns, for each of `graph.alternatives`, where the one that was first has gone.
+/// machine. Returns, for each of `graph.alternatives`, the new index of the hypothesis that was
+/// first.
 std::vector<int> shuffle_hypotheses(PoseGraph& graph, std::uint64_t seed);
 
-/// What a g2o file can hold of an estimated graph: poses x<id> and landmarks l<id> with their
-/// estimates, the pose of smallest id fixed; relative poses and sightings of landmarks, of the
-/// continuous factors and of the components chosen by the assignment unless weak. A bearing-range
-/// measurement becomes a position in the robot frame, its covariance to first order. All other
-/// factors are left out.
+/// The part of an estimated graph that a g2o file can hold: poses x<id> and landmarks l<id> with
+/// their estimates, the pose of smallest id fixed; relative poses and sightings of landmarks, of
+/// the continuous factors and of the components chosen by the assignment unless weak. A
+/// bearing-range measurement becomes a position in the robot frame, its covariance to first order.
+/// All other factors are left out.
 PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate);
 
 }  // namespace hybrid

@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <vector>
 
-#include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/detail/sighted_point.h"
+#include "libhybrid/pose_graph/graph_variables.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 namespace {
 
-/// Appends the edge if the factor is of the type that measures it so.
+/// Appends the edge if the factor is of type Factor.
 template <class Factor, class T>
 bool add_as(const ContinuousFactor& factor, std::vector<GraphEdge<T>>& edges) {
   const auto* known = dynamic_cast<const Factor*>(&factor);
@@ -21,8 +21,8 @@ bool add_as(const ContinuousFactor& factor, std::vector<GraphEdge<T>>& edges) {
   return true;
 }
 
-/// The same for a bearing-range measurement; where its covariance as a position is singular (at
-/// range zero), there is no edge.
+/// The same for a bearing-range measurement; one whose covariance as a position is singular (at
+/// range zero) adds no edge.
 template <class Pose>
 bool add_bearing_range(const ContinuousFactor& factor,
                        std::vector<GraphEdge<typename Pose::Point>>& edges) {
@@ -49,12 +49,9 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
   PoseGraph result;
   for (Key key : estimate.values.keys()) {
     const VariableType type = estimate.values.type(key);
-    const bool is_robot = is_pose(type) && key.letter() == key_letter::kPose;
-    const bool is_landmark = type.kind == VariableKind::kVector &&
-                             (type.dim == 2 || type.dim == 3) &&
-                             key.letter() == key_letter::kLandmark;
-    if (is_robot || is_landmark) result.values.insert(key, type, estimate.values.data(key));
-    if (!is_robot) continue;
+    if (!is_pose_or_landmark(key, type)) continue;
+    result.values.insert(key, type, estimate.values.data(key));
+    if (key.letter() != key_letter::kPose) continue;
     if (result.fixed.empty()) result.fixed.push_back(key);
     result.fixed[0] = std::min(result.fixed[0], key);
   }

@@ -16,7 +16,7 @@ int chunks_of(std::size_t count) {
   return static_cast<int>((count + kPointsPerTask - 1) / kPointsPerTask);
 }
 
-/// The sums from which the normal equations follow, over p from the pivot and r = p - q.
+/// The sums that make up the normal equations, with p relative to the pivot and r = p - q.
 struct Moments {
   double count = 0.0;
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
@@ -179,7 +179,7 @@ double Alignment::align(SE3& T_target_source, int max_steps) {
     while (!lowered && damping < kMaxDamping) {
       Matrix6 H = s.H;
       H.diagonal() *= 1.0 + damping;
-      // A direction that the pairs leave free gets no motion: the least eigenvalues count as none.
+      // The least-norm solution has no motion in directions that the pairs leave free.
       const Vector6 motion = -H.completeOrthogonalDecomposition().solve(s.g);
       const SE3 candidate = moved(T_target_source, motion, pivot);
       const double reached = objective(candidate);
@@ -233,7 +233,7 @@ double Alignment::noise_across(const SE3& T_target_source) const {
   const auto middle = squares.begin() + squares.size() / 2;
   std::nth_element(squares.begin(), middle, squares.end());
   // The median of a squared normal variable in 1 and 3 dimensions (chi-square distribution); curves
-  // lie in a plane, and what is across them in it.
+  // are in a plane, so that the distance across them has 1.
   return std::sqrt(*middle / (target_->shape() == LocalShape::kPoint ? 2.3660 : 0.4549));
 }
 

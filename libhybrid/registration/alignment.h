@@ -20,14 +20,14 @@ class Alignment {
 
   Alignment(Points source, const TargetCloud& target, const MatchNoise& noise, WorkerPool& pool);
 
-  /// Another covariance; keeps the assignment as incumbent.
+  /// Changes the noise; keeps the assignment as incumbent.
   void set_noise(const MatchNoise& noise);
   const MatchNoise& noise() const { return noise_; }
   LocalShape shape() const { return target_->shape(); }
 
   /// The discrete half-step (eq. 8a), exact: returns the objective, the sum of half the squared
   /// Mahalanobis distances with gate^2 / 2 for each outlier. The joint negative log posterior of
-  /// eq. 6 is this and a constant.
+  /// eq. 6 is this plus a constant.
   double match(const SE3& T_target_source);
 
   /// The continuous half-step (eq. 8b): damped Gauss-Newton steps on the pairs, each accepted only
@@ -49,8 +49,8 @@ class Alignment {
   System system(const SE3& T_target_source, const MatchWeights& weights,
                 const Eigen::Vector3d& pivot) const;
 
-  /// Root mean squares of the pairs' distances: along the direction that the shape of the target
-  /// makes certain (its normal, or across the curve), and in all.
+  /// Root mean square distances of the pairs: across the surface or curve of the target (per axis
+  /// for LocalShape::kPoint), and in all directions.
   struct Residuals {
     double across = 0.0;
     double all = 0.0;
@@ -61,7 +61,7 @@ class Alignment {
   /// without pairs.
   double noise_across(const SE3& T_target_source) const;
 
-  /// How far points of the source move between two poses, root mean square about.
+  /// Approximate root mean square motion of the source points between two poses.
   double motion(const SE3& from, const SE3& to) const;
 
  private:

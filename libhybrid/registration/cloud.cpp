@@ -15,11 +15,11 @@
 namespace hybrid {
 namespace {
 
-constexpr int kSample = 500;              // points that stand for a cloud
+constexpr int kSample = 500;              // points in a sample of a cloud
 constexpr double kSpacingQuantile = 0.8;  // scans are dense near the sensor and thin far away
 constexpr double kNone = 1e-6;   // a spread below this share of the radius is rounding error
-constexpr double kMost = 0.9;    // of the points, which tell how large a cloud is
-constexpr double kInLine = 0.3;  // neighbours in line: their second spread over the first
+constexpr double kMost = 0.9;    // share of the points that defines the size of a cloud
+constexpr double kInLine = 0.3;  // largest ratio of second to first spread of points in line
 
 /// The cell of a point, packed: 21 bits for each axis, enough for grids of two million cells
 /// across.
@@ -44,7 +44,7 @@ Eigen::Vector3d median_of(const Points& points) {
   return median;
 }
 
-/// Throws Error where one point is so far away that the others are one point at the scale of all.
+/// Throws Error if one point is so far away that nine of ten points coincide at the scale of all.
 void check_extent(const Points& points, const std::string& what) {
   const Eigen::Vector3d median = median_of(points);
   std::vector<double> distances;

@@ -12,7 +12,8 @@
 namespace hybrid {
 namespace {
 
-/// Mean square inclination that estimated normals show on surfaces without any, as spheres.
+/// Mean square inclination of estimated normals along motions that leave a surface as it is, e.g.
+/// rotations of a sphere.
 constexpr double kNormalsOfNothing = 1e-3;
 
 std::string text(const Eigen::Vector3d& v) {
@@ -22,7 +23,7 @@ std::string text(const Eigen::Vector3d& v) {
   return buffer;
 }
 
-/// Weights that keep what is certain of a pair: all of r, its part along the normal, or its part
+/// Weights of the well-measured part of a pair: all of r, its part along the normal, or its part
 /// across the tangent.
 MatchWeights certain_part(LocalShape shape) {
   MatchWeights weights({1.0, 1.0, 1.0}, shape);
@@ -40,8 +41,8 @@ double threshold(const Alignment& alignment, double radius, double spacing) {
   return std::max(kNormalsOfNothing, std::pow(noise / spacing, 2) / 3.0);
 }
 
-/// The threefold null space of a plane, say, is spanned by any mixture of its motions: pure
-/// translations come first, then rotations without a part along them.
+/// Describes a null space, such as the threefold one of a plane, whose basis is an arbitrary
+/// mixture of its motions: pure translations first, then rotations without a part along these.
 std::vector<FreeMotion> describe(const Eigen::MatrixXd& basis, const Eigen::Vector3d& center,
                                  double radius) {
   std::vector<FreeMotion> motions;

@@ -18,15 +18,15 @@ namespace {
 constexpr double kFirstCell = 0.16;    // grid of the coarsest level; halves from level to level
 constexpr double kFirstNoise = 0.5;    // noise along the surface of the first stage
 constexpr double kShrink = 0.7;        // of the noise, from stage to stage
-constexpr double kNoisePerCell = 0.7;  // noise at which a level hands over to the next
+constexpr double kNoisePerCell = 0.7;  // last noise of a level, in cells
 constexpr double kAcross = 0.3;        // noise across over noise along, before it is estimated
-constexpr double kLeastNoise = 1e-5;   // matches are never trusted more than this
+constexpr double kLeastNoise = 1e-5;   // lower bound of the noise of matches
 constexpr double kFullLevel = 2.0;     // cells below this many spacings: all points
 constexpr int kPairs = 15;             // of half-steps at most at one covariance
 constexpr double kSettled = 0.05;      // motion that ends a stage, in standard deviations across
 constexpr double kSettledLast = 0.02;  // the same for the last
 constexpr int kContinuousSteps = 2;
-constexpr std::size_t kKept = 4;  // starts that go on from the coarsest level
+constexpr std::size_t kKept = 4;  // starts that continue after the coarsest level
 constexpr int kEstimates = 5;     // of the noise across, at most
 
 /// Both clouds at one density, and the noise with which alternation at this level ends.
@@ -36,7 +36,7 @@ struct Level {
   double last_noise = 0.0;
 };
 
-/// A start and where it has got to.
+/// The progress from one start.
 struct Path {
   SE3 T_target_source;
   double objective = 0.0;
@@ -48,8 +48,8 @@ MatchNoise noise_along(double along, double gate) {
   return {kAcross * along, along, gate};
 }
 
-/// Alternation at the noise set (eq. 8), until the pose moves points by less than `tolerance` of
-/// the noise across, in units of `radius` from the centre.
+/// Alternation at the present noise (eq. 8), until the points move by less than `tolerance` times
+/// the noise across.
 void alternate(Alignment& alignment, std::size_t target_points, double tolerance, Path& path) {
   RegistrationStage stage;
   stage.source_points = alignment.size();
@@ -68,7 +68,7 @@ void alternate(Alignment& alignment, std::size_t target_points, double tolerance
   path.stages.push_back(std::move(stage));
 }
 
-/// Shrinks the noise from `along` to the level's last.
+/// Alternates while the noise shrinks from `along` to the last noise of the level.
 void descend(const Level& level, double along, double gate, WorkerPool& pool, Path& path) {
   Alignment alignment(level.source, *level.target, noise_along(along, gate), pool);
   while (true) {
@@ -79,8 +79,8 @@ void descend(const Level& level, double along, double gate, WorkerPool& pool, Pa
   }
 }
 
-/// The noise across becomes that of the matches which the level's noise finds: a gate that shrank
-/// with its own matches would end at the few that fit best.
+/// Estimates the noise across from the matches at the noise of the level, and alternates with it. A
+/// gate that shrank with its own matches would keep only the few that fit best.
 void settle(Alignment& alignment, std::size_t target_points, double least, Path& path) {
   const MatchNoise level = alignment.noise();
   for (int i = 0; i < kEstimates; ++i) {
@@ -137,8 +137,9 @@ class Registration {
     descend(levels_[l], std::max(along, levels_[l].last_noise), options_.gate, pool, path);
   }
 
-  /// All starts at the coarsest level, the best few at the next, the best of those to the end,
-  /// where it replaces `best` if its objective is lower. Returns the number of starts.
+  /// Solves from all other starts at the coarsest level, from the best few at the next, and from
+  /// the best of those to the end, where it replaces `best` if its objective is lower. Returns the
+  /// number of starts.
   int search(Path& best) {
     std::vector<Path> paths;
     const Eigen::Vector3d target_center = spread_of(levels_.front().target->points()).center;

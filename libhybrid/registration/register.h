@@ -13,9 +13,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a match between a source and a target point measures.
+/// The residual of a match between a source and a target point.
 enum class MatchMetric {
-  kSurface,  ///< distance to the surface of the target, or to its curve where it is a plane scan
+  kSurface,  ///< distance to the surface of the target, or to its curve in a plane scan
   kPoint     ///< distance to the point
 };
 
@@ -23,13 +23,13 @@ struct RegistrationOptions {
   SE3 start;  ///< of T_target_source
   MatchMetric metric = MatchMetric::kSurface;
   double gate = 3.0;  ///< see MatchNoise::gate
-  /// Where fewer than this share of the source find a counterpart from the start, as with partial
+  /// If fewer than this share of the source points find a counterpart from `start`, as with partial
   /// overlap, other starts are tried too, and the lowest objective wins. 0: never.
   double convincing_share = 0.8;
   int threads = 0;  ///< 0: one per core, at most 4; the result is the same for any number
 };
 
-/// The alternation at one covariance, as it went: half-steps in turn, discrete first.
+/// The record of the alternation at one covariance; half-steps alternate, discrete first.
 struct RegistrationStage {
   std::size_t source_points = 0, target_points = 0;
   MatchNoise noise;
@@ -46,7 +46,7 @@ struct RegistrationResult {
 
   Status status = Status::kConverged;
   SE3 T_target_source;
-  /// Laplace approximation (eq. 14) in the tangent of T_target_source; only where all is
+  /// Laplace approximation (eq. 14) in the tangent of T_target_source; zero unless all motions are
   /// observable.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<FreeMotion> free_motions;
@@ -57,15 +57,16 @@ struct RegistrationResult {
   double rms = 0.0;                       ///< distance between matched points, root mean square
   double rms_across = 0.0;                ///< its part across the surface or curve
   double objective = 0.0;                 ///< of the last stage, see Alignment::match
-  int iterations = 0;                     ///< pairs of half-steps on the way to the result
-  int starts = 1;                         ///< that were tried
-  std::vector<RegistrationStage> stages;  ///< of the start that won
+  int iterations = 0;                     ///< pairs of half-steps from the best start
+  int starts = 1;                         ///< number of starts that were tried
+  std::vector<RegistrationStage> stages;  ///< of the best start
   double seconds = 0.0;
 };
 
-/// Registers `source` to `target`: alternates exact matching and pose, with a covariance that
-/// shrinks while the clouds become denser, then settles at the noise of the matches. Throws Error
-/// for clouds of fewer than three points, with one that is not finite, or of points that coincide.
+/// Registers `source` to `target`: alternates exact matching and pose estimation, with a covariance
+/// that shrinks while the clouds become denser, and at last with the noise estimated from the
+/// matches. Throws Error for clouds of fewer than three points, with one that is not finite, or of
+/// points that coincide.
 RegistrationResult register_clouds(const Points& source, const Points& target,
                                    const RegistrationOptions& options = {});
 

@@ -11,19 +11,19 @@
 
 namespace HYBRID_API hybrid {
 
-/// Points that one task treats: fixed, so that sums do not depend on the number of threads.
+/// Points per task: fixed, so that sums do not depend on the number of threads.
 inline constexpr int kPointsPerTask = 1024;
 
-/// What the neighbourhood of a target point says about where its counterpart may lie.
+/// The local shape of the target around a point, on which a matched point may be.
 enum class LocalShape {
-  kPoint,    ///< nothing: the point itself, with the same noise in all directions
-  kSurface,  ///< on a piece of surface: the direction is its normal
-  kCurve     ///< on a piece of curve, as in plane scans: the direction is its tangent
+  kPoint,    ///< the point itself, with the same noise in all directions
+  kSurface,  ///< a piece of surface: the direction is its normal
+  kCurve     ///< a piece of curve, as in plane scans: the direction is its tangent
 };
 
-/// Noise of a matched pair T p - q, in the unit of the clouds: across surface or curve, and along
-/// it, where the spacing of the samples tells little. A pair worse than `gate` standard deviations
-/// is less likely than the outlier state, whose density is constant.
+/// Noise of a matched pair T p - q, in the unit of the clouds: across the surface or curve, and
+/// along it, in the order of the spacing of points. Beyond `gate` standard deviations a pair is
+/// less likely than the outlier state, whose density is constant.
 struct MatchNoise {
   double across = 1.0;
   double along = 1.0;
@@ -63,7 +63,7 @@ class TargetCloud {
 
   /// The exact discrete half-step for one point (eq. 8a): the target point of least squared
   /// Mahalanobis distance from `p`, or -1 for the outlier state if that is likelier. Ties keep the
-  /// `incumbent`. `distance` gets the squared distance, gate^2 for an outlier.
+  /// `incumbent`. `distance` receives the squared distance, gate^2 for an outlier.
   int match(const Eigen::Vector3d& p, const MatchNoise& noise, const MatchWeights& weights,
             int incumbent, double& distance) const;
 

@@ -10,27 +10,28 @@
 
 namespace HYBRID_API hybrid {
 
-/// An update on the way of a larger change that the smoother has refused, and with it all of the
-/// transaction.
+/// Thrown when the smoother refuses an update within a larger change, whose transaction is then
+/// rolled back.
 struct Refused {
   UpdateReport report;
 };
 
-/// The report of an update that was taken. Throws Refused where it was not.
+/// Returns the report of an update; throws Refused if the smoother refused it.
 inline UpdateReport taken(UpdateReport report) {
   if (report.status != UpdateReport::Status::kOk) throw Refused{std::move(report)};
   return report;
 }
 
-/// A change that consists of several updates of a smoother, and of attempts among them that are
-/// left out where they would leave variables undetermined. It is made as a whole: where it fails,
-/// the smoother is as it was before, by its transaction.
+/// Makes a change that consists of several updates of a smoother; attempts among them are left out
+/// if they would leave variables undetermined. The change is made as a whole: if it fails, its
+/// transaction restores the smoother.
 class Attempts {
  public:
-  /// Names what is attempted.
+  /// Identifies an attempt.
   using Name = std::pair<std::size_t, int>;
 
-  /// Runs part() and returns true; false, and nothing done, where the smoother refuses it.
+  /// Runs part() and returns true. If the smoother refuses it, the change starts again, and this
+  /// attempt then returns false without running part().
   template <class Part>
   bool attempt(Name name, const Part& part) {
     if (left_out_.count(name) != 0) return false;
@@ -43,9 +44,9 @@ class Attempts {
     return true;
   }
 
-  /// Runs change(report) in a transaction, from the start again without an attempt that was
-  /// refused. `save()` is what else belongs to the state; restore(saved), which must not throw, is
-  /// called where the change throws or its report is one of failure.
+  /// Runs change(report) in a transaction, and again without an attempt that was refused. `save()`
+  /// returns the state outside the smoother; restore(saved), which must not throw, is called when
+  /// the change fails or starts again.
   template <class Report, class Save, class Restore, class Change>
   Report run(IncrementalSmoother& smoother, const Save& save, const Restore& restore,
              const Change& change) {

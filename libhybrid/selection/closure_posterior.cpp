@@ -14,10 +14,10 @@
 namespace hybrid {
 namespace {
 
-/// Less redundancy is rounding: nothing but the closure itself tells of a direction.
+/// A smaller redundancy is rounding error: the closure alone determines a direction.
 constexpr double kLeastRedundancy = 1e-12;
 
-/// log of the ratio of the densities of an innovation as that of an inlier and of an outlier. In
+/// log of the ratio of the densities of an innovation under the inlier and the outlier model. In
 /// the axes of its covariance, whitened by the noise of the closure, it has variance 1 + lambda as
 /// an inlier and `variance` + lambda as an outlier.
 double log_ratio(const Innovation& innovation, bool in, const OutlierLine& outlier) {
@@ -25,7 +25,8 @@ double log_ratio(const Innovation& innovation, bool in, const OutlierLine& outli
   const Eigen::VectorXd b = axes.eigenvectors().transpose() * innovation.b;
   double sum = 0.0;
   for (int i = 0; i < b.size(); ++i) {
-    // Of an accepted closure: r = (1 - h) b, and 1 + lambda = 1 / (1 - h), with its leverage h.
+    // An accepted closure has the residual r = (1 - h) b, and 1 + lambda = 1 / (1 - h), with its
+    // leverage h.
     const double share = axes.eigenvalues()[i];
     const double redundancy = std::max(1.0 - share, kLeastRedundancy);
     const double inlier_variance = in ? 1.0 / redundancy : 1.0 + std::max(share, 0.0);

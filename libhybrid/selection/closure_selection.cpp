@@ -11,12 +11,12 @@
 namespace hybrid {
 namespace {
 
-constexpr int kBatch = 4;  // larger ones that are refused are cut to a quarter
+constexpr int kBatch = 4;  // larger batches that fail are cut to a quarter
 constexpr std::size_t kManyClosures = 100;
 constexpr double kNearlyAll = 0.995;
-constexpr double kContradictedShare = 0.02;  // of a batch that is kept
+constexpr double kContradictedShare = 0.02;  // largest share of a batch that is kept
 
-/// One run of re-admission.
+/// One run of the selection.
 class ClosureSelection {
  public:
   ClosureSelection(const RobustProblem& problem, const ClosureSelectionOptions& options)
@@ -59,8 +59,8 @@ class ClosureSelection {
   }
 
  private:
-  /// Once no closure is left to admit: a map that noise does not explain may have folded on the
-  /// way.
+  /// Once no closure is left to admit, solves again from chordal initial values if noise does not
+  /// explain the map, which may be folded. Returns whether that lowered the objective.
   bool unfolds() {
     if (looked_for_folds_ || map_.is_explained()) return false;
     looked_for_folds_ = true;
@@ -69,7 +69,7 @@ class ClosureSelection {
     return map_.objective() < before;
   }
 
-  /// Where nearly all closures may well be true, they go in at once.
+  /// Admits all plausible closures at once if nearly all closures are plausible.
   bool try_all() {
     const std::size_t count = drops_.size();
     if (count < kManyClosures || options_.trust_start) return false;
@@ -77,14 +77,15 @@ class ClosureSelection {
     return double(plausible.size()) >= kNearlyAll * double(count) && macro_step(plausible);
   }
 
-  /// Admits a batch without those of its members, or of older ones, that contradict it.
+  /// Admits a batch and drops the closures, new or old, that the solution contradicts. False, with
+  /// nothing changed, unless the objective falls.
   bool macro_step(const std::vector<Candidate>& batch) {
     const Readmission::Snapshot before = map_.snapshot();
     map_.admit(batch);
     std::vector<int> contradicted = map_.contradicted();
     const double allowed = std::max(2.0, kContradictedShare * double(batch.size()));
     if (batch.size() > kBatch && double(contradicted.size()) > allowed) {
-      // The map may have folded on the way to the new closures rather than contradict them.
+      // The solve may have folded the map, and the new closures may be true.
       map_.unfold();
       contradicted = map_.contradicted();
       if (double(contradicted.size()) > allowed) {
@@ -110,7 +111,7 @@ class ClosureSelection {
 
   const ClosureSelectionOptions& options_;
   Readmission map_;
-  std::vector<int> drops_;  // how often a closure had to leave
+  std::vector<int> drops_;  // how often a closure was dropped
   bool looked_for_folds_ = false;
 };
 

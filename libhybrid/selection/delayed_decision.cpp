@@ -14,17 +14,17 @@
 namespace hybrid {
 namespace {
 
-/// Updates that a choice has to bring the objective down.
+/// Updates within which another value of a choice must lower the objective.
 constexpr int kDelayedSettle = 4;
-/// Choices tried after one update, those under most strain first.
+/// Choices tried after one update, those of largest cost first.
 constexpr std::size_t kTried = 4;
-/// Cost below which a choice is at ease.
+/// Cost below which no other value of a choice is tried.
 constexpr double kEase = 1e-2;
 constexpr int kFinalRounds = 5;
-/// Joint values of a group that are compared at most.
+/// Largest number of joint values of a group.
 constexpr std::size_t kJointValues = 1024;
 
-/// Stands for the value of an attempt to give a group its best joint value.
+/// The value that names an attempt to give a group its best joint value.
 constexpr int kTakeBest = -1;
 
 /// A table that allows one value.
@@ -46,7 +46,7 @@ bool is_closure(const ContinuousFactor& factor) {
 
 }  // namespace
 
-/// Runs change(report), which makes the map what it will be, or takes all of it back.
+/// Runs change(report) and undoes all of it if it fails.
 template <class Change>
 UpdateReport DelayedDecisionSmoother::all_or_nothing(const Change& change) {
   const auto start = std::chrono::steady_clock::now();
@@ -102,8 +102,9 @@ void DelayedDecisionSmoother::take_in(Delta delta, UpdateReport& report) {
   explained_ = 0.0;
 }
 
-/// Whether new poses hang on the ones before them, and landmarks tie nothing new together. If not,
-/// open choices are not all that connects the poses around them.
+/// Whether every new pose has a factor with the one before it, and all other factors but closures
+/// involve a new variable. If not, open choices may not be the only connection of the poses on both
+/// sides.
 bool DelayedDecisionSmoother::is_chained(const Delta& delta) const {
   const auto hangs = [&](Key pose) {
     const auto holds = [&](const auto& factor) {
@@ -125,7 +126,7 @@ bool DelayedDecisionSmoother::is_chained(const Delta& delta) const {
          std::all_of(delta.hybrid.begin(), delta.hybrid.end(), harmless);
 }
 
-/// Takes the closures that span open choices out of a change.
+/// Removes the closures that span open choices from a change, and returns them.
 std::vector<ContinuousFactorPtr> DelayedDecisionSmoother::keep_back(Delta& delta) const {
   const auto known = [&](Key key) {
     const Values& values = delta.values.contains(key) ? delta.values : smoother_.values();
@@ -160,7 +161,7 @@ std::vector<std::size_t> DelayedDecisionSmoother::spanned(const ContinuousFactor
   return choices;
 }
 
-/// The group that holds all of some choices: those that share one with it become one.
+/// A group of the given choices, merged with all groups that share one of them.
 DelayedDecisionSmoother::Group& DelayedDecisionSmoother::join(
     const std::vector<std::size_t>& choices) {
   Group joined;
@@ -186,7 +187,7 @@ DelayedDecisionSmoother::Group& DelayedDecisionSmoother::join(
     joined.choices.insert(joined.choices.end(), group.choices.begin(), group.choices.end());
     joined.closures.insert(joined.closures.end(), group.closures.begin(), group.closures.end());
   }
-  // The newest first: of very many, the oldest keep the values that they have.
+  // The newest first: beyond the limit of joint values, the oldest keep their present values.
   for (auto c = choices.rbegin(); c != choices.rend(); ++c) {
     if (std::count(joined.choices.begin(), joined.choices.end(), *c) == 0) extend(joined, *c);
   }
@@ -195,7 +196,7 @@ DelayedDecisionSmoother::Group& DelayedDecisionSmoother::join(
   return groups_.back();
 }
 
-/// Adds a choice to a group, with all its values where that is affordable.
+/// Adds a choice to a group, with all its values if the number of joint values allows it.
 void DelayedDecisionSmoother::extend(Group& group, std::size_t choice) {
   const int now = value_of(choice), cardinality = choices_[choice].key.cardinality;
   const std::size_t count = group.values.size();
@@ -214,7 +215,8 @@ int DelayedDecisionSmoother::value_of(std::size_t choice) const {
   return smoother_.assignment().at(choices_[choice].key.key);
 }
 
-/// Gives up the joint values of a group that its closures contradict, and puts the best first.
+/// Drops the joint values of a group that its closures contradict, and sorts the others, the best
+/// first.
 void DelayedDecisionSmoother::compare(Group& group) {
   std::vector<std::size_t> order(group.choices.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -242,7 +244,7 @@ bool DelayedDecisionSmoother::settled(const Group& group) const {
   return group.values.size() == 1 || group.closures.size() >= options_.patience;
 }
 
-/// Lets the closures of a group in.
+/// Adds the closures of a group to the smoother and ends the group.
 void DelayedDecisionSmoother::let_in(std::size_t g) {
   const Group group = std::move(groups_[g]);
   groups_.erase(groups_.begin() + static_cast<std::ptrdiff_t>(g));
@@ -267,7 +269,8 @@ std::size_t DelayedDecisionSmoother::waiting() const {
   return count;
 }
 
-/// Gives the choices of a group their best joint value, and moves what hangs on them.
+/// Gives the choices of a group their best joint value, and moves the poses behind them
+/// accordingly.
 void DelayedDecisionSmoother::take(const Group& group) {
   std::vector<std::pair<std::size_t, int>> chosen;
   for (std::size_t i = 0; i < group.choices.size(); ++i) {
@@ -307,7 +310,7 @@ UpdateReport DelayedDecisionSmoother::finish() {
   });
 }
 
-/// The choices under most strain.
+/// The choices of largest cost.
 std::vector<std::size_t> DelayedDecisionSmoother::strained() const {
   std::vector<std::pair<double, std::size_t>> list;
   for (std::size_t c = 0; c < choices_.size(); ++c) {
@@ -323,7 +326,7 @@ std::vector<std::size_t> DelayedDecisionSmoother::strained() const {
   return choices;
 }
 
-/// Tries other values of strained choices; returns whether one was better.
+/// Tries other values of the choices of largest cost; returns whether one was better.
 bool DelayedDecisionSmoother::resolve() {
   for (std::size_t c : strained()) {
     const int now = value_of(c);
@@ -334,8 +337,8 @@ bool DelayedDecisionSmoother::resolve() {
   return false;
 }
 
-/// Whether a choice is better with another value, which it then has; not where that leaves
-/// variables undetermined.
+/// Gives a choice another value if that lowers the objective and leaves no variable undetermined;
+/// returns whether it did.
 bool DelayedDecisionSmoother::try_value(std::size_t choice, int value) {
   ++trials_;
   bool better = false;
@@ -343,7 +346,8 @@ bool DelayedDecisionSmoother::try_value(std::size_t choice, int value) {
   return better;
 }
 
-/// Holds a choice at another value for some updates, and goes back where that is no better.
+/// Fixes a choice to another value for some updates; restores the old one unless the objective
+/// falls.
 bool DelayedDecisionSmoother::is_better(DiscreteKey key, int value) {
   const double before = smoother_.objective();
   const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();

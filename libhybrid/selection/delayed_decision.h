@@ -15,29 +15,30 @@ struct DelayedDecisionOptions {
     smoother.relinearize = 3e-2;
     smoother.wildfire = 1e-3;
   }
-  /// Joint values of open choices that are less likely than the best by this much (in -log) are
-  /// given up.
+  /// Joint values of open choices that cost more than the best by this much (in -log likelihood)
+  /// are dropped.
   double margin = 15.0;
-  /// Closures that may be kept back before the best joint value is taken, however close the next.
+  /// Number of closures kept back by a group of choices at which its best joint value is taken,
+  /// however close the next one is.
   std::size_t patience = 40;
-  /// Choices under strain are tried when an update raises the cost of the graph by more than this
-  /// beyond what noise explains.
+  /// Other values of the choices of largest cost are tried when an update raises the cost of the
+  /// graph by more than this beyond its expected rise by noise.
   double surprise = 10.0;
   SmootherOptions smoother;
 };
 
-/// Measurements with several hypotheses, decided online. A wrong choice costs nothing until the
-/// robot comes back to where it has been, and then spreads over the whole loop, so that no choice
-/// looks better than the one made: the alternation of eq. 8 is stuck. So closures that span open
-/// choices are kept back, and do not bend the map, until they have told the joint values of these
-/// choices apart (ChoiceComparison): only then do they enter, with the joint value that is left.
-/// Choices that no common closure spans are told apart by themselves, so that the number of joint
-/// values stays small. Where the cost of the map rises all the same, choices that are under strain
-/// are held at their other values, one by one, and kept there where the joint objective of eq. 6
-/// falls. So every choice can be tried again.
+/// Delayed decision about measurements with several hypotheses (choices), online. A wrong choice
+/// costs nothing until the robot returns to a known place; then its error spreads over the whole
+/// loop, so that no other value of a single choice costs less: the alternation of eq. 8 is stuck.
+/// Closures that span open choices are therefore kept back until they tell the joint values of
+/// these choices apart (ChoiceComparison); then they enter the smoother together with the remaining
+/// joint value. Choices that no common closure spans are decided independently, so that the number
+/// of joint values stays small. If the cost of the map rises nevertheless, the choices of largest
+/// cost are fixed to their other values, one by one, and keep a value that lowers the joint
+/// objective of eq. 6. So every choice can be revised.
 ///
-/// Every change is all or nothing, as those of IncrementalSmoother: where it throws, or its report
-/// says that the system is singular, all is as it was before.
+/// Every change is all or nothing, as those of IncrementalSmoother: if it throws, or its report
+/// says that the system is singular, nothing has changed.
 class DelayedDecisionSmoother {
  public:
   explicit DelayedDecisionSmoother(const DelayedDecisionOptions& options = {})
@@ -48,12 +49,12 @@ class DelayedDecisionSmoother {
   /// IncrementalSmoother::update. Factors that are kept back have no handles in the report.
   UpdateReport update(const Delta& delta);
 
-  /// Lets all closures in, converges, and tries choices again until none changes.
+  /// Adds all closures kept back, converges, and tries choices again until none changes.
   UpdateReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
-  int trials() const { return trials_; }  ///< values of strained choices tried so far
-  /// Closures that wait for choices to be told apart.
+  int trials() const { return trials_; }  ///< other values of choices tried so far
+  /// Number of closures kept back until choices are decided.
   std::size_t waiting() const;
 
  private:
@@ -61,15 +62,15 @@ class DelayedDecisionSmoother {
     DiscreteKey key;
     HybridFactorPtr factor;
   };
-  /// Choices that closures tie together, the joint values not given up, and these closures.
+  /// Choices that common closures span, their remaining joint values, and these closures.
   struct Group {
     std::vector<std::size_t> choices;
-    std::vector<std::vector<int>> values;  // by joint value: of each choice; the best first
+    std::vector<std::vector<int>> values;  // joint values, the best first: a value of each choice
     std::vector<ContinuousFactorPtr> closures;
     bool compared = false;  // with all these closures
   };
 
-  /// What a change moves beside the smoother; choices are only added.
+  /// The state outside the smoother that a change may alter; choices are only added.
   struct State {
     std::size_t choices = 0;
     std::vector<std::size_t> open;
@@ -102,10 +103,10 @@ class DelayedDecisionSmoother {
   DelayedDecisionOptions options_;
   IncrementalSmoother smoother_;
   std::vector<Choice> choices_;
-  std::vector<std::size_t> open_;  // choices over which nothing but themselves connects the poses
+  std::vector<std::size_t> open_;  // choices that alone connect the poses on both sides
   std::vector<Group> groups_;      // of open choices
   Attempts attempts_;
-  double explained_ = 0.0;  // cost that the noise of what has entered since explains
+  double explained_ = 0.0;  // expected cost, by noise, of factors added since the last update
   Handle held_;
   double settled_ = 0.0;  // continuous cost after the last update
   int trials_ = 0;

@@ -15,13 +15,14 @@ namespace hybrid {
 namespace {
 
 constexpr double kGateProbability = 0.9999;
-constexpr int kMostRows = 6;              // of common factors
-constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still (m)
-constexpr double kPriorCount = 10.0;      // of closures that speak for a variance factor of one
+constexpr int kMostRows = 6;              // with tabulated quantiles
+constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still [m]
+constexpr double kPriorCount = 10.0;      // weight of the prior on a variance factor of one
 constexpr double kSmallestVarianceFactor = 1e-6;
 constexpr double kLargestVarianceFactor = 4.0;
 
-/// Volume of the residuals that a false closure may have: positions in the map and any rotation.
+/// log of the volume of the residuals that a false closure may have: positions in the map and any
+/// rotation.
 double log_volume(const ContinuousFactor& factor, double radius) {
   const double area = M_PI * radius * radius;
   const double ball = 4.0 / 3.0 * area * radius;

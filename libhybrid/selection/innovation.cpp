@@ -53,7 +53,7 @@ Eigen::MatrixXd propagate(const Eigen::MatrixXd& J, const std::vector<int>& of_J
 
 Innovation InnovationPredictor::predict(const ContinuousFactor& factor) {
   const Linearized at = linearize(factor);
-  // A P A' = W'W with W = L^-1 A', the sum over the variables; the ends of their paths coincide.
+  // A P A' = W'W, where W = L^-1 A' is a sum over the variables, whose paths share their last rows.
   std::vector<Eigen::MatrixXd> parts;
   const NormalEquations& system = problem_.system();
   int column = 0;

@@ -25,8 +25,9 @@ struct Uncertain {
   Square<Pose> covariance = Square<Pose>::Zero();
 };
 
-/// The pose of the second variable that a factor measures, given the first: Newton's method from a
-/// start, one or two steps for relative poses. False where the factor does not determine it.
+/// The pose of the second variable that a factor measures, given the first: Newton's method from
+/// the pose in `b`, one or two steps for relative poses. False if the factor does not determine the
+/// pose.
 template <class Pose>
 bool measured_end(const ContinuousFactor& factor, const Pose& a, Uncertain<Pose>& b) {
   constexpr int kSteps = 10;
@@ -69,7 +70,7 @@ Uncertain<Pose> compose(const Uncertain<Pose>& a, const Uncertain<Pose>& b) {
   return result;
 }
 
-/// Prediction of a factor between a known pose and an uncertain one seen from there.
+/// Prediction of a factor between a known pose and one at an uncertain motion from it.
 template <class Pose>
 Prediction innovation_at(const ContinuousFactor& factor, const Pose& a,
                          const Uncertain<Pose>& motion) {

@@ -15,31 +15,31 @@
 
 namespace HYBRID_API hybrid {
 
-/// What odometry alone says about relative motions, however long, in constant time: the adjoint is
-/// a homomorphism, so the covariance of the motion from pose i to pose j is
-/// Ad(T_j^-1) (M_j - M_i) Ad(T_j^-1)' with M the running sum of Ad(T_k) Q_k Ad(T_k)', where Q_k is
-/// the covariance of step k. Closures are never part of it, so false ones cannot bend it.
+/// Relative motions of any length by odometry alone, in constant time: the adjoint is a
+/// homomorphism, so the covariance of the motion from pose i to pose j is Ad(T_j^-1) (M_j - M_i)
+/// Ad(T_j^-1)' with M the running sum of Ad(T_k) Q_k Ad(T_k)', where Q_k is the covariance of step
+/// k. Closures have no part in it, so false ones cannot affect it.
 class OdometryPath {
  public:
-  /// Begins a path at a pose (of type SE2 or SE3; others are ignored). What is known of one path
-  /// says nothing about another.
+  /// Begins a path at a pose (of type SE2 or SE3; others are ignored). Motions between poses of
+  /// different paths are unknown.
   void start(Key pose, VariableType type, const double* x);
 
-  /// Appends a pose behind the newest one by a factor between the two, whose measurement is found
-  /// by Newton steps from `x`. A pose that cannot be appended starts a path of its own.
+  /// Appends a pose to the newest one by a factor between the two; the measured pose is found by
+  /// Newton steps from `x`. A pose that cannot be appended starts a path of its own.
   void append(Key from, Key to, const ContinuousFactor& step, VariableType type, const double* x);
 
-  /// Poses so far.
+  /// Number of poses.
   std::size_t size() const { return index_.size(); }
-  /// Forgets all poses but the first `size`. Does not throw.
+  /// Removes all poses but the first `size`. Does not throw.
   void shrink(std::size_t size) noexcept;
 
-  /// Prediction of a factor between two poses given the odometry alone; nothing where no path joins
-  /// them.
+  /// Prediction of a factor between two poses given the odometry alone; empty unless they are on
+  /// one path.
   std::optional<Prediction> innovation(const ContinuousFactor& closure) const;
 
-  /// The same given the odometry and one other closure, taken as true: how far the two agree along
-  /// the cycle that they close.
+  /// The same given the odometry and one other closure, taken as true: the agreement of the two
+  /// along their common cycle.
   std::optional<Prediction> innovation_given(const ContinuousFactor& other,
                                              const ContinuousFactor& closure) const;
 

@@ -15,24 +15,25 @@
 namespace hybrid {
 namespace {
 
-/// Updates that an admitted closure has to bring the objective down.
+/// Updates within which an admitted closure must lower the objective.
 constexpr int kSettle = 6;
-/// What an update may leave of the way at most, or the attempt ends.
+/// An attempt ends when an update leaves more than this share of the rise of the objective.
 constexpr double kProgress = 0.8;
-/// Attempts after which a closure waits until all are evaluated again.
+/// Failed attempts after which a closure waits until all are evaluated again.
 constexpr int kAttempts = 1;
-/// Newest closures that are looked at again when the map has changed.
+/// Newest closures that are tested again when the map has changed.
 constexpr std::size_t kReconsidered = 50;
-/// All closures are evaluated again when there are so many times those of the last time, and more.
+/// All closures are evaluated again when their number exceeds kGrowth times that of the last
+/// evaluation plus kFewClosures.
 constexpr std::size_t kGrowth = 4;
 constexpr std::size_t kFewClosures = 20;
 
-/// Attempts beside those to take in closure k, which are {k, 0}.
+/// Names of attempts other than to admit closure k, which is {k, 0}.
 constexpr Attempts::Name kExpel = {0, 1}, kReevaluate = {0, 2};
 
 using Clock = std::chrono::steady_clock;
 
-/// Switches of closures are this library's own.
+/// Throws Error if a discrete variable has the letter of the switches of closures.
 void check_names(const Delta& trusted) {
   const auto check = [](Key key) {
     if (key.letter() != key_letter::kClosureSwitch) return;
@@ -61,7 +62,7 @@ void SelectionReport::add(const UpdateReport& update) {
 OnlineClosureSelection::OnlineClosureSelection(const OnlineClosureSelectionOptions& options)
     : options_(options), smoother_(options.smoother) {}
 
-/// Runs change(report), which makes the map what it will be, or takes all of it back.
+/// Runs change(report) and undoes all of it if it fails.
 template <class Change>
 SelectionReport OnlineClosureSelection::all_or_nothing(const Change& change) {
   const auto start = Clock::now();
@@ -96,14 +97,14 @@ void OnlineClosureSelection::restore(State&& before) {
   changed_switches_.clear();
 }
 
-/// A closure to be changed, which is kept as it was before the change under way.
+/// Returns a closure for modification; saves its state before the current change.
 OnlineClosureSelection::Closure& OnlineClosureSelection::edit(std::size_t k) {
   saved_.try_emplace(k, closures_[k]);
   return closures_[k];
 }
 
-/// Keeps the path of odometry up to date: a new pose hangs on its first trusted factor with an
-/// earlier one.
+/// Appends new poses to the path of odometry, each by its first trusted factor from an earlier
+/// pose.
 void OnlineClosureSelection::follow(const Delta& trusted) {
   for (Key key : trusted.values.keys()) {
     const VariableType type = trusted.values.type(key);
@@ -122,7 +123,7 @@ void OnlineClosureSelection::follow(const Delta& trusted) {
   }
 }
 
-/// Forbids one value of the switch of a closure by a table, or lets it free.
+/// Fixes the switch of a closure by a table that forbids the other value, or frees it.
 void OnlineClosureSelection::set_switch(std::size_t k, SwitchState switch_state, Delta& delta) {
   Closure& closure = edit(k);
   if (closure.table.valid()) delta.remove.push_back(closure.table);
@@ -136,7 +137,7 @@ void OnlineClosureSelection::set_switch(std::size_t k, SwitchState switch_state,
   changed_switches_.push_back(k);
 }
 
-/// Throws Refused where the system is singular.
+/// Updates the smoother; throws Refused if the system is singular.
 UpdateReport OnlineClosureSelection::apply(Delta delta) {
   delta.remove.insert(delta.remove.end(), lifted_.begin(), lifted_.end());
   const UpdateReport report = taken(smoother_.update(delta));
@@ -193,7 +194,7 @@ void OnlineClosureSelection::take_in(const Delta& trusted,
   verdicts_.clear();
   follow(trusted);
   for (std::size_t k = first; k < closures_.size(); ++k) {
-    Closure& closure = closures_[k];  // new: goes with the change
+    Closure& closure = closures_[k];  // new: removed if the change fails
     closure.alone = odometry_.innovation(*closure.factor);
     closure.refuted = refuted(closure);
     if (closure.refuted) continue;
@@ -230,8 +231,8 @@ bool OnlineClosureSelection::consider(std::size_t k, SelectionReport& report) {
          admit(k, report);
 }
 
-/// Tests again the newest closures that may have come within their gate: covariances only shrink,
-/// so the last one predicted bounds what a new one can allow.
+/// Tests again the newest closures that may be within their gate now. Covariances only shrink, so
+/// the chi-square by the last predicted one is a lower bound.
 void OnlineClosureSelection::reconsider(SelectionReport& report) {
   const std::size_t first = open_.size() - std::min(open_.size(), kReconsidered);
   for (bool again = true; again;) {
@@ -249,8 +250,8 @@ void OnlineClosureSelection::reconsider(SelectionReport& report) {
   }
 }
 
-/// Throws out what was accepted while little was known of the noise and is too far from the
-/// odometry now that more is; looked for whenever the number of closures has doubled.
+/// Rejects closures that were accepted with a poor estimate of the noise and that contradict the
+/// odometry under the present one; runs whenever the number of open closures has doubled.
 void OnlineClosureSelection::expel(SelectionReport& report) {
   if (open_.size() < 2 * expelled_at_ + 5) return;
   expelled_at_ = open_.size();
@@ -279,7 +280,7 @@ void OnlineClosureSelection::free(std::size_t k) {
   closure.switch_state = SwitchState::kFree;
 }
 
-/// Takes a closure in where the map is better with it; not where the system would be singular.
+/// Admits a closure if that lowers the objective and does not make the system singular.
 bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
   ++report.tried;
   bool better = false;
@@ -293,8 +294,8 @@ bool OnlineClosureSelection::admit(std::size_t k, SelectionReport& report) {
   return true;
 }
 
-/// Holds a closure in its inlier mode until the map has taken that in, and frees it there where the
-/// joint objective has fallen.
+/// Fixes a closure as an inlier for some updates. Frees its switch if the joint objective falls,
+/// else withdraws it.
 bool OnlineClosureSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
   const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
@@ -315,7 +316,7 @@ bool OnlineClosureSelection::is_better_with(std::size_t k, SelectionReport& repo
   return better;
 }
 
-/// Takes an attempt back: all goes where it stood.
+/// Undoes an attempt: the estimate and all switches are as before.
 void OnlineClosureSelection::withdraw(std::size_t k, const std::vector<bool>& before,
                                       const IncrementalSmoother::Snapshot& estimate) {
   std::vector<std::size_t> moved;

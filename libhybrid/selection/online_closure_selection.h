@@ -27,44 +27,45 @@ struct OnlineClosureSelectionOptions {
 
   MixtureOptions mixture;
   /// Closures are admitted within this quantile of their predicted innovation, given the odometry
-  /// alone and given all that is accepted.
+  /// alone and given all accepted measurements.
   double gate = 0.999;
   /// Closures of less redundancy are reported as uncheckable.
   double min_redundancy = 0.09;
   SmootherOptions smoother;
-  ClosureSelectionOptions selection;  ///< of evaluating all closures again
+  ClosureSelectionOptions selection;  ///< for evaluations of all closures
 };
 
 /// The present decision on a closure.
 enum class ClosureStatus {
   kRejectedByOdometry,  ///< contradicts the odometry
-  kUndecided,           ///< agrees with the odometry, and not with the map
+  kUndecided,           ///< agrees with the odometry, but not with the map
   kAccepted
 };
 
-/// What one step of the selection did.
+/// Report of one step of the selection.
 struct SelectionReport : UpdateReport {
-  int admitted = 0;  ///< closures taken in
-  int tried = 0;     ///< attempts at that
+  int admitted = 0;  ///< closures admitted
+  int tried = 0;     ///< attempts to admit a closure
 
-  /// Takes in what a further update of the smoother did.
+  /// Adds the report of a further update of the smoother.
   void add(const UpdateReport& update);
 };
 
 /// Selects among loop closures that arrive pose by pose and may be false, on the incremental
 /// smoother.
 ///
-/// A closure enters as a mixture (eq. 16-17) held in its outlier mode, which ties nothing together.
-/// It is admitted where its innovation agrees with the odometry alone, so that closures that agree
-/// with each other but not with the odometry stay out, and with the map, by the predicted
+/// A closure enters as a mixture (eq. 16-17) fixed to its outlier component, which couples no
+/// poses. It is admitted if its innovation agrees with the odometry alone, so that closures that
+/// agree with each other but not with the odometry stay out, and with the map, by the predicted
 /// covariance S = I + A P A'; and only if the joint objective of eq. 6 falls. From then on its
-/// variable is free: the discrete half-step throws it out when the later graph contradicts it.
-/// Newest closures that are out are tested again when the map has changed. Whenever their number
-/// has grown fourfold, and in the end, all are evaluated again from nothing by select_closures,
-/// which can turn any decision; all these evaluations together cost about a third of the last one.
+/// switch is free: the discrete half-step rejects it when later measurements contradict it. The
+/// newest closures that are not admitted are tested again when the map has changed. Whenever the
+/// number of closures has grown fourfold, and in finish(), all are evaluated again from scratch by
+/// select_closures, which can reverse any decision; the earlier evaluations together cost about a
+/// third of the last one.
 ///
-/// Every change is all or nothing, as those of IncrementalSmoother: where it throws, or its report
-/// says that the system is singular, all is as it was before.
+/// Every change is all or nothing, as those of IncrementalSmoother: if it throws, or its report
+/// says that the system is singular, nothing has changed.
 class OnlineClosureSelection {
  public:
   explicit OnlineClosureSelection(const OnlineClosureSelectionOptions& options = {});
@@ -74,13 +75,14 @@ class OnlineClosureSelection {
   /// and for discrete variables with the letter of the switches of closures (see closure_switch).
   SelectionReport update(const Delta& trusted, const std::vector<ContinuousFactorPtr>& closures);
 
-  /// Evaluates all closures again, from nothing and from the present map, and converges.
+  /// Evaluates all closures again, from scratch or from the present map, and converges.
   SelectionReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
   ClosureStatus status(std::size_t closure) const;
-  /// By closure, at the present estimate: those of the last evaluation of all, if that was
-  /// the last thing done, else redundancies are those of closures that are not refuted.
+  /// Verdicts by closure, at the present estimate. Directly after an evaluation of all closures
+  /// they are those of the evaluation; else redundancies are those of the closures that the
+  /// odometry does not contradict.
   std::vector<Verdict> verdicts() const;
 
  private:
@@ -88,14 +90,14 @@ class OnlineClosureSelection {
   struct Closure {
     ContinuousFactorPtr factor;
     SwitchState switch_state = SwitchState::kFixedOutlier;
-    Handle table;                     // that holds it
+    Handle table;                     // fixes the switch
     bool refuted = false;             // by the odometry
     int failures = 0;                 // attempts to admit it that did not lower the objective
     Prediction innovation;            // as last predicted, given the map
     std::optional<Prediction> alone;  // given the odometry alone
   };
 
-  /// What a change moves beside the smoother and closures that were there before.
+  /// The state that a change may alter, besides the smoother and earlier closures.
   struct State {
     std::size_t poses = 0, closures = 0;
     VarianceFactor factor_alone, factor;
@@ -136,15 +138,15 @@ class OnlineClosureSelection {
   IncrementalSmoother smoother_;
   OdometryPath odometry_;
   VarianceFactor factor_alone_, factor_;
-  std::size_t expelled_at_ = 0;  // accepted closures at the last look for those to expel
+  std::size_t expelled_at_ = 0;  // size of open_ at the last search for closures to expel
   std::vector<Closure> closures_;
   std::vector<std::size_t> open_;              // not refuted
-  std::vector<std::size_t> changed_switches_;  // with tables in the delta under way
+  std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
   std::vector<Handle> lifted_;                 // tables to remove with the next update
-  std::size_t evaluated_ = 0;                  // closures when all were evaluated last
-  std::vector<Verdict> verdicts_;              // of then, as long as they hold
+  std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last
+  std::vector<Verdict> verdicts_;              // of that evaluation; empty once outdated
   Attempts attempts_;
-  std::unordered_map<std::size_t, Closure> saved_;  // closures before the change under way
+  std::unordered_map<std::size_t, Closure> saved_;  // closures as before the current change
 };
 
 }  // namespace hybrid

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// Re-admission from an answer: what its map agrees with is in at first.
+/// Loop closure selection from given values, starting with the closures that agree with them.
 RobustResult verified(const RobustProblem& problem, const Values& values,
                       const ClosureSelectionOptions& options) {
   RobustProblem from = problem;

@@ -12,10 +12,10 @@ struct PortfolioOptions {
   bool gnc = true;  ///< the slowest member
 };
 
-/// Several methods and starts: alternation, re-admission from nothing, from the closures that agree
-/// with the initial values and from those that agree with a chordal start, GNC. The answers that
-/// are not of re-admission are verified by it; the lowest joint objective wins. The result tells
-/// what each member ended with.
+/// Several methods and starts: alternation, loop closure selection from no closures, from those
+/// that agree with the initial values and from those that agree with chordal initial values, and
+/// GNC. The results of alternation and GNC are verified by loop closure selection; the lowest joint
+/// objective wins. `members` of the result has a summary of each.
 RobustResult solve_portfolio(const RobustProblem& problem, const PortfolioOptions& options = {});
 
 }  // namespace hybrid

@@ -8,24 +8,24 @@
 
 namespace HYBRID_API hybrid {
 
-/// How a measurement that is not part of an estimate agrees with it: the whitened residual b and
-/// its predicted covariance S = I + A P A', with A the whitened Jacobian and P the joint covariance
-/// of the variables.
+/// The agreement of a measurement with an estimate that does not include it, by the whitened
+/// residual b and its predicted covariance S = I + A P A', with A the whitened Jacobian and P the
+/// joint covariance of the variables.
 struct Prediction {
   double chi_square = 0.0;       ///< b' S^-1 b
   double log_determinant = 0.0;  ///< log |S|, at least 0
   /// tr(S^-1) / d in (0, 1]: the share of the measurement that would still be checked by the other
-  /// factors once it is in. It equals tr(I - A P' A') / d with P' the covariance after that.
+  /// factors if it were added. It equals tr(I - A P' A') / d with P' the covariance after that.
   double redundancy = 1.0;
   Eigen::MatrixXd information;  ///< S^-1
 };
 
-/// The innovation at x, where x[i] belongs to variable i of the factor and P (cols x cols) is the
-/// covariance of their tangents.
+/// The prediction at x, where x[i] is the storage of variable i of the factor and P (cols x cols)
+/// is the joint covariance of their tangents.
 Prediction predict_measurement(const ContinuousFactor& factor, const double* const* x,
                                const Eigen::MatrixXd& P);
 
-/// tr(I - A P A') / d of a factor that is part of the estimate whose covariance P is.
+/// tr(I - A P A') / d of a factor that is part of the estimate of covariance P.
 double joined_redundancy(const ContinuousFactor& factor, const double* const* x,
                          const Eigen::MatrixXd& P);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/solvers/chordal.h"
@@ -16,11 +17,11 @@ namespace hybrid {
 namespace {
 
 constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
-constexpr double kSurelyBelow = 3.0;     // short of the threshold, by a bound: not computed
-constexpr double kRedundant = 0.3;       // closures that tell the variance factor
-constexpr double kFarBelow = 8.0;        // short of the threshold: looked at when none is left
-constexpr double kHopeless = -5.0;       // evidence below which no partner helps
-constexpr std::size_t kPartners = 120;   // closures among which pairs are sought
+constexpr double kSurelyBelow = 3.0;  // by which a bound is below the threshold: no new prediction
+constexpr double kRedundant = 0.3;    // least redundancy of closures for the variance factor
+constexpr double kFarBelow = 8.0;     // below the threshold: tested when no candidate is left
+constexpr double kHopeless = -5.0;    // evidence below which no partner helps
+constexpr std::size_t kPartners = 120;  // closures among which pairs are sought
 constexpr std::size_t kLeastSample = 20;
 constexpr double kSampleShare = 0.05;
 constexpr double kSampleQuantile = 0.2;
@@ -91,7 +92,7 @@ void Readmission::begin() {
   }
 }
 
-/// Solves for the poses given what is accepted, and what follows from the solution.
+/// Solves for the poses given the accepted closures, and updates all that depends on the solution.
 void Readmission::settle(const SolverOptions& solver) {
   accepted_count_ = static_cast<int>(std::count(accepted_.begin(), accepted_.end(), true));
   problem_->set_assignment(to_assignment(accepted_));
@@ -203,7 +204,8 @@ void Readmission::unfold() {
   if (objective_ > folded.objective) restore(folded);
 }
 
-/// Innovations, evidence and redundancy of the closures that are not in.
+/// Updates innovations, evidence and redundancy of the closures that are not admitted; unless
+/// `all`, of those not far below the threshold.
 void Readmission::predict_others(bool all) {
   std::vector<bool> fresh(accepted_.size(), false);
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -233,9 +235,9 @@ void Readmission::predict_others(bool all) {
   }
 }
 
-/// With none accepted yet: from the closures that the trusted factors predict best, most of which
-/// must be true, or a low quantile would not fit them either. Only downwards: a factor above one
-/// may come from false closures.
+/// The variance factor before any closure is accepted: from a low quantile over the closures that
+/// the trusted factors predict best, for which a share of true ones among them suffices. It is at
+/// most one, since a larger one may come from false closures.
 void Readmission::first_variance_factor() {
   std::vector<std::pair<double, int>> spread;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -290,7 +292,7 @@ std::vector<Candidate> Readmission::all_plausible() {
   return found;
 }
 
-/// Evidence of a, and of b once a is in.
+/// Evidence of a, plus that of b given a.
 double Readmission::pair_evidence(const Candidate& a, const Candidate& b) {
   const ContinuousFactor& first = *closure_problem_.closures[a.closure];
   const ContinuousFactor& second = *closure_problem_.closures[b.closure];
@@ -312,24 +314,16 @@ std::vector<Candidate> Readmission::best_pair() {
   std::sort(hopeful.begin(), hopeful.end(), by_evidence);
   hopeful.resize(std::min(hopeful.size(), kPartners));
   const double needed = 2.0 * threshold() - options_.margin;
-  std::vector<Candidate> passing;
+  std::optional<Candidate> best;
   for (std::size_t j = 0; j < hopeful.size(); ++j) {
     for (std::size_t i = 0; i < j; ++i) {
-      const double evidence = pair_evidence(hopeful[i], hopeful[j]);
-      if (evidence > needed) passing.push_back({evidence, hopeful[i].closure, hopeful[j].closure});
+      const Candidate pair = {pair_evidence(hopeful[i], hopeful[j]), hopeful[i].closure,
+                              hopeful[j].closure};
+      if (pair.evidence > needed && (!best || by_evidence(pair, *best))) best = pair;
     }
   }
-  std::stable_sort(passing.begin(), passing.end(), by_evidence);
-  std::vector<Candidate> best;
-  std::vector<bool> taken(accepted_.size(), false);
-  for (const Candidate& pair : passing) {
-    if (best.size() >= 2) break;
-    if (taken[pair.closure] || taken[pair.partner]) continue;
-    taken[pair.closure] = taken[pair.partner] = true;
-    best.push_back(pair);
-    best.push_back({pair.evidence, pair.partner, pair.closure});
-  }
-  return best;
+  if (!best) return {};
+  return {*best, {best->evidence, best->partner, best->closure}};
 }
 
 void Readmission::finish(RobustResult& result) {

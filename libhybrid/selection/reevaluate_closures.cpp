@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// Evaluation of all closures anew by the online selection.
+// Evaluation of all closures by the online selection.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,12 +12,13 @@
 namespace hybrid {
 namespace {
 
-/// Ratio of variance factors of two answers that tells that one of them has false closures.
+/// Ratio of the variance factors of two results beyond which the one with the larger has false
+/// closures.
 constexpr double kMoreNoise = 10.0;
 
 }  // namespace
 
-/// Everything so far, with the trusted hybrid factors in the modes that they have.
+/// The robust problem of all factors so far, with the chosen components of trusted hybrid factors.
 RobustProblem OnlineClosureSelection::problem() const {
   RobustProblem problem;
   problem.initial = smoother_.values();
@@ -32,7 +33,7 @@ RobustProblem OnlineClosureSelection::problem() const {
   return problem;
 }
 
-/// The variance factor, at most one, that the closures of an answer show.
+/// The variance factor, at most one, of the accepted closures of a result.
 double OnlineClosureSelection::noise(const Values& values, const std::vector<bool>& in) const {
   std::vector<double> chi_squares;
   std::vector<int> rows;
@@ -44,9 +45,9 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
   return std::min(1.0, variance_factor(chi_squares, rows));
 }
 
-/// Evaluates all closures from nothing; or from the present map, where they were so
-/// not long ago, or where they show far less noise in it: false closures inside overstated noise
-/// are then what makes the difference.
+/// Evaluates all closures from scratch; or from the present map, if the last evaluation from
+/// scratch is recent, or if the accepted closures have far less noise in the present map: the
+/// evaluation from scratch has then accepted false closures within overstated noise.
 void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   const RobustProblem problem = this->problem();
   ClosureSelectionOptions present = options_.selection;
@@ -71,7 +72,7 @@ void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
   verdicts_ = std::move(best.verdicts);
 }
 
-/// Goes to an answer of select_closures.
+/// Adopts the decisions and values of a result of select_closures.
 void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& report) {
   Delta delta;
   std::vector<std::size_t> in;

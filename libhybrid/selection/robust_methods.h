@@ -29,34 +29,35 @@ struct MethodOptions {
   OnlineClosureSelectionOptions online;
 
   /// Gives all methods the same model of false closures; online it is constant (see
-  /// MixtureOptions::flat) save where all closures are evaluated again.
+  /// MixtureOptions::flat) except in evaluations of all closures.
   void set_mixture(const MixtureOptions& mixture);
   /// Threads of all solvers, see SolverOptions.
   void set_threads(int threads);
 };
 
-/// What a robust method is given.
+/// The input of a robust method.
 struct RobustTask {
   RobustProblem problem;
-  std::vector<bool> truth;  ///< whether each closure is true, where known: for "oracle"
-  /// The graph that the problem was made of with odometry trusted, where there is one: for
+  std::vector<bool> truth;  ///< whether each closure is true, if known: for "oracle"
+  /// The graph from which the problem was made with odometry trusted, if there is one: for
   /// "online".
   PoseGraph graph;
 };
 
-/// A robust method under the name that all programs know it by.
+/// A robust method and its name in all programs.
 struct RobustMethod {
   std::string name;
-  std::string old_name;  ///< still understood; empty if there is none
+  std::string old_name;  ///< deprecated, still accepted; empty if there is none
   std::string meaning;   ///< one line
-  /// Throws Error where the task lacks what the method needs, and as the method does.
+  /// Throws Error if the task lacks an input of the method, and as the method does.
   RobustResult (*solve)(const RobustTask& task, const MethodOptions& options);
 };
 
 /// All methods: bounds, methods of others, ours.
 const std::vector<RobustMethod>& robust_methods();
 
-/// The method of that name, which may be an old one. Throws Error listing the names.
+/// The method of that name, which may be an old one. Throws Error listing the names if there is
+/// none.
 const RobustMethod& robust_method(const std::string& name);
 
 }  // namespace hybrid

@@ -7,9 +7,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// A pose graph met pose by pose, with OnlineClosureSelection on its closures; verdicts are in
-/// the order of `to_robust_problem`. `initial` tells where the first pose is. Throws Error where
-/// the trusted measurements do not connect a pose to those before it.
+/// Solves a pose graph pose by pose, with OnlineClosureSelection on its closures; verdicts are in
+/// the order of `to_robust_problem`. `initial` holds the first pose. Throws Error if the trusted
+/// measurements do not connect a pose to those before it.
 RobustResult solve_online(const PoseGraph& graph, const Values& initial,
                           const Trust& trusted = is_odometry,
                           const OnlineClosureSelectionOptions& options = {});

@@ -11,19 +11,19 @@
 namespace hybrid {
 namespace {
 
-/// The factor is what this quantile of the samples says: false closures inside overstated
-/// noise, that were accepted, are above it.
+/// The quantile of the samples that gives the factor; false closures that were accepted within
+/// overstated noise are above it.
 constexpr double kQuantile = 0.25;
-/// The newest samples count.
+/// Number of newest samples that are used.
 constexpr std::size_t kSamples = 200;
-/// Samples of this size, in e-folds of the standard deviation squared, are about the same.
+/// Innovations whose log |S| per row differ by less than this are of about the same size.
 constexpr double kWindow = 1.5;
-/// So many samples that obey the stated noise are there from the start.
+/// Number of prior samples, which obey the stated noise.
 constexpr int kPrior = 5;
-/// Tails are heavier than that tells: gates are this much wider.
+/// Gates are this much wider, since tails are heavier than the quartile shows.
 constexpr double kSlack = 4.0;
 
-/// The quantile, computed once per thread and number of rows, since gates are asked for often.
+/// The quantile, computed once per thread and number of rows, since gates are evaluated often.
 double cached_quantile(double probability, int rows) {
   thread_local double last_probability = -1.0;
   thread_local int last_rows = 0;

@@ -9,25 +9,26 @@
 
 namespace HYBRID_API hybrid {
 
-/// How far real noise is below what measurements claim: the lower quartile of the squared
-/// innovations of closures that were accepted, over that of the chi-square distribution.
-/// Covariances that are overstated, as many published graphs have them, would let false closures
-/// through any gate. The quartile is that of innovations of about the same predicted size, since
-/// drift over a long path and noise of neighbouring measurements are stated by different people.
+/// Estimate of the ratio of real to stated variances, at most 1: the lower quartile of the squared
+/// innovations of accepted closures, over that of the chi-square distribution. Overstated
+/// covariances, as in many published graphs, would let false closures through any gate. The
+/// quartile is over innovations of about the same predicted size, since the drift over a long path
+/// and the noise of neighbouring measurements may be overstated differently.
 class VarianceFactor {
  public:
   /// An accepted closure, with the innovation that it had before.
   void add(const Prediction& innovation, int rows);
 
-  /// Bounds the factor by what an evaluation of all closures found.
+  /// Bounds the factor by that of an evaluation of all closures.
   void limit(double factor) { limit_ = std::min(1.0, factor); }
 
   /// The factor for an innovation; 1 while nothing is known. Never above 1.
   double at(const Prediction& innovation, int rows) const;
 
-  /// Whether an innovation is inside its gate. That is a quantile of its distribution, the factor
-  /// allowed for, where others check the measurement by half or less; above that it comes nearer
-  /// to `checked`, the gate of measurements that can do no harm; 0 if that is the same.
+  /// Whether an innovation is inside its gate. Up to a redundancy of one half, the gate is a
+  /// quantile of its distribution, scaled by the factor; from there to a redundancy of one it
+  /// approaches `checked`, the gate of measurements that can do no harm. 0: the gate does not
+  /// depend on the redundancy.
   bool within(double quantile, const Prediction& innovation, int rows, double checked) const;
 
  private:

@@ -40,8 +40,14 @@ WindowReport WindowSmoother::update(const Delta& delta) {
   if (full || report.status != UpdateReport::Status::kOk) return report;
   ++updates_;
   touch(delta, report.handles);
+  if (is_bounded()) {
+    for (const Departure& going : surplus()) {
+      if (leave(going, report) && going.anchor) absorb(*going.anchor, report);
+    }
+    return report;
+  }
   const std::vector<Key> keys = outdated(delta);
-  if (!keys.empty()) leave(keys, report);
+  if (!keys.empty()) leave({keys}, report);
   return report;
 }
 
@@ -85,6 +91,7 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
   for (Key key : change.values.keys()) {
     last_touch_[key] = updates_ + 1;
     if (past_.values.contains(key)) past_.values.erase(key);
+    if (is_bounded() && is_state(key, change.values.type(key))) enter_state(key);
   }
   std::vector<Handle>& tables = report.handles.discrete;
   for (std::size_t recalled = delta.discrete.size(); recalled < tables.size(); ++recalled) {
@@ -105,6 +112,7 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
 
 void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {
   for (Key key : delta.remove_values) last_touch_.erase(key);
+  forget_states(delta.remove_values);
   const HybridGraph& graph = smoother_.graph();
   const auto hold = [&](const std::vector<DiscreteKey>& keys, Handle handle) {
     for (const DiscreteKey& key : keys) holders_[key.key].push_back(handle);
@@ -121,6 +129,7 @@ void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {
 }
 
 bool WindowSmoother::is_state(Key key, VariableType type) const {
+  if (names(window_.lasting, key)) return false;
   if (!window_.states.empty()) return names(window_.states, key);
   return is_pose(type);
 }
@@ -132,8 +141,7 @@ std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
   if (!filter && window_.lag <= 0) return keys;
   bool new_state = false;
   for (Key key : delta.values.keys()) {
-    new_state =
-        new_state || (is_state(key, delta.values.type(key)) && !names(window_.lasting, key));
+    new_state = new_state || is_state(key, delta.values.type(key));
   }
   for (const auto& [key, update] : last_touch_) {
     if (names(window_.lasting, key)) continue;
@@ -210,8 +218,8 @@ bool WindowSmoother::is_tied(Key key, const std::vector<Handle>& going) const {
 /// Lets variables leave together, or else those of them that can, one by one: what holds one back
 /// must not hold back the others, or the window would grow without bound. The update proper has
 /// been made: where a factor throws, its variables stay for now.
-void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
-  const auto leaves = [&](const std::vector<Key>& some) {
+bool WindowSmoother::leave(const Departure& going, WindowReport& report) {
+  const auto leaves = [&](const Departure& some) {
     try {
       return try_to_leave(some, report);
     } catch (const std::exception& error) {
@@ -219,19 +227,23 @@ void WindowSmoother::leave(const std::vector<Key>& keys, WindowReport& report) {
       return false;
     }
   };
-  if (leaves(keys)) return;
-  for (Key key : keys) {
-    if (keys.size() == 1 || !leaves({key})) report.kept.push_back(key);
+  if (leaves(going)) return true;
+  for (Key key : going.keys) {
+    if (going.keys.size() == 1 || !leaves({{key}})) report.kept.push_back(key);
   }
   if (report.kept.empty()) report.kept_because.clear();
+  return false;
 }
 
-std::vector<Handle> WindowSmoother::factors_of(const std::vector<Key>& keys) const {
-  std::vector<Handle> factors;
-  for (Key key : keys) {
+/// The factors that become a prior.
+std::vector<Handle> WindowSmoother::factors_of(const Departure& going) const {
+  std::vector<Handle> factors = going.absorbed;
+  const auto is_in = [](const std::vector<Handle>& list, Handle handle) {
+    return std::find(list.begin(), list.end(), handle) != list.end();
+  };
+  for (Key key : going.keys) {
     for (Handle handle : smoother_.factors_of(key)) {
-      if (std::find(factors.begin(), factors.end(), handle) == factors.end())
-        factors.push_back(handle);
+      if (!is_in(factors, handle) && !is_in(going.breaks, handle)) factors.push_back(handle);
     }
   }
   return factors;
@@ -258,33 +270,49 @@ void WindowSmoother::settle_constant(std::vector<std::pair<Key, Table>>& settled
   }
 }
 
-bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& report) {
-  const std::vector<Handle> factors = factors_of(keys);
-  std::vector<Key> discrete;
-  for (Handle handle : factors) {
+/// The change of the graph by which variables leave.
+WindowSmoother::Change WindowSmoother::change_of(const Departure& going) {
+  const HybridGraph& graph = smoother_.graph();
+  const std::vector<Handle> factors = factors_of(going);
+  std::vector<Handle> all = factors;
+  all.insert(all.end(), going.breaks.begin(), going.breaks.end());
+  Change change;
+  for (Handle handle : all) {
     if (handle.kind != FactorKind::kHybrid) continue;
-    for (const DiscreteKey& d : smoother_.graph().hybrid().at(handle)->discrete_keys())
-      discrete.push_back(d.key);
+    for (const DiscreteKey& d : graph.hybrid().at(handle)->discrete_keys())
+      change.discrete.push_back(d.key);
   }
-  sort_unique(discrete);
-  Marginalization change =
-      marginalize(smoother_.graph(), smoother_.values(), smoother_.assignment(), keys, factors,
-                  [&](Key key) { return is_tied(key, factors); });
-  if (!change.finite) {
+  sort_unique(change.discrete);
+  if (is_bounded()) change.fixed = fix(chosen_by(all, change.discrete));
+  const Assignment& fixed = change.fixed.values;
+  change.made = marginalize(graph, smoother_.values(), smoother_.assignment(), going.keys, factors,
+                            [&](Key key) { return !fixed.contains(key) && is_tied(key, all); });
+  if (!change.made.finite) return change;
+  Delta& delta = change.made.delta;
+  delta.remove.insert(delta.remove.end(), going.breaks.begin(), going.breaks.end());
+  if (is_bounded()) hold(change.fixed, going.breaks, delta);
+  for (Key key : change.discrete) {
+    if (auto table = settle(key, delta)) change.settled.emplace_back(key, std::move(*table));
+  }
+  settle_constant(change.settled, delta);
+  return change;
+}
+
+bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) {
+  const std::vector<Key>& keys = going.keys;
+  Change change = change_of(going);
+  if (!change.made.finite) {
     report.kept_because = "a factor has no finite derivative at the estimate";
     return false;
   }
-  std::vector<std::pair<Key, Table>> settled;
-  for (Key key : discrete) {
-    if (auto table = settle(key, change.delta)) settled.emplace_back(key, std::move(*table));
-  }
-  settle_constant(settled, change.delta);
   Estimate before;
   for (Key key : keys)
     before.values.insert(key, smoother_.values().type(key), smoother_.values().data(key));
-  for (const auto& [key, table] : settled)
+  for (const auto& [key, table] : change.settled)
     before.assignment.set(key, smoother_.assignment().at(key));
-  const UpdateReport done = smoother_.update(change.delta);
+  const Eigen::MatrixXd covariance =
+      is_bounded() ? smoother_.joint_covariance(keys) : Eigen::MatrixXd();
+  const UpdateReport done = smoother_.update(change.made.delta);
   if (done.status != UpdateReport::Status::kOk) {
     report.kept_because = done.message;
     return false;
@@ -294,20 +322,23 @@ bool WindowSmoother::try_to_leave(const std::vector<Key>& keys, WindowReport& re
     last_touch_.erase(key);
     report.left.push_back(key);
   }
-  for (auto& [key, table] : settled) {
+  for (auto& [key, table] : change.settled) {
     past_.assignment.set(key, before.assignment.at(key));
+    const auto posterior = change.fixed.posterior.find(key);
+    if (posterior != change.fixed.posterior.end()) table = posterior->second;
     if (!table.keys().empty()) past_tables_[key] = std::move(table);
     holders_.erase(key);
     table_.erase(key);
     report.left_discrete.push_back(key);
   }
   take_tables(done.handles.discrete);
-  const auto& open = change.undetermined;
+  const auto& open = change.made.undetermined;
   report.undetermined.insert(report.undetermined.end(), open.begin(), open.end());
   report.marginalized += static_cast<int>(keys.size());
-  report.fill += change.fill;
+  report.fill += change.made.fill;
   report.seconds += done.seconds;
   report.objective_after = done.objective_after;
+  if (is_bounded()) note_departure(going, change.fixed, covariance, report);
   return true;
 }
 

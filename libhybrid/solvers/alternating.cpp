@@ -48,7 +48,7 @@ class Alternation {
   }
 
  private:
-  /// Whether the last continuous half-step went as far as it can.
+  /// Whether the last continuous half-step ended before its iteration limit.
   bool settled() const { return report_.last_solve.status != SolverStatus::kIterationLimit; }
 
   /// Eq. 8a and 9a; returns the number of variables that changed.

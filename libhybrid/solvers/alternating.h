@@ -11,11 +11,12 @@ namespace HYBRID_API hybrid {
 
 struct AlternatingOptions {
   int max_iterations = 100;  ///< pairs of half-steps
-  /// Converged once a pair of half-steps lowers the joint objective by less than this share of the
-  /// cost, no discrete variable changed and the continuous half-step converged.
+  /// Converged once a pair of half-steps lowers the joint objective by at most this share of the
+  /// cost, no discrete variable changed and the continuous half-step did not end at its iteration
+  /// limit.
   double relative_decrease = 1e-6;
   /// Iterations of each continuous half-step, instead of continuous.max_iterations; it need not
-  /// reach the minimum for eq. 10 to hold, and the next one goes on where it stopped.
+  /// reach the minimum for eq. 10 to hold, and the next one continues from its result.
   int continuous_iterations = 100;
   SolverOptions continuous;  ///< of the continuous half-steps
   DiscreteOptions discrete;

@@ -20,7 +20,7 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-constexpr double kRelativeGap = 1e-6;  // of a certificate
+constexpr double kRelativeGap = 1e-6;  // largest of a verified estimate
 
 template <class Pose>
 using Rotation =
@@ -220,7 +220,7 @@ class ShiftedInverse {
 
   ShiftedInverse(const Sparse& S, int eliminated) : S_(S), eliminated_(eliminated) {}
 
-  /// False where S + shift I is not positive definite.
+  /// False if S + shift I is not positive definite.
   bool factorize(double shift) {
     Sparse shifted = S_;
     for (Eigen::Index i = eliminated_; i < S_.rows(); ++i) shifted.coeffRef(i, i) += shift;
@@ -242,8 +242,7 @@ class ShiftedInverse {
   Eigen::SimplicialLDLT<Sparse> ldlt_;
 };
 
-/// The smallest eigenvalue of S with its first variables eliminated; nothing
-/// where it is not found.
+/// The smallest eigenvalue of S with its first variables eliminated; empty if it is not found.
 std::optional<double> smallest_eigenvalue(const Sparse& S, int eliminated, double tolerance) {
   ShiftedInverse inverse(S, eliminated);
   double shift = tolerance;
@@ -259,8 +258,8 @@ std::optional<double> smallest_eigenvalue(const Sparse& S, int eliminated, doubl
   return 1.0 / solver.eigenvalues()[0] - shift;
 }
 
-/// Whether the factors as stated, solved from where the isotropic problem is verified, cost less
-/// than the estimate, which is then in the basin of another minimum, or not at its own.
+/// Whether minimising the factors as stated from the verified poses leads below the cost of the
+/// estimate: then the estimate is in the basin of another minimum, or has not converged.
 bool is_elsewhere(const HybridGraph& stated, const Values& estimate, const Values& verified) {
   SolverOptions options;
   options.relative_decrease = 1e-9;
@@ -280,7 +279,7 @@ Certificate certify_edges(const std::vector<ContinuousFactorPtr>& factors,
       if (!start.contains(key)) start.insert(key, estimate.at<Pose>(key));
     }
   }
-  const Key first = edges.front().from;  // held where it is, which costs nothing
+  const Key first = edges.front().from;  // its prior fixes the frame and costs nothing
   const ContinuousFactorPtr anchor =
       std::make_shared<Prior<Pose>>(first, start.at<Pose>(first), Noise::unit(Pose::kDim));
   graph.add(anchor);
@@ -299,7 +298,7 @@ Certificate certify_edges(const std::vector<ContinuousFactorPtr>& factors,
   }
   const QuadraticForm<Pose> form(edges, nearest.values);
   certificate.cost = form.cost();
-  // What rounding leaves of the zero eigenvalues, and what the gap allows.
+  // The zero eigenvalues are known up to rounding, and the gap allows a tolerance.
   const double unknowns = QuadraticForm<Pose>::d * form.poses();
   const double rounding = 1e-11 * form.scale();
   const double tolerance = std::max(rounding, kRelativeGap * certificate.cost / unknowns);

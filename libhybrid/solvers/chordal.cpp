@@ -70,7 +70,7 @@ bool add_relation(const ContinuousFactor& factor, std::vector<Relation<Pose>>& r
 template <int N>
 using Vectors = std::unordered_map<Key, Eigen::Matrix<double, N, 1>>;
 
-/// The vectors that linear relations and fixed ones make.
+/// Solves linear relations between vectors for the vectors that are not fixed.
 template <int N>
 Vectors<N> solve_linear(const HybridGraph& relations, const Vectors<N>& fixed,
                         const std::vector<Key>& keys) {
@@ -87,7 +87,7 @@ Vectors<N> solve_linear(const HybridGraph& relations, const Vectors<N>& fixed,
     }
   }
   SolverOptions options;
-  options.max_iterations = 3;  // one and what rounding leaves
+  options.max_iterations = 3;  // one is exact but for rounding
   const SolverResult solved = levenberg_marquardt(graph, {values, {}}, options);
   Vectors<N> result;
   for (Key key : keys) {
@@ -99,7 +99,7 @@ Vectors<N> solve_linear(const HybridGraph& relations, const Vectors<N>& fixed,
 using Rotations2 = std::unordered_map<Key, SO2>;
 using Rotations3 = std::unordered_map<Key, SO3>;
 
-/// Rotation (c, s) of b is that of a turned by the measured angle.
+/// The rotation of b, as (c, s), is that of a turned by the measured angle.
 Rotations2 solve_rotations(const std::vector<Relation<SE2>>& relations,
                            const std::vector<Key>& keys, const std::vector<Key>& anchors,
                            const Values& initial) {
@@ -124,8 +124,8 @@ Rotations2 solve_rotations(const std::vector<Relation<SE2>>& relations,
   return result;
 }
 
-/// Each row of the matrix of b is that of a times the measured rotation: three systems of the same
-/// structure.
+/// Each row of the rotation matrix of b is that of a times the measured rotation: three systems of
+/// the same structure.
 Rotations3 solve_rotations(const std::vector<Relation<SE3>>& relations,
                            const std::vector<Key>& keys, const std::vector<Key>& anchors,
                            const Values& initial) {
@@ -155,7 +155,8 @@ Rotations3 solve_rotations(const std::vector<Relation<SE3>>& relations,
   return result;
 }
 
-/// Relations that a chain of others joins to an anchor, and their poses in order of appearance.
+/// Relations that are connected to an anchor, directly or through others, and their poses in order
+/// of appearance.
 template <class Pose>
 std::vector<Relation<Pose>> connected(const std::vector<Relation<Pose>>& relations,
                                       const std::vector<Key>& anchors, std::vector<Key>& keys) {

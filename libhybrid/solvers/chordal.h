@@ -9,10 +9,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// A start that needs none: rotations from the relative poses among the factors by linear least
-/// squares over matrices, brought back to rotations; then translations, linear too. Poses with a
-/// prior stay at their `initial` values, or else the first one; so do variables that no relative
-/// pose connects to such a pose.
+/// Initial values by chordal relaxation (Martinec and Pajdla 2007), which needs no initial guess:
+/// rotations by linear least squares over matrices from the relative poses among the factors,
+/// projected onto rotations; then translations by linear least squares. Poses with a prior keep
+/// their `initial` values, or the first pose if there is no prior; so do variables that no chain of
+/// relative poses connects to such a pose.
 Values chordal_initialization(const std::vector<ContinuousFactorPtr>& factors,
                               const Values& initial);
 

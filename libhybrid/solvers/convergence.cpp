@@ -19,7 +19,7 @@ double gradient_norm(const NormalEquations& system) {
       square += system.gradient()[i] * system.gradient()[i];
     }
     if (!std::isfinite(square)) return std::numeric_limits<double>::quiet_NaN();
-    // A variable that no residual moves has neither gradient nor scale.
+    // A variable with a zero Jacobian has neither gradient nor scale.
     if (square > 0.0) largest = std::max(largest, square / system.scale(p));
   }
   return std::sqrt(largest);

@@ -13,7 +13,7 @@ namespace hybrid {
 namespace {
 
 constexpr double kSmallestRadius = 1e-12;  ///< relative to one standard deviation per unknown
-/// Damping that stands in for the undamped system where that is singular.
+/// Damping of a singular system.
 constexpr double kSingularDamping = 1e-6;
 
 class Dogleg {
@@ -119,7 +119,7 @@ class Dogleg {
       }
       return false;
     }
-    // Where |descent + t (newton - descent)| meets the radius.
+    // The t at which |descent + t (newton - descent)| equals the radius.
     double a = 0.0;
     double b = 0.0;
     for (std::size_t i = 0; i < step_.size(); ++i) {
@@ -169,7 +169,7 @@ class Dogleg {
   double radius_;
   double damping_ = 0.0;
   bool has_newton_ = false;
-  bool fresh_ = true;  // the directions are to be computed
+  bool fresh_ = true;  // whether the directions must be computed
   std::vector<double> descent_, newton_, step_, product_;
   Problem::State trial_;
   SolverReport report_;

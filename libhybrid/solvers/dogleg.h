@@ -10,7 +10,7 @@ namespace HYBRID_API hybrid {
 
 /// Minimises the continuous variables for a fixed assignment (eq. 8b) by Powell's dogleg: inside a
 /// trust region, the path from the steepest descent to the Gauss-Newton step, lengths measured by
-/// the diagonal of the Hessian. A step that is refused costs no new factorisation.
+/// the diagonal of the Hessian. A rejected step costs no new factorisation.
 SolverResult dogleg(const HybridGraph& graph, const Estimate& initial,
                     const SolverOptions& options = {});
 

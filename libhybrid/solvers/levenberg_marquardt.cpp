@@ -22,10 +22,10 @@ class Damping {
  public:
   explicit Damping(double initial) : value_(initial) {}
   double value() const { return value_; }
-  /// Whether a step with it is the Gauss-Newton step, or as near to it as a singular system allows.
+  /// Whether the step is the Gauss-Newton step, or the nearest to it that a singular system allows.
   bool is_least() const { return value_ == least_; }
   bool exhausted() const { return value_ > kLargestDamping; }
-  /// Keeps a system solvable from now on.
+  /// Sets a lower bound, with which a singular system stays solvable.
   void hold_above(double least) {
     least_ = least;
     value_ = std::max(value_, least);
@@ -42,8 +42,8 @@ class Damping {
     value_ = std::max({value_ * growth_, kDampingAfterFailure, suspended_});
     growth_ *= 2.0;
   }
-  /// Tries the Gauss-Newton step next, to go on with the present damping if that is rejected. Only
-  /// once: false if it was done before.
+  /// Makes the next step a Gauss-Newton step; the present damping is restored if that is rejected.
+  /// Works once: false if it was done before.
   bool suspend() {
     if (suspended_ > 0.0) return false;
     suspended_ = value_;
@@ -106,10 +106,10 @@ class LevenbergMarquardt {
   }
 
  private:
-  /// Damping that stays while the system is singular.
+  /// Least damping while the system is singular.
   static constexpr double kSingularDamping = 1e-6;
 
-  /// Solves (H + damping D) step = -g; false where the matrix is not positive definite.
+  /// Solves (H + damping D) step = -g; false if the matrix is not positive definite.
   bool compute_step() {
     NormalEquations& system = problem_.system();
     ++report_.iterations;
@@ -139,7 +139,7 @@ class LevenbergMarquardt {
   void adapt(double decrease, double predicted, double little) {
     if (!(decrease > 0.0)) return damping_.reject();
     if (decrease > little) return damping_.accept(decrease / predicted);
-    // It does not fall any more, but by how much it could only a step without damping tells.
+    // The cost hardly falls any more; only a step without damping shows by how much it could.
     if (damping_.is_least()) {
       damping_.reject();
     } else if (!damping_.suspend()) {

@@ -8,12 +8,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// When the continuous solvers stop, and how they start.
+/// Options of the continuous solvers: when they stop, and how they start.
 struct SolverOptions {
   int max_iterations = 100;
-  /// Converged once the whole Gauss-Newton step, neither damped nor shortened, promises to lower
-  /// the cost by less than this share of it (half the squared Newton decrement), and lowers it by
-  /// less. That depends on no frame and no unit.
+  /// Converged once the decrease of the cost that the whole Gauss-Newton step, neither damped nor
+  /// shortened, predicts (half the squared Newton decrement) is at most this share of the cost, and
+  /// so is the actual decrease. This criterion depends on no frame and no unit.
   double relative_decrease = 1e-6;
   /// Converged once the gradient |g| of no variable, divided by the Frobenius norm of its Jacobian
   /// (so that it counts in standard deviations), exceeds this.
@@ -21,8 +21,8 @@ struct SolverOptions {
   /// Converged once the whole Gauss-Newton step of no variable, times that norm, exceeds this.
   double step = 1e-9;
   /// Levenberg-Marquardt: damping of the first step, relative to the diagonal of the Hessian. Zero
-  /// is a Gauss-Newton step, which poses chained from odometry want. SolverReport::damping of a
-  /// solve that met its limit goes on where that stopped.
+  /// is a Gauss-Newton step, best for initial poses from odometry. SolverReport::damping of a solve
+  /// that met its iteration limit resumes that solve.
   double initial_damping = 0.0;
   /// Dogleg: radius of the first step, in standard deviations per unknown (root mean square).
   double initial_radius = 1e4;

@@ -69,7 +69,7 @@ void Problem::collect_blocks(const Values& values) {
   graph_->continuous().for_each([&](Handle, const ContinuousFactorPtr& factor) {
     touched.clear();
     for (std::size_t i = 0; i < factor->keys().size(); ++i) {
-      touched.push_back(checked_block(factor->keys()[i], factor->types()[i]));
+      touched.push_back(checked_block(factor->keys(), i, factor->types()[i]));
     }
     add_term(*factor, touched.data(), true);
     fixed_constant_ += factor->log_normalizer();
@@ -78,7 +78,7 @@ void Problem::collect_blocks(const Values& values) {
   graph_->hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     hybrid_terms_.push_back({factor.get(), static_cast<int>(hybrid_blocks_.size())});
     for (std::size_t i = 0; i < factor->keys().size(); ++i) {
-      hybrid_blocks_.push_back(checked_block(factor->keys()[i], factor->types()[i]));
+      hybrid_blocks_.push_back(checked_block(factor->keys(), i, factor->types()[i]));
     }
   });
 }
@@ -91,11 +91,11 @@ int Problem::block(Key key) const {
   return it->second;
 }
 
-int Problem::checked_block(Key key, VariableType type) const {
-  const int b = block(key);
+int Problem::checked_block(const std::vector<Key>& keys, std::size_t i, VariableType type) const {
+  const int b = block(keys[i]);
   if (blocks_[b].type != type) {
-    throw Error("variable " + to_string(key) + " is " + to_string(blocks_[b].type) +
-                ", but a factor takes it as " + to_string(type));
+    throw Error("variable " + to_string(keys[i]) + " is " + to_string(blocks_[b].type) + ", but " +
+                describe("a", keys) + " takes it as " + to_string(type));
   }
   return b;
 }

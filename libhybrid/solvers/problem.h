@@ -13,9 +13,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// What the solvers make of weak components (see Component::weak).
+/// How solvers treat weak components (see Component::weak).
 enum class WeakComponents {
-  kUncoupled,  ///< they stay out of the off-diagonal blocks of the Hessian, and cost no fill-in
+  kUncoupled,  ///< without off-diagonal blocks in the Hessian, so that they cost no fill-in
   kCoupled     ///< treated like all others
 };
 
@@ -33,8 +33,8 @@ class Problem {
  public:
   using State = std::vector<double>;
 
-  /// Variables are those that some factor of the graph names. Throws Error where one of them, or a
-  /// discrete one, has no value, or where its type is not what a factor takes.
+  /// Its variables are those of the factors of the graph. Throws Error if one of them, or a
+  /// discrete one, has no value, or if its type is not that of a factor.
   Problem(const HybridGraph& graph, const Values& values, const Assignment& assignment,
           int threads = 0, WeakComponents weak = WeakComponents::kUncoupled,
           Elimination elimination = Elimination::kAutomatic);
@@ -42,7 +42,7 @@ class Problem {
   int block_count() const { return static_cast<int>(blocks_.size()); }
   Key key(int block) const { return blocks_[block].key; }
   VariableType type(int block) const { return blocks_[block].type; }
-  /// Where the variable stands in a state.
+  /// Index of the first number of a variable in a state.
   int offset(int block) const { return blocks_[block].offset; }
   /// Throws Error for a variable that no factor of the graph names.
   int block(Key key) const;
@@ -57,13 +57,13 @@ class Problem {
 
   /// Half the weighted squared error of the factors chosen.
   double cost(const State& state) const;
-  /// Its parts, of each factor chosen.
+  /// The cost of each of these factors.
   std::vector<FactorCost> factor_costs(const State& state) const;
-  /// What the joint objective of eq. 6 adds to the cost for the assignment chosen: log-normalisers,
+  /// The joint objective of eq. 6 minus the cost, for the chosen assignment: log-normalisers,
   /// weights and tables.
   double constant() const { return constant_; }
-  /// The discrete subproblem of eq. 8a: one list of tables for all factors that hold discrete
-  /// variables. The purely discrete ones are the graph's own.
+  /// The tables of the hybrid factors at a state: with the discrete factors of the graph, they are
+  /// the discrete subproblem of eq. 8a.
   std::vector<Table> tables(const State& state) const;
 
   /// Fills residuals and Jacobians; returns the cost.
@@ -72,7 +72,7 @@ class Problem {
   void assemble() { system_->assemble(residuals_.data(), jacobians_.data(), *pool_); }
   /// Factorises H + damping * diag(H), see NormalEquations.
   int factorize(double damping) { return system_->factorize(damping, *pool_); }
-  /// J'J of the last linearisation in extended precision, with its null space. Throws Error where a
+  /// J'J of the last linearisation in extended precision, with its null space. Throws Error if a
   /// Jacobian is not finite.
   ExtendedCholesky extended_factor() const;
   /// Sum of |J v|^2 over the factors, v in elimination order.
@@ -90,7 +90,7 @@ class Problem {
     int offset = 0;  // in the state
     int slot = 0;    // in the values
   };
-  /// A continuous factor as it stands in the layout.
+  /// A continuous factor of the layout.
   struct Term {
     const ContinuousFactor* factor = nullptr;
     int first = 0;  // its variables are offsets_[first] ..
@@ -101,7 +101,7 @@ class Problem {
   };
 
   void collect_blocks(const Values& values);
-  int checked_block(Key key, VariableType type) const;
+  int checked_block(const std::vector<Key>& keys, std::size_t i, VariableType type) const;
   void add_term(const ContinuousFactor& factor, const int* blocks, bool coupled);
   void compile(const Assignment& assignment);
   double term_cost(int t, const State& state) const;
@@ -117,7 +117,7 @@ class Problem {
   std::unordered_map<Key, int> block_index_;
   std::vector<HybridTerm> hybrid_terms_;
   std::vector<int> hybrid_blocks_;
-  double fixed_constant_ = 0.0;  // of the continuous factors
+  double fixed_constant_ = 0.0;  // log-normalisers of the continuous factors
   std::size_t fixed_terms_ = 0;
 
   std::vector<Term> terms_;

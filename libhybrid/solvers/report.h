@@ -20,7 +20,7 @@ enum class SolverStatus {
 
 std::string to_string(SolverStatus status);
 
-/// What a continuous solver did (eq. 8b).
+/// Report of a continuous solve (eq. 8b).
 struct SolverReport {
   SolverStatus status = SolverStatus::kConverged;
   int iterations = 0;         ///< linear systems solved
@@ -30,7 +30,7 @@ struct SolverReport {
   double analysis_seconds = 0.0;  ///< part of `seconds` spent on compiling the sparsity
   double damping = 0.0;           ///< Levenberg-Marquardt: that of the next step
   std::string message;
-  /// Variables that move in the null space of a singular system, most first.
+  /// Variables in the null space of a singular system, those that move most first.
   std::vector<Key> under_constrained;
 };
 
@@ -41,12 +41,12 @@ struct HalfStep {
   int changes = 0;  ///< discrete variables that changed value, or iterations of the solver
 };
 
-/// The alternation ends as its last continuous half-step did, once no discrete variable changes any
-/// more; at the limit of pairs it ends with kIterationLimit.
+/// The alternation has the status of its last continuous half-step, once no discrete variable
+/// changes any more, or kIterationLimit at the limit of pairs.
 using AlternatingStatus = SolverStatus;
 
-/// What the alternation did; `half_steps` starts with the initial estimate and never rises (eq.
-/// 10).
+/// Report of an alternation. The objective of `half_steps` never rises (eq. 10), from
+/// `initial_objective` on.
 struct AlternatingReport {
   AlternatingStatus status = AlternatingStatus::kConverged;
   int iterations = 0;  ///< pairs of half-steps
@@ -54,8 +54,8 @@ struct AlternatingReport {
   double objective = 0.0;
   double cost = 0.0;  ///< half the weighted squared error
   std::vector<HalfStep> half_steps;
-  bool discrete_exact = true;  ///< false where local search stood in for elimination
-  int analyses = 0;            ///< of the sparsity
+  bool discrete_exact = true;  ///< false if local search replaced elimination
+  int analyses = 0;            ///< how often the sparsity was analysed
   SolverReport last_solve;     ///< of the last continuous half-step
   double seconds = 0.0;
   std::string message;

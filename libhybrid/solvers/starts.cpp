@@ -16,12 +16,12 @@
 namespace hybrid {
 namespace {
 
-/// Iterations before starts are compared. In the basin of a minimum Gauss-Newton steps end there in
-/// about so many.
+/// Iterations before starts are compared. In the basin of a minimum Gauss-Newton converges in about
+/// as many.
 constexpr int kTrialIterations = 5;
 constexpr double kFalseAlarms = 1e-3;
 
-/// A start under way.
+/// An unfinished solve from one start.
 struct Run {
   Problem::State state;
   SolverReport report;
@@ -33,7 +33,7 @@ struct Run {
   bool may_go_on() const { return report.status == SolverStatus::kIterationLimit; }
 };
 
-/// Goes on for so many iterations at most.
+/// Continues a run for at most this many iterations.
 void advance(Problem& problem, Run& run, SolverOptions options, int iterations) {
   options.max_iterations = iterations;
   const SolverReport before = std::move(run.report);
@@ -45,7 +45,7 @@ void advance(Problem& problem, Run& run, SolverOptions options, int iterations) 
   report.costs.insert(report.costs.begin(), before.costs.begin(), before.costs.end() - 1);
 }
 
-/// The runs that are not at their end yet and below all that are, the lowest of them; none: size.
+/// The index of the run of least cost; runs.size() if that run has ended.
 std::size_t most_promising(const std::vector<Run>& runs) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < runs.size(); ++i) {
@@ -60,7 +60,7 @@ bool is_explained_by_noise(const Problem& problem, const Problem::State& state) 
   const std::vector<FactorCost> costs = problem.factor_costs(state);
   double sum = 0.0;
   int rows = 0;
-  std::map<int, double> limits;  // of one factor among all, by rows
+  std::map<int, double> limits;  // of the squared norm of a factor, by its rows
   for (const FactorCost& factor : costs) {
     auto limit = limits.find(factor.rows);
     if (limit == limits.end()) {

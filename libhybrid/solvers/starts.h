@@ -12,13 +12,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// Somewhere to start from, made when it is wanted.
+/// Initial values, computed when they are needed.
 struct Start {
   std::string name;
   std::function<Values()> make;
 };
 
-/// What a start came to.
+/// The result of a solve from one start.
 struct StartTrial {
   std::string name;
   double cost = 0.0;   ///< after `iterations`
@@ -27,27 +27,27 @@ struct StartTrial {
 
 struct StartsResult {
   Values values;
-  SolverReport report;             ///< of the start that won; iterations and time are those of all
-  std::vector<StartTrial> trials;  ///< those made, in their order
-  std::size_t won = 0;             ///< among the trials
+  SolverReport report;             ///< of the best start; iterations and time are those of all
+  std::vector<StartTrial> trials;  ///< of the starts that were tried, in their order
+  std::size_t won = 0;             ///< index of the best trial
 };
 
 /// Whether noise explains the residuals at a state, so that no lower minimum is worth a search: the
-/// squared whitened norm of all of them is below its chi-square quantile, with as many degrees of
-/// freedom as there are more residuals than unknowns, and no factor has one that is beyond chance
-/// among so many. Both at a false-alarm rate of 0.001. Where the noise is overstated a wrong
-/// minimum may pass, too; where it is understated the right one may not.
+/// squared whitened norm of all of them is below its chi-square quantile, with degrees of freedom
+/// residuals minus unknowns, and that of every factor is below its own quantile, which allows for
+/// their number. Both tests have a false-alarm rate of 0.001. If the noise is overstated a wrong
+/// minimum may pass, too; if it is understated the right one may not.
 bool is_explained_by_noise(const Problem& problem, const Problem::State& state);
 
-/// Levenberg-Marquardt on a graph without discrete variables, from the first start; unless noise
-/// explains what that comes to in a few iterations, the other starts get as many, and the one of
-/// least cost goes on, and any other that is below what that ends with. Throws Error for no start,
-/// and as levenberg_marquardt does.
+/// Levenberg-Marquardt on a graph without discrete variables from several starts. The first one
+/// gets a few iterations; unless noise explains its residuals then, the others get as many. The one
+/// of least cost then continues to its end, and after it any other whose cost is still lower.
+/// Throws Error if there is no start, and as levenberg_marquardt does.
 StartsResult solve_from_starts(const HybridGraph& graph, const std::vector<Start>& starts,
                                const SolverOptions& options = {});
 
-/// The cheap starts of a pose graph: `initial` under its name, then those of "odometry", "chordal"
-/// and "tree" that it is not. `factors` are those of to_factors at `initial`. All arguments must
+/// The cheap starts of a pose graph: `initial`, called `name`, then those of "odometry", "chordal"
+/// and "tree" with another name. `factors` are those of to_factors at `initial`. All arguments must
 /// outlive the starts.
 std::vector<Start> pose_graph_starts(const PoseGraph& graph,
                                      const std::vector<ContinuousFactorPtr>& factors,

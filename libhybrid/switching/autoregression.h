@@ -34,8 +34,8 @@ using Series = Eigen::MatrixXd;
 Eigen::VectorXd regressors(const Series& series, int t, int order);
 
 /// The discrete factors of a series under a model, over one mode variable per instant: first the
-/// chain, a table per instant, then -log p(x_t | mode, past) for the instants t >= p, of which all
-/// p before are known. Throws Error where model and series do not fit.
+/// chain, a table per instant, then -log p(x_t | mode, past) for the instants t >= p, whose p
+/// predecessors are known. Throws Error if model and series do not fit.
 std::vector<Table> switching_tables(const SwitchingModel& model, const Series& series);
 
 /// The mode variable of an instant.
@@ -43,7 +43,7 @@ inline DiscreteKey mode_key(int t, int modes) {
   return {Key(key_letter::kMotionMode, static_cast<std::uint64_t>(t)), modes};
 }
 
-/// What a series says about its modes.
+/// The modes of a series under a model.
 struct Labelling {
   std::vector<int> modes;         ///< jointly most probable (Viterbi), one per instant
   Eigen::MatrixXd probabilities;  ///< p(mode | whole series), a column per instant

@@ -78,7 +78,7 @@ void check_stretches(const std::vector<Series>& stretches) {
   }
 }
 
-/// Sums over instants, from which every parameter follows.
+/// The sufficient statistics of all parameters, as sums over instants.
 class Statistics {
  public:
   Statistics(int modes, int order, Eigen::Index d)

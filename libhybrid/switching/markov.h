@@ -21,15 +21,16 @@ struct MarkovChain {
 /// within 1e-6; the message names the row and its sum.
 void check(const MarkovChain& chain);
 
-/// Equally likely at the start; stays in its mode with probability `stay`, and changes to any other
-/// alike.
+/// A chain whose modes are equally likely at the start; it stays in its mode with probability
+/// `stay`, and changes to all others with equal probabilities. Throws Error for no mode or a `stay`
+/// outside [0, 1].
 MarkovChain sticky_chain(int modes, double stay);
 
 /// The factors of a chain: a prior of the first variable and a transition between neighbours.
 /// Throws Error as `check`, and for a variable whose cardinality is not the number of modes.
 std::vector<Table> chain_tables(const MarkovChain& chain, const std::vector<DiscreteKey>& modes);
 
-/// The transition between two neighbours alone, for chains that grow.
+/// One transition of a chain, for chains that grow.
 Table chain_step(const MarkovChain& chain, DiscreteKey from, DiscreteKey to);
 
 /// Counts of starts and changes, whole or expected, from which a chain is learnt.
@@ -38,7 +39,8 @@ struct MarkovCounts {
   Eigen::MatrixXd changes;
 
   explicit MarkovCounts(int modes);
-  /// The most probable chain under a Dirichlet prior worth `prior` counts of every change.
+  /// The most probable chain under a Dirichlet prior worth `prior` counts of every start and
+  /// change.
   MarkovChain chain(double prior) const;
 };
 

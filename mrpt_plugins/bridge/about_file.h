@@ -11,8 +11,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// What `work` returns. An Error that it throws names a file: where its message begins with none of
-/// these, the first is put in front.
+/// The result of `work`. An Error that `work` throws names a file: if its message begins with none
+/// of `files`, files.front() is put in front of it.
 template <class Work>
 auto about(const std::vector<std::string>& files, const Work& work) {
   try {

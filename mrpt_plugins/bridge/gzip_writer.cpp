@@ -17,7 +17,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostBytes = 1U << 30;  // per call of zlib
+constexpr std::size_t kMostBytes = 1U << 30;  // bytes per call of zlib
 
 }  // namespace
 

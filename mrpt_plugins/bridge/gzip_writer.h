@@ -14,7 +14,7 @@ struct gzFile_s;  // zlib's file handle
 
 namespace HYBRID_API hybrid {
 
-/// A compressed file as an MRPT stream. Errors of writing are kept until check() or close(), since
+/// A compressed file as an MRPT stream. Write errors are kept until check() or close(), because
 /// MRPT would wrap an exception into a report of its own.
 class GzipWriter : public mrpt::io::CStream {
  public:
@@ -23,7 +23,7 @@ class GzipWriter : public mrpt::io::CStream {
   GzipWriter(const std::filesystem::path& path, int level, const std::filesystem::path& shown);
   GzipWriter(const GzipWriter&) = delete;
   GzipWriter& operator=(const GzipWriter&) = delete;
-  /// What has not been closed is lost.
+  /// Without close(), buffered data is lost.
   ~GzipWriter() override;
 
   size_t Write(const void* buffer, size_t count) override;
@@ -32,7 +32,7 @@ class GzipWriter : public mrpt::io::CStream {
 
   /// Throws SystemError that names the file and the reason if something could not be written.
   void check() const;
-  /// Writes what is left and closes the file; throws as check().
+  /// Flushes and closes the file; throws as check() does.
   void close();
 
   /// Unsupported: these throw Error.

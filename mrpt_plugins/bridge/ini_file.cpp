@@ -14,13 +14,14 @@
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/detail/ini_syntax.h"
 #include "mrpt_plugins/bridge/detail/ini_text.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 
 namespace hybrid {
 namespace {
 
 constexpr std::uint64_t kLargestIni = std::uint64_t{1} << 20;
-constexpr std::size_t kProblems = 20;     // that one message lists
-constexpr std::size_t kLongestName = 64;  // for which a similar one is looked for
+constexpr std::size_t kProblems = 20;     // listed in one message
+constexpr std::size_t kLongestName = 64;  // longest name for which a similar one is searched
 
 std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -49,7 +50,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   return fmt::format("; known are: {}", ini::format(known));
 }
 
-/// The program whose INIs alone have such a section, or "".
+/// The only program whose INIs have this section, or "".
 std::string program_with(const std::string& section) {
   constexpr std::pair<const char*, const char*> kTold[] = {{"log", "hybrid-replay"},
                                                            {"experiment", "hybrid-experiment"},
@@ -174,6 +175,13 @@ IniSection IniFile::section(const std::string& name, const std::string& meaning)
 bool IniFile::has_section(const std::string& name) const {
   const Section* section = find(name);
   return section != nullptr && !section->where.empty();
+}
+
+bool IniFile::declares(const std::string& section, const std::string& key) const {
+  const Section* found = find(section);
+  return found != nullptr && found->declared &&
+         std::any_of(found->declarations.begin(), found->declarations.end(),
+                     [&](const Declaration& d) { return ini::same_name(d.key, key); });
 }
 
 std::vector<std::string> IniFile::sections() const {
@@ -342,6 +350,7 @@ void IniSection::note_path(const std::string& key, const std::string& absolute) 
 std::string IniSection::path(const std::string& key, const std::string& default_value,
                              const std::string& meaning) {
   const std::string value = get(key, default_value, meaning);
+  if (is_standard_input(value)) return value;
   const IniFile::Entry* entry = find(key);
   const bool from_file = entry != nullptr && entry->where.rfind(file_->name(), 0) == 0;
   std::string path = value;

@@ -20,16 +20,17 @@ namespace HYBRID_API hybrid {
 
 class IniSection;
 
-/// Interval a number must lie in; the bounds themselves belong to it unless `open`.
+/// Interval of a number, bounds included unless `open`.
 struct IniRange {
-  double min = -1e15;  ///< doubles beyond are 0.1 and more apart
+  double min = -1e15;  ///< beyond 1e15, doubles are more than 0.1 apart
   double max = 1e15;
   bool open = false;
-  bool or_zero = false;  ///< 0, which then has a meaning of its own, is allowed as well
+  bool or_zero = false;  ///< 0, with a meaning of its own, is allowed as well
 };
 
-// What a key may be, by its unit. What is beyond is a slip: nothing is measured so finely, or the
-// number says nothing; and the squares of all of them fit into one system of equations.
+// Plausible ranges of keys by unit. A value outside is a mistake: no quantity is measured so
+// finely, or the number carries no information. The squares of all values fit into one system of
+// equations.
 inline constexpr IniRange kAnyNumber{};
 inline constexpr IniRange kNonNegative{0.0, 1e9};
 inline constexpr IniRange kPositive{1e-9, 1e9};
@@ -50,17 +51,17 @@ constexpr IniRange or_zero(IniRange range) {
   return range;
 }
 
-/// A strict INI file of at most 1 MiB. The syntax is that of parse_ini(), as
-/// mrpt::config::CConfigFile has it but for `$env{}` and `$eval{}`; names ignore case. What MRPT
-/// lets pass is an Error that names file, line, section and key: unknown or repeated keys, wrong
-/// types, NaN, numbers out of range, unclosed sections, a missing file.
+/// A strict INI file of at most 1 MiB. Its syntax is that of parse_ini(): that of
+/// mrpt::config::CConfigFile without `$env{}` and `$eval{}`. Names ignore case. Unlike MRPT, it
+/// throws an Error that names file, line, section and key for unknown or repeated keys, wrong
+/// types, NaN, numbers out of range, unclosed sections and a missing file.
 ///
 /// Code that reads a key declares it: IniSection::get() takes type, default, range and meaning.
-/// Once everything has been read, reject_unknown() throws if the file holds anything not declared,
-/// and documentation() lists all that was. Not copyable: sections point to their file.
+/// After all keys are read, reject_unknown() throws if the file holds an undeclared key, and
+/// documentation() lists the declared ones. Not copyable: sections point to their file.
 class IniFile {
  public:
-  /// An empty file that documents: required keys do not throw, they give a zero value.
+  /// An empty file for documentation(): required keys return a zero value and do not throw.
   IniFile() = default;
   IniFile(const IniFile&) = delete;
   IniFile& operator=(const IniFile&) = delete;
@@ -76,21 +77,23 @@ class IniFile {
 
   /// Whether the file holds `[name]`.
   bool has_section(const std::string& name) const;
+  /// Whether code has declared a key.
+  bool declares(const std::string& section, const std::string& key) const;
   /// Sections of the file in order of appearance.
   std::vector<std::string> sections() const;
 
-  /// Sets or replaces a value, as from the command line; messages then name `origin`.
+  /// Sets or replaces a value, for example from the command line. Messages then name `origin`.
   void override_value(const std::string& section, const std::string& key, const std::string& value,
                       const std::string& origin = "command line");
   /// The same for texts SECTION.KEY=VALUE, as of --set; Error for any other. The name of a section
-  /// holds no dot here.
+  /// holds no dot here, but that of a robot: robot.NAME.KEY=VALUE.
   void override_values(const std::vector<std::string>& settings);
 
-  /// What the user should change in the file, or the command line: names that are no longer used.
+  /// Warnings for the user, such as deprecated names with their new ones.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// Throws Error naming every section and key of the file that nobody declared, with the nearest
-  /// declared name.
+  /// Throws Error naming every undeclared section and key of the file, with the nearest declared
+  /// name.
   void reject_unknown() const;
 
   /// All declared sections and keys as a valid INI: meaning, type, range and default as comments,
@@ -112,14 +115,13 @@ class IniFile {
   struct Entry {
     std::string key;
     std::string value;
-    std::string where;       // "file:line:column"
-    bool overrides = false;  // of override_value()
-    std::string old_name =
-        {};  // "[section] key" under which it was given, where that is an old one
+    std::string where;          // "file:line:column"
+    bool overrides = false;     // set by override_value()
+    std::string old_name = {};  // deprecated "[section] key" that the file used, or empty
   };
   struct Declaration {
     std::string key, type, default_value, value, meaning;
-    std::string absolute = {};  // path, for documentation() to be read from elsewhere
+    std::string absolute = {};  // path, so that documentation() is valid in any folder
   };
   struct Section {
     std::string name;
@@ -148,13 +150,15 @@ class IniFile {
 
 /// The keys of one section. `T` is bool, int, int64_t, uint64_t, double, std::string,
 /// std::vector<double>, std::vector<int64_t> or std::vector<std::string>; vectors are separated by
-/// spaces or commas. All functions throw Error as said at IniFile.
+/// spaces or commas. All functions throw Error as IniFile does.
 class IniSection {
  public:
   const std::string& name() const { return section_->name; }
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Whether the value of the key comes from the command line.
   bool is_overridden(const std::string& key) const;
+  /// Where the value of a key stands: file, line and column, or "command line"; "" if nowhere.
+  std::string place(const std::string& key) const;
   /// Keys present in the file, in order.
   std::vector<std::string> keys() const;
 
@@ -177,14 +181,15 @@ class IniSection {
   double degrees(const std::string& key, double default_degrees, const std::string& meaning,
                  const IniRange& range_degrees = kAnyNumber);
 
-  /// A path; if relative, taken relative to the folder of the INI file. Empty stays empty.
+  /// A path; if relative, taken relative to the folder of the INI file. Empty stays empty, and "-"
+  /// standard input.
   std::string path(const std::string& key, const std::string& default_value,
                    const std::string& meaning);
 
-  /// Says that `key` was once called `old_key`, in this section or, where one is named, in
-  /// `old_section`: what is given under the old name counts under the new one, with a warning. To
-  /// be called before the key is read. Throws Error where both are given; what comes from the
-  /// command line goes before the file, whatever its name.
+  /// Declares `old_key` as a deprecated name of `key`, in this section or in `old_section` if
+  /// given. A value under the old name counts for the new one, with a warning. Call it before the
+  /// key is read. Throws Error if both names are given in the file, or both on the command line;
+  /// otherwise the command line overrides the file.
   void replaces(const std::string& key, const std::string& old_key,
                 const std::string& old_section = "");
 

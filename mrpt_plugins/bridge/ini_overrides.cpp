@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// What changes an INI that has been read: values of the command line, and old names.
+// Changes to an INI after reading: values of the command line, and deprecated names.
 
 #include <fmt/format.h>
 
@@ -24,7 +24,10 @@ void IniFile::override_value(const std::string& section, const std::string& key,
 void IniFile::override_values(const std::vector<std::string>& settings) {
   for (const std::string& setting : settings) {
     const std::size_t equals = setting.find('=');
-    const std::size_t dot = setting.find('.');
+    std::size_t dot = setting.find('.');
+    if (dot != std::string::npos && ini::same_name(setting.substr(0, dot), "robot")) {
+      dot = setting.find('.', dot + 1);
+    }
     if (equals == std::string::npos || dot == std::string::npos || dot > equals || dot == 0 ||
         dot + 1 == equals) {
       throw Error("--set " + setting + ": expected SECTION.KEY=VALUE");
@@ -69,6 +72,11 @@ void IniSection::replaces(const std::string& key, const std::string& old_key,
 bool IniSection::is_overridden(const std::string& key) const {
   const IniFile::Entry* entry = find(key);
   return entry != nullptr && entry->overrides;
+}
+
+std::string IniSection::place(const std::string& key) const {
+  const IniFile::Entry* entry = find(key);
+  return entry == nullptr ? "" : entry->where;
 }
 
 std::string IniSection::about(const std::string& key) const {

@@ -16,12 +16,12 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kLongestValue = 65536;  // once what is defined is put in
+constexpr std::size_t kLongestValue = 65536;  // characters, definitions expanded
 
-/// What `@define` has defined so far.
+/// Names that `@define` has defined so far.
 class Definitions {
  public:
-  /// Takes `@define NAME VALUE`.
+  /// Reads a line `@define NAME VALUE`.
   void add(const std::string& line, const std::string& where) {
     const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
     const std::string rest = ini::trimmed(std::string_view(line).substr(end));
@@ -34,7 +34,7 @@ class Definitions {
     values_[rest.substr(0, name_end)] = expanded(value, where);
   }
 
-  /// The text with what is defined put in.
+  /// The text with definitions expanded.
   std::string expanded(std::string_view text, const std::string& where) const {
     std::string out;
     while (!text.empty()) {
@@ -84,7 +84,7 @@ IniLine parse_line(const std::string& line, const std::string& where) {
           ini::trimmed(std::string_view(line).substr(equals + 1)), where};
 }
 
-/// Throws Error for characters that no name or value needs and a terminal would obey.
+/// Throws Error for control characters, which a terminal would obey.
 void check_characters(std::string_view line, const TextReader& text) {
   const auto control = std::find_if(line.begin(), line.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);

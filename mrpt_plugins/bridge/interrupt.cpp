@@ -17,7 +17,7 @@ volatile std::sig_atomic_t noted = 0;
 
 void note(int signal) {
   noted = signal;
-  for (const int other : kSignals) {  // the next one ends the process
+  for (const int other : kSignals) {  // restores the default: the next signal ends the process
     struct sigaction action = {};
     if (::sigaction(other, nullptr, &action) != 0 || action.sa_handler != note) continue;
     action.sa_handler = SIG_DFL;

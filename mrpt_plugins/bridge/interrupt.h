@@ -7,12 +7,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP is only noted, for interrupted() to tell; the
-/// second one ends the process at once. A signal that this process was started to ignore, as by
-/// nohup, stays ignored. Only for programs that ask often enough.
+/// Catches the first SIGINT, SIGTERM or SIGHUP, which interrupted() then returns; the second one
+/// ends the process at once. A signal that was ignored when the process started, as under nohup,
+/// stays ignored. Only for programs that poll interrupted() often.
 void note_interrupts();
 
-/// The signal that was noted, or 0.
+/// The signal that was caught, or 0.
 int interrupted();
 
 /// "SIGINT" and so on.
@@ -28,7 +28,7 @@ class Interrupted : public Error {
   int signal_;
 };
 
-/// Throws Interrupted once a signal was noted.
+/// Throws Interrupted once a signal was caught.
 void throw_if_interrupted();
 
 }  // namespace hybrid

@@ -14,22 +14,24 @@
 
 namespace HYBRID_API hybrid {
 
-/// Endings of the files beside F.rawlog that tell what is true of it.
+/// Suffixes of the ground truth files beside F.rawlog.
 inline constexpr std::string_view kTrueMapSuffix = "_ground_truth.txt";
 inline constexpr std::string_view kTruePathSuffix = "_ground_truth_robot_path.txt";
 inline constexpr std::string_view kTruePositionsSuffix = "_ground_truth_robot_path.xyz";
 inline constexpr std::string_view kTrueAssociationsSuffix = "_ground_truth_associations.csv";
 inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
 
-/// A rawlog and the files of its truth, which are one thing: they appear together or not at all,
-/// and those of an older log of that name go. Throws Error that names the file.
+/// A rawlog and its ground truth files. commit() shows all of them at once and removes the ground
+/// truth of an older log of that name; without it, nothing changes. Throws Error that names the
+/// file.
 class LogFiles {
  public:
-  /// `path` is F.rawlog; its folder is created if absent. `level` is that of the compression.
+  /// `path` is F.rawlog; its folder is created if absent. `level` is zlib's compression level, 1 to
+  /// 9.
   LogFiles(const std::string& path, int level);
 
   GzipWriter& log() { return log_; }
-  /// F_ENDING: where it will be, and where to write it until then.
+  /// Path of F_SUFFIX: the final one, and the one to write to before commit().
   std::filesystem::path path_beside(std::string_view suffix) const;
   std::filesystem::path stage_beside(std::string_view suffix) const;
 

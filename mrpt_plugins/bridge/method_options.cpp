@@ -55,7 +55,7 @@ void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
             "below it nothing else would reveal a false closure: it is flagged", kProbability);
   o.refuse_uncheckable =
       s.get("refuse_uncheckable", o.refuse_uncheckable,
-            "refuse closures so flagged, unless the odometry alone carries them");
+            "refuse closures so flagged");
   o.max_rounds = s.get("max_rounds", o.max_rounds, "macro-steps tried", kCount);
   o.solver.relative_decrease = s.get("relative_decrease", o.solver.relative_decrease,
                                      "in batch: the last solve ends once an iteration promises to "
@@ -120,7 +120,7 @@ MethodOptions read_method_options(IniFile& ini, const MethodOptions& defaults) {
   MethodOptions options = defaults;
   options.set_mixture(read_mixture(ini, options.common.mixture));
   read_selection(ini, options.portfolio.selection);
-  // Only the smoother converges what is found online, and so has no need of a fine last solve.
+  // Only the smoother converges the online solution: it needs no precise last solve.
   const SolverOptions online_solver = options.online.selection.solver;
   options.online.selection = options.portfolio.selection;
   options.online.selection.solver = online_solver;

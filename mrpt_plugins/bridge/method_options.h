@@ -9,8 +9,8 @@
 namespace HYBRID_API hybrid {
 
 /// Declares and reads the sections of the robust methods: [mixture], [selection],
-/// [online_selection], [portfolio], [alternation], [gnc], [dcs], [switchable], [consistency]. What
-/// the INI does not say is as in `defaults`.
+/// [online_selection], [portfolio], [alternation], [gnc], [dcs], [switchable], [consistency]. Keys
+/// that the INI lacks are as in `defaults`.
 MethodOptions read_method_options(IniFile& ini, const MethodOptions& defaults = {});
 
 }  // namespace hybrid

@@ -38,12 +38,13 @@ fs::path checked(const fs::path& folder) {
   return folder;
 }
 
-/// A file of somebody else that stands where a new one is to be, under another name.
+/// Renames a file that is not part of the former result but has the name of a new one. The
+/// destructor restores it unless settle() was called.
 class SetAside {
  public:
   explicit SetAside(const fs::path& path) : path_(path), aside_(path.string() + "~") {
     for (int i = 2; name_exists(aside_); ++i) aside_ = fmt::format("{}~{}", path.string(), i);
-    is_link_ = ::link(path_.c_str(), aside_.c_str()) == 0;  // so that it is never without a name
+    is_link_ = ::link(path_.c_str(), aside_.c_str()) == 0;  // keeps the old name valid
     if (!is_link_ && std::rename(path_.c_str(), aside_.c_str()) != 0) {
       throw SystemError(fmt::format("cannot keep '{}'", path_.string()), errno);
     }
@@ -59,12 +60,12 @@ class SetAside {
     }
   }
 
-  /// What to tell.
+  /// Message for the user.
   std::string text() const {
     return fmt::format("'{}' was not of a former result; it is now '{}'", path_.string(),
                        aside_.string());
   }
-  /// The new file has come.
+  /// Keeps the new name.
   void settle() noexcept { is_settled_ = true; }
 
  private:
@@ -73,7 +74,7 @@ class SetAside {
   bool is_settled_ = false;
 };
 
-/// The files that a summary.json lists; nothing if it is none of a result.
+/// The files that a summary.json lists; empty if it is not the summary of a result.
 std::optional<nlohmann::json> listed_files(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   const auto summary = nlohmann::json::parse(in, nullptr, false);
@@ -137,8 +138,8 @@ std::vector<std::string> OutputDirectory::publish(const nlohmann::ordered_json& 
   return told;
 }
 
-/// Files of the result that is there, sorted. One of an older version does not list them: those of
-/// the names of new ones are taken for its.
+/// Files of the former result, sorted. Results of older versions list no files: the names of the
+/// new files stand in for them.
 std::vector<std::string> OutputDirectory::former_files() const {
   const auto listed = listed_files(folder_ / kSummary);
   if (!listed) return {};
@@ -157,8 +158,7 @@ bool OutputDirectory::is_own(const std::string& name) const {
   return std::find(own_.begin(), own_.end(), name) != own_.end();
 }
 
-/// Whether the folder, or that one `below` it, holds these files, folders of them, and nothing
-/// else.
+/// Whether the folder, or its subfolder `below`, holds only these files and their folders.
 bool OutputDirectory::holds_only(const std::vector<std::string>& former,
                                  const std::string& below) const {
   for (const FolderEntry& entry : entries_of(folder_ / below)) {

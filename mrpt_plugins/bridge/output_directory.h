@@ -16,34 +16,35 @@
 
 namespace HYBRID_API hybrid {
 
-/// A folder that shows one whole result: that of the run before, or, once it is published, the new
-/// one. Files are written aside until then. summary.json lists those of a result with their hashes;
-/// what it does not list is somebody else's and stays.
+/// A folder that holds one whole result: the former one until publish(), the new one afterwards.
+/// New files are staged until then. summary.json lists the files of a result with their hashes;
+/// files that it does not list belong to others and stay.
 ///
-/// One process writes into a folder at a time. Nothing is left of one that died. All functions
-/// throw Error that names the path and the reason; nothing has changed then.
+/// Only one process at a time may write into a folder. What a process that died left there is
+/// removed, or completed if it was publishing. All functions throw Error that names the path and
+/// the reason, and leave the folder unchanged then.
 class OutputDirectory {
  public:
   /// Creates the folder and its parents where absent (and removes them if nothing is published).
-  /// Files called `own` may be replaced though no summary lists them, and are not listed either:
-  /// they outlast results.
+  /// Files named in `own` may be replaced although no summary lists them; new summaries do not list
+  /// them either, so that they outlast results.
   explicit OutputDirectory(std::filesystem::path folder, std::vector<std::string> own = {});
 
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Writes `content` (text or bytes) as the file `name`, which may stand in a folder below.
+  /// Stages `content` (text or bytes) as the file `name`, which may include a subfolder.
   void write(const std::string& name, std::string_view content) const;
 
-  /// The file `name`, to be written bit by bit and closed before the result is published.
+  /// Stages the file `name`, to be written in parts and closed before publish().
   std::unique_ptr<FileWriter> open(const std::string& name) const;
 
-  /// For writers that want a path: `save` gets one with the extension of `name`, and throws if it
-  /// fails.
+  /// For writers that take a path: `save` gets a path with the extension of `name`, and throws on
+  /// failure.
   void save(const std::string& name, const std::function<void(const std::string&)>& save) const;
 
-  /// Shows the new result, with `summary` and the list of files as summary.json. Returns what the
-  /// user should know: files of others that had the names of new ones have got another name. Call
-  /// it once.
+  /// Publishes the new result, with `summary` and the list of files as summary.json. Returns
+  /// messages for the user: files of others that had the name of a new file were renamed. Call it
+  /// once.
   std::vector<std::string> publish(const nlohmann::ordered_json& summary);
 
  private:

@@ -22,13 +22,13 @@ mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& pose);
 /// The pose variable `key`, of type SE2 or SE3.
 mrpt::poses::CPose3D pose_at(const Values& values, Key key);
 
-/// Where a pose is [m].
+/// Position of a pose [m].
 Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose);
 
-/// Adds a pose as SE3 or, with its x, y and yaw, as SE2.
+/// Inserts a pose as SE3 or, by its x, y and yaw, as SE2.
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d);
 
-/// Whether a pose has pitch or roll.
+/// Whether the pitch or roll of a pose is not zero.
 bool is_tilted(const mrpt::poses::CPose3D& pose);
 
 }  // namespace hybrid

@@ -30,7 +30,7 @@ Matrix6d euler_from_tangent(const mrpt::poses::CPose3D& T);
 /// Adjoint of T for tangents (translation, rotation): T Exp(xi) = Exp(Ad xi) T.
 Matrix6d adjoint(const mrpt::poses::CPose3D& T);
 
-/// Whether the rotation of a pose is one, to the single precision that old logs have.
+/// Whether the rotation matrix of T is a rotation within 1e-5, the single precision of old logs.
 bool is_rotation(const mrpt::poses::CPose3D& T);
 
 /// Covariance of xi, to first order.
@@ -45,7 +45,8 @@ Matrix6d planar_to_6d(const Eigen::Matrix3d& covariance);
 /// The entries at kPlanarIndices.
 Eigen::Matrix3d planar_part(const Matrix6d& covariance);
 
-/// The inverse of tangent_covariance(), for output through MRPT.
+/// The Gaussian over MRPT's coordinates of a tangent covariance: the inverse of
+/// tangent_covariance().
 mrpt::poses::CPose3DPDFGaussian pose_pdf(const mrpt::poses::CPose3D& mean,
                                          const Matrix6d& covariance);
 

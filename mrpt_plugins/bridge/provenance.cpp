@@ -14,8 +14,8 @@
 namespace hybrid {
 namespace {
 
-/// What a table or graph that was cut off looks like: text, whose last line has no end. An INI is
-/// written by hand and may end so.
+/// A warning for text files whose last line has no newline: the file may be cut off. INIs are
+/// exempt, since people write them by hand.
 std::string warning_of(const std::string& path) {
   if (std::filesystem::path(path).extension() == ".ini" || !ends_in_line(path)) return "";
   std::ifstream file(path, std::ios::binary);

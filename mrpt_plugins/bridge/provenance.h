@@ -11,12 +11,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a result was made of and by.
+/// Program, command and inputs of a result.
 struct Provenance {
   struct Input {
     std::string path;
-    std::string sha256;   ///< empty for what is no regular file
-    std::string warning;  ///< "" or why the file may not be whole
+    std::string sha256;   ///< empty unless a regular file
+    std::string warning;  ///< why the file may be incomplete, or ""
   };
 
   std::string version;               ///< of the program
@@ -24,12 +24,12 @@ struct Provenance {
   std::vector<Input> inputs;         ///< files
   IniFile::Settings configuration;   ///< settings in effect; empty without an INI
 
-  /// Notes a file, once; an empty path is none. Throws SystemError if it cannot be read.
+  /// Adds a file once; ignores an empty path. Throws SystemError if it cannot be read.
   void add_input(const std::string& path);
 };
 
-/// The fields that every summary.json starts with: status, message (where there is one), version,
-/// command, inputs, configuration (where there is one).
+/// The first fields of every summary.json: status, message (if any), version, command, inputs,
+/// configuration (if any).
 nlohmann::ordered_json summary_start(const std::string& status, const std::string& message,
                                      const Provenance& provenance);
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kBufferBytes = 1U << 18;
 
-/// A file that is open for reading.
+/// A file open for reading.
 class OpenFile {
  public:
   explicit OpenFile(const std::filesystem::path& path)

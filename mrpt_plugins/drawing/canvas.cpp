@@ -12,7 +12,7 @@ namespace hybrid {
 namespace {
 
 constexpr int kFractionBits = 4;
-constexpr double kFarAway = 1e5;   // pixels; keeps fixed-point coordinates inside an int
+constexpr double kFarAway = 1e5;   // pixels; limits fixed-point coordinates to the range of int
 constexpr double kCapHeight = 21;  // of the font at scale 1
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 
@@ -53,11 +53,11 @@ void blend(cv::Mat target, const cv::Mat& mask, Color color) {
 
 }  // namespace
 
-/// The picture at twice its size, and the part of it that is not clipped away.
+/// The picture at twice its size, and the clipped view of it.
 struct Canvas::Sheet {
   cv::Mat all;  // BGR
   cv::Mat window;
-  Pixel origin = Pixel::Zero();  // of the window
+  Pixel origin = Pixel::Zero();  // corner of the window, in `all`
 
   std::vector<cv::Point> fixed_point(const std::vector<Pixel>& points) const {
     std::vector<cv::Point> out;
@@ -119,7 +119,7 @@ void Canvas::polyline(const std::vector<Pixel>& points, const Stroke& stroke) {
   const double off = stroke.width * (dashed ? 3 : 2.2);
   std::vector<Pixel> piece;
   bool drawing = true;
-  double left = on;  // until the pen goes up or down
+  double left = on;  // pixels until the pen is lifted or lowered
   const auto finish = [&] {
     sheet_->solid(piece, stroke);
     piece.clear();

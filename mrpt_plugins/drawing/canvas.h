@@ -54,7 +54,7 @@ class Canvas {
   /// Puts a picture of twice the final resolution on the sheet, its top left at `corner`.
   void paste(const Image& doubled, const Pixel& corner);
 
-  /// Limits what follows to a box; `unclip` ends that.
+  /// Limits the following drawing to a box, until unclip().
   void clip(const Box& box);
   void unclip();
 

@@ -11,8 +11,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Puts texts beside points so that none covers another, a marker, or more of the lines than it has
-/// to; a text without a free place is left out.
+/// Places texts beside points so that no text covers another one or a marker, and each covers as
+/// little of the lines as possible. A text without a free place is left out.
 class LabelPlacer {
  public:
   /// Texts stay inside `area`.
@@ -20,7 +20,7 @@ class LabelPlacer {
 
   /// Keeps texts away from a marker.
   void block(const Pixel& center, double radius);
-  /// Makes places on a line less welcome.
+  /// Makes places on a line less preferred.
   void avoid(const std::vector<Pixel>& line);
 
   /// Draws `text` near `point`, which carries a marker of the given radius; false if left out.
@@ -28,7 +28,7 @@ class LabelPlacer {
              const TextStyle& style);
 
  private:
-  using Grid = std::vector<std::uint8_t>;  // a cell is 1 where something is
+  using Grid = std::vector<std::uint8_t>;  // 1 for an occupied cell
 
   Box cells(const Box& box) const;
   int taken(const Grid& grid, const Box& cells) const;

@@ -16,10 +16,10 @@ namespace hybrid {
 namespace {
 
 constexpr double kFrame = 900;        // pixels of the longer side of a matrix
-constexpr double kShortest = 450;     // of the shorter one; below it, the scales differ
-constexpr int kSmallestDot = 4;       // of the sheet, which has twice the resolution
+constexpr double kShortest = 450;     // least length of the shorter side; then the scales differ
+constexpr int kSmallestDot = 4;       // pixels of the sheet, which has twice the resolution
 constexpr double kTextHeight = 205;   // room for the texts above a matrix
-constexpr double kLeft = 140;         // and beside it, for the numbers of the rows
+constexpr double kLeft = 140;         // room beside a matrix for the numbers of the rows
 constexpr double kBetween = 40;       // between the panels
 constexpr double kNarrowest = 820;    // room for the texts of a single panel
 constexpr Color kRemark{90, 90, 90};  // of headings and notes
@@ -37,7 +37,7 @@ Size frame_of(const MatrixPanel& panel) {
   return {side(panel.columns), side(panel.rows)};
 }
 
-/// From and to which pixel entry `index` of `count` reaches.
+/// First pixel, and one past the last, of entry `index` of `count`.
 std::pair<int, int> reach(int index, int count, int pixels) {
   const auto at = [&](int i) { return static_cast<int>(static_cast<long>(i) * pixels / count); };
   const int from = std::min(at(index), pixels - kSmallestDot);
@@ -71,7 +71,7 @@ Image raster(const MatrixPanel& panel, const Size& frame) {
   return image;
 }
 
-/// What the reader must know about the size of the dots; empty where entries are seen as they are.
+/// Note about the size of the dots; empty if every entry has its true size.
 std::string dot_note(const MatrixPanel& panel, const Size& frame) {
   const auto covered = [](int count, int pixels) {
     return static_cast<int>(std::ceil(double(kSmallestDot) * count / (pixels * Canvas::kScale)));

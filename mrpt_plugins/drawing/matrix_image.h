@@ -24,7 +24,7 @@ struct MatrixPanel {
   std::string heading;
   int rows = 0;
   int columns = 0;
-  std::string row_label, column_label;  ///< what rows and columns stand for
+  std::string row_label, column_label;  ///< meaning of rows and columns
   std::vector<MatrixLayer> layers;
 };
 

@@ -100,7 +100,7 @@ void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
   }
 }
 
-/// Beside each point, to the left where the frame leaves no room on the right.
+/// Draws the notes beside the points: on the right, or on the left where the frame has no room.
 void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points, const Series& s) {
   TextStyle note;
   note.size = 12;

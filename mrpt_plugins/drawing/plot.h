@@ -37,10 +37,10 @@ struct Series {
   bool band = false;  ///< draw lower to upper as a band along the line instead of bars
 };
 
-/// A picture of one pair of axes; the legend stands above the frame and hides nothing.
+/// A picture of one pair of axes, with the legend above the frame.
 struct PlotSpec {
   std::string title;
-  std::string subtitle;  ///< one line that says what the reader sees
+  std::string subtitle;  ///< one line that describes the picture
   Axis x, y;
   std::vector<Series> series;
   bool equal_aspect = false;  ///< same scale in x and y

@@ -20,13 +20,13 @@ enum class Marker { kNone, kCircle, kSquare, kTriangle, kDiamond, kPentagon, kSt
 enum class LineStyle { kNone, kSolid, kDashed, kDotted };
 
 /// Colours that people with any of the common colour deficiencies can tell apart (after Okabe and
-/// Ito), the same thing in the same colour in every picture.
+/// Ito). A thing has the same colour in every picture.
 namespace palette {
 constexpr Color kBlack{0, 0, 0};
 constexpr Color kWhite{255, 255, 255};
 constexpr Color kInk{40, 40, 40};            ///< text and frames
 constexpr Color kFaint{225, 225, 225};       ///< grid lines
-constexpr Color kEstimate{0, 114, 178};      ///< what the solver says (blue)
+constexpr Color kEstimate{0, 114, 178};      ///< estimate of the solver (blue)
 constexpr Color kDeadReckoning{213, 94, 0};  ///< odometry alone (vermilion)
 constexpr Color kTruth{170, 170, 170};       ///< ground truth (grey)
 constexpr Color kUnclassed{0, 158, 115};     ///< landmarks without a class (green)
@@ -35,7 +35,7 @@ constexpr Color kUnclassed{0, 158, 115};     ///< landmarks without a class (gre
 /// Colour of the i-th series or class; repeats after six.
 Color series_color(std::size_t i);
 
-/// Shape of the i-th class; together with the colour unique for 36 classes.
+/// Shape of the i-th class; shape and colour together are unique for 36 classes.
 Marker class_marker(std::size_t i);
 
 }  // namespace hybrid

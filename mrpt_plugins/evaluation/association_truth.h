@@ -13,12 +13,12 @@
 
 namespace HYBRID_API hybrid {
 
-/// What measurements without an id really saw: (step of the log, number of the measurement in it)
-/// -> true id.
+/// True landmark ids of measurements without an id: (step of the log, index of the measurement in
+/// it) -> true id.
 using AssociationTruth = std::map<std::pair<std::size_t, std::size_t>, std::int64_t>;
 
-/// Reads `step,measurement,true_id`, as the imports write it. Throws Error with file:line for
-/// anything else, and for a measurement named twice.
+/// Reads `step,measurement,true_id`, as the importers write it. Throws Error with file:line for
+/// anything else, and for a measurement that is named twice.
 AssociationTruth read_true_associations(const std::string& path);
 
 }  // namespace hybrid

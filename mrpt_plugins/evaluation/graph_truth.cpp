@@ -43,9 +43,9 @@ std::vector<CPose3D> read_by_id(const std::string& file, const std::vector<Key>&
   return rows;
 }
 
-constexpr double kLongestGap = 2.0;  // seconds between true poses that are interpolated
+constexpr double kLongestGap = 2.0;  // s, longest interval between true poses that is interpolated
 
-/// All rows `time ...` of a file, times rising.
+/// All rows `time ...` of a file; times must not decrease.
 std::vector<std::vector<double>> read_times(const std::string& file, std::size_t columns,
                                             const char* form) {
   std::vector<std::vector<double>> rows;
@@ -60,7 +60,7 @@ std::vector<std::vector<double>> read_times(const std::string& file, std::size_t
   return rows;
 }
 
-/// Between two rows `time x y angle`.
+/// Interpolates linearly between two rows `time x y angle`.
 CPose3D interpolate(const std::vector<double>& a, const std::vector<double>& b, double time) {
   const double share = b[0] > a[0] ? (time - a[0]) / (b[0] - a[0]) : 0.0;
   const double turn = std::remainder(b[3] - a[3], 2.0 * M_PI);

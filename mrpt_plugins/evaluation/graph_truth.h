@@ -12,17 +12,22 @@
 
 namespace HYBRID_API hybrid {
 
-/// The true poses of a graph, in the frame of the file. Without `times_file`, all poses: the file
-/// is a graph (poses by id, from its VERTEX lines or its chained edges), a TUM file (.tum), or has
-/// rows `x y angle` or `x y z yaw pitch roll` [m, rad], row i for poses[i]. With it, the file has
-/// rows `time x y angle` and `times_file` the time of each pose [s]: poses within the times of the
-/// file, and not in a gap of more than 2 s, are interpolated. Throws Error for a missing or
-/// malformed file, or one that lacks poses.
+/// The true poses of a graph, in the frame of the file.
+///
+/// Without `times_file`, the file has all poses. It is a graph (poses by id, from its VERTEX lines
+/// or its chained edges), a TUM file (.tum), or a table with rows `x y angle` or `x y z yaw pitch
+/// roll` [m, rad], row i for poses[i].
+///
+/// With `times_file`, which has the time of each pose [s], the file has rows `time x y angle`.
+/// Poses are interpolated between rows at most 2 s apart; poses outside of these are left out.
+///
+/// Throws Error for a missing or malformed file, or one that lacks poses.
 std::map<Key, mrpt::poses::CPose3D> read_true_poses(const std::string& file,
                                                     const std::string& times_file,
                                                     const std::vector<Key>& poses);
 
-/// The estimated poses with the true ones, moved so that the first ones coincide.
+/// Pairs the estimated poses with the true ones. The truth is moved so that the first poses
+/// coincide.
 std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
                                       const Values& estimate);
 

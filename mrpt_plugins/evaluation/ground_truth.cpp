@@ -34,7 +34,7 @@ Eigen::Vector3d point_of(const TextRow& row, std::size_t i) {
   return {row.coordinate(i), row.coordinate(i + 1), row.coordinate(i + 2)};
 }
 
-/// Throws Error where times go backwards.
+/// Throws Error where times decrease.
 void append(TimedPose pose, const TextRow& row, std::vector<TimedPose>& poses) {
   if (!poses.empty() && pose.time < poses.back().time) {
     row.fail(fmt::format("time {} is before the one above", pose.time));
@@ -73,7 +73,7 @@ std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path) {
   std::vector<mrpt::poses::CPose3D> poses;
   TextReader table(path);
   while (const auto row = table.next()) {
-    row->expect(6, "x y z yaw pitch roll");
+    row->expect(6, "x y z yaw pitch roll (a TUM trajectory is told by a name in .tum)");
     const Eigen::Vector3d p = point_of(*row, 0);
     poses.emplace_back(p.x(), p.y(), p.z(), row->coordinate(3), row->coordinate(4),
                        row->coordinate(5));

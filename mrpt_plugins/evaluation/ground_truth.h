@@ -14,16 +14,15 @@
 
 namespace HYBRID_API hybrid {
 
-/// A row of a landmark file.
+/// A true landmark.
 struct LandmarkTruth {
   std::int64_t id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m], map frame.
-  std::string class_name;                              ///< Empty if the file does not tell.
+  std::string class_name;                              ///< Empty if the file has none.
 };
 
-// All readers skip empty lines and comments (`%` or `#` to the end of the line), and throw Error
-// "file:line:column: what" on anything else that is not as described, and on a file without any
-// row.
+// All readers skip empty lines and comments (`%` or `#` to the end of the line). They throw Error
+// "file:line:column: what" for any other deviation from the format, and for a file without rows.
 
 /// MRPT's `_ground_truth.txt`: rows `x y z 5 0 0 ID`, optionally followed by the class, a name or
 /// the index into the names of a comment line `% classes: name name ...`; or as MRPT's beacon maps,
@@ -34,11 +33,12 @@ std::vector<LandmarkTruth> read_true_landmarks(const std::string& path);
 /// step i of the log.
 std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path);
 
-/// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times rising.
+/// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times not
+/// decreasing.
 std::vector<TimedPose> read_tum(const std::string& path);
 
-/// Positions without orientation, as a satellite receiver gives them: rows `time x y z`, times
-/// rising. The rotation of the poses is the identity and means nothing.
+/// Positions without orientation, such as those of a satellite receiver: rows `time x y z`, times
+/// not decreasing. The rotation of the poses is the identity and has no meaning.
 std::vector<TimedPose> read_positions(const std::string& path);
 
 }  // namespace hybrid

@@ -15,7 +15,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// Which estimated landmark is which true one, as indices into the two lists.
+/// Pairs of an estimated and a true landmark, as indices into the two lists.
 using LandmarkMatching = std::vector<std::pair<std::size_t, std::size_t>>;
 
 /// Matches equal ids; a second estimate with the same id stays unmatched.
@@ -26,11 +26,12 @@ LandmarkMatching match_by_id(const std::vector<LandmarkEstimate>& estimates,
 LandmarkMatching match_by_distance(const std::vector<LandmarkEstimate>& estimates,
                                    const std::vector<TrueLandmark>& truth, double radius);
 
-/// Errors of the matched landmarks, and how many estimates and truths have no partner.
+/// Errors of the matched landmarks, and how many estimated (spurious) and true (missed) ones are
+/// unmatched.
 struct LandmarkErrors {
   std::size_t matched = 0, spurious = 0, missed = 0;
   double mean_m = 0, max_m = 0;  ///< NaN when nothing is matched
-  /// Fractions of the estimates and of the truths that are matched; NaN without any.
+  /// Fractions of the estimated and of the true landmarks that are matched; NaN if there are none.
   double precision() const { return share(matched, matched + spurious); }
   double recall() const { return share(matched, matched + missed); }
 
@@ -51,24 +52,24 @@ std::optional<double> class_accuracy(const LandmarkMatching& matching,
                                      const std::vector<LandmarkEstimate>& estimates,
                                      const std::vector<TrueLandmark>& truth);
 
-/// Mean of e' P^-1 e over the matched landmarks with a covariance and their coordinates, 1 when
-/// honest; empty where there are none.
+/// Normalised estimation error squared: mean of e' P^-1 e per coordinate over the matched landmarks
+/// with a covariance; 1 if the covariances are consistent. Empty without such landmarks.
 std::optional<double> landmark_nees(const LandmarkMatching& matching,
                                     const std::vector<LandmarkEstimate>& estimates,
                                     const std::vector<TrueLandmark>& truth);
 
-/// How often measurements were attributed rightly.
+/// How many measurements were attributed correctly.
 struct AssociationReport {
-  std::size_t labelled = 0;             ///< measurements with a true id
-  std::size_t right = 0;                ///< of them, attributed to the landmark that stands for it
-  std::size_t rejected = 0;             ///< of them, taken for clutter
-  std::size_t unlabelled = 0;           ///< measurements without a true id
-  std::size_t unlabelled_rejected = 0;  ///< of them, taken for clutter
+  std::size_t labelled = 0;    ///< measurements with a true id
+  std::size_t right = 0;       ///< of them, attributed to the landmark paired with the true id
+  std::size_t rejected = 0;    ///< of them, rejected as clutter
+  std::size_t unlabelled = 0;  ///< measurements without a true id
+  std::size_t unlabelled_rejected = 0;  ///< of them, rejected as clutter
   double accuracy() const { return static_cast<double>(right) / static_cast<double>(labelled); }
 };
 
-/// Landmarks of the map stand for true ones, one to one, so that most measurements agree, the
-/// clearest pairs first: what belongs to a second copy of a landmark is wrong.
+/// Pairs landmarks of the map with true ids one to one, those with the most measurements in common
+/// first. Measurements attributed to a duplicate of a landmark therefore count as wrong.
 AssociationReport association_report(const std::vector<AssociationDecision>& decisions);
 
 }  // namespace hybrid

@@ -10,9 +10,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// True modes of motion: one whole number per row, row i tells how step i of the log was reached;
-/// empty lines and comments (`%` or `#`) are skipped. Throws Error with file:line for anything
-/// else, and for a file without any row.
+/// True modes of motion, one whole number per row: row i has the mode of the motion to step i of
+/// the log. Empty lines and comments (`%` or `#`) are skipped. Throws Error with file:line for
+/// anything else, and for a file without rows.
 std::vector<int> read_true_modes(const std::string& path);
 
 }  // namespace hybrid

@@ -9,21 +9,21 @@
 
 namespace HYBRID_API hybrid {
 
-/// Class probabilities claimed for one object, and the class it really has.
+/// Class probabilities predicted for one object, and its true class.
 struct ClassPrediction {
   std::vector<double> probabilities;
   int true_class = 0;
 };
 
-/// Predictions whose probability fell between two bounds.
+/// Predictions with a probability between two bounds.
 struct ReliabilityBin {
   double lower = 0, upper = 0;
   std::size_t count = 0;
-  double mean_predicted = 0;  ///< mean claimed probability; NaN when empty
-  double observed = 0;        ///< fraction that came true; NaN when empty
+  double mean_predicted = 0;  ///< mean predicted probability; NaN when empty
+  double observed = 0;        ///< fraction of true predictions; NaN when empty
 };
 
-/// How well claimed class probabilities fit what came true.
+/// Calibration of predicted class probabilities.
 struct Calibration {
   std::size_t predictions = 0;
   double brier = 0;           ///< mean of sum_c (p_c - [c is true])^2, between 0 and 2

@@ -37,9 +37,9 @@ bool is_planar(const CPose3D& pose) {
   return std::abs(pose.z()) < 1e-9 && rotation(pose)(2, 2) > 1 - 1e-12;
 }
 
-/// The rotation that best turns the (centred) estimates onto the truth, given their cross
-/// covariance sum truth * estimate'. The sign guard makes it a rotation where a reflection would
-/// fit better.
+/// The rotation that minimises the squared distances between the centred estimates, rotated, and
+/// the truth, from their cross covariance sum truth * estimate'. D makes it a rotation where a
+/// reflection would fit better.
 template <int kDim>
 Eigen::Matrix<double, kDim, kDim> best_rotation(const Eigen::Matrix<double, kDim, kDim>& cross) {
   using Square = Eigen::Matrix<double, kDim, kDim>;
@@ -51,7 +51,7 @@ Eigen::Matrix<double, kDim, kDim> best_rotation(const Eigen::Matrix<double, kDim
   return U * D * V.transpose();
 }
 
-/// Truth rows at which the path first reaches `distance` beyond each start, or the size if never.
+/// First index at which the path is `distance` longer than at `start`; the size if there is none.
 std::size_t end_of_stretch(const std::vector<double>& travelled, std::size_t start,
                            double distance) {
   const double goal = travelled[start] + distance;

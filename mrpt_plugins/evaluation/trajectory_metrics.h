@@ -21,8 +21,8 @@ struct PosePair {
 std::vector<PosePair> pair_by_index(const Trajectory& estimate, const Trajectory& truth,
                                     const std::vector<std::size_t>& rows = {});
 
-/// Pairs every estimate with the truth nearest in time, if at most `max_difference` seconds away;
-/// estimates without one are left out. `truth` must be sorted by time.
+/// Pairs every estimate with the truth nearest in time, if at most `max_difference` seconds away.
+/// Other estimates are left out. `truth` must be sorted by time.
 std::vector<PosePair> pair_by_time(const Trajectory& estimate, const Trajectory& truth,
                                    double max_difference);
 
@@ -38,26 +38,26 @@ TrajectoryErrors trajectory_errors(const std::vector<PosePair>& pairs);
 /// positions (Umeyama 1991). Poses that all lie in the plane z = 0 are aligned within the plane.
 mrpt::poses::CPose3D alignment(const std::vector<PosePair>& pairs);
 
-/// Mean relative error over all stretches of one length of the true path.
+/// Mean relative error over all stretches of the true path of one length.
 struct RelativeError {
   double distance_m = 0;      ///< length of the stretches
-  std::size_t stretches = 0;  ///< number of starts with a long enough rest of the path
+  std::size_t stretches = 0;  ///< starts with at least that length ahead
   double translation_m = 0;   ///< mean error of the relative position; NaN without stretches
   double rotation_deg = 0;    ///< mean error of the relative orientation; NaN without stretches
 };
 
-/// Errors as they are and after the best rigid motion of the estimate onto the truth, and relative
+/// Errors without and with alignment of the estimate to the truth (a rigid motion), and relative
 /// errors over stretches of 1, 10, 100 and 500 m, as far as the path is long enough.
 struct TrajectoryReport {
   TrajectoryErrors unaligned, aligned;
   std::vector<RelativeError> relative;
 };
 
-/// What a truth file tells of each pose. Without orientations, errors of rotation are NaN and there
-/// are no relative errors.
+/// Content of a truth file. For positions, rotation errors are NaN and there are no relative
+/// errors.
 enum class TruthContent { kPoses, kPositions };
 
-/// All errors at once.
+/// All errors.
 TrajectoryReport trajectory_report(const std::vector<PosePair>& pairs,
                                    TruthContent content = TruthContent::kPoses);
 
@@ -68,9 +68,10 @@ std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
 /// The error of an estimate in its own frame, log(T_estimate^-1 T_truth) = (translation, rotation).
 Eigen::Matrix<double, 6, 1> tangent_error(const PosePair& pair);
 
-/// Mean of e' P^-1 e over poses and degrees of freedom (1 when honest). Covariances, one per pair,
-/// are 6x6 over (translation, rotation) or 3x3 over (x, y, yaw), in the frame of the robot. Throws
-/// std::invalid_argument on other sizes, or if the numbers of pairs and covariances differ.
+/// Normalised estimation error squared: mean of e' P^-1 e over poses and degrees of freedom (1 if
+/// the covariances are consistent). Covariances, one per pair, are 6x6 over (translation, rotation)
+/// or 3x3 over (x, y, yaw), in the frame of the robot. Throws std::invalid_argument on other sizes,
+/// or if the numbers of pairs and covariances differ.
 double mean_nees(const std::vector<PosePair>& pairs,
                  const std::vector<Eigen::MatrixXd>& covariances);
 

@@ -37,7 +37,7 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-/// Text that fits a cell without quotes.
+/// The text as a CSV cell without quotes.
 std::string plain(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');
   std::replace_if(
@@ -77,7 +77,7 @@ std::size_t Ledger::read(const std::string& text) {
   std::size_t whole = 0;
   for (std::size_t number = 1; whole < text.size(); ++number) {
     const std::size_t end = text.find('\n', whole);
-    if (end == std::string::npos) return whole;  // cut off
+    if (end == std::string::npos) return whole;  // incomplete last line
     const std::string line = text.substr(whole, end - whole);
     if (number == 1 && line + "\n" != header()) {
       throw Error("has other columns than this experiment; use another output folder");
@@ -138,7 +138,7 @@ void Ledger::append(const std::string& line) {
   if (error == 0) error = write_all(file_, line);
   if (error == 0 && ::fdatasync(file_) != 0) error = errno;
   if (error != 0) {
-    // A part of a row that stays is cut off by the next program.
+    // If truncation fails, the next program to open the file drops the incomplete row.
     [[maybe_unused]] const int ignored = ::ftruncate(file_, static_cast<off_t>(bytes_));
     throw SystemError(path_.string(), error);
   }

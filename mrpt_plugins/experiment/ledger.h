@@ -12,27 +12,27 @@
 
 namespace HYBRID_API hybrid {
 
-/// How a trial ended, and what was measured.
+/// How a trial ended, and its metrics.
 struct TrialResult {
-  /// ok, partial (the solver did not converge), failed, timeout, crashed: results of the method;
-  /// unfinished: the machine is to blame (see MachineFault), and the trial is yet to be run.
+  /// ok, partial (the solver did not converge), failed, timeout or crashed: results of the method.
+  /// unfinished: a fault of the machine (see MachineFault), and the trial is still to be run.
   std::string status = "ok";
   std::map<std::string, double> metrics;  ///< by name; absent where unknown
   std::string reliability;                ///< see reliability_text
-  std::string message;                    ///< where the status is not ok
+  std::string message;                    ///< set unless the status is ok
 
   bool finished() const { return status != "unfinished"; }
   /// Whether a method has failed, crashed or taken too long.
   bool bad() const { return status == "failed" || status == "timeout" || status == "crashed"; }
 };
 
-/// results.csv: one row per trial that has ended, appended at once and flushed, so that an
-/// interruption loses nothing but what was running. A later row of a trial replaces an earlier one.
-/// Only one program at a time may have one open.
+/// results.csv: one row per finished trial. A row is appended and flushed when its trial ends, so
+/// that an interruption loses only the running trials. A later row of a trial replaces an earlier
+/// one. Only one program at a time may have it open.
 class Ledger {
  public:
-  /// Opens or creates `folder`/results.csv for rows with these metrics. A last line that was cut
-  /// off is dropped. Throws Error where the file has other columns.
+  /// Opens or creates `folder`/results.csv for rows with these metrics. Drops an incomplete last
+  /// line. Throws Error if the file has other columns.
   Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics);
   ~Ledger();
   Ledger(const Ledger&) = delete;
@@ -40,9 +40,9 @@ class Ledger {
 
   bool empty() const { return results_.empty(); }
   bool contains(const Trial& trial) const { return results_.count(trial.key()) != 0; }
-  /// Throws Error for a trial that is not there.
+  /// Throws Error for a trial without a row.
   const TrialResult& at(const Trial& trial) const;
-  /// Throws SystemError where it cannot be written; the file is then as before.
+  /// Throws SystemError on failure; the file is then unchanged.
   void append(const Trial& trial, const TrialResult& result);
 
   const std::vector<std::string>& metrics() const { return metrics_; }
@@ -52,7 +52,7 @@ class Ledger {
  private:
   std::string row(const Trial& trial, const TrialResult& result) const;
   std::string header() const;
-  /// Rows of `text`; returns how many bytes of it are whole rows.
+  /// Reads the rows of `text`; returns the number of bytes in whole rows.
   std::size_t read(const std::string& text);
 
   void append(const std::string& line);
@@ -61,7 +61,7 @@ class Ledger {
   std::vector<std::string> metrics_;
   std::map<std::string, TrialResult> results_;  // by key
   std::map<std::string, std::string> rows_;     // the same as text
-  std::size_t bytes_ = 0;                       // of whole rows
+  std::size_t bytes_ = 0;                       // in whole rows
   int file_ = -1;
 };
 

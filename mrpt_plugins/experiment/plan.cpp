@@ -32,7 +32,7 @@ std::vector<std::string> all_names() {
   return names;
 }
 
-/// A file named in an INI: as it is if absolute, else in the folder of the data.
+/// The path of a file named in an INI: relative paths are relative to the data folder.
 std::string data_path(const std::string& name, const fs::path& folder) {
   return name.empty() || fs::path(name).is_absolute() ? name : (folder / name).string();
 }
@@ -147,7 +147,7 @@ void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
   for (const std::string& name : names) plan.graphs.push_back(read_graph_plan(ini, name, data));
 }
 
-/// The name of a method, for an old name too.
+/// The current name of a method, given its current or deprecated name.
 std::string known_method(IniSection& experiment, const std::string& given) {
   const std::string near = nearest_name(given, all_names());
   try {
@@ -176,7 +176,7 @@ void read_methods(IniSection& experiment, ExperimentPlan& plan) {
   check_names(experiment, "methods", plan.methods);
 }
 
-/// Every line of the settings but those that only add or leave out trials, and the files.
+/// The settings except those that only add or leave out trials, and the hashes of the files.
 std::map<std::string, std::string> fingerprint_of(const IniFile& ini, ExperimentPlan& plan) {
   static const std::set<std::string> kFree = {"jobs",          "trials",   "methods",
                                               "outlier_rates", "graphs",   "title",
@@ -277,7 +277,7 @@ std::vector<Trial> trials_of(const ExperimentPlan& plan) {
   for (std::size_t g = 0; g < plan.graphs.size(); ++g) {
     for (const std::string& variant : plan.graphs[g].variants) {
       for (double rate : plan.outlier_rates) {
-        // Without false closures to draw, all seeds are the same trial.
+        // Without false closures to draw, the seed has no effect.
         for (std::uint64_t s = 0; s < (rate == 0.0 ? 1 : seeds); ++s) {
           add(g, plan.graphs[g].name, variant, rate, plan.first_seed + s);
         }

@@ -18,12 +18,12 @@ namespace HYBRID_API hybrid {
 struct GraphPlan {
   std::string name;
   std::string file;
-  std::vector<std::string> variants;  ///< what {variant} stands for; one empty word if none
-  std::string variant_label;          ///< what the variants are, for the plots
-  bool from_odometry = false;         ///< else from the VERTEX lines
-  std::string truth, truth_times;     ///< empty: truth is the optimum of the graph as it is
-  std::string labels;                 ///< file of pairs `i j`, the true closures; empty: see below
-  /// A closure is true where it differs from the truth by at most this [m, rad]; 0: all are true.
+  std::vector<std::string> variants;  ///< values of {variant}; one empty word if there are none
+  std::string variant_label;          ///< name of the variants in plots
+  bool from_odometry = false;  ///< initial values by chaining odometry, else from the VERTEX lines
+  std::string truth, truth_times;  ///< empty: the optimum of the true closures is the truth
+  std::string labels;  ///< file of pairs `i j`, the true closures; empty: by the tolerances below
+  /// Largest difference of a true closure from the truth [m, rad]; 0: all closures are true.
   double label_distance = 0, label_angle = 0;
 };
 
@@ -31,10 +31,10 @@ struct GraphPlan {
 struct ReplayPlan {
   std::string name;
   std::string config;    ///< INI of hybrid-replay
-  std::string simulate;  ///< INI of hybrid-simulate, run with every seed first; empty: none
+  std::string simulate;  ///< INI of hybrid-simulate, run first with every seed; empty: none
 };
 
-/// Settings that turn one replay into another, in the place of a method.
+/// Settings of a variant of a replay, which takes the place of a method.
 struct ReplayVariant {
   std::string name;
   std::vector<std::string> settings;  ///< section.key=value
@@ -43,7 +43,7 @@ struct ReplayVariant {
 /// The text with every {variant} replaced.
 std::string with_variant(std::string text, const std::string& variant);
 
-/// One run of an experiment; its key tells it apart from all others.
+/// One run of an experiment, identified by its key.
 struct Trial {
   std::size_t source = 0;  ///< index of the graph or replay
   std::string graph, variant, method;
@@ -53,9 +53,9 @@ struct Trial {
   std::string key() const;
 };
 
-/// What an INI file asks for.
+/// An experiment as an INI file describes it.
 struct ExperimentPlan {
-  bool replay = false;  ///< else pose graphs
+  bool replay = false;  ///< else trials on pose graphs
   std::string title;
   std::vector<GraphPlan> graphs;
   std::vector<ReplayPlan> replays;
@@ -69,14 +69,14 @@ struct ExperimentPlan {
   double time_limit = 0;  ///< seconds
   double success_ate = 0.1;
   int jobs = 0;
-  std::vector<Provenance::Input> inputs;  ///< files used
-  /// Settings by which trials of the same key would differ, by section.key, and hashes of the files
-  /// used, by graph/file.
+  std::vector<Provenance::Input> inputs;  ///< files read
+  /// Settings that affect the result of a trial without being in its key, by section.key, and
+  /// hashes of the files read, by graph/file.
   std::map<std::string, std::string> fingerprint;
 };
 
 /// Declares and reads all sections. Throws Error naming the key for anything unknown or wrong, and
-/// for files that are not there.
+/// for missing files.
 ExperimentPlan read_plan(IniFile& ini);
 
 /// All trials, by graph, variant, rate, seed and method.

@@ -20,7 +20,7 @@ namespace {
 struct Panel {
   const char* metric;
   const char* label;
-  double floor;  // smaller values are drawn here
+  double floor;  // smaller values are drawn at this one
 };
 
 constexpr Panel kPanels[] = {{"ate_mean_m", "mean position error (m)", 1e-4},
@@ -33,7 +33,7 @@ std::size_t place(const std::vector<std::string>& names, const std::string& name
   return static_cast<std::size_t>(it - names.begin());
 }
 
-/// Colour, mark and dash of a method: the same in all panels.
+/// Colour, marker and line style of a method: the same in all panels.
 Series series_of(std::size_t method, const std::string& name) {
   Series series;
   series.label = name;
@@ -45,7 +45,7 @@ Series series_of(std::size_t method, const std::string& name) {
   return series;
 }
 
-/// Whether all variants are numbers, which then is where they stand on the axis.
+/// Whether all variants are numbers; these then are their coordinates on the axis.
 bool numeric(const std::vector<std::string>& variants, std::vector<double>& values) {
   for (const std::string& text : variants) {
     double value = 0;
@@ -55,7 +55,7 @@ bool numeric(const std::vector<std::string>& variants, std::vector<double>& valu
   return true;
 }
 
-/// A strip with a title and a line that says what the reader sees.
+/// A heading with a title and a line that describes the picture.
 Image heading(const std::string& title, const std::string& about, int width) {
   Canvas canvas(width, 84);
   TextStyle style;
@@ -69,14 +69,14 @@ Image heading(const std::string& title, const std::string& about, int width) {
   return canvas.image();
 }
 
-/// One picture above another of the same width.
+/// Joins two pictures of the same width, one above the other.
 Image stacked(Image above, const Image& below) {
   above.height += below.height;
   above.rgb.insert(above.rgb.end(), below.rgb.begin(), below.rgb.end());
   return above;
 }
 
-/// Not a number, which no plot shows, where there is no number.
+/// The value to draw: at least `floor`; NaN, which plots leave out, if not finite.
 double drawn(double value, double floor = std::numeric_limits<double>::lowest()) {
   return std::isfinite(value) ? std::max(floor, value) : std::numeric_limits<double>::quiet_NaN();
 }

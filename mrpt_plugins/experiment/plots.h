@@ -11,17 +11,18 @@
 
 namespace HYBRID_API hybrid {
 
-/// Pictures side by side, of equal height.
+/// Joins pictures of equal height side by side.
 Image side_by_side(const std::vector<Image>& images);
 
-/// One graph of an experiment: error of position, of rotation and time against the share of false
-/// closures (or the variant of the graph), a panel each; medians over seeds with a band between the
-/// quartiles. Points must be of that graph.
+/// One graph of an experiment: position error, rotation error and time over the rate of false
+/// closures (or the variant of the graph), a panel each. Lines are medians over seeds, bands reach
+/// from the lower to the upper quartile. Points must be of that graph.
 Image comparison_image(const ExperimentPlan& plan, const std::string& graph,
                        const std::vector<PointSummary>& points,
                        const std::vector<std::string>& metrics);
 
-/// One metric of all replays: medians with quartiles, one column per replay and a mark per method.
+/// One metric of all replays: medians with quartiles, one column per replay and one marker per
+/// method.
 Image replay_image(const ExperimentPlan& plan, const std::string& metric,
                    const std::vector<PointSummary>& points,
                    const std::vector<std::string>& metrics);

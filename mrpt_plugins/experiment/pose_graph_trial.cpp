@@ -39,7 +39,8 @@ ClosureLabel to_label(bool is_true) {
   return is_true ? ClosureLabel::kTrue : ClosureLabel::kFalse;
 }
 
-/// Whether each of `count` closures is known to be true; false ones were added behind the labelled.
+/// Whether each of `count` closures is labelled as true. Closures behind the labelled ones are
+/// added false closures.
 std::vector<bool> known_true(const std::vector<ClosureLabel>& labels, std::size_t count) {
   std::vector<bool> result;
   for (ClosureLabel label : labels) result.push_back(label == ClosureLabel::kTrue);
@@ -55,7 +56,7 @@ std::set<KeyPair> read_labels(const std::string& path) {
   return pairs;
 }
 
-/// Whether a measured motion is what the true poses say, where both are known.
+/// Whether a measured relative pose agrees with the true poses, if both are known.
 template <class Edge>
 ClosureLabel agrees(const Edge& edge, const PreparedGraph& prepared, const GraphPlan& plan) {
   const auto from = prepared.truth.find(edge.from);
@@ -85,7 +86,7 @@ void label(const GraphPlan& plan, const std::string& variant, PreparedGraph& pre
   add(prepared.graph.poses3);
 }
 
-/// Poses at the optimum of the true closures.
+/// Poses at the optimum with the true closures.
 std::map<Key, CPose3D> optimum(const PreparedGraph& prepared) {
   const RobustProblem problem = to_robust_problem(prepared.graph, prepared.initial);
   ComparisonOptions options;

@@ -17,16 +17,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// Names of what a trial on a pose graph measures: seconds and cpu_s (s, of the solver),
+/// Names of the metrics of a trial on a pose graph: seconds and cpu_s (s, of the solver),
 /// ate_mean_m, ate_rmse_m, rotation_mean_deg (after rigid alignment), objective, cost, iterations,
 /// closures, accepted, precision, recall, false_share (of the closures), brier, log_loss (of the
-/// inlier probabilities). Closures of which nothing is known do not count.
+/// inlier probabilities). Closures with unknown label do not count.
 const std::vector<std::string>& pose_graph_metrics();
 
-/// What is known of a closure.
+/// Ground truth of a closure.
 enum class ClosureLabel { kFalse, kTrue, kUnknown };
 
-/// A graph read from its file, with what is known of the truth.
+/// A graph read from its file, with its ground truth.
 struct PreparedGraph {
   PoseGraph graph;
   Values initial;
@@ -34,19 +34,19 @@ struct PreparedGraph {
   std::vector<ClosureLabel> labels;  ///< of the closures of the file, in its order
 };
 
-/// Reads a graph, its truth and its labels; without a file of true poses, solves for the optimum of
-/// the true closures. Uses one thread. Throws Error naming the file.
+/// Reads a graph, its true poses and its labels. Without a file of true poses, the optimum of the
+/// true closures is the truth. Uses one thread. Throws Error naming the file.
 PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant);
 
-/// Adds false closures, solves, compares.
+/// Adds false closures, solves, and compares with the truth.
 TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
                                  const MethodOptions& options);
 
-/// Counts of claimed inlier probabilities by tenths: `count/true/sum` for each, by spaces.
+/// Counts of predicted inlier probabilities by tenths of [0, 1], as words `count/true/sum`.
 std::string reliability_text(const std::vector<double>& probabilities,
                              const std::vector<bool>& truth);
 
-/// Adds up such texts into a calibration over closures; texts that are empty count nothing.
+/// Sums reliability texts into a calibration over closures. Empty texts are ignored.
 class ReliabilitySum {
  public:
   /// Brier score and log loss are means per closure. Throws Error for a malformed text.

@@ -29,10 +29,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Task = std::function<std::string(std::size_t)>;
 
-constexpr int kThrew = 3;            // exit code of a task that threw; its text is the reason
-constexpr int kMachine = 4;          // the same for a fault of the machine
-constexpr int kLongestWait = 200;    // ms, until `stop` is asked again
-constexpr double kMostOfTime = 0.9;  // of its time a process that computes is on a processor
+constexpr int kThrew = 3;    // exit code of a task that threw an exception; its text is the message
+constexpr int kMachine = 4;  // exit code of a task that failed by a fault of the machine
+constexpr int kLongestWait = 200;    // ms between calls of `stop`
+constexpr double kMostOfTime = 0.9;  // share of its wall time that a computing process is on a
+                                     // processor
 
 constexpr std::array kMachineFaults{ENOSPC, EDQUOT, EIO,    ENOMEM, EAGAIN,
                                     EMFILE, ENFILE, ENOLCK, ESTALE, EROFS};
@@ -41,11 +42,11 @@ struct Running {
   std::size_t index = 0;
   pid_t pid = -1;
   int pipe = -1;
-  Clock::time_point end;  // when it is to be ended
+  Clock::time_point end;  // time limit
   std::string text;
 };
 
-/// What the task says, and the exit code.
+/// The text of the task, and its exit code.
 std::pair<std::string, int> outcome(std::size_t index, const Task& task) {
   try {
     return {task(index), 0};
@@ -62,7 +63,7 @@ std::pair<std::string, int> outcome(std::size_t index, const Task& task) {
   }
 }
 
-/// A process that has just been made ends with the one that made it, and by signals.
+/// Lets a new process end when its parent ends, and by signals.
 void obey(pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
@@ -71,7 +72,7 @@ void obey(pid_t parent) {
 
 [[noreturn]] void run_child(std::size_t index, const Task& task, int pipe, pid_t parent) {
   obey(parent);
-  ::setpgid(0, 0);  // what the task starts goes with it
+  ::setpgid(0, 0);  // processes that the task starts belong to its group
   const auto [text, code] = outcome(index, task);
   ::_exit(write_all(pipe, text) == 0 ? code : 1);
 }
@@ -106,7 +107,7 @@ double seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-/// Waits for a process, or with a negative number for one of a group; adds its processor time [s].
+/// Waits for a process, or for one of group -pid if pid is negative; adds its processor time [s].
 /// False if there is none.
 bool wait_for(pid_t pid, int& status, double& processor) {
   rusage usage{};
@@ -121,7 +122,7 @@ std::string signal_text(int signal) {
   return fmt::format("ended by signal {} ({})", signal, ::strsignal(signal));
 }
 
-/// Waits for the process, ends what it started, and says how it ended.
+/// Waits for the process, kills the processes it started, and returns how it ended.
 ProcessEnd finish(Running& running, bool late, double time_limit) {
   using Kind = ProcessEnd::Kind;
   if (late) ::kill(-running.pid, SIGKILL);
@@ -149,7 +150,7 @@ ProcessEnd finish(Running& running, bool late, double time_limit) {
   return {Kind::kDone, running.text, false};
 }
 
-/// Reads what is there; false once the other end is closed.
+/// Reads the available bytes; false once the other end is closed.
 bool read_some(Running& running) {
   std::array<char, 4096> buffer{};
   const ssize_t count = ::read(running.pipe, buffer.data(), buffer.size());
@@ -186,7 +187,7 @@ bool is_from_outside(int signal) {
 void run_processes(std::size_t count, int jobs, double time_limit, const Task& task,
                    const std::function<void(std::size_t, const ProcessEnd&)>& done,
                    const std::function<bool()>& stop) {
-  // What a task starts and leaves behind becomes a child of this process, which waits for it.
+  // Orphaned processes of a task become children of this process, so that it can wait for them.
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   std::vector<Running> all;
   std::size_t next = 0;

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A name for a folder.
+/// The key as a name of a folder.
 std::string folder_name(std::string key) {
   for (char& c : key) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-') c = '_';
@@ -25,7 +25,7 @@ std::string folder_name(std::string key) {
   return key;
 }
 
-/// Writes the log of a scenario, with this seed, and its truth beside it.
+/// Simulates a scenario with this seed: writes the log and its ground truth.
 void simulate_log(const std::string& config, std::uint64_t seed, const fs::path& log) {
   IniFile ini{fs::path(config)};
   ini.override_value("simulation", "seed", std::to_string(seed));
@@ -34,7 +34,7 @@ void simulate_log(const std::string& config, std::uint64_t seed, const fs::path&
   write_simulation(simulate(scenario), scenario, log.string());
 }
 
-/// Replays; throws MachineFault where the machine is to blame for a failure.
+/// Replays; throws MachineFault if a fault of the machine made it fail.
 ReplayOutcome replay_or_fault(const ReplayRequest& request) {
   try {
     return replay(request);
@@ -44,7 +44,7 @@ ReplayOutcome replay_or_fault(const ReplayRequest& request) {
   }
 }
 
-/// The number at a path such as "truth.trajectory.rmse_m"; nothing if there is none.
+/// The value at a path such as "truth.trajectory.rmse_m"; null if there is none.
 const nlohmann::json* find(const nlohmann::json& root, const std::string& path) {
   const nlohmann::json* at = &root;
   for (std::size_t begin = 0; begin <= path.size();) {

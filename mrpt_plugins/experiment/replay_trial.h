@@ -11,13 +11,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// Names of what a replay measures: seconds (of the solver), total_s, keyframes, landmarks, and the
-/// fields of summary.json that the plan names, by their paths, e.g. truth.trajectory.rmse_m.
+/// Names of the metrics of a replay: seconds (of the solver), total_s, keyframes, landmarks, and
+/// the fields of summary.json that the plan names by path, e.g. truth.trajectory.rmse_m.
 std::vector<std::string> replay_metrics(const ExperimentPlan& plan);
 
-/// Simulates a log where the plan says so, and replays it into a folder of the trial's own below
-/// `output`; `provenance` is that of the experiment. Throws Error where one of them fails,
-/// MachineFault where the machine is to blame.
+/// Simulates a log if the plan has a scenario, and replays it into a folder of the trial below
+/// `output`. `provenance` is that of the experiment. Throws Error if one of them fails,
+/// MachineFault if a fault of the machine is the reason.
 TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
                              const Provenance& provenance, const std::filesystem::path& output);
 

@@ -28,13 +28,13 @@ bool same_point(const PointSummary& point, const Trial& trial) {
          point.method == trial.method && point.outlier_rate == trial.outlier_rate;
 }
 
-/// What a trial without an estimate counts as: worse than any number.
+/// The value for a trial without an estimate: worse than any number.
 double worst(const std::string& metric) {
   const bool more_is_better = metric == "precision" || metric == "recall";
   return (more_is_better ? -1.0 : 1.0) * std::numeric_limits<double>::infinity();
 }
 
-/// Columns of a text table, wide enough for their cells.
+/// Columns of a text table, as wide as their widest cells.
 std::string aligned(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths(rows.front().size(), 0);
   for (const auto& row : rows) {
@@ -94,7 +94,7 @@ std::vector<PointSummary> summarize(const ExperimentPlan& plan, const Ledger& le
     for (std::size_t m = 0; m < ledger.metrics().size(); ++m) {
       const std::string& name = ledger.metrics()[m];
       const auto value = result.metrics.find(name);
-      if (value == result.metrics.end() && measured) continue;  // not defined for it
+      if (value == result.metrics.end() && measured) continue;  // the metric does not apply
       values[static_cast<std::size_t>(it - points.begin())][m].push_back(
           value != result.metrics.end() ? value->second : worst(name));
     }

@@ -9,108 +9,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
-#include "mrpt_plugins/import/detail/stated_noise.h"
+#include "mrpt_plugins/import/detail/named_table.h"
 
 namespace hybrid {
 namespace {
 
 using mrpt::poses::CPose3D;
-
-/// No name of a column does.
-bool starts_like_a_number(std::string_view word) {
-  return !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
-                           std::string_view("+-.").find(word[0]) != std::string_view::npos);
-}
-
-/// A table with commas whose first row names its columns.
-class NamedTable {
- public:
-  NamedTable(const std::string& path, const std::vector<std::string>& known) : table_(path) {
-    const auto header = table_.next();
-    for (std::size_t i = 0; i < header->size(); ++i) {
-      const std::string name((*header)[i]);
-      if (starts_like_a_number(name)) {
-        header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",
-                                    in_quotes(name), fmt::join(known, " ")));
-      }
-      if (std::find(known.begin(), known.end(), name) == known.end()) {
-        header->fail(i, fmt::format("unknown column {}; known are: {}", in_quotes(name),
-                                    fmt::join(known, " ")));
-      }
-      if (!columns_.emplace(name, i).second) header->fail(i, fmt::format("two columns '{}'", name));
-    }
-    header_ = *header;
-  }
-
-  bool has(const std::string& name) const { return columns_.count(name) != 0; }
-
-  /// Throws Error that names the file unless all columns are there.
-  void require(const std::vector<std::string>& names) const {
-    for (const std::string& name : names) {
-      if (!has(name)) header_.fail(fmt::format("no column '{}'", name));
-    }
-  }
-
-  bool next() {
-    row_ = table_.next();
-    if (!row_) return false;
-    row_->expect(header_.size(), "one for each name of the first row");
-    ++rows_;
-    for (const auto& [name, i] : columns_) {
-      if ((*row_)[i].empty()) ++blank_[name];
-    }
-    return true;
-  }
-
-  std::string word(const std::string& name) const {
-    return std::string((*row_)[columns_.at(name)]);
-  }
-  double time() const { return row_->time(columns_.at("time")); }
-  double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
-  /// An angle [rad], which is not in degrees.
-  double angle(const std::string& name) const {
-    const double angle = number(name);
-    if (std::abs(angle) <= 2 * M_PI) return angle;
-    fail(name, fmt::format("{} {} is beyond 2 pi: angles are in radians", name, angle));
-  }
-  /// A standard deviation; 0 where the column is absent or the field empty or 0.
-  double sigma(const std::string& name) const {
-    if (!has(name) || word(name).empty() || number(name) == 0) return 0;
-    return stated_sigma(*row_, columns_.at(name));
-  }
-  /// Tells the log how many fields were blank, by column.
-  void note_blanks(LogWriter& log) const {
-    for (const auto& [name, count] : blank_) {
-      log.note(fmt::format("{}: {} of {} fields of column {} are blank", table_.name(), count,
-                           rows_, name));
-    }
-  }
-  [[noreturn]] void fail(const std::string& name, const std::string& what) const {
-    row_->fail(columns_.at(name), what);
-  }
-  /// An id; nothing where the column is absent or the field empty or -1.
-  std::optional<std::int64_t> id(const std::string& name) const {
-    if (!has(name) || word(name).empty() || word(name) == "-1") return std::nullopt;
-    return row_->id(columns_.at(name));
-  }
-
- private:
-  TextReader table_;
-  std::size_t rows_ = 0;
-  std::map<std::string, std::size_t> blank_;  // fields by column
-  TextRow header_;
-  std::optional<TextRow> row_;
-  std::map<std::string, std::size_t> columns_;
-};
 
 /// Whether the first row has eight numbers, as a TUM trajectory.
 bool is_tum(const std::string& path) {
@@ -122,7 +32,7 @@ bool is_tum(const std::string& path) {
   return true;
 }
 
-/// Whether the poses differ in nothing but x, y and yaw, to the digits of a text.
+/// Whether all poses have the same z and no pitch or roll, within 1e-6.
 bool is_planar(const std::vector<TimedPose>& poses) {
   constexpr double kDigits = 1e-6;
   return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& p) {
@@ -150,10 +60,10 @@ class Odometry {
   }
 
   bool is_3d() const { return is_3d_; }
-  /// Of the first pose; 0 if there is none.
+  /// Time of the first pose; 0 if there is none.
   double start() const { return start_; }
 
-  /// Nothing before the first pose and after the last one.
+  /// The pose at `time`; empty before the first pose and after the last one.
   std::optional<CPose3D> at(double time) {
     while (after_ && after_->time < time) advance();
     if (!before_ || time < before_->time) return std::nullopt;
@@ -197,21 +107,23 @@ class Odometry {
   }
 
   std::optional<NamedTable> table_;
-  std::vector<TimedPose> poses_;  // of a TUM file, which has no names
-  std::size_t read_ = 0;          // of them
+  std::vector<TimedPose> poses_;  // of a TUM file, which has no column names
+  std::size_t read_ = 0;          // poses of `poses_` used so far
   bool is_3d_ = false;
   double start_ = 0;
-  std::optional<double> yaw_;  // of the last row
+  std::optional<double> yaw_;  // in the last row
   std::optional<TimedPose> before_, after_;
 };
 
 const std::vector<std::string> kDetectionColumns{
-    "time", "range",   "yaw",         "pitch",     "class",      "score",
-    "id",   "true_id", "sigma_range", "sigma_yaw", "sigma_pitch"};
+    "time", "range",   "yaw",         "pitch",     "class",       "score",
+    "id",   "true_id", "sigma_range", "sigma_yaw", "sigma_pitch", "p_NAME"};
 
-/// All names in column class, sorted.
+/// All classes of the columns p_NAME, or else in column class, sorted.
 std::vector<std::string> classes_in(const std::string& path) {
   NamedTable table(path, kDetectionColumns);
+  const std::vector<std::string> probable = table.probable_classes();
+  if (!probable.empty()) return probable;
   std::set<std::string> names;
   while (table.has("class") && table.next()) {
     if (!table.word("class").empty()) names.insert(table.word("class"));
@@ -219,7 +131,30 @@ std::vector<std::string> classes_in(const std::string& path) {
   return {names.begin(), names.end()};
 }
 
-std::vector<float> scores_of(const NamedTable& table, const std::vector<std::string>& classes) {
+/// A number within 0 and 1.
+double probability(const NamedTable& table, const std::string& name) {
+  const double p = table.number(name);
+  if (p < 0 || p > 1) table.fail(name, name + " not within 0 and 1");
+  return p;
+}
+
+/// The columns p_NAME of a row; nothing where all are empty.
+std::vector<float> probabilities_of(const NamedTable& table,
+                                    const std::vector<std::string>& classes) {
+  std::vector<float> scores;
+  bool any = false;
+  for (const std::string& name : classes) {
+    const std::string column = std::string(kProbability) + name;
+    const bool stated = table.has(column) && !table.word(column).empty();
+    scores.push_back(stated ? static_cast<float>(probability(table, column)) : 0.0F);
+    any = any || stated;
+  }
+  return any ? scores : std::vector<float>();
+}
+
+std::vector<float> scores_of(const NamedTable& table, const std::vector<std::string>& classes,
+                             double usual) {
+  if (!table.probable_classes().empty()) return probabilities_of(table, classes);
   if (!table.has("class") || table.word("class").empty()) return {};
   const auto it = std::find(classes.begin(), classes.end(), table.word("class"));
   if (it == classes.end()) {
@@ -227,8 +162,7 @@ std::vector<float> scores_of(const NamedTable& table, const std::vector<std::str
                                     in_quotes(table.word("class")), fmt::join(classes, " ")));
   }
   const bool scored = table.has("score") && !table.word("score").empty();
-  const double score = scored ? table.number("score") : 1.0;
-  if (score < 0 || score > 1) table.fail("score", "score not within 0 and 1");
+  const double score = scored ? probability(table, "score") : usual;
   if (classes.size() == 1) return {1.0F};
   const double others = (1 - score) / static_cast<double>(classes.size() - 1);
   std::vector<float> scores(classes.size(), static_cast<float>(others));
@@ -251,13 +185,13 @@ OdometryIncrement motion_between(const CPose3D& from, const CPose3D& to, bool is
   return {mean, variances.asDiagonal(), false};
 }
 
-/// Collects the detections of one time and adds their step to the log.
+/// Collects the detections of one time and adds them to the log as a step.
 class Steps {
  public:
   Steps(const DetectionTablesOptions& options, LogWriter& log)
       : options_(options), log_(log), odometry_(options.odometry) {}
 
-  /// An empty frame for the detections of a time.
+  /// Starts an empty frame for the detections of a time.
   void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
     const auto& p = options_.sensor_pose;
     frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},
@@ -299,7 +233,7 @@ class Steps {
 };
 
 void add_detection(const NamedTable& table, const std::vector<std::string>& classes,
-                   CObservationClassedBearingRange& frame) {
+                   double usual_score, CObservationClassedBearingRange& frame) {
   CObservationClassedBearingRange::Detection d;
   if (frame.has_range) d.range = static_cast<float>(table.number("range"));
   d.yaw = static_cast<float>(table.angle("yaw"));
@@ -309,7 +243,7 @@ void add_detection(const NamedTable& table, const std::vector<std::string>& clas
   d.std_range = static_cast<float>(table.sigma("sigma_range"));
   d.std_yaw = static_cast<float>(table.sigma("sigma_yaw"));
   d.std_pitch = static_cast<float>(table.sigma("sigma_pitch"));
-  d.class_scores = scores_of(table, classes);
+  d.class_scores = scores_of(table, classes, usual_score);
   frame.detections.push_back(std::move(d));
 }
 
@@ -318,11 +252,27 @@ void add_detection(const NamedTable& table, const std::vector<std::string>& clas
 ImportReport import_detection_tables(const DetectionTablesOptions& options,
                                      const std::string& output) {
   if (options.sensor_pose.size() != 6) throw Error("a sensor pose has six numbers");
+  if (!(options.score > 0 && options.score <= 1))
+    throw Error("--score must be above 0 and at most 1");
   LogWriter log(output);
   const std::vector<std::string> classes =
       options.classes.empty() ? classes_in(options.detections) : options.classes;
   NamedTable table(options.detections, kDetectionColumns);
   table.require({"time", "yaw"});
+  for (const std::string& name : table.probable_classes()) {
+    if (std::find(classes.begin(), classes.end(), name) == classes.end()) {
+      table.refuse(fmt::format("column p_{}: unknown class; classes are: {}", name,
+                               fmt::join(classes, " ")));
+    }
+  }
+  if (!table.probable_classes().empty() && (table.has("class") || table.has("score"))) {
+    table.refuse("columns p_NAME beside class or score: one or the other");
+  }
+  if (table.has("class") && !table.has("score") && options.score == 1 && classes.size() > 1) {
+    log.note(options.detections +
+             ": no column score: classes are taken as certain; where the detector may be wrong, "
+             "--score tells how often it is right");
+  }
   Steps steps(options, log);
   double first = 0;
   while (table.next()) {
@@ -336,7 +286,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     if (table.has("range") && table.number("range") <= 0) {
       log.drop("detection dropped: range not positive");
     } else {
-      add_detection(table, classes, steps.frame());
+      add_detection(table, classes, options.score, steps.frame());
     }
   }
   steps.end();

@@ -10,25 +10,28 @@
 
 namespace HYBRID_API hybrid {
 
-/// A detector and an odometry of one's own as tables with commas, the first row naming columns.
+/// Detections and odometry as comma-separated tables whose first row names the columns.
 struct DetectionTablesOptions {
-  /// Columns time, x, y, yaw; or time, x, y, z, yaw, pitch, roll: poses of the odometry, [m],
-  /// [rad].
+  /// Columns time, x, y, yaw or time, x, y, z, yaw, pitch, roll: odometry poses, [s], [m], [rad].
   std::string odometry;
   /// Columns time, yaw, and where they are measured range and pitch (positive: down); optional
-  /// class, score, id, true_id, sigma_range, sigma_yaw, sigma_pitch.
+  /// class, score, id, true_id, sigma_range, sigma_yaw, sigma_pitch; or instead of class and score
+  /// the probability of every class, p_NAME.
   std::string detections;
   std::vector<std::string> classes;  ///< Names; empty: those met in the table, sorted.
+  double score = 1;  ///< Probability of the class of a detection where the table has none.
   std::vector<double> sensor_pose{0, 0, 0, 0, 0, 0};  ///< On the robot: x y z yaw pitch roll.
-  double sigma_range = 0.1, sigma_bearing = 0.02;     ///< Where the table has none [m], [rad].
-  double fov = 0;  ///< Full opening angle in yaw [rad]; 0: not known.
+  double sigma_range = 0.1, sigma_bearing = 0.02;     ///< Defaults for tables without sigmas [m],
+                                                      ///< [rad].
+  double fov = 0;  ///< Full field of view in yaw [rad]; 0: unknown.
   /// Random walk of the odometry: along and across [m per sqrt(m)], heading [rad per sqrt(m)].
   double walk_translation = 0.05, walk_rotation = 0.02;
 };
 
 /// Converts the tables into a log with a step for each time of a detection; the odometry between is
 /// interpolated. A detection's score is the probability of its class, the rest is shared by the
-/// others. Detections before the first or after the last pose are dropped.
+/// others; noted where classes are taken as certain. Detections before the first or after the last
+/// pose are dropped.
 ImportReport import_detection_tables(const DetectionTablesOptions& options,
                                      const std::string& output);
 

@@ -7,16 +7,16 @@
 
 namespace HYBRID_API hybrid {
 
-/// What the detections of a sensor scatter by: sigma of the range hypot(range, range_share r), of
-/// the angles hypot(bearing, across / r).
+/// Noise of detections: the sigma of a range r is hypot(range, range_share r), that of angles
+/// hypot(bearing, across / r).
 struct DetectorNoise {
   double range = 0;        ///< [m]
   double range_share = 0;  ///< [m per m of range]
   double bearing = 0;      ///< [rad]
-  double across = 0;       ///< Of the point that is seen of an object [m].
+  double across = 0;       ///< Lateral sigma of the detected point of an object [m].
 };
 
-/// Gives a detection its sigmas.
+/// Sets the sigmas of a detection by its range.
 void set_noise(const DetectorNoise& noise, CObservationClassedBearingRange::Detection& detection);
 
 }  // namespace hybrid

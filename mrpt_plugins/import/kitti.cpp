@@ -28,7 +28,7 @@ class Truth {
     if (!path.empty()) table_.emplace(path);
   }
 
-  /// Nothing where there is no file.
+  /// The next pose; empty without a file.
   std::optional<CPose3D> next() {
     if (!table_) return std::nullopt;
     const auto row = table_->next();
@@ -53,8 +53,8 @@ class Truth {
   std::size_t count_ = 0;
 };
 
-/// True ids of all sightings in their order, by where the true poses put them, seen from above;
-/// those seen often enough.
+/// True ids of all sightings in their order, by their positions in the plane according to the true
+/// poses. Only ids with enough sightings.
 std::vector<std::int32_t> true_ids(const KittiOptions& options, bool is_3d) {
   if (options.oracle_radius <= 0) return {};
   if (options.truth.empty()) throw Error("an oracle radius needs true poses");

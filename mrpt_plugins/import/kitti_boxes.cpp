@@ -13,9 +13,9 @@
 namespace hybrid {
 namespace {
 
-constexpr double kPixelNoise = 2;    // of the edges of a box
-constexpr double kRoadNoise = 0.01;  // rad, between camera and road, as the car pitches
-constexpr double kShapeNoise = 0.3;  // m, from the middle of what is seen to that of the car
+constexpr double kPixelNoise = 2;    // pixels, of the edges of a box
+constexpr double kRoadNoise = 0.01;  // rad, pitch of the camera relative to the road
+constexpr double kShapeNoise = 0.3;  // m, from the centre of the visible part to that of the car
 constexpr std::int64_t kCocoIds[] = {2, 3, 5, 7};
 
 struct Box {
@@ -33,7 +33,7 @@ Depth depth_by_height(const Box& box, const KittiOptions& o) {
   return {z, z * std::hypot(o.sigma_height / o.object_height, kPixelNoise / box.height)};
 }
 
-/// Nothing where the box ends above the horizon.
+/// Depth at which the lower edge of the box meets the road; empty if it is above the horizon.
 std::optional<Depth> depth_by_road(const Box& box, const KittiOptions& o) {
   const double below = box.top + box.height - o.center_v;
   if (below <= kPixelNoise) return std::nullopt;
@@ -41,7 +41,7 @@ std::optional<Depth> depth_by_road(const Box& box, const KittiOptions& o) {
   return Depth{z, z * std::hypot(kRoadNoise * o.focal, kPixelNoise) / below};
 }
 
-/// Why a box tells nothing, or its depth.
+/// Sets `depth`, or returns why the box is dropped.
 const char* find_depth(const Box& box, const KittiOptions& o, Depth& depth) {
   const Depth h = depth_by_height(box, o);
   const std::optional<Depth> road = depth_by_road(box, o);

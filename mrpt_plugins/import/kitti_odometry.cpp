@@ -14,7 +14,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kSigmaTranslation = 0.03, kSigmaRotation = 0.002;  // per frame
+constexpr double kSigmaTranslation = 0.03, kSigmaRotation = 0.002;  // m and rad per frame
 constexpr const char* kClosure = "loop closure dropped: only odometry is taken over";
 constexpr const char* kTurned = "motion repaired: the y of the odometry pointed to the right";
 
@@ -33,15 +33,16 @@ OdometryIncrement planar_edge(const TextRow& row) {
   return planar_motion(row.coordinate(3), row.coordinate(4), row.coordinate(5), covariance);
 }
 
-/// Whether a line is a motion to the next image, and not a loop closure.
+/// Whether a line is a motion to the next image rather than a loop closure.
 bool is_motion(const TextRow& row) {
   if (row[0] != "EDGE_SE2") row.fail("not an EDGE_SE2");
   row.expect(12, "EDGE_SE2 i j x y angle and 6 numbers of information");
   return row.id(2) == row.id(1) + 1;
 }
 
-/// The camera is ahead of the rear axle, so a turn moves it sideways to the inside of the turn. An
-/// odometry where it goes the other way has its y to the right.
+/// Whether the y axis of the odometry points to the right. The camera is ahead of the rear axle, so
+/// that a turn moves it sideways to the inside of the turn; with y to the right the sign is
+/// opposite.
 bool has_y_to_the_right(const std::string& path) {
   double inwards = 0;
   TextReader table(path);

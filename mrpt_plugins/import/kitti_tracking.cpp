@@ -23,7 +23,7 @@ using mrpt::poses::CPose3D;
 const char* const kClasses[] = {"Car",     "Van",  "Truck", "Pedestrian",
                                 "Cyclist", "Tram", "Misc",  "Person_sitting"};
 constexpr double kMinSightings = 3;
-constexpr float kOwnScore = 0.9F;  // given to the class a detection has
+constexpr float kOwnScore = 0.9F;  // of the class of a detection
 
 struct Label {
   std::int64_t track;
@@ -31,13 +31,14 @@ struct Label {
   Eigen::Vector3d point;  // in the frame of the robot
 };
 
-/// One object over time: sums over where the robot was, p, and over what led from there to the
-/// object, v, both in the axes of the world. The object was seen at scale p + v.
+/// Sums over the sightings of one object: of the position p of the robot and of the vector v from
+/// the robot to the object, both in world axes. With the scale s of the poses, the object was seen
+/// at s p + v.
 struct Track {
   double count = 0;
   Eigen::Vector2d p = Eigen::Vector2d::Zero(), v = Eigen::Vector2d::Zero();
   double pp = 0, pv = 0, vv = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();  // p is taken from there
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();  // p is relative to it
   std::size_t class_index = 0;
 
   void add(const Eigen::Vector2d& robot, const Eigen::Vector2d& seen) {
@@ -62,7 +63,7 @@ struct Track {
 
 using Tracks = std::map<std::int64_t, Track>;
 
-/// Streams the poses of the robot.
+/// Streams the poses of the robot, scaled.
 class Poses {
  public:
   Poses(const std::string& path, double scale) : scale_(scale), table_(path) {}
@@ -79,7 +80,7 @@ class Poses {
   TextReader table_;
 };
 
-/// Streams the labels that are used; the others are counted.
+/// Streams the labels in use; counts the others in `dropped`.
 class Labels {
  public:
   Labels(const KittiTrackingOptions& options, DropReport& dropped)
@@ -87,7 +88,7 @@ class Labels {
     advance();
   }
 
-  /// Those of a frame, which come one after the other.
+  /// The labels of one frame; frames must be asked for in order.
   std::vector<Label> of(std::size_t frame) {
     std::vector<Label> out;
     for (; row_ && static_cast<std::size_t>(row_->id(0)) == frame; advance()) {
@@ -96,7 +97,7 @@ class Labels {
     return out;
   }
 
-  /// Throws Error if there are labels of frames after the last one asked for.
+  /// Throws Error if there are labels of later frames.
   void finish() const {
     if (row_) row_->fail(fmt::format("frame {} has no pose", row_->id(0)));
   }
@@ -159,9 +160,9 @@ Tracks collect(const KittiTrackingOptions& options) {
   return tracks;
 }
 
-/// The scale of the poses at which what stands is seen in one place, by least squares.
+/// The scale of the poses that minimises the spread of static objects, by least squares.
 double fitted_scale(const Tracks& tracks, double still_rms) {
-  constexpr int kRounds = 5;  // since what stands depends on the scale
+  constexpr int kRounds = 5;  // the set of static objects depends on the scale
   double scale = 1;
   for (int i = 0; i < kRounds; ++i) {
     double pp = 0, pv = 0;
@@ -176,7 +177,7 @@ double fitted_scale(const Tracks& tracks, double still_rms) {
   return scale;
 }
 
-/// Scores of a detector that names the class right in a share of all cases.
+/// Scores that favour the true class with probability `accuracy`, else a random one.
 std::vector<float> scores_of(std::size_t class_index, double accuracy, Random& random) {
   constexpr std::size_t kCount = std::size(kClasses);
   if (random.uniform() >= accuracy) {

@@ -11,28 +11,30 @@
 
 namespace HYBRID_API hybrid {
 
-/// KITTI tracking: labelled objects of several classes, standing or moving, seen from a car.
+/// KITTI tracking: labelled objects of several classes, static or moving, seen from a car.
 struct KittiTrackingOptions {
   std::string
       labels;  ///< KITTI's label file: frame track class truncated occluded alpha box size X Y Z ry
   std::string poses;  ///< Poses of the camera, a 3x4 matrix per row.
-  /// Factor of the translations of the poses, where they and the labels disagree in scale; 0: the
-  /// one at which what stands is seen in one place.
+  /// Scale factor of the translations of the poses, which may disagree with that of the labels. 0:
+  /// the one that minimises the spread of static objects.
   double pose_scale = 0;
-  MotionNoise noise{0.03, 0.002, 1};  ///< Given to the odometry, which is the motion of the poses.
+  MotionNoise noise{0.03, 0.002, 1};  ///< Added to the motions of the poses, which are the
+                                      ///< odometry.
   double period = 0.1;                ///< Between frames [s].
   double max_range = 60;              ///< Objects farther away are dropped [m].
-  /// What labels of one car at different times disagree by. Their errors are alike over about half
-  /// a second: keyframes nearer in time tell nothing new.
+  /// Disagreement of labels of one car at different times. Their errors are correlated over about
+  /// half a second, so that keyframes closer in time add no information.
   DetectorNoise detector{0.2, 0, 0.004, 0.06};
-  double still_rms =
-      1.0;  ///< Tracks that spread more about their mean move: they have no true id [m].
-  double class_accuracy = 1.0;  ///< Share of detections that keep their class; the others get any.
+  double still_rms = 1.0;  ///< RMS distance to the mean above which an object counts as moving and
+                           ///< has no true id [m].
+  double class_accuracy = 1.0;  ///< Share of detections with the true class; the others get a
+                                ///< random one.
 };
 
-/// Converts a sequence into a planar log with a step for each frame. Ids are track numbers of
-/// objects that stand still; moving ones are in the log as detections without an id. The true map
-/// holds the mean places of the former.
+/// Converts a sequence into a planar log with one step per frame. True ids are the track numbers of
+/// static objects; detections of moving ones are in the log without an id. The true map holds the
+/// mean positions of the static objects.
 ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const std::string& output);
 
 }  // namespace hybrid

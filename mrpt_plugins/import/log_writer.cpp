@@ -37,7 +37,7 @@ mrpt::obs::CActionCollection action_2d(const OdometryIncrement& motion,
       Eigen::Matrix3d(J * planar_part(motion.covariance) * J.transpose()));
   mrpt::obs::CActionRobotMovement2D action;
   action.timestamp = stamp;
-  // With emOdometry, MRPT stores the raw reading and computes the distribution anew on reading.
+  // With emOdometry, MRPT stores the raw reading and recomputes the distribution on loading.
   action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
   action.poseChange = pdf;
   return mrpt::obs::CActionCollection(action);

@@ -24,59 +24,60 @@
 
 namespace HYBRID_API hybrid {
 
-/// One place of the robot on its way into a rawlog.
+/// One step of the robot for a rawlog.
 struct ImportedStep {
-  double time = 0;                          ///< [s since 1970], or since any start.
-  std::optional<OdometryIncrement> motion;  ///< Since the step before; left out of the first step.
-  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< Get the time of the step.
+  double time = 0;                          ///< [s], since 1970 or any other start.
+  std::optional<OdometryIncrement> motion;  ///< Since the last step; empty at the first one.
+  std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< Their timestamps are set to the time
+                                                           ///< of the step.
   std::optional<mrpt::poses::CPose3D> truth;  ///< True pose; for all steps of a log or for none.
 };
 
-/// What an import made and what it left out.
+/// What an import wrote and dropped.
 struct ImportReport {
-  std::vector<std::string> files;  ///< Written, the rawlog first.
+  std::vector<std::string> files;  ///< Files written, the rawlog first.
   std::size_t steps = 0, observations = 0, detections = 0, landmarks = 0;
   double duration = 0;             ///< From first to last step [s].
   DropReport dropped;              ///< Reason -> count.
-  std::vector<std::string> notes;  ///< What else is worth knowing.
+  std::vector<std::string> notes;  ///< Other remarks for the user.
 };
 
-/// Writes F.rawlog as actions and sensory frames, step by step, and what is true beside it:
-/// F_ground_truth_robot_path.txt (a row per step), F_ground_truth.txt (landmarks, class last),
-/// F_ground_truth_robot_path.xyz (positions in time, where no more is known) and
-/// F_ground_truth_associations.csv. All appear together in finish(), or not at all. Throws Error
-/// that names the file where writing fails.
+/// Writes F.rawlog as actions and sensory frames, step by step, and the ground truth beside it:
+/// F_ground_truth_robot_path.txt (one row per step), F_ground_truth.txt (landmarks, class last),
+/// F_ground_truth_robot_path.xyz (timed positions, where orientations are unknown) and
+/// F_ground_truth_associations.csv. finish() makes all of them appear together. Throws Error that
+/// names the file on write errors.
 class LogWriter {
  public:
   /// `path` is F.rawlog; its folder is created if absent.
   explicit LogWriter(const std::string& path);
 
-  /// Throws Error for time going backwards, and for truth at some steps only; Interrupted where
-  /// the program was asked to stop.
+  /// Throws Error if time decreases or if only some steps have a true pose; Interrupted if the
+  /// program was asked to stop.
   void add(const ImportedStep& step);
 
-  /// Counts something that was not taken over.
+  /// Counts something dropped.
   void drop(const std::string& reason, std::size_t count = 1) { report_.dropped[reason] += count; }
 
-  /// Something to be told.
+  /// Adds a remark for the user.
   void note(const std::string& text) { report_.notes.push_back(text); }
-  /// Notes it where the last line of a file that was read has no end: a number in it may be cut.
+  /// Adds a remark if the last line of an input file has no newline: a number in it may be cut off.
   void note_end(const std::string& input);
 
   /// A true landmark; an empty class name means it has none.
   void true_landmark(std::int64_t id, const Eigen::Vector3d& position,
                      const std::string& class_name = {});
 
-  /// A true position of the robot without orientation, times rising.
+  /// A true position of the robot without orientation; times must not decrease.
   void true_position(double time, const Eigen::Vector3d& position);
 
-  /// What measurement `index` of the step to be added next really saw.
+  /// True landmark id of measurement `index` of the step that is added next.
   void true_association(std::size_t index, std::int64_t true_id);
 
   /// Steps added so far.
   std::size_t steps() const { return report_.steps; }
 
-  /// Closes, checks and renames all files. Nothing can be added afterwards.
+  /// Closes, checks and renames all files. Call it last.
   ImportReport finish();
 
  private:
@@ -89,11 +90,11 @@ class LogWriter {
   bool has_truth_ = false;
 };
 
-/// Tells `watcher` of every step that is written from now on by this process: how many there are,
-/// and the time of the log so far [s]. For a line of progress; empty: nobody is told.
+/// Sets a function that is called at every step written by this process, with the number of steps
+/// and the time since the start of the log [s], for a progress display. Empty: none.
 void watch_steps(std::function<void(std::size_t steps, double seconds)> watcher);
 
-/// A frame of a planar detector: its noise close by, place on the robot.
+/// An empty frame of a planar detector, with its noise at close range and its pose on the robot.
 CObservationClassedBearingRange::Ptr planar_detections(const std::string& label,
                                                        const DetectorNoise& noise,
                                                        const mrpt::poses::CPose3D& T_robot_sensor);

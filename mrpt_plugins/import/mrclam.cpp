@@ -16,9 +16,10 @@
 namespace hybrid {
 namespace {
 
-constexpr std::int64_t kRobots = 5;  // subjects 1 to 5; landmarks have higher numbers
+constexpr std::int64_t kRobots = 5;      // subjects 1 to 5; landmarks have higher numbers
+constexpr std::int64_t kRobotId = -100;  // less the number of a robot is its id in the log
 
-/// The file of a robot, or its thinned form.
+/// The file of a robot, or its thinned form if the full one is missing.
 std::string robot_file(const MrclamOptions& options, const char* kind, const char* thinned) {
   const std::string stem = fmt::format("{}/Robot{}_{}", options.folder, options.robot, kind);
   const std::string full = stem + ".dat";
@@ -49,7 +50,7 @@ void add_landmarks(const std::string& path, LogWriter& log) {
   }
 }
 
-/// The measurements of one time, added to the log once they are complete.
+/// Collects the measurements of one time and adds them to the log.
 class Frame {
  public:
   Frame(const MrclamOptions& options, LogWriter& log)
@@ -58,7 +59,7 @@ class Frame {
         odometry_(robot_file(options, "Odometry", "_changes"), read_command, options.walk),
         truth_(robot_file(options, "Groundtruth", "_10th")) {}
 
-  /// Starts the frame of another time.
+  /// Ends the last frame and starts one at `time`.
   void begin(double time) {
     end();
     time_ = time;
@@ -112,7 +113,9 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
     }
     if (subject->second > kRobots) {
       d.landmark_id = static_cast<std::int32_t>(subject->second);
-    } else if (!options.keep_robots) {
+    } else if (options.keep_robots) {
+      d.landmark_id = static_cast<std::int32_t>(kRobotId - subject->second);
+    } else {
       log.drop("detection dropped: another robot");
       continue;
     }

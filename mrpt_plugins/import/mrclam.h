@@ -17,14 +17,16 @@ struct MrclamOptions {
   /// Groundtruth}.dat; the latter two may be thinned, as RobotN_Odometry_changes.dat and
   /// RobotN_Groundtruth_10th.dat.
   std::string folder;
-  int robot = 1;             ///< 1 to 5
-  bool keep_robots = false;  ///< Keep sightings of other robots, as detections without an id.
+  int robot = 1;  ///< 1 to 5
+  /// Keep sightings of other robots, robot N under the id -100 - N: none of a landmark.
+  bool keep_robots = false;
   DetectorNoise detector{0.04, 0.04, 0.009, 0.02};
   OdometryWalk walk{0.06, 0.03, 0.06, 0.12, 1e-3};
 };
 
-/// Converts what one robot saw into a log with a step for each time of measurement, ids being
-/// subject numbers, the motion that of the velocity commands, the truth that of the motion capture.
+/// Converts the measurements of one robot into a log with one step per time of measurement.
+/// Landmark ids are subject numbers, odometry integrates the velocity commands, and the truth is
+/// that of the motion capture.
 ImportReport import_mrclam(const MrclamOptions& options, const std::string& output);
 
 }  // namespace hybrid

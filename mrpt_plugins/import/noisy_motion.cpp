@@ -11,7 +11,7 @@ namespace hybrid {
 
 OdometryIncrement noisy_motion(const mrpt::poses::CPose3D& motion, const MotionNoise& noise,
                                bool is_3d, Random& random) {
-  constexpr double kLeast = 1e-5;  // a motion without any noise has no finite information
+  constexpr double kLeast = 1e-5;  // keeps the information finite for motions without noise
   const double t = noise.translation, r = noise.rotation;
   const double vt = std::max(t, kLeast) * std::max(t, kLeast);
   const double vr = std::max(r, kLeast) * std::max(r, kLeast);

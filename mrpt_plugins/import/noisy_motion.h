@@ -12,15 +12,14 @@
 
 namespace HYBRID_API hybrid {
 
-/// Gaussian noise given to motions of poses that are too good to be called odometry. With the same
-/// seed it is the same.
+/// Gaussian noise that turns accurate motions into odometry, reproducible by its seed.
 struct MotionNoise {
-  double translation = 0;  ///< Sigma of each axis and step [m].
+  double translation = 0;  ///< Sigma of each axis per step [m].
   double rotation = 0;     ///< [rad]
   std::uint64_t seed = 1;
 };
 
-/// The motion with noise drawn and stated in its covariance; in the plane only x, y and yaw of it.
+/// The motion with noise added, and the covariance of the noise. In the plane, only x, y and yaw.
 OdometryIncrement noisy_motion(const mrpt::poses::CPose3D& motion, const MotionNoise& noise,
                                bool is_3d, Random& random);
 

@@ -20,10 +20,10 @@ namespace {
 
 struct BeaconRange {
   double range, sigma;
-  std::optional<std::int64_t> beacon;  // none: one of several
+  std::optional<std::int64_t> beacon;  // none: ambiguous between several
 };
 
-/// A pose of the graph, and what leads to it and is seen from it.
+/// A pose of the graph, with the motion to it and the ranges measured there.
 struct GraphPose {
   mrpt::poses::CPose3D truth;
   std::optional<OdometryIncrement> motion;
@@ -80,7 +80,7 @@ void read_motion(const TextRow& row, Graph& graph) {
       planar_motion(row.coordinate(4), row.coordinate(5), row.coordinate(6), covariance);
 }
 
-/// Of n beacons: 12 + 2n words.
+/// Reads a range to one of n beacons: 12 + 2n words.
 void read_ambiguous_range(const TextRow& row, Graph& graph, LogWriter& log) {
   constexpr const char* kForm =
       "Factor Ambiguous... Observer Xi Observed L... Weights w... Binary ... Observation r Sigma s";
@@ -123,7 +123,7 @@ Graph read_graph(const std::string& path, LogWriter& log) {
   return graph;
 }
 
-/// The beacon of a range of the same length at the same pose of the graph with all identities.
+/// The beacon of the equal range at the same pose in the graph with known identities.
 std::optional<std::int64_t> true_beacon(const BeaconRange& range, const GraphPose& known) {
   for (const BeaconRange& r : known.ranges) {
     if (std::abs(r.range - range.range) < 1e-6) return r.beacon;

@@ -13,18 +13,17 @@ namespace HYBRID_API hybrid {
 /// the text form of NF-iSAM (Huang et al. 2021).
 struct PlazaOptions {
   std::string graph;  ///< F.fg
-  /// The same graph with all identities known (p = 0), which tells the true beacons of ambiguous
-  /// ranges; empty: not known.
+  /// The same graph with all identities known (p = 0), which has the true beacons of ambiguous
+  /// ranges; empty: unknown.
   std::string identities;
-  /// Factor of the standard deviations of the translation of motions, which are off by twice
-  /// what the graph states.
+  /// Factor of the translational sigmas of motions: their errors are twice the stated sigmas.
   double inflate = 2;
-  double period = 1;  ///< Between poses, for which the graph has no time [s].
+  double period = 1;  ///< Time between poses [s]; the graph has no times.
 };
 
-/// Converts a graph into a planar log with a step for each pose and a CObservationBeaconRanges with
-/// its ranges. A range that may be to several beacons is one to an unknown beacon
-/// (INVALID_BEACON_ID). The values of the variables in the graph are the truth.
+/// Converts a graph into a planar log with one step per pose and a CObservationBeaconRanges with
+/// its ranges. An ambiguous range has an unknown beacon (INVALID_BEACON_ID). The values of the
+/// variables in the graph are the ground truth.
 ImportReport import_plaza(const PlazaOptions& options, const std::string& output);
 
 }  // namespace hybrid

@@ -24,7 +24,7 @@ constexpr DetectorClass kObjectClasses[] = {
     {6, "keyboard"}, {9, "monitor"},  {11, "flower_pot"}, {12, "traffic_light"},
     {14, "cup"},     {16, "toy_car"}, {17, "chair"},      {19, "person"}};
 
-/// The detections file, one key-frame after the other.
+/// Streams the detections, one key-frame after the other.
 class Detections {
  public:
   Detections(const StataOptions& options, DropReport& dropped)
@@ -41,7 +41,7 @@ class Detections {
     return frame;
   }
 
-  /// Counts what belongs to no key-frame.
+  /// Counts detections of no key-frame as dropped.
   void finish() {
     for (; row_; advance()) ++dropped_["detection dropped: of no key-frame"];
   }
@@ -84,12 +84,12 @@ class Detections {
   std::optional<TextRow> row_;
 };
 
-/// The key-frames, one after the other.
+/// Streams the poses of the key-frames.
 class Frames {
  public:
   explicit Frames(const StataOptions& options) : table_(options.folder + "/frames.txt") {}
 
-  /// The pose of the next one; nothing after the last.
+  /// The next pose; empty after the last one.
   std::optional<CPose3D> next() {
     const auto row = table_.next();
     if (!row) return std::nullopt;
@@ -105,7 +105,7 @@ class Frames {
   std::int64_t count_ = 0;
 };
 
-/// True ids of all detections in their order, by where the poses put them.
+/// True ids of all detections in their order, by their positions according to the poses.
 std::vector<std::int32_t> true_ids(const StataOptions& options) {
   if (options.oracle_radius <= 0) return {};
   DropReport ignored;

@@ -16,18 +16,19 @@ struct StataOptions {
   /// Folder with frames.txt (index seq T_world_camera) and detections.txt (frame class score x y z
   /// size box).
   std::string folder;
-  MotionNoise noise{0.02, 0.01, 1};  ///< Given to the odometry, which is the motion of the poses.
+  MotionNoise noise{0.02, 0.01, 1};  ///< Added to the motions of the poses, which are the odometry.
   double period = 0.5;               ///< Between key-frames [s].
-  /// Twice what sightings of an object scatter by, since their errors last for some seconds.
+  /// Twice the scatter of sightings of an object, since their errors are correlated over some
+  /// seconds.
   DetectorNoise detector{0.2, 0, 0.08, 0.06};
-  double min_score = 0;  ///< Detections with less are dropped.
-  /// Radius in which sightings of a class, put into place by the poses, are taken for one object
-  /// [m]; their number becomes their true id, for comparison. 0: no true ids.
+  double min_score = 0;  ///< Detections with a lower score are dropped.
+  /// Radius within which sightings of a class, placed by the poses, belong to one object [m]. Its
+  /// number is their true id, for evaluation. 0: no true ids.
   double oracle_radius = 0;
 };
 
-/// Converts the data set into a log in space with a step for each key-frame. There is no truth: the
-/// poses that the noise is added to stand for it.
+/// Converts the data set into a 3-D log with one step per key-frame. Its poses without the added
+/// noise serve as ground truth, as the data set has none.
 ImportReport import_stata(const StataOptions& options, const std::string& output);
 
 }  // namespace hybrid

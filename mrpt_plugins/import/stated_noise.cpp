@@ -25,7 +25,7 @@ double stated_sigma(const TextRow& row, std::size_t i) {
 }
 
 void check_covariance(const TextRow& row, std::size_t i, const Eigen::MatrixXd& covariance) {
-  constexpr double kRounding = 1e-6;  // of what a program wrote with some digits
+  constexpr double kRounding = 1e-6;  // relative rounding error of printed covariances
   const bool symmetric =
       covariance.allFinite() && covariance.isApprox(covariance.transpose(), kRounding);
   if (!symmetric || covariance.llt().info() != Eigen::Success) {

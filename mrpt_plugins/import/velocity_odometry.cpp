@@ -49,7 +49,7 @@ void VelocityOdometry::roll(double time, OdometryIncrement& motion) {
   const Eigen::Array3d per_way(walk_.along, walk_.across, walk_.heading);
   Eigen::Vector3d variances = per_way.square() * std::abs(d);
   variances[2] += walk_.turning * walk_.turning * std::abs(angle);
-  // The chord of the arc, to second order in the angle.
+  // Chord of the arc, to second order in the angle.
   motion = compose(motion, planar_motion(d * std::cos(0.5 * angle), d * std::sin(0.5 * angle),
                                          angle, variances.asDiagonal()));
 }

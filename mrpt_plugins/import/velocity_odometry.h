@@ -12,35 +12,35 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a vehicle in the plane does from one instant on.
+/// Velocity of a vehicle in the plane from a time on.
 struct Velocity {
   double time = 0;     ///< [s]
   double forward = 0;  ///< [m/s]
   double turn = 0;     ///< [rad/s], to the left.
 };
 
-/// Random walk of an odometry: standard deviations grow with the square root of the way and of the
-/// angle turned.
+/// Random walk of an odometry: sigmas grow with the square root of the distance travelled and of
+/// the angle turned.
 struct OdometryWalk {
   double along = 0, across = 0;  ///< [m per sqrt(m)]
   double heading = 0;            ///< [rad per sqrt(m)]
   double turning = 0;            ///< [rad per sqrt(rad)]
-  double rest = 1e-4;            ///< [m] and [rad], of every motion.
+  double rest = 1e-4;            ///< Of every motion [m], [rad].
 };
 
-/// Adds up readings of velocity, each of which holds until the next one, streamed from a table.
+/// Integrates velocity readings streamed from a table. Each reading holds until the next one.
 class VelocityOdometry {
  public:
-  /// `read` turns a row into a velocity. Throws Error for a missing file; times that go backwards
-  /// throw Error with file:line while moving.
+  /// `read` converts a row into a velocity. Throws Error for a missing file; decreasing times throw
+  /// Error with file:line during move_to().
   VelocityOdometry(const std::string& path, std::function<Velocity(const TextRow&)> read,
                    const OdometryWalk& walk);
 
-  /// Motion since the call before; the first call starts the clock. Before the first reading the
-  /// vehicle rests.
+  /// The motion since the last call; the first call sets the start time. The vehicle rests before
+  /// the first reading.
   OdometryIncrement move_to(double time);
 
-  /// Length of the way so far [m].
+  /// Distance travelled [m].
   double way() const { return way_; }
 
  private:

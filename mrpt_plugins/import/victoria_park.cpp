@@ -15,12 +15,12 @@
 namespace hybrid {
 namespace {
 
-// The car, in metres: between the axles; from the middle of the rear axle to its left wheel, whose
-// turns the encoder counts; from there to the laser.
+// Dimensions of the car [m]: wheelbase, distance from the middle of the rear axle to the left wheel
+// with the encoder, and position of the laser relative to the middle of the rear axle.
 constexpr double kAxles = 2.83, kHalfTrack = 0.76, kLaserAhead = 3.78, kLaserLeft = 0.5;
 
-constexpr double kGpsSlack = 1.5;           // m, between fixes beside the way driven
-constexpr double kReferenceWindow = 0.3;    // m of way between a sighting and its scan
+constexpr double kGpsSlack = 1.5;           // m, tolerance of the distance between fixes
+constexpr double kReferenceWindow = 0.3;    // m of travel between a sighting and its scan
 constexpr double kReferenceDistance = 0.5;  // m between a sighting and its detection
 
 struct Tree {
@@ -30,12 +30,12 @@ struct Tree {
 
 struct Scan {
   double time = 0;
-  double way = 0;  ///< Driven since the start [m].
+  double way = 0;  ///< Distance travelled since the start [m].
   OdometryIncrement motion;
   std::vector<Tree> trees;
 };
 
-/// The standard car model: speed of the middle of the rear axle and turn rate.
+/// The standard car model: speed of the middle of the rear axle, and turn rate.
 VelocityOdometry car(const VictoriaParkOptions& options, double scale, double offset) {
   const auto velocity = [=](const TextRow& row) {
     row.expect(3, "time speed steering");
@@ -51,7 +51,7 @@ VelocityOdometry car(const VictoriaParkOptions& options, double scale, double of
 std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log) {
   std::vector<Scan> scans;
   VelocityOdometry odometry = car(options, options.steering_scale, options.steering_offset);
-  VelocityOdometry reference = car(options, 1, 0);  // what the reference counted its way by
+  VelocityOdometry reference = car(options, 1, 0);  // odometry that the reference used
   TextReader times(options.folder + "/scan_times.txt");
   while (const auto row = times.next()) {
     row->expect(1, "time");
@@ -80,15 +80,15 @@ std::vector<Scan> read_scans(const VictoriaParkOptions& options, LogWriter& log)
   return scans;
 }
 
-/// A sighting of the reference association, in the frame of the rear axle.
+/// A sighting of the reference association, at a distance travelled, in the frame of the rear axle.
 struct Sighting {
   double way;
   std::int64_t id;
   Eigen::Vector2d point;
 };
 
-/// The reference counts poses and not time, but its odometry is that of the same car model: the way
-/// driven says which scan a sighting belongs to.
+/// The reference association has poses but no times. Its odometry uses the same car model, so that
+/// the distance travelled identifies the scan of a sighting.
 std::vector<Sighting> read_reference(const std::string& path) {
   std::vector<Sighting> sightings;
   std::map<std::int64_t, double> way{{0, 0.0}};
@@ -121,7 +121,8 @@ Eigen::Vector2d point_of(const Tree& tree) {
           kLaserLeft + tree.range * std::sin(tree.bearing)};
 }
 
-/// Gives the detection nearest to each sighting, in the scans made where it was, the sighting's id.
+/// Gives the id of each sighting to the nearest detection in the scans at about the same distance
+/// travelled.
 void give_ids(const std::vector<Sighting>& reference, std::vector<Scan>& scans, LogWriter& log) {
   for (const Sighting& sighting : reference) {
     auto scan = std::lower_bound(scans.begin(), scans.end(), sighting.way - kReferenceWindow,
@@ -146,7 +147,7 @@ void give_ids(const std::vector<Sighting>& reference, std::vector<Scan>& scans, 
   }
 }
 
-/// Positions of the satellite receiver, checked against the way the car drove.
+/// Adds the GPS positions that are consistent with the distance travelled.
 void add_gps(const VictoriaParkOptions& options, const std::vector<Scan>& scans, LogWriter& log) {
   TextReader table(options.folder + "/gps.txt");
   std::size_t scan = 0;

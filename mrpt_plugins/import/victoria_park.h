@@ -17,19 +17,19 @@ struct VictoriaParkOptions {
   /// bearing diameter; bearing pi/2 is straight ahead), gps.txt (t x y), and for the reference
   /// association victoria_park_known_assoc_gtsam.txt.
   std::string folder;
-  /// Whether sightings of the reference association get its landmark ids.
+  /// Whether detections get the landmark ids of the reference association.
   bool reference = true;
-  /// The steering angle is this many times the reading and this much more [rad]: what fits the way
-  /// among the trees of the reference association. 1 and 0: as read.
+  /// The steering angle is steering_scale times the reading plus steering_offset [rad]: the values
+  /// that fit the path among the trees of the reference association. 1 and 0: as read.
   double steering_scale = 1.037, steering_offset = 0.0046;
   DetectorNoise detector{0.09, 0.005, 0.011, 0};
   OdometryWalk walk{0.05, 0.02, 0.008, 0, 1e-4};
 };
 
-/// Converts the data set into a log with a step for each scan. The robot is the middle of the rear
-/// axle; its motion follows the standard car model from the speed of the left rear wheel and the
-/// steering angle. Positions of the satellite receiver go beside the log; those that lie farther
-/// from the last good one than the car drove are dropped.
+/// Converts the data set into a log with one step per scan. The robot frame is at the middle of the
+/// rear axle; its motion follows the standard car model from the speed of the left rear wheel and
+/// the steering angle. GPS positions are written beside the log; those farther from the last good
+/// one than the car drove are dropped.
 ImportReport import_victoria_park(const VictoriaParkOptions& options, const std::string& output);
 
 }  // namespace hybrid

@@ -24,7 +24,7 @@ namespace {
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::INVALID_LANDMARK_ID;
 
-/// Why a sensor cannot be there on a robot, or null: it is nearer than what it measures.
+/// Why a sensor pose is implausible, or null: sensors are nearer to the robot than their range.
 const char* fault(const mrpt::poses::CPose3D& T_robot_sensor, const DetectionOptions& options) {
   const bool is_finite = std::isfinite(T_robot_sensor.norm()) &&
                          T_robot_sensor.getRotationMatrix().asEigen().allFinite();
@@ -34,14 +34,14 @@ const char* fault(const mrpt::poses::CPose3D& T_robot_sensor, const DetectionOpt
   return is_plausible ? nullptr : "observation dropped: sensor pose absurd";
 }
 
-/// A smaller sigma [m, rad] than any sensor has is damage: its inverse square would outweigh all
-/// other measurements together.
+/// Smaller sigmas [m, rad] are no sensor's and come from damage: their inverse squares would
+/// outweigh all other measurements.
 constexpr double kLeastSigma = 1e-6;
 
-/// Sigmas that noise may carry a measurement beyond the limits of its sensor.
+/// Sigmas of noise by which a measurement may exceed the limits of its sensor.
 constexpr double kLimitSigmas = 5;
 
-/// Why the range is not one of this sensor, or null.
+/// Why the range is outside the limits of the sensor, or null.
 const char* range_fault(const Detection& d, const DetectionFrame& frame,
                         const DetectionOptions& options) {
   if (d.range > options.max_range) return "detection dropped: range above limit";
@@ -55,7 +55,7 @@ const char* range_fault(const Detection& d, const DetectionFrame& frame,
   return nullptr;
 }
 
-/// Whether the sigmas are small enough to tell something of range and angles.
+/// Whether the sigmas are small enough for the detection to carry information.
 bool tells_something(const Detection& d, const DetectionOptions& options) {
   const Eigen::Vector3d variances = d.covariance.diagonal();
   return variances[0] <= options.max_range * options.max_range &&
@@ -109,8 +109,8 @@ bool positive_definite(const Eigen::Matrix3d& covariance, bool is_3d) {
   return covariance.llt().info() == Eigen::Success;
 }
 
-/// The covariance of one detection, whose own sigmas stand in for those of the sensor unless
-/// sigmas were chosen.
+/// The covariance of one detection. Its own sigmas replace those of the sensor, unless the options
+/// set sigmas.
 Eigen::Matrix3d own_covariance(const CObservationClassedBearingRange::Detection& d,
                                Eigen::Matrix3d covariance, bool is_3d,
                                const DetectionOptions& options) {
@@ -124,15 +124,16 @@ Eigen::Matrix3d own_covariance(const CObservationClassedBearingRange::Detection&
   return covariance;
 }
 
-/// The id as the options want it, and the true one, which an id of the sensor is too.
+/// Sets the id by its source, and the true id to that of the sensor if there is no other.
 void choose_ids(IdSource source, Detection& d) {
   if (!d.true_id) d.true_id = d.id;
   if (source == IdSource::kNone) d.id.reset();
   if (source == IdSource::kTruth) d.id = d.true_id;
 }
 
-std::optional<std::int64_t> id_of(std::int32_t id, DropReport& report) {
-  if (id >= 0) return id;
+std::optional<std::int64_t> id_of(std::int32_t id, const DetectionOptions& options,
+                                  DropReport& report) {
+  if (id >= 0 || options.robots.count(id) != 0) return id;
   if (id != INVALID_LANDMARK_ID) ++report["id repaired: negative, taken as none"];
   return std::nullopt;
 }
@@ -200,7 +201,7 @@ DetectionFrame read(const CObservationBearingRange& observation, const Detection
   }
   std::set<std::int64_t> seen;
   for (const auto& m : observation.sensedData) {
-    Detection d{m.range, m.yaw, m.pitch, id_of(m.landmarkID, report), {}, {}, common};
+    Detection d{m.range, m.yaw, m.pitch, id_of(m.landmarkID, options, report), {}, {}, common};
     if (observation.validCovariances) d.covariance = m.covariance.asEigen();
     if (!frame.is_3d) {
       d.covariance.row(2).setZero();
@@ -229,7 +230,7 @@ DetectionFrame read(const CObservationClassedBearingRange& observation,
   for (const auto& m : observation.detections) {
     std::optional<std::int64_t> true_id;
     if (m.true_landmark_id >= 0) true_id = m.true_landmark_id;
-    add_if_usable({m.range, m.yaw, m.pitch, id_of(m.landmark_id, report), true_id,
+    add_if_usable({m.range, m.yaw, m.pitch, id_of(m.landmark_id, options, report), true_id,
                    probabilities(m.class_scores, frame.class_names.size(), options, report),
                    own_covariance(m, covariance, frame.is_3d, options)},
                   options, seen, frame, report);

@@ -9,30 +9,30 @@
 
 namespace HYBRID_API hybrid {
 
-/// A frame becomes a keyframe once the motion since the last one reaches any threshold that is set;
-/// 0 switches a threshold off, and with all off every frame is a keyframe.
+/// A frame becomes a keyframe once the motion since the last one reaches a threshold, or if its
+/// odometry is missing. 0 switches a threshold off; if all are off, every frame is a keyframe.
 struct KeyframeOptions {
   double min_distance = 0;  ///< Straight line between keyframes [m].
   double min_angle = 0;     ///< Rotation between keyframes [rad].
   double min_time = 0;      ///< [s].
 };
 
-/// Chooses keyframes and adds up the odometry between them.
+/// Selects keyframes and accumulates the odometry between them.
 class KeyframePolicy {
  public:
   explicit KeyframePolicy(const KeyframeOptions& options = {}) : options_(options) {}
 
-  /// Takes each step in turn and says whether it is a keyframe; the first step is.
+  /// Whether a step is a keyframe, as the first step is. Call it once for each step in order.
   bool is_keyframe(const LogStep& step);
 
-  /// Motion from the keyframe before to the one just accepted, covariances added up. Nothing at the
-  /// first keyframe unless its step had odometry, and wherever a step in between lacked odometry.
+  /// Motion from the last keyframe to the one just accepted, covariances propagated. Nothing if a
+  /// step in between lacked odometry; at the first keyframe, only the odometry of its step, if any.
   const std::optional<OdometryIncrement>& odometry() const { return between_; }
 
  private:
   KeyframeOptions options_;
   bool started_ = false;
-  bool accepted_ = true;  // the sum starts anew at the next step
+  bool accepted_ = true;  // the next step starts a new sum
   double last_time_ = 0;
   std::optional<OdometryIncrement> between_;
 };

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -16,6 +17,24 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kLookAhead = 100;  // keyframes
+
+/// Takes the detections of robots out of a frame; nothing where there are none. Those whose id is
+/// hidden stay, as detections of nothing in particular.
+std::optional<DetectionFrame> take_robots(DetectionFrame& frame,
+                                          const std::set<std::int64_t>& robots) {
+  if (robots.empty()) return std::nullopt;
+  for (Detection& d : frame.detections) {
+    if (!d.id && d.true_id && robots.count(*d.true_id) != 0) d.true_id.reset();
+  }
+  const auto is_robot = [&](const Detection& d) { return d.id && robots.count(*d.id) != 0; };
+  const auto first = std::stable_partition(frame.detections.begin(), frame.detections.end(),
+                                           [&](const Detection& d) { return !is_robot(d); });
+  if (first == frame.detections.end()) return std::nullopt;
+  DetectionFrame out = frame;
+  out.detections.assign(first, frame.detections.end());
+  frame.detections.erase(first, frame.detections.end());
+  return out;
+}
 
 /// How often something was of the plane or of space.
 struct Votes {
@@ -90,6 +109,11 @@ SourceOptions read_source_options(IniFile& ini) {
                           "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
   m.minStdPHI = reader.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
                                "the same for the angle", kSigmaDegrees);
+  options.reader.clock_offset =
+      reader.get("clock_offset", options.reader.clock_offset,
+                 "added to the time stamps of the log, so that those of several robots are of one "
+                 "clock [s]",
+                 IniRange{-1e9, 1e9});
   options.reader.period = reader.get("period", options.reader.period,
                                      "between frames without a time stamp [s]", kPositiveDuration);
   options.reader.max_speed = reader.get(
@@ -139,7 +163,7 @@ bool KeyframeSource::is_3d() {
          });
 }
 
-/// Adds the detections of a step; at a keyframe, gives back all since the one before.
+/// Passes the detections of a step to the tracker. At a keyframe, replaces them by its tracklets.
 void KeyframeSource::track(const LogStep& step, bool is_keyframe,
                            std::vector<DetectionFrame>& detections) {
   if (step.odometry) {
@@ -159,7 +183,10 @@ std::optional<Keyframe> KeyframeSource::read() {
     Keyframe keyframe;
     for (const auto& observation : step->observations) {
       auto frame = detections_in(*observation, options_.detections, dropped_);
-      if (frame) keyframe.detections.push_back(std::move(*frame));
+      if (!frame) continue;
+      auto robots = take_robots(*frame, options_.detections.robots);
+      if (robots) keyframe.robots.push_back(std::move(*robots));
+      keyframe.detections.push_back(std::move(*frame));
     }
     if (options_.tracklets) track(*step, is_keyframe, keyframe.detections);
     if (!is_keyframe) continue;

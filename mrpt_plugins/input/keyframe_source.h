@@ -18,12 +18,14 @@
 
 namespace HYBRID_API hybrid {
 
-/// A place of the robot that becomes a pose of the map.
+/// A pose of the robot that becomes a variable of the map, with its measurements.
 struct Keyframe {
-  std::size_t row = 0;  ///< step of the log, which is the row of MRPT's ground truth of the path
-  double time = 0;      ///< s
+  std::size_t robot = 0;  ///< whose, where there are several
+  std::size_t row = 0;    ///< step of the log, which is the row of MRPT's ground truth of the path
+  double time = 0;        ///< s
   std::optional<OdometryIncrement> odometry;  ///< motion since the keyframe before
   std::vector<DetectionFrame> detections;
+  std::vector<DetectionFrame> robots;  ///< detections of robots (DetectionOptions::robots)
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
 };
 
@@ -32,7 +34,8 @@ enum class Dimension { kAuto, kPlane, kSpace };
 struct SourceOptions {
   RawlogOptions reader;
   KeyframeOptions keyframes;
-  bool tracklets = false;  ///< of detections between keyframes; these are left out otherwise
+  bool tracklets = false;  ///< use detections between keyframes as tracklets; else they are left
+                           ///< out
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
   Dimension dimension = Dimension::kAuto;
@@ -47,23 +50,25 @@ class KeyframeSource {
   /// Throws Error if the file is missing or cannot be opened.
   KeyframeSource(const std::string& rawlog, const SourceOptions& options);
 
+  /// Nothing at the end of the log. Throws Interrupted where a signal comes while standard input
+  /// keeps it waiting.
   std::optional<Keyframe> next();
 
-  /// Whether the map must be in space, unless chosen: odometry is of space, or a sensor is tilted
-  /// or measures pitch, each in more than half of the first 100 keyframes where it says something.
-  /// So no single damaged entry decides; plugins leave out, and count, what does not fit the map.
+  /// Whether the map is 3-D. Unless set by the options, it is if odometry or a sensor (tilted, or
+  /// measuring pitch) is 3-D in more than half of the first 100 keyframes that have it. A single
+  /// damaged entry therefore does not decide; plugins drop and count what does not fit the map.
   bool is_3d();
 
   LogStatus status() const { return reader_.status(); }
-  /// How the log ended; empty if complete.
+  /// Why the log ended early; empty if complete.
   const std::string& message() const { return reader_.message(); }
-  /// Share of the log up to the newest keyframe.
-  double progress() const { return progress_; }
+  /// Share of the log up to the newest keyframe; nothing where standard input does not tell it.
+  std::optional<double> progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return reader_.observations(); }
-  /// Odd things in the log that were got over, by kind.
+  /// Problems in the log that were handled, by kind.
   DropReport warnings() const { return reader_.warnings(); }
 
  private:
@@ -77,10 +82,10 @@ class KeyframeSource {
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;
-    double progress;  ///< of the reader behind it
+    std::optional<double> progress;  ///< of the reader behind it
   };
   std::deque<Ahead> ahead_;
-  double progress_ = 0;
+  std::optional<double> progress_ = 0;
 };
 
 }  // namespace hybrid

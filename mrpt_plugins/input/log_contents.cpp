@@ -20,7 +20,19 @@ void count(const DetectionFrame& frame, LogContents& contents) {
   if (!frame.class_names.empty()) counts.classified += frame.detections.size();
 }
 
+void add_to(DetectionCounts& all, const DetectionCounts& more) {
+  all.all += more.all;
+  all.identified += more.identified;
+  all.classified += more.classified;
+}
+
 }  // namespace
+
+void LogContents::add(const LogContents& other) {
+  for (const auto& [name, count] : other.observations) observations[name] += count;
+  add_to(with_range, other.with_range);
+  add_to(without_range, other.without_range);
+}
 
 LogContents read_contents(const std::string& rawlog, const SourceOptions& options) {
   LogContents contents;

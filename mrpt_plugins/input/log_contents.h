@@ -11,26 +11,29 @@
 
 namespace HYBRID_API hybrid {
 
-/// Detections of landmarks, by what is known of them.
+/// Counts of detections of landmarks by their content.
 struct DetectionCounts {
   std::size_t all = 0;
-  std::size_t identified = 0;  ///< with an id of the landmark
-  std::size_t classified = 0;  ///< by a sensor that names classes
+  std::size_t identified = 0;  ///< with a landmark id
+  std::size_t classified = 0;  ///< by a sensor with classes
 
   bool mostly_identified() const { return 2 * identified > all; }
   bool mostly_classified() const { return 2 * classified > all; }
 };
 
-/// What a log holds, as far as plugins are chosen by it.
+/// The content of a log by which plugins are chosen.
 struct LogContents {
   /// Observations by class, without namespace.
   std::map<std::string, std::size_t> observations;
   /// The usable detections of CObservationBearingRange and CObservationClassedBearingRange.
   DetectionCounts with_range, without_range;
+
+  /// Counts those of another log as well.
+  void add(const LogContents& other);
 };
 
-/// Reads the whole log. What is not usable by `options` does not count, and of a damaged log the
-/// sound part does. Throws Error if it cannot be opened, Interrupted on a signal.
+/// Reads the whole log. Measurements that are unusable by `options` do not count; of a damaged log,
+/// the readable part counts. Throws Error if it cannot be opened, Interrupted on a signal.
 LogContents read_contents(const std::string& rawlog, const SourceOptions& options);
 
 }  // namespace hybrid

@@ -24,24 +24,24 @@ struct OdometryIncrement {
 /// `first` followed by `second`, covariances propagated to first order; planar if both are.
 OdometryIncrement compose(const OdometryIncrement& first, const OdometryIncrement& second);
 
-/// The motion of a log, if it tells any.
+/// The motion of a logged action, if it has any.
 std::optional<OdometryIncrement> odometry_of(const LoggedMotion& motion);
 
-/// MRPT's Gaussian motion model, which gives covariances to odometry that carries none.
+/// MRPT's Gaussian motion model, for odometry without a covariance.
 using MotionModel = mrpt::obs::CActionRobotMovement2D::TMotionModelOptions::TOptions_GaussianModel;
 OdometryIncrement odometry_between(const mrpt::poses::CPose2D& before,
                                    const mrpt::poses::CPose2D& after, const MotionModel& model);
 
-/// Whether mean and covariance are finite, the rotation is one, and the covariance has no negative
-/// eigenvalue.
+/// Whether mean and covariance are finite, the rotation is a rotation, and the covariance has no
+/// negative eigenvalue.
 bool is_sane(const OdometryIncrement& odometry);
 
-/// Whether a motion may be true of a robot that comes `reach` metres far at most: it does not lead
-/// farther, and its sigmas are below that and half a turn, so that it tells something.
+/// Whether a motion is plausible for a robot that moves `reach` metres at most: its length and its
+/// translational sigmas are at most `reach`, its rotational sigmas at most half a turn.
 bool is_plausible(const OdometryIncrement& odometry, double reach);
 
-/// Adds 1e-10 (a sigma of 1e-5 m or rad) to the diagonal if a direction has no noise at all, since
-/// a certain motion has no finite information; returns whether it did.
+/// Adds 1e-10 (a sigma of 1e-5 m or rad) to the diagonal if a direction has no noise, since its
+/// information would be infinite; returns whether it did.
 bool add_noise_floor(OdometryIncrement& odometry);
 
 }  // namespace hybrid

@@ -22,7 +22,7 @@ PointFile points_of(const std::vector<mrpt::math::TPoint3Df>& points, const std:
   return file;
 }
 
-/// Points of the scans of one step; all of them, without thinning.
+/// All points of the scans of one step.
 PointFile read_step(const std::string& path, std::size_t wanted) {
   RawlogOptions options;
   options.request.points = true;

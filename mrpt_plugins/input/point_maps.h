@@ -9,10 +9,10 @@
 
 namespace HYBRID_API hybrid {
 
-/// Points from any file that a registration may be given: those of `read_points`; a serialised MRPT
-/// points map or map of observations (of which the first is taken); or a rawlog, of which
-/// `LOG.rawlog#N` names step N, counted from 0 (by default 0), seen from the robot. Throws Error
-/// naming the file and what is wrong.
+/// Points from any input file of a registration: those of `read_points`; a serialised MRPT points
+/// map, or the first one of a map of observations; or step N of a rawlog, given as `LOG.rawlog#N`,
+/// counted from 0 (the default), in the frame of the robot. Throws Error naming the file and the
+/// fault.
 PointFile read_point_source(const std::string& path);
 
 }  // namespace hybrid

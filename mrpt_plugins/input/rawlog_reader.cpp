@@ -21,13 +21,13 @@ namespace {
 using mrpt::obs::CObservationOdometry;
 using mrpt::poses::CPose2D;
 
-/// Observations that may wait for odometry after them, which a log without any never brings.
+/// Limit of observations that wait for later odometry, for logs without any.
 constexpr std::size_t kMaxWaiting = 256;
 
 constexpr const char* kTooFar =
     "odometry dropped: farther, or less certain, than [reader] max_speed allows";
 
-/// Times the usual period, beyond which frames are taken to be missing.
+/// Multiple of the usual period beyond which frames count as missing.
 constexpr double kLongGap = 10;
 
 CPose2D interpolate(const CPose2D& a, const CPose2D& b, double fraction) {
@@ -35,7 +35,7 @@ CPose2D interpolate(const CPose2D& a, const CPose2D& b, double fraction) {
   return a + CPose2D(fraction * step.x(), fraction * step.y(), fraction * step.phi());
 }
 
-/// Adds to a step what is known of an observation.
+/// Adds the content and points of an observation to a step.
 void add(const LoggedObservation& observation, LogStep& step) {
   if (observation.content) step.observations.push_back(observation.content);
   step.points.insert(step.points.end(), observation.points.begin(), observation.points.end());
@@ -153,7 +153,7 @@ void RawlogReader::take_odometry(const CObservationOdometry& odometry) {
   }
   before_ = after_;
   after_ = {time, odometry.odometry};
-  // An observation with the very time of this odometry may still get company.
+  // Further observations with the time of this odometry may follow.
   release_until(std::nextafter(after_->time, 0.0));
 }
 
@@ -165,7 +165,7 @@ void RawlogReader::release_front() {
   LogStep step = std::move(waiting_.front());
   waiting_.pop_front();
   if (after_ && before_ && !is_within_reach(*before_, *after_)) {
-    ++warnings_[kTooFar];  // one of them is wrong, and who knows which
+    ++warnings_[kTooFar];  // one of the two is wrong, but it is unknown which
     last_pose_.reset();
   } else if (after_ && before_ && after_->time > before_->time) {
     const double fraction = (step.time - before_->time) / (after_->time - before_->time);
@@ -189,8 +189,8 @@ void RawlogReader::emit(LogStep step) {
   ready_.push_back(std::move(step));
 }
 
-/// How far the robot comes in a time. Time stamps may stand still, or be those of a simulation: a
-/// period may always have passed.
+/// How far the robot can move in a time. Time stamps may repeat or be those of a simulation, so
+/// that at least one period counts.
 double RawlogReader::reach(double time) const {
   return options_.max_speed * std::max(time, options_.period);
 }
@@ -217,7 +217,7 @@ double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {
   if (stamp == INVALID_TIMESTAMP) {
     ++warnings_["timestamp missing: synthesised"];
   } else {
-    time = mrpt::Clock::toDouble(stamp);
+    time = mrpt::Clock::toDouble(stamp) + options_.clock_offset;
   }
   return time;
 }

@@ -19,63 +19,64 @@
 
 namespace HYBRID_API hybrid {
 
-/// How often something was dropped or repaired, by reason.
+/// Number of dropped or repaired entries by reason.
 using DropReport = std::map<std::string, std::size_t>;
 
-/// One place of the robot: what was sensed there and how it came there.
+/// One step of the robot: its observations, and the motion to it.
 struct LogStep {
-  /// Counts from 0; step i belongs to row i of MRPT's ground truth of the robot path.
+  /// Counts from 0; row i of MRPT's ground truth path belongs to step i.
   std::size_t index = 0;
   double time = 0;  ///< [s] since 1970, or synthesised (see RawlogReader).
-  /// Motion since the previous step. On the first step: motion before it, if the log has any.
-  /// Absent if the log has no odometry there or it was unusable.
+  /// Motion since the last step. On the first step: motion before it, if the log has any. Absent if
+  /// the odometry is missing or unusable.
   std::optional<OdometryIncrement> odometry;
-  /// Those of classes that this program knows or that were asked for; others only make a step.
+  /// Observations of classes that this program knows or that were requested.
   std::vector<mrpt::obs::CObservation::Ptr> observations;
-  std::vector<mrpt::math::TPoint3Df> points;  ///< of all observations [m], where asked for
+  std::vector<mrpt::math::TPoint3Df> points;  ///< of all observations [m], if requested
 };
 
 struct RawlogOptions {
-  /// Noise given to CObservationOdometry, which carries none.
+  /// Noise of CObservationOdometry, which has none.
   MotionModel motion_model;
+  double clock_offset = 0;  ///< Added to the time stamps of the log [s].
   /// Time between frames without a valid timestamp [s].
   double period = 1.0;
-  /// Odometry that leads farther in the time of a step, or in a period if that is longer, is taken
-  /// for damage [m/s].
+  /// Odometry that is faster over the time of a step, or over a period if that is longer, counts as
+  /// damaged [m/s].
   double max_speed = 100.0;
-  /// What is wanted beyond the usual, and libraries that define classes of it.
+  /// Further classes of observations to read, and libraries that define them.
   LogRequest request = {};
   std::vector<std::string> libraries = {};
 };
 
 /// Streams a rawlog of either format as steps.
 ///
-/// Actions and sensory frames: a step is a sensory frame, reached by the actions since the one
-/// before. A log may begin with a sensory frame, which is step 0 (MRPT's own pair reader drops it);
-/// actions after the last frame lead nowhere and are left out.
+/// Actions and sensory frames: a step is a sensory frame, reached by the actions since the last
+/// one. A log may begin with a sensory frame, which is step 0 (MRPT's own pair reader drops it).
+/// Actions after the last frame are left out.
 ///
 /// Observations only: consecutive observations with one timestamp make a step. Its pose is
-/// interpolated between the CObservationOdometry before and after it; at the ends of the log, the
-/// nearest one is taken.
+/// interpolated between the CObservationOdometry before and after it, and is that of the nearest
+/// one at the ends of the log.
 ///
-/// Frames without a valid timestamp get that of the frame before plus the period, the first one 0.
-/// Where time goes backwards, the order of the file counts for frames, which get the time of the
-/// frame before; single observations and odometry readings are dropped. Gaps of over ten times the
-/// usual period are counted as frames missing: the odometry across them is used as it is.
+/// Frames without a valid timestamp get that of the last frame plus the period, the first one 0.
+/// Where time goes backwards, frames are kept in the order of the file with the time of the last
+/// frame; single observations and odometry readings are dropped. Gaps of over ten times the usual
+/// period are counted as missing frames: the odometry across them is used unchanged.
 class RawlogReader {
  public:
   /// Throws Error if the file is missing or cannot be opened.
   explicit RawlogReader(const std::string& path, const RawlogOptions& options = {});
 
-  /// The next step, or nothing at the end; status() then tells how the log ended.
+  /// The next step, or nothing at the end; then status() is how the log ended.
   std::optional<LogStep> next();
 
   LogStatus status() const { return objects_.status(); }
-  /// One line about how the log ended; empty if complete.
+  /// One line on how the log ended; empty if complete.
   const std::string& message() const { return objects_.message(); }
-  double progress() const { return objects_.progress(); }
+  std::optional<double> progress() const { return objects_.progress(); }
   std::uint64_t objects() const { return objects_.objects(); }
-  /// Odd things met and got over: bad odometry, missing timestamps, unused objects.
+  /// Problems in the log that were handled: bad odometry, missing timestamps, unused objects.
   DropReport warnings() const;
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return observations_; }
@@ -109,18 +110,18 @@ class RawlogReader {
   std::map<std::string, std::size_t> observations_;
   std::deque<LogStep> ready_;
   std::size_t emitted_ = 0;
-  double emitted_time_ = 0;  // of the last one
+  double emitted_time_ = 0;  // of the last emitted step
   double last_time_;
   double usual_gap_ = 0;  // running mean of the time between frames
   bool started_ = false;
 
   // Pairs.
   std::optional<OdometryIncrement> motion_;  // since the last frame
-  bool motion_is_known_ = true;              // nothing of it was dropped
+  bool motion_is_known_ = true;              // no part of it was dropped
   mrpt::system::TTimeStamp action_stamp_;
 
   // Observations only.
-  std::deque<LogStep> waiting_;  // for odometry after them
+  std::deque<LogStep> waiting_;  // for later odometry
   std::optional<TimedOdometry> before_, after_;
   std::optional<mrpt::poses::CPose2D> last_pose_;  // odometry at the last released step
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "libhybrid/core/key_letters.h"
 #include "mrpt_plugins/mapping/batch_backend.h"
 #include "mrpt_plugins/mapping/detail/window_backend.h"
 
@@ -53,6 +54,18 @@ WindowOptions read_window_options(IniSection& solver, const std::string& mode) {
   using Mode = WindowOptions::Mode;
   if (mode == "fixed_lag") options.mode = Mode::kFixedLag;
   if (mode == "filter") options.mode = Mode::kFilter;
+  if (mode == "bounded") {
+    options.mode = Mode::kBounded;
+    options.states = {key_letter::kPose};
+  }
+  options.complete =
+      solver.get("complete", options.complete,
+                 "bounded: keyframes up to which nothing is marginalised", IniRange{0, 1e9});
+  options.sightings =
+      solver.get("sightings", options.sightings,
+                 "bounded: later, a keyframe stays until this many newer ones have seen each of "
+                 "the landmarks that it saw",
+                 IniRange{1, 1e9});
   options.lag = solver.get("lag", options.lag,
                            "fixed_lag: keyframes that a variable stays after its last measurement; "
                            "0: for ever",
@@ -73,10 +86,11 @@ void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out) {
 
 std::unique_ptr<Backend> make_backend(IniSection solver) {
   const std::string mode = solver.choice(
-      "mode", "incremental", {"incremental", "batch", "fixed_lag", "filter"},
+      "mode", "bounded", {"bounded", "incremental", "batch", "fixed_lag", "filter"},
       "batch: the whole graph at the end; the others are online, with an estimate after each "
-      "keyframe. incremental: all of the past; fixed_lag: a window of it; filter: the newest pose "
-      "and all landmarks. All solve what they keep to convergence at the end");
+      "keyframe. bounded: of the past what the place takes; incremental: all of it; fixed_lag: a "
+      "window of it; filter: the newest pose and all landmarks. All solve what they keep to "
+      "convergence at the end");
   const AlternatingOptions batch = read_batch_options(solver);
   const int solve_every = solver.get(
       "solve_every", 0, "batch: keyframes between solves on the way; 0: none", IniRange{0, 1e9});

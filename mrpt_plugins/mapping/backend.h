@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -16,13 +17,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a back-end did with one change of the graph. `rounds` are linear solves.
+/// Result of a back-end update. `rounds` counts linear solves.
 struct BackendReport : UpdateReport {
-  double cost = 0;                    ///< half the weighted squared error afterwards
-  std::vector<std::string> warnings;  ///< what the user should know, e.g. no convergence
+  double cost = 0;                    ///< half the weighted squared error after the update
+  std::vector<std::string> warnings;  ///< messages for the user, e.g. no convergence
 };
 
-/// Counts the work of one more update; the estimate is that of the later one.
+/// Adds the work of a later update, and takes over its estimate's objective and cost.
 void add_work(BackendReport& into, const BackendReport& from);
 
 /// Uncertainty of an estimate: Laplace covariances (eq. 12), and p(d | Z) of discrete variables
@@ -30,53 +31,56 @@ void add_work(BackendReport& into, const BackendReport& from);
 struct Uncertainty {
   std::unordered_map<Key, Eigen::MatrixXd> covariances;
   std::unordered_map<Key, std::vector<double>> probabilities;
-  double standard_error = 0;  ///< largest of the probabilities, where some were sampled
+  double standard_error = 0;  ///< largest one of the probabilities, if some were sampled
 };
 
-/// Takes over what is known of discrete variables.
+/// Adds the marginal probabilities of discrete variables.
 void add_probabilities(AssignmentPosterior&& posterior, Uncertainty& out);
 
-/// The seam between the mapper and inference: whoever can take in one Delta per keyframe.
+/// Interface of the mapper to inference: one atomic Delta per update.
 class Backend {
  public:
   virtual ~Backend() = default;
 
-  /// Name of the mode as in the INI.
+  /// Name of the mode in the INI.
   virtual std::string mode() const = 0;
 
-  /// Takes one atomic change in. Throws Error, and stays as it was, if the change is impossible.
+  /// Applies one atomic change. Throws Error, and stays unchanged, if the change is impossible.
   virtual BackendReport update(const Delta& delta) = 0;
 
-  /// Solves to convergence, once no more changes come.
+  /// Solves to convergence, after the last change.
   virtual BackendReport finish() = 0;
 
-  /// Every variable ever added and not removed; one marginalised out keeps its last estimate.
+  /// All variables ever added and not removed; a marginalised one keeps its last estimate.
   virtual const Values& values() const = 0;
   virtual const Assignment& assignment() const = 0;
 
-  /// All factors taken in so far and not removed; for variables marginalised out, linear priors.
+  /// All factors added so far and not removed; marginalised variables leave linear priors.
   virtual const HybridGraph& graph() const = 0;
 
-  /// The continuous variables of the graph in the order of their elimination; empty where the
-  /// back-end keeps none.
+  /// The continuous variables of the graph in elimination order; empty if the back-end has none.
   virtual std::vector<Key> elimination_order() const { return {}; }
 
-  /// Whether factors may still be removed by their handles: not where the past is marginalised.
+  /// Whether factors may still be removed by their handles: not where the past is marginalised; of
+  /// what is bounded by the place, those of variables that the graph holds.
   virtual bool keeps_all() const = 0;
 
-  /// Whether a variable is in the graph and not marginalised out.
+  /// Whether a variable is in the graph and not marginalised.
   virtual bool holds(Key key) const = 0;
+
+  /// Figures for the summary of a run, by name; empty if there are none.
+  virtual std::map<std::string, double> statistics() const { return {}; }
 
   /// Joint covariance of some variables that the graph holds, in the order given. Throws
   /// SettingsError in a mode that keeps no estimate on the way.
   virtual Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const = 0;
 
-  /// Uncertainty of some variables at the estimate; a variable without it is left out.
+  /// Uncertainty of variables at the estimate; variables with unknown uncertainty are left out.
   virtual Uncertainty uncertainty(const std::vector<Key>& continuous,
                                   const std::vector<DiscreteKey>& discrete) const = 0;
 };
 
-/// Declares the keys of section [solver] and creates the back-end they ask for.
+/// Declares the keys of section [solver] and creates the back-end.
 std::unique_ptr<Backend> make_backend(IniSection solver);
 
 }  // namespace hybrid

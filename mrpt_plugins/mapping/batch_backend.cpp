@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a change adds to objective and cost at the present estimate.
+/// Adds the objective and cost of the new factors at the given estimate.
 void add_to(const Delta& delta, const Estimate& at, double& objective, double& cost) {
   for (const ContinuousFactorPtr& factor : delta.continuous) {
     const double c = factor->cost(at.values);
@@ -70,7 +70,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
   return report;
 }
 
-/// Applies a change; `undo` takes it back, step by step from the last one.
+/// Applies a change. To revert it, call the functions of `undo` from the last to the first.
 AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
   undo.emplace_back([this, o = objective_, c = cost_] {
     objective_ = o;
@@ -102,7 +102,7 @@ AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
     undo.emplace_back([this, handle] { graph_.remove(handle); });
   };
   for (const ContinuousFactorPtr& factor : delta.continuous) {
-    gather(factor->keys(), factor->types(), values);  // throws where one is missing
+    gather(factor->keys(), factor->types(), values);  // throws if a variable is missing
     added(graph_.add(factor), handles.continuous);
   }
   for (const Table& table : delta.discrete) {
@@ -117,7 +117,8 @@ AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
   return handles;
 }
 
-/// Gives new discrete variables their value. Throws Error where two factors disagree about one.
+/// Sets new discrete variables to their initial value. Throws Error if two factors disagree about
+/// the number of values of a variable.
 void BatchBackend::add_discrete(const std::vector<DiscreteKey>& keys, const Assignment& initial,
                                 Undo& undo) {
   for (const DiscreteKey& key : keys) {
@@ -152,7 +153,8 @@ BackendReport BatchBackend::solve() {
   const auto start = Clock::now();
   AlternatingResult result = alternate(graph_, estimate_, options_);
   BackendReport report;
-  std::size_t last_discrete = 0;  // half-step, for all flips: which one each was in is not kept
+  std::size_t last_discrete = 0;  // half-step of all flips: `alternate` does not report the one of
+                                  // each flip
   for (const HalfStep& half : result.report.half_steps) {
     if (half.discrete && half.changes > 0) last_discrete = report.objectives.size();
     report.objectives.push_back(half.objective);

@@ -14,11 +14,11 @@
 
 namespace HYBRID_API hybrid {
 
-/// Collects the whole graph, with every new variable where its plugin puts it, and solves it by
-/// alternating minimisation at the end, or every so many updates too.
+/// Collects the whole graph, with new variables at the initial values of the plugins. Solves it by
+/// alternating minimisation at the end, and optionally every so many updates.
 class BatchBackend : public Backend {
  public:
-  /// `solve_every` updates a solve is made; 0: only by finish().
+  /// Solves after every `solve_every` updates; 0: only in finish().
   BatchBackend(const AlternatingOptions& options, int solve_every);
 
   std::string mode() const override { return "batch"; }
@@ -48,7 +48,7 @@ class BatchBackend : public Backend {
   std::unordered_map<Key, int> cardinalities_;  // of all discrete variables ever added
   double objective_ = 0;
   double cost_ = 0;
-  mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; none until asked for
+  mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; computed on demand
 };
 
 }  // namespace hybrid

@@ -9,7 +9,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
@@ -22,15 +24,16 @@ namespace hybrid {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-const Key kOdometryKey{key_letter::kOdometryCalibration, 0};
+constexpr int kRobotShift = 32;  // of keys: a robot has fewer sensors than 2^32
 
-/// A direction in which the variance is more than this share of the prior's was not observed: the
-/// measurements tell less about it than the prior does.
+/// Share of the prior variance above which a direction counts as not observed: the measurements
+/// carry less information about it than the prior.
 constexpr double kUnobservedShare = 0.5;
-/// Entries of such a direction, in standard deviations of the prior, from which on they count.
+/// Least component of an entry in such a direction, in standard deviations of the prior, for which
+/// the entry counts as not observed.
 constexpr double kEntryCounts = 0.3;
 
-/// Which entries take part in a direction that the measurements do not determine.
+/// Which entries have no part in a direction that the measurements do not determine.
 std::vector<bool> observed(const Eigen::MatrixXd& posterior, const Eigen::VectorXd& prior_sigmas) {
   const Eigen::MatrixXd ratio = prior_sigmas.cwiseInverse().asDiagonal() * posterior *
                                 prior_sigmas.cwiseInverse().asDiagonal();
@@ -47,7 +50,7 @@ std::vector<bool> observed(const Eigen::MatrixXd& posterior, const Eigen::Vector
   return out;
 }
 
-/// The covariance of a variable; its prior's where the back-end knows none.
+/// The covariance of a variable, or of its prior if the back-end has none.
 Eigen::MatrixXd covariance_of(Key key, const Backend& backend, const Eigen::VectorXd& prior) {
   const Uncertainty uncertainty = backend.uncertainty({key}, {});
   const auto it = uncertainty.covariances.find(key);
@@ -92,8 +95,7 @@ Eigen::VectorXd entries_of(const mrpt::poses::CPose3D& pose, bool is_3d) {
   return Eigen::Vector3d(v[0], v[1], v[3]);
 }
 
-/// Standard deviations over (x y z yaw pitch roll) or (x y yaw) as if those were independent, which
-/// is the prior in the tangent to within its rotation.
+/// Units of the entries (x y z yaw pitch roll) or (x y yaw): 1 m and 1 degree, in m and rad.
 Eigen::VectorXd pose_units(bool is_3d) {
   Eigen::VectorXd units = Eigen::VectorXd::Ones(is_3d ? 6 : 3);
   units.tail(is_3d ? 3 : 1).setConstant(kDegree);
@@ -135,8 +137,13 @@ CalibrationOptions read_calibration_options(IniFile& ini) {
   return options;
 }
 
-Calibrator::Calibrator(const CalibrationOptions& options, bool is_3d)
-    : options_(options), is_3d_(is_3d) {
+Calibrator::Calibrator(const CalibrationOptions& options, bool is_3d, std::string robot,
+                       std::size_t number)
+    : options_(options),
+      is_3d_(is_3d),
+      robot_(std::move(robot)),
+      number_(number),
+      odometry_(key(key_letter::kOdometryCalibration, 0)) {
   const std::size_t wanted = is_3d ? 5 : 3;
   std::vector<double>& start = options_.odometry_start;
   if (start.empty()) {
@@ -154,6 +161,14 @@ Calibrator::Calibrator(const CalibrationOptions& options, bool is_3d)
   }
 }
 
+Key Calibrator::key(char letter, std::size_t index) const {
+  return {letter, (static_cast<std::uint64_t>(number_) << kRobotShift) + index};
+}
+
+std::string Calibrator::named(const std::string& what) const {
+  return robot_.empty() ? what : what + " of robot " + robot_;
+}
+
 void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values& values,
                                Delta& delta) {
   if (!options_.sensor_pose) return;
@@ -161,15 +176,15 @@ void Calibrator::place_sensors(std::vector<DetectionFrame>& frames, const Values
     if (!is_3d_ && is_tilted(frame.T_robot_sensor)) continue;
     auto it = sensors_.find(frame.sensor_label);
     if (it == sensors_.end()) {
-      const Sensor sensor{Key(key_letter::kSensorPose, sensors_.size()),
+      const Sensor sensor{key(key_letter::kSensorPose, sensors_.size()),
                           options_.sensor_start.value_or(to_mrpt(frame.T_robot_sensor)),
                           to_mrpt(frame.T_robot_sensor)};
       it = sensors_.emplace(frame.sensor_label, sensor).first;
     }
-    const Key key = it->second.key;
-    if (!values.contains(key) && !delta.values.contains(key)) add_sensor(it->second, delta);
-    frame.calibrated = key;
-    frame.T_robot_sensor = isometry_at(values.contains(key) ? values : delta.values, key);
+    const Key pose = it->second.key;
+    if (!values.contains(pose) && !delta.values.contains(pose)) add_sensor(it->second, delta);
+    frame.calibrated = pose;
+    frame.T_robot_sensor = isometry_at(values.contains(pose) ? values : delta.values, pose);
   }
 }
 
@@ -187,29 +202,29 @@ void Calibrator::add_sensor(const Sensor& sensor, Delta& delta) const {
 
 std::optional<Key> Calibrator::odometry(const Values& values, Delta& delta) const {
   if (!options_.odometry) return std::nullopt;
-  if (!values.contains(kOdometryKey)) {
+  if (!values.contains(odometry_)) {
     const Noise noise = Noise::diagonal(odometry_sigmas(options_, is_3d_));
     const double* start = options_.odometry_start.data();
     if (is_3d_) {
       const OdometryCalibration3 c = Eigen::Map<const OdometryCalibration3>(start);
-      delta.values.insert(kOdometryKey, c);
+      delta.values.insert(odometry_, c);
       delta.continuous.push_back(
-          std::make_shared<Prior<OdometryCalibration3>>(kOdometryKey, c, noise));
+          std::make_shared<Prior<OdometryCalibration3>>(odometry_, c, noise));
     } else {
       const OdometryCalibration2 c = Eigen::Map<const OdometryCalibration2>(start);
-      delta.values.insert(kOdometryKey, c);
+      delta.values.insert(odometry_, c);
       delta.continuous.push_back(
-          std::make_shared<Prior<OdometryCalibration2>>(kOdometryKey, c, noise));
+          std::make_shared<Prior<OdometryCalibration2>>(odometry_, c, noise));
     }
   }
-  return kOdometryKey;
+  return odometry_;
 }
 
 mrpt::poses::CPose3D Calibrator::corrected(const mrpt::poses::CPose3D& motion,
                                            const Values& values) const {
   if (!options_.odometry) return motion;
   const double* c =
-      values.contains(kOdometryKey) ? values.data(kOdometryKey) : options_.odometry_start.data();
+      values.contains(odometry_) ? values.data(odometry_) : options_.odometry_start.data();
   if (is_3d_) {
     return to_mrpt(calibrated(to_se3(motion), Eigen::Map<const OdometryCalibration3>(c)));
   }
@@ -219,7 +234,7 @@ mrpt::poses::CPose3D Calibrator::corrected(const mrpt::poses::CPose3D& motion,
 CalibrationEstimate Calibrator::sensor_estimate(const std::string& label, const Sensor& sensor,
                                                 const Backend& backend) const {
   CalibrationEstimate out;
-  out.name = fmt::format("pose of sensor {}", label.empty() ? "without label" : label);
+  out.name = named(fmt::format("pose of sensor {}", label.empty() ? "without label" : label));
   for (const char* name : {"x", "y", "z", "yaw", "pitch", "roll"}) {
     const bool angle = out.entries.size() >= (is_3d_ ? 3U : 2U);
     const std::string text = name;
@@ -248,7 +263,7 @@ CalibrationEstimate Calibrator::sensor_estimate(const std::string& label, const 
 
 CalibrationEstimate Calibrator::odometry_estimate(const Backend& backend) const {
   CalibrationEstimate out;
-  out.name = "odometry";
+  out.name = named("odometry");
   out.entries = {{"scale of translation", ""}, {"scale of rotation", ""}};
   if (is_3d_) {
     for (const char* axis : {"x", "y", "z"}) {
@@ -261,9 +276,9 @@ CalibrationEstimate Calibrator::odometry_estimate(const Backend& backend) const 
   const Eigen::VectorXd prior = odometry_sigmas(options_, is_3d_);
   Eigen::VectorXd units = Eigen::VectorXd::Ones(n);
   units.tail(n - 2).setConstant(kDegree);
-  fill(out, Eigen::Map<const Eigen::VectorXd>(backend.values().data(kOdometryKey), n),
+  fill(out, Eigen::Map<const Eigen::VectorXd>(backend.values().data(odometry_), n),
        Eigen::Map<const Eigen::VectorXd>(options_.odometry_start.data(), n),
-       covariance_of(kOdometryKey, backend, prior), prior, units);
+       covariance_of(odometry_, backend, prior), prior, units);
   return out;
 }
 
@@ -273,7 +288,7 @@ std::vector<CalibrationEstimate> Calibrator::estimates(const Backend& backend) c
     if (!backend.values().contains(sensor.key)) continue;
     out.push_back(sensor_estimate(label, sensor, backend));
   }
-  if (backend.values().contains(kOdometryKey)) out.push_back(odometry_estimate(backend));
+  if (backend.values().contains(odometry_)) out.push_back(odometry_estimate(backend));
   return out;
 }
 

@@ -19,20 +19,20 @@
 
 namespace HYBRID_API hybrid {
 
-/// What is estimated of the robot itself, with start values and priors around them.
+/// Which parameters of the robot are estimated, with start values and priors.
 struct CalibrationOptions {
   bool sensor_pose = false;
-  std::optional<mrpt::poses::CPose3D> sensor_start;  ///< nothing: as the log says
+  std::optional<mrpt::poses::CPose3D> sensor_start;  ///< none: that of the log
   double sensor_sigma_m = 1.0;
   double sensor_sigma_rad = 1.0;
   bool odometry = false;
-  /// Scale of translation, scale of rotation, drift [rad/m]: one number, in space three.
+  /// Scale of translation, scale of rotation, drift [rad/m]: one number, or three in 3-D.
   std::vector<double> odometry_start;
   double scale_sigma = 0.5;
   double drift_sigma = 0.5;  ///< rad/m
 };
 
-/// Whether a variable is a calibration, of a sensor or of the odometry.
+/// Whether a variable is a calibration of a sensor or of the odometry.
 inline bool is_calibration(Key key) {
   return key.letter() == key_letter::kSensorPose ||
          key.letter() == key_letter::kOdometryCalibration;
@@ -41,25 +41,27 @@ inline bool is_calibration(Key key) {
 /// Reads section [calibration].
 CalibrationOptions read_calibration_options(IniFile& ini);
 
-/// Calibrations of a robot as variables of its map: one pose per sensor, by label, and one for the
-/// odometry. Each enters the graph with its prior when it is first used.
+/// Calibration parameters of a robot as variables of the map: one pose per sensor, by label, and
+/// one for the odometry. Each enters the graph with its prior when it is first used.
 class Calibrator {
  public:
-  /// Throws Error where the options do not fit a map of this dimension.
-  Calibrator(const CalibrationOptions& options, bool is_3d);
+  /// Throws Error where the options do not fit a map of this dimension. `robot` is the name, empty
+  /// where there is but one, and `number` which of several it is.
+  Calibrator(const CalibrationOptions& options, bool is_3d, std::string robot = {},
+             std::size_t number = 0);
 
-  /// Puts the sensors where they are estimated to be, and names their variables; `values` is the
-  /// estimate. New variables and their priors go into `delta`.
+  /// Sets the sensor poses of `frames` to their estimates in `values`, and the keys of their
+  /// variables. Adds new variables and their priors to `delta`.
   void place_sensors(std::vector<DetectionFrame>& frames, const Values& values, Delta& delta);
 
-  /// The variable of the odometry, or nothing if it is not calibrated. Where `values` lacks it, it
-  /// goes into `delta` with its prior.
+  /// The variable of the odometry, or nothing if it is not calibrated. If `values` lacks it, it is
+  /// added to `delta` with its prior.
   std::optional<Key> odometry(const Values& values, Delta& delta) const;
-  /// Odometry as calibrated so far.
+  /// The motion corrected by the present estimate.
   mrpt::poses::CPose3D corrected(const mrpt::poses::CPose3D& motion, const Values& values) const;
 
-  /// Estimates and what the measurements say about them, by comparing the marginal information with
-  /// that of the prior.
+  /// Estimates, and which of them are observed: by comparing the marginal covariance with that of
+  /// the prior.
   std::vector<CalibrationEstimate> estimates(const Backend& backend) const;
 
  private:
@@ -73,8 +75,14 @@ class Calibrator {
                                       const Backend& backend) const;
   CalibrationEstimate odometry_estimate(const Backend& backend) const;
 
+  Key key(char letter, std::size_t index) const;
+  std::string named(const std::string& what) const;
+
   CalibrationOptions options_;
   bool is_3d_;
+  std::string robot_;
+  std::size_t number_;
+  Key odometry_;
   std::map<std::string, Sensor> sensors_;  // that were seen; their variables may not be in the map
 };
 

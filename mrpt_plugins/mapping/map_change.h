@@ -12,14 +12,15 @@
 
 namespace HYBRID_API hybrid {
 
-/// One change of the map, which the back-end took as a whole: what it did to the estimate, and why
-/// it was made. Landmarks are born before, and forgotten after, all else that it tells.
+/// One update of the map by the back-end, for the events file: its effect on the estimate, and the
+/// reasons of the plugins. Landmarks are born before the other events of the change, and forgotten
+/// after them.
 struct MapChange {
-  std::vector<double> objectives;  ///< after every half-step; empty where nothing was solved
+  std::vector<double> objectives;  ///< after every half-step; empty if nothing was solved
   std::vector<Flip> flipped;       ///< discrete variables that changed, by half-step
   std::vector<std::int64_t> born, forgotten;  ///< ids of landmarks
   LandmarkEvents why;
-  std::string refused;  ///< why what a plugin said could not be taken; all else is empty then
+  std::string refused;  ///< why a contribution was refused; all other fields are empty then
 };
 
 }  // namespace hybrid

@@ -14,7 +14,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and what it is.
+/// One landmark of the map: mean (m) and covariance (m^2) in the map frame, and class.
 struct LandmarkEstimate {
   std::int64_t id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -25,44 +25,58 @@ struct LandmarkEstimate {
   int sightings = 0;
 };
 
-/// What one call of the solver did, one line of steps.csv.
+/// Work of the solver for one keyframe, one line of steps.csv.
 struct StepRecord : UpdateWork {
   int keyframe = 0;
   double time = 0;            ///< time stamp of the keyframe, s
-  double plugin_ms = 0;       ///< wall time the plugins took to make factors, and to associate
+  double plugin_ms = 0;       ///< wall time of the plugins, association included
   double cost = 0;            ///< half the weighted squared error of the continuous factors
   std::size_t landmarks = 0;  ///< in the map after the step
 };
 
-/// Something estimated of the robot itself: the pose of a sensor, scale and drift of odometry.
+/// Estimated parameters of the robot: the pose of a sensor, or scale and drift of odometry.
 struct CalibrationEstimate {
   struct Entry {
     std::string name, unit;
     double value = 0, sigma = 0;  ///< in the unit
     double start = 0;
-    std::optional<double> logged = std::nullopt;  ///< what the log says of it
-    /// False where the measurements do not determine it: the value is then but the prior's.
+    std::optional<double> logged = std::nullopt;  ///< value in the log
+    /// False if the measurements do not determine it: the value is that of the prior then.
     bool observed = false;
   };
   std::string name;
   std::vector<Entry> entries;
 };
 
+/// One of several robots of a map.
+struct RobotPath {
+  std::string name;
+  std::vector<std::size_t> keyframes;  ///< its own, places in MapResult::trajectory
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
   bool is_3d = false;
-  bool in_known_map = false;             ///< else the frame is that of the first pose
+  bool in_known_map = false;             ///< else the map frame is that of the first pose
   std::vector<std::string> class_names;  ///< empty when landmarks have no class
-  Trajectory trajectory;
+  Trajectory trajectory;                 ///< of all robots, in the order of time
   Trajectory dead_reckoning;
+  std::vector<RobotPath> robots;  ///< empty where there is but one
   std::vector<LandmarkEstimate> landmarks;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;
   std::vector<std::string> mode_names;  ///< of motion; empty when motion has no modes
-  std::vector<int> motion_modes;        ///< by which each pose was reached; -1 by none
-  std::vector<std::vector<double>> mode_probabilities;  ///< the same; empty where not known
+  std::vector<int> motion_modes;        ///< mode of the motion to each pose; -1: none
+  std::vector<std::vector<double>> mode_probabilities;  ///< of these modes; empty where not known
 };
+
+/// The poses of one robot.
+inline Trajectory part_of(const Trajectory& all, const RobotPath& robot) {
+  Trajectory out;
+  for (const std::size_t i : robot.keyframes) out.push_back(all[i]);
+  return out;
+}
 
 /// A landmark as the ground truth knows it, position in metres.
 struct TrueLandmark {
@@ -71,9 +85,10 @@ struct TrueLandmark {
   std::optional<int> class_index;
 };
 
-/// The truth to compare with; either part may be empty.
+/// The ground truth; either part may be empty.
 struct GroundTruth {
   Trajectory path;
+  std::vector<Trajectory> others;  ///< paths of the other robots, where there are several
   std::vector<TrueLandmark> landmarks;
 };
 

@@ -15,7 +15,7 @@
 namespace hybrid {
 namespace {
 
-/// Lets the next push_back find memory.
+/// Reserves memory, so that the next push_back cannot throw.
 template <class T>
 void make_room(std::vector<T>& list) {
   if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
@@ -25,12 +25,30 @@ void make_room(std::vector<T>& list) {
 
 Mapper::Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
                std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration)
-    : options_(options),
-      plugins_(std::move(plugins)),
-      backend_(std::move(backend)),
-      is_3d_(is_3d),
-      calibrator_(calibration, is_3d) {
-  check(options_, is_3d_);
+    : Mapper(std::vector<RobotOptions>{{"", std::nullopt, options, calibration, {}}},
+             std::move(plugins), std::move(backend), is_3d) {}
+
+Mapper::Mapper(std::vector<RobotOptions> robots,
+               std::vector<std::shared_ptr<MappingPlugin>> plugins,
+               std::unique_ptr<Backend> backend, bool is_3d, Loss loss)
+    : sightings_(loss), plugins_(std::move(plugins)), backend_(std::move(backend)), is_3d_(is_3d) {
+  if (robots.size() > 1 && !backend_->keeps_all()) {
+    throw SettingsError("several robots need [solver] mode = incremental or batch, not " +
+                        backend_->mode());
+  }
+  const std::size_t modes = robots.front().motion.modes.size();
+  for (RobotOptions& options : robots) {
+    check(options.motion, is_3d_);
+    if (options.motion.modes.size() != modes) {
+      throw SettingsError("[motion] modes must be the same for all robots");
+    }
+    const std::size_t number = robots_.size();
+    if (options.id && !robot_of_.emplace(*options.id, number).second) {
+      throw SettingsError(fmt::format("two robots have the id {}", *options.id));
+    }
+    Calibrator calibrator(options.calibration, is_3d_, options.name, number);
+    robots_.push_back({std::move(options), std::move(calibrator), {}, {}, {}, {}});
+  }
 }
 
 const StepRecord& Mapper::add(const Keyframe& raw) {
@@ -40,8 +58,11 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   make_room(dead_reckoning_);
   plugin_ms_ = 0;
   row_ = raw.row;
+  robot_ = raw.robot;
+  make_room(robot().poses);
   Motion motion = predict(keyframe);
-  calibrator_.place_sensors(keyframe.detections, backend_->values(), motion.delta);
+  robot().calibrator.place_sensors(keyframe.detections, backend_->values(), motion.delta);
+  add_sightings(keyframe, motion.delta);
   const std::vector<Contribution> contributions = observe(keyframe, motion);
   BackendReport report;
   try {
@@ -52,26 +73,26 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
     motion = predict_from(nullptr);
     report = update(motion.delta, {});
   }
-  last_mode_ = motion.mode;
+  robot().last_mode = motion.mode;
+  robot().T_odometry_robot = motion.T_odometry_robot;
+  robot().poses.push_back(steps_.size());
   dead_reckoning_.push_back({keyframe.time, motion.T_odometry_robot});
   log_rows_.push_back(keyframe.row);
   steps_.push_back({});
-  T_map_robot_ = pose_at(backend_->values(), pose_key(steps_.size() - 1));
   add_work(report, revise(false));
-  T_map_robot_ = pose_at(backend_->values(), pose_key(steps_.size() - 1));
   steps_.back() = record(keyframe, report);
   return steps_.back();
 }
 
-/// The motion to a new pose; what is measured of it is left out where it makes no sense.
+/// The motion to a new pose. Unusable odometry is dropped.
 Mapper::Motion Mapper::predict(Keyframe& keyframe) {
-  if (!steps_.empty() && !keyframe.odometry) {
+  if (!robot().poses.empty() && !keyframe.odometry) {
     ++dropped_["odometry missing: robot taken to stand still"];
   }
   try {
     return predict_from(keyframe.odometry ? &*keyframe.odometry : nullptr);
   } catch (const Error& e) {
-    if (!keyframe.odometry) throw;  // the options make no sense
+    if (!keyframe.odometry) throw;  // the options are at fault
     note("odometry dropped: not usable", e.what());
     keyframe.odometry.reset();
     return predict_from(nullptr);
@@ -80,46 +101,69 @@ Mapper::Motion Mapper::predict(Keyframe& keyframe) {
 
 Mapper::Motion Mapper::predict_from(const OdometryIncrement* measured) const {
   Motion out;
-  const std::size_t i = steps_.size();
-  if (i == 0) {
-    out.factor = origin_factor(pose_key(0), options_, is_3d_);
+  const MotionOptions& options = robot().options.motion;
+  const Key newest = pose_key(steps_.size());
+  if (robot().poses.empty()) {
+    out.factor = origin_factor(newest, options, is_3d_);
     out.delta.continuous.push_back(out.factor);
-    if (options_.start) {
-      out.T_map_robot = to_mrpt(options_.start->T_map_robot);
+    if (options.start) {
+      out.T_map_robot = to_mrpt(options.start->T_map_robot);
       out.T_odometry_robot = out.T_map_robot;
     }
   } else {
+    const Key before = pose_key(robot().poses.back());
     const OdometryIncrement motion =
-        measured != nullptr ? *measured : unknown_motion(options_, is_3d_);
-    out.factor = odometry_factor(pose_key(i - 1), pose_key(i), motion, options_, is_3d_);
-    add_motion(i, motion, measured != nullptr, out);
-    out.T_map_robot = T_map_robot_ + calibrator_.corrected(motion.mean, backend_->values());
-    out.T_odometry_robot = dead_reckoning_.back().pose + motion.mean;
+        measured != nullptr ? *measured : unknown_motion(options, is_3d_);
+    out.factor = odometry_factor(before, newest, motion, options, is_3d_);
+    add_motion(newest, motion, measured != nullptr, out);
+    out.T_map_robot = pose_at(backend_->values(), before) +
+                      robot().calibrator.corrected(motion.mean, backend_->values());
+    out.T_odometry_robot = robot().T_odometry_robot + motion.mean;
   }
-  insert_pose(out.delta.values, pose_key(i), out.T_map_robot, is_3d_);
+  insert_pose(out.delta.values, newest, out.T_map_robot, is_3d_);
   return out;
 }
 
-/// The factors of the motion to pose i. Where odometry is missing it has no mode and no
+/// The factors of the motion to a pose. Where odometry is missing it has no mode and no
 /// calibration.
-void Mapper::add_motion(std::size_t i, const OdometryIncrement& motion, bool measured,
-                        Motion& out) const {
-  const Key from = pose_key(i - 1), to = pose_key(i);
+void Mapper::add_motion(Key to, const OdometryIncrement& motion, bool measured, Motion& out) const {
+  const std::vector<std::size_t>& poses = robot().poses;
+  const MotionOptions& options = robot().options.motion;
+  const Key from = pose_key(poses.back());
   Delta& delta = out.delta;
   const std::optional<Key> calibration =
-      measured ? calibrator_.odometry(backend_->values(), delta) : std::nullopt;
-  if (options_.modes.empty() || !measured) {
-    delta.continuous.push_back(odometry_factor(from, to, motion, options_, is_3d_, calibration));
+      measured ? robot().calibrator.odometry(backend_->values(), delta) : std::nullopt;
+  if (options.modes.empty() || !measured) {
+    delta.continuous.push_back(odometry_factor(from, to, motion, options, is_3d_, calibration));
   } else {
-    const DiscreteKey mode{Key(key_letter::kMotionMode, i),
-                           static_cast<int>(options_.modes.size())};
-    delta.hybrid.push_back(switching_factor(mode, from, to, motion, options_, is_3d_, calibration));
-    delta.discrete.push_back(last_mode_ ? chain_step(options_.chain, *last_mode_, mode)
-                                        : chain_tables(options_.chain, {mode}).front());
+    const DiscreteKey mode{Key(key_letter::kMotionMode, to.index()),
+                           static_cast<int>(options.modes.size())};
+    delta.hybrid.push_back(switching_factor(mode, from, to, motion, options, is_3d_, calibration));
+    delta.discrete.push_back(robot().last_mode ? chain_step(options.chain, *robot().last_mode, mode)
+                                               : chain_tables(options.chain, {mode}).front());
     out.mode = mode;
   }
-  if (options_.steady_sigma_m > 0 && i >= 2) {
-    delta.continuous.push_back(steady_factor(pose_key(i - 2), from, to, options_, is_3d_));
+  if (options.steady_sigma_m > 0 && poses.size() >= 2) {
+    const Key earlier = pose_key(poses[poses.size() - 2]);
+    delta.continuous.push_back(steady_factor(earlier, from, to, options, is_3d_));
+  }
+}
+
+/// Notes what a robot sees of others, and adds what they have seen of it since its last keyframe.
+void Mapper::add_sightings(const Keyframe& keyframe, Delta& delta) {
+  if (robots_.size() == 1) return;
+  sightings_.take(robot_, pose_key(steps_.size()), keyframe.time, keyframe.robots, robot_of_);
+  if (robot().poses.empty() || !keyframe.odometry) {
+    sightings_.miss(robot_, keyframe.time);
+    return;
+  }
+  const std::size_t before = robot().poses.back();
+  const RobotMotion motion{pose_key(before), steps_[before].time, keyframe.time,
+                           to_isometry(keyframe.odometry->mean), keyframe.odometry->covariance};
+  for (ContinuousFactorPtr& factor :
+       sightings_.met(robot_, motion, backend_->values(), is_3d_,
+                      [this](Key key) { return backend_->holds(key); })) {
+    delta.continuous.push_back(std::move(factor));
   }
 }
 
@@ -134,7 +178,7 @@ MapView Mapper::view() const {
   return view;
 }
 
-/// Asks each plugin in turn; one that throws contributes nothing.
+/// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
   const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
                     keyframe.observations};
@@ -144,7 +188,10 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
         *motion.factor, motion.delta.values, backend_->values(),
         [this](const std::vector<Key>& held) { return backend_->joint_covariance(held); }, keys);
   };
-  return ask([&](MappingPlugin& plugin) { return plugin.observe(frame, map); });
+  const std::vector<bool>& seeing = robot().options.plugins;
+  return ask([&](std::size_t p) {
+    return seeing.empty() || seeing[p] ? plugins_[p]->observe(frame, map) : Contribution();
+  });
 }
 
 StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {

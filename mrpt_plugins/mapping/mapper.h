@@ -21,29 +21,46 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "mrpt_plugins/mapping/motion.h"
+#include "mrpt_plugins/mapping/robot_sightings.h"
 
 namespace HYBRID_API hybrid {
 
-/// The main loop of mapping: one keyframe in, one Delta to the back-end, one record out.
+/// A robot of a map that several make.
+struct RobotOptions {
+  std::string name;                ///< empty where there is but one
+  std::optional<std::int64_t> id;  ///< that sensors of the other robots give it
+  MotionOptions motion;
+  CalibrationOptions calibration;
+  /// Whether each plugin gets to see what this robot observes; empty: all do.
+  std::vector<bool> plugins;
+};
+
+/// The main loop of mapping: one keyframe in, one Delta to the back-end, one record out. Poses are
+/// numbered by keyframe, whichever robot they are of.
 class Mapper {
  public:
-  /// `is_3d` chooses SE(3) and points in space, or SE(2) and points in the plane.
+  /// `is_3d`: SE(3) poses and 3-D points, else SE(2) poses and 2-D points.
   Mapper(const MotionOptions& options, std::vector<std::shared_ptr<MappingPlugin>> plugins,
          std::unique_ptr<Backend> backend, bool is_3d, const CalibrationOptions& calibration = {});
+  /// The same for several robots, one map of landmarks. The first starts at the origin, the others
+  /// where MotionOptions::start says. `loss` is that of sightings of robots by robots. Throws Error
+  /// where the options do not go together.
+  Mapper(std::vector<RobotOptions> robots, std::vector<std::shared_ptr<MappingPlugin>> plugins,
+         std::unique_ptr<Backend> backend, bool is_3d, Loss loss = {});
 
-  /// Takes landmarks over that are known before the first keyframe. Throws Error where they are not
-  /// of the kind that the plugins make.
+  /// Adds known landmarks before the first keyframe. Throws Error if their classes are not those of
+  /// the plugins.
   void adopt(const KnownMap& known);
-  /// Gives up what was known of the start (MotionOptions::start), once measurements say where the
-  /// robot is.
-  void forget_start();
+  /// Gives up what was known of the start (MotionOptions::start) of a robot, once measurements say
+  /// where it is.
+  void forget_start(std::size_t robot = 0);
   /// Log odds that landmarks are there, by id, as far as plugins tell.
   std::map<std::int64_t, double> existence() const;
 
-  /// Takes one keyframe in. What of it cannot become part of the map (a measurement of the motion
-  /// that makes no sense, observations that leave a variable undetermined, a plugin that throws) is
-  /// left out and counted in `dropped`; the pose is always kept. Throws SettingsError where the
-  /// options make no sense together, and where memory is short, which leaves the map as it was.
+  /// Adds one keyframe. Its pose is always kept; unusable parts (odometry that makes no sense,
+  /// observations that leave a variable undetermined, contributions of a plugin that throws) are
+  /// left out and counted in `dropped`. Throws SettingsError if the options contradict each other,
+  /// and std::bad_alloc, which leaves the map unchanged.
   const StepRecord& add(const Keyframe& raw);
 
   /// Solves to convergence.
@@ -52,48 +69,60 @@ class Mapper {
   /// Trajectory, dead reckoning, landmarks with covariance and class, and the steps.
   MapResult result() const;
 
-  /// Row of MRPT's ground truth of the path that belongs to each pose of the trajectory.
+  /// Row of MRPT's ground truth path for each pose of the trajectory.
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }
-  /// When a pose was [s].
+  /// Time of a pose [s].
   double time_of(std::size_t pose) const { return steps_[pose].time; }
-  /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty where not known.
+  /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty if not known.
   std::vector<Eigen::MatrixXd> pose_covariances() const;
 
-  /// What became of every detection, of all plugins that decide it themselves.
+  /// Attribution of every detection, from the plugins that associate.
   std::vector<AssociationDecision> decisions() const;
 
   const Backend& backend() const { return *backend_; }
   const LandmarkRegistry& landmarks() const { return landmarks_; }
-  /// Figures of all plugins, see MappingPlugin; and how often the solver was called, and local
-  /// search stood in for exact discrete inference.
+  /// Figures of all plugins (see MappingPlugin), the number of solver calls, and how many of them
+  /// used local search instead of exact discrete inference.
   std::map<std::string, double> statistics() const;
-  /// From now on the mapper notes what it does with each keyframe, for `take_events`.
+  /// Starts recording every change of the map for `take_events`.
   void keep_events() { events_.emplace(); }
-  /// What was done since the last call, change by change; empty unless events are kept.
+  /// Changes since the last call, in order; empty unless keep_events() was called.
   std::vector<MapChange> take_events();
   /// Reason -> number of measurements that were not used.
-  const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
+  std::map<std::string, std::size_t> dropped() const;
   /// What exactly was wrong with the first of them, by step of the log.
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool is_3d() const { return is_3d_; }
-  /// Names of the classes of landmarks; empty where they have none, or none was seen yet.
+  /// Names of the classes of landmarks; empty if they have none, or none was seen yet.
   std::vector<std::string> class_names() const;
 
  private:
+  /// A robot and how far it is.
+  struct Robot {
+    RobotOptions options;
+    Calibrator calibrator;
+    std::optional<DiscreteKey> last_mode;   // of the newest motion
+    std::optional<Handle> start;            // of what is known of the first pose in a known map
+    std::vector<std::size_t> poses;         // keyframes
+    mrpt::poses::CPose3D T_odometry_robot;  // dead reckoning of the newest
+  };
   /// A new pose on its way into the map.
   struct Motion {
     Delta delta;
-    mrpt::poses::CPose3D T_map_robot, T_odometry_robot;  ///< expected, and by odometry alone
-    ContinuousFactorPtr factor;                          ///< the motion to it, or its prior
+    mrpt::poses::CPose3D T_map_robot, T_odometry_robot;  ///< predicted, and by odometry alone
+    ContinuousFactorPtr factor;                          ///< motion to it, or its prior
     std::optional<DiscreteKey> mode;
   };
 
   Motion predict(Keyframe& keyframe);
   Motion predict_from(const OdometryIncrement* measured) const;
-  void add_motion(std::size_t i, const OdometryIncrement& motion, bool measured, Motion& out) const;
+  void add_motion(Key to, const OdometryIncrement& motion, bool measured, Motion& out) const;
+  void add_sightings(const Keyframe& keyframe, Delta& delta);
+  Robot& robot() { return robots_[robot_]; }
+  const Robot& robot() const { return robots_[robot_]; }
   void add_modes(MapResult& result) const;
   std::vector<Contribution> observe(const Keyframe& keyframe, const Motion& motion);
-  std::vector<Contribution> ask(const std::function<Contribution(MappingPlugin&)>& question);
+  std::vector<Contribution> ask(const std::function<Contribution(std::size_t)>& question);
   MapView view() const;
   void note(const std::string& reason, const std::string& what);
   void refuse(std::size_t plugin, const std::string& reason);
@@ -111,26 +140,25 @@ class Mapper {
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key(key_letter::kPose, i); }
 
-  MotionOptions options_;
+  std::vector<Robot> robots_;
+  std::size_t robot_ = 0;  // of the newest keyframe
+  RobotSightings sightings_;
+  std::map<std::int64_t, std::size_t> robot_of_;  // ids that sensors give
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::unique_ptr<Backend> backend_;
   bool is_3d_;
-  Calibrator calibrator_;
-  std::optional<DiscreteKey> last_mode_;  // of the newest motion
   LandmarkRegistry landmarks_;
-  std::optional<Handle> start_;  // of what is known of the first pose in a known map
   std::map<std::string, std::size_t> dropped_;
   std::vector<std::string> warnings_;
   std::vector<StepRecord> steps_;
   Trajectory dead_reckoning_;
   std::vector<std::size_t> log_rows_;
-  mrpt::poses::CPose3D T_map_robot_;  // estimate of the newest pose
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
   std::size_t row_ = 0;       // of the log, of the newest keyframe
-  std::size_t refusals_ = 0;  // of contributions
-  double plugin_ms_ = 0;      // time the plugins took for the newest keyframe
+  std::size_t refusals_ = 0;  // contributions refused so far
+  double plugin_ms_ = 0;      // time of the plugins for the newest keyframe
   double objective_ = 0;
-  std::optional<std::vector<MapChange>> events_;  // where they are kept
+  std::optional<std::vector<MapChange>> events_;  // if recorded
 };
 
 }  // namespace hybrid

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What the map knows before the first keyframe.
+// Known landmarks and a known start.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,8 +17,8 @@
 namespace hybrid {
 namespace {
 
-constexpr double kLeastProbability = 1e-12;  // of a class, so that none is ruled out
-constexpr double kForgotten = 1e6;  // by which the variances of a start grow that is given up
+constexpr double kLeastProbability = 1e-12;  // of a class; keeps every class possible
+constexpr double kForgotten = 1e6;           // factor of the covariance of a forgotten start
 
 std::vector<double> positive(std::vector<double> p) {
   double sum = 0;
@@ -54,20 +54,22 @@ void Mapper::adopt(const KnownMap& known) {
   landmarks_.commit();
 }
 
-/// Notes where the prior of the first pose is, for forget_start().
+/// Notes where the prior of the first pose of a robot is, for forget_start().
 void Mapper::note_start(const Delta& motion, const BackendReport& report) {
-  if (!options_.start || start_ || !steps_.empty() || motion.continuous.empty()) return;
-  start_ = report.handles.continuous.front();
+  const bool first = robot().poses.empty() && !motion.continuous.empty();
+  if (!first || !robot().options.motion.start || robot().start) return;
+  robot().start = report.handles.continuous.front();
 }
 
-void Mapper::forget_start() {
-  if (!start_ || !backend_->keeps_all()) return;
+void Mapper::forget_start(std::size_t number) {
+  Robot& robot = robots_[number];
+  if (!robot.start || !backend_->graph().contains(*robot.start)) return;
   Delta delta;
-  delta.remove.push_back(*start_);
-  MotionOptions wide = options_;
+  delta.remove.push_back(*robot.start);
+  MotionOptions wide = robot.options.motion;
   wide.start->covariance *= kForgotten;
-  delta.continuous.push_back(origin_factor(pose_key(0), wide, is_3d_));
-  start_.reset();
+  delta.continuous.push_back(origin_factor(pose_key(robot.poses.front()), wide, is_3d_));
+  robot.start.reset();
   count(backend_->update(delta));
 }
 

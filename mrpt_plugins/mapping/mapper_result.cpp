@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// What a mapper has found.
+// The result of a mapper.
 
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// A covariance of a point of 2 or 3 as 3x3.
+/// A 2x2 or 3x3 covariance of a point as 3x3.
 Eigen::Matrix3d padded(const Eigen::MatrixXd& covariance) {
   Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
   out.topLeftCorner(covariance.rows(), covariance.cols()) = covariance;
@@ -33,7 +33,15 @@ std::map<std::string, double> Mapper::statistics() const {
   std::map<std::string, double> all = {
       {"updates", static_cast<double>(updates_)},
       {"updates_by_local_search", static_cast<double>(updates_by_local_search_)}};
+  if (robots_.size() > 1) all["robot_sightings"] = static_cast<double>(sightings_.used());
   for (const auto& plugin : plugins_) all.merge(plugin->statistics());
+  all.merge(backend_->statistics());
+  return all;
+}
+
+std::map<std::string, std::size_t> Mapper::dropped() const {
+  std::map<std::string, std::size_t> all = dropped_;
+  all.merge(sightings_.dropped());
   return all;
 }
 
@@ -47,12 +55,19 @@ std::vector<std::string> Mapper::class_names() const {
 MapResult Mapper::result() const {
   MapResult result;
   result.is_3d = is_3d_;
-  result.in_known_map = options_.start.has_value();
+  result.in_known_map = robots_.front().options.motion.start.has_value();
+  if (robots_.size() > 1) {
+    for (const Robot& robot : robots_) result.robots.push_back({robot.options.name, robot.poses});
+  }
   result.class_names = class_names();
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;
   add_modes(result);
-  result.calibration = calibrator_.estimates(*backend_);
+  for (const Robot& robot : robots_) {
+    for (CalibrationEstimate& estimate : robot.calibrator.estimates(*backend_)) {
+      result.calibration.push_back(std::move(estimate));
+    }
+  }
   const Values& values = backend_->values();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     result.trajectory.push_back({steps_[i].time, pose_at(values, pose_key(i))});
@@ -83,15 +98,16 @@ MapResult Mapper::result() const {
 }
 
 void Mapper::add_modes(MapResult& result) const {
-  if (options_.modes.empty()) return;
+  const std::vector<MotionMode>& modes = robots_.front().options.motion.modes;
+  if (modes.empty()) return;
   std::vector<DiscreteKey> keys;
   for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const DiscreteKey key{Key(key_letter::kMotionMode, i), static_cast<int>(options_.modes.size())};
+    const DiscreteKey key{Key(key_letter::kMotionMode, i), static_cast<int>(modes.size())};
     const int mode = backend_->assignment().find(key.key);
     result.motion_modes.push_back(mode);
     if (mode >= 0) keys.push_back(key);
   }
-  for (const MotionMode& mode : options_.modes) result.mode_names.push_back(mode.name);
+  for (const MotionMode& mode : modes) result.mode_names.push_back(mode.name);
   Uncertainty uncertainty = backend_->uncertainty({}, keys);
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     result.mode_probabilities.push_back(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// How what the plugins say becomes part of the map, as far as it can.
+// Updates of the map by contributions of plugins.
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ void merge(Delta& into, const Delta& from) {
   for (const auto& [key, value] : from.assignment) into.assignment.set(key, value);
 }
 
-/// What a call returns; its wall time is added to `ms`.
+/// The result of a call, whose wall time is added to `ms`.
 template <class Call>
 auto timed(double& ms, Call&& call) {
   const auto start = std::chrono::steady_clock::now();
@@ -47,12 +47,12 @@ auto timed(double& ms, Call&& call) {
 
 /// What each plugin says when it is asked; one that throws, or contradicts the landmarks of the
 /// map, says nothing.
-std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPlugin&)>& question) {
+std::vector<Contribution> Mapper::ask(const std::function<Contribution(std::size_t)>& question) {
   std::vector<Contribution> contributions(plugins_.size());
   for (std::size_t p = 0; p < plugins_.size(); ++p) {
     const std::size_t changes = landmarks_.changes();
     try {
-      contributions[p] = timed(plugin_ms_, [&] { return question(*plugins_[p]); });
+      contributions[p] = timed(plugin_ms_, [&] { return question(p); });
       for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
       enter(contributions[p], landmarks_);
     } catch (const std::bad_alloc&) {
@@ -70,7 +70,7 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(MappingPl
   return contributions;
 }
 
-/// Counts what cannot be used; the first few are told in full.
+/// Counts an unusable measurement; the first few are reported in full.
 void Mapper::note(const std::string& reason, const std::string& what) {
   ++dropped_[reason];
   if (warnings_.size() < kMostWarnings) {
@@ -85,8 +85,8 @@ void Mapper::refuse(std::size_t plugin, const std::string& reason) {
   note("observations dropped: not usable", reason);
 }
 
-/// One update with what the motion (in `delta`) and the plugins say. Where that is refused, the
-/// motion alone and then what each plugin says, as far as it is not refused again.
+/// One update with the motion (`delta`) and all contributions. If it is refused, the motion alone
+/// is added, and then the contributions one by one, without those that are refused again.
 BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>& contributions) {
   Delta all = delta;
   std::array<std::size_t, 3> first = {delta.continuous.size(), delta.discrete.size(),
@@ -150,8 +150,8 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
   return report;
 }
 
-/// Tells a plugin what became of its contribution; `first` are the places of its handles among
-/// those of the report by kind of factor, and move on behind them.
+/// Tells a plugin the outcome of its contribution. `first` are the positions of its handles in the
+/// report by kind of factor; they advance behind them.
 void Mapper::tell(std::size_t plugin, const Contribution& contribution, const BackendReport& report,
                   std::array<std::size_t, 3>& first) {
   const auto next = [](const std::vector<Handle>& all, std::size_t count, std::size_t& from) {
@@ -174,7 +174,7 @@ void Mapper::count(const BackendReport& report) {
   objective_ = report.objective_after;
 }
 
-/// Solves to convergence, as far as that is possible.
+/// Solves to convergence; if that fails, the estimate stays as it is.
 BackendReport Mapper::solve() try {
   BackendReport report = backend_->finish();
   keep(report);
@@ -186,12 +186,12 @@ BackendReport Mapper::solve() try {
   return report;
 }
 
-/// Notes a change that the back-end has made, where that is wanted.
+/// Records a change by the back-end, if events are kept.
 void Mapper::keep(const BackendReport& report) {
   if (events_) events_->push_back({report.objectives, report.flipped, {}, {}, {}, {}});
 }
 
-/// Notes what a contribution to the last change says for itself.
+/// Adds the reasons of a contribution to the last recorded change.
 void Mapper::keep(const Contribution& contribution) {
   if (!events_) return;
   MapChange& change = events_->back();
@@ -210,16 +210,15 @@ std::vector<MapChange> Mapper::take_events() {
   return out;
 }
 
-/// Asks all plugins for changes of what they said, until none has any. A plugin whose change is
-/// refused is not asked again.
+/// Applies revisions of the plugins until there are none. Stops once a revision is refused.
 BackendReport Mapper::revise(bool concluding) {
   BackendReport work;
   work.objective_after = objective_;
   const std::size_t refusals = refusals_;
   for (bool again = true; again && refusals_ == refusals;) {
     const MapView map = view();
-    const std::vector<Contribution> contributions = ask([&](MappingPlugin& plugin) {
-      return concluding ? plugin.conclude(map) : plugin.revise(map);
+    const std::vector<Contribution> contributions = ask([&](std::size_t p) {
+      return concluding ? plugins_[p]->conclude(map) : plugins_[p]->revise(map);
     });
     again = std::any_of(contributions.begin(), contributions.end(),
                         [](const Contribution& c) { return !c.empty(); });

@@ -48,7 +48,7 @@ constexpr const char* kTransitionMeaning =
     "row by row (mode before), the probability of each mode after; empty: a mode lasts 20 "
     "keyframes, a second one 5";
 
-/// Numbers per mode, one each.
+/// One number per mode.
 std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t modes,
                              const std::vector<double>& two, double otherwise,
                              const std::string& meaning, const IniRange& range) {
@@ -60,7 +60,7 @@ std::vector<double> per_mode(IniSection& s, const std::string& key, std::size_t 
   return given;
 }
 
-/// The stationary distribution, by repeated transition.
+/// The stationary distribution, by repeated transitions.
 Eigen::VectorXd stationary(const Eigen::MatrixXd& transition) {
   const auto n = transition.rows();
   Eigen::VectorXd p = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
@@ -117,7 +117,7 @@ void read_modes(IniFile& ini, MotionOptions& options) {
   if (n == 0) s.get("transition", std::vector<double>{}, kTransitionMeaning, kProbability);
 }
 
-/// Odometry as a mode understands it.
+/// The odometry corrected for a mode, with its added noise.
 OdometryIncrement in_mode(OdometryIncrement odometry, const MotionMode& mode) {
   const double driven = odometry.mean.norm();
   const double added = std::pow(mode.share_sigma * driven, 2);
@@ -209,7 +209,7 @@ HybridFactorPtr switching_factor(DiscreteKey mode, Key a, Key b, const OdometryI
                                  const std::optional<Key>& calibration) {
   OdometryIncrement noisy = odometry;
   const std::vector<double>& s = options.odometry_sigmas;
-  if (!s.empty()) {  // from here on the covariance of the increment holds all noise
+  if (!s.empty()) {  // from here on, the covariance of the increment includes all noise
     noisy.covariance.setZero();
     for (std::size_t i = 0; i < s.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(is_3d || i < 2 ? i : 5);

@@ -15,37 +15,37 @@
 
 namespace HYBRID_API hybrid {
 
-/// One way in which odometry and motion go together.
+/// A relation between odometry and motion, such as slip.
 struct MotionMode {
   std::string name;
-  double share = 1;        ///< of the measured motion that is real
-  double share_sigma = 0;  ///< of the share: adds noise in proportion to the measured translation
+  double share = 1;        ///< motion over measured motion
+  double share_sigma = 0;  ///< sigma of the share: noise in proportion to the measured translation
   double sigma_rad = 0;    ///< added noise of the rotation
 };
 
-/// Where a robot starts in a map that there is already.
+/// Start pose in a known map.
 struct KnownStart {
   Eigen::Isometry3d T_map_robot = Eigen::Isometry3d::Identity();
-  /// In the tangent of a right perturbation, 3x3 in the plane or 6x6.
+  /// Tangent covariance of a right perturbation, 3x3 in 2-D, 6x6 in 3-D.
   Eigen::MatrixXd covariance;
 };
 
-/// How motion enters the map. Sigmas are over (x, y, angle) for a map in the plane and over (x, y,
-/// z, rotation vector) in space [m, rad].
+/// Motion model. Sigmas are over (x, y, angle) in 2-D and over (x, y, z, rotation vector) in 3-D
+/// [m, rad].
 struct MotionOptions {
-  std::vector<double> odometry_sigmas;  ///< empty: as the log says
-  double standstill_sigma_m = 0;        ///< of odometry that says exactly no motion; 0: as any
+  std::vector<double> odometry_sigmas;  ///< empty: covariances of the log
+  double standstill_sigma_m = 0;        ///< of odometry without any motion; 0: no special case
   double standstill_sigma_rad = 0;
   double prior_sigma_m = 1e-6;  ///< of the first pose, which defines the map frame
   double prior_sigma_rad = 1e-6;
-  std::optional<KnownStart> start;  ///< instead of these: the map frame is that of a map
-  double lost_sigma_m = 1.0;        ///< of standing still, assumed where odometry is missing
+  std::optional<KnownStart> start;  ///< replaces the prior above: the map frame is that of a known
+                                    ///< map
+  double lost_sigma_m = 1.0;        ///< of the zero motion that replaces missing odometry
   double lost_sigma_rad = 0.5;
-  /// Where positive, the step of the robot changes by about this much from keyframe to keyframe
-  /// [m].
+  /// If positive, sigma of the change of the robot's step between successive keyframes [m].
   double steady_sigma_m = 0;
-  /// Where there are several, a discrete variable per motion says which one it followed, and
-  /// `chain` how they follow each other (Fig. 1a).
+  /// If there are several, a discrete variable per motion selects its mode, and `chain` has their
+  /// transition probabilities (Fig. 1a).
   std::vector<MotionMode> modes;
   MarkovChain chain;
 };
@@ -53,27 +53,27 @@ struct MotionOptions {
 /// Reads sections [odometry], [motion] and [prior].
 MotionOptions read_motion_options(IniFile& ini);
 
-/// Throws Error unless the sigmas fit a map of this dimension.
+/// Throws Error unless the sigmas fit the dimension of the map.
 void check(const MotionOptions& options, bool is_3d);
 
-/// Ties the first pose to the origin of the map.
+/// Prior of the first pose: the origin of the map, or the known start.
 ContinuousFactorPtr origin_factor(Key pose, const MotionOptions& options, bool is_3d);
 
-/// The measured motion from pose `a` to pose `b` (eq. 15), through the calibration of the odometry
-/// where that is a variable.
+/// The measured motion from pose `a` to pose `b` (eq. 15), corrected by the calibration of the
+/// odometry if that is a variable.
 ContinuousFactorPtr odometry_factor(Key a, Key b, OdometryIncrement odometry,
                                     const MotionOptions& options, bool is_3d,
                                     const std::optional<Key>& calibration = std::nullopt);
 
-/// The same motion by one of several modes, chosen by a discrete variable.
+/// The same motion with one of several modes, selected by a discrete variable.
 HybridFactorPtr switching_factor(DiscreteKey mode, Key a, Key b, const OdometryIncrement& odometry,
                                  const MotionOptions& options, bool is_3d,
                                  const std::optional<Key>& calibration = std::nullopt);
 
-/// Three keyframes in a row of a robot at steady speed.
+/// Constant velocity over three successive keyframes.
 ContinuousFactorPtr steady_factor(Key a, Key b, Key c, const MotionOptions& options, bool is_3d);
 
-/// No motion with the wide noise of `lost_sigma_*`: what is assumed where odometry is missing.
+/// Zero motion with the large noise `lost_sigma_*`, which replaces missing odometry.
 OdometryIncrement unknown_motion(const MotionOptions& options, bool is_3d);
 
 }  // namespace hybrid

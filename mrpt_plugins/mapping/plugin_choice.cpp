@@ -24,19 +24,19 @@ std::string name_of(const MappingPlugin& plugin) {
   return without_namespace(plugin.GetRuntimeClass()->className);
 }
 
-/// Which loaded file a thing that lives as long as the program stands in.
+/// The loaded file that contains a static object.
 const void* file_of(const void* thing) {
   Dl_info place{};
   return ::dladdr(thing, &place) != 0 ? place.dli_fbase : nullptr;
 }
 
-/// Whether its class is one of this program, not of a library that a user loads.
+/// Whether the class of a plugin is built into this program rather than loaded by the user.
 bool is_own(const MappingPlugin& plugin) {
   static const int here = 0;
   return file_of(plugin.GetRuntimeClass()) == file_of(&here);
 }
 
-/// One object of every registered class of plugins, not configured, sorted by name.
+/// One unconfigured object of every registered class of plugins, sorted by name.
 std::vector<std::shared_ptr<MappingPlugin>> samples() {
   std::map<std::string, std::shared_ptr<MappingPlugin>> samples;
   for (const auto* id : mrpt::rtti::getAllRegisteredClassesChildrenOf(CLASS_ID(MappingPlugin))) {

@@ -13,22 +13,23 @@
 
 namespace HYBRID_API hybrid {
 
-/// The registered plugins that suit a log, sorted by name. Those of libraries that a user loads go
-/// first: a class of observations that one of them uses is left to it by the program's own.
+/// The registered plugins that suit a log, sorted by name. Plugins of libraries that the user loads
+/// take precedence: a built-in plugin is left out if one of them uses a class of observations that
+/// it uses too.
 std::vector<std::string> choose_plugins(const LogContents& log);
 
-/// Who makes something of the observations of one class of a log.
+/// Number and users of the observations of one class.
 struct ObservationUse {
   std::size_t count = 0;           ///< observations
-  std::vector<std::string> users;  ///< plugins, or "odometry"; nobody: empty
+  std::vector<std::string> users;  ///< plugins, or "odometry"; may be empty
 };
 
-/// The same for all classes of observations that a log holds, where these plugins map it.
+/// Uses of all classes of observations of a log by these plugins.
 std::map<std::string, ObservationUse> observation_uses(
     const std::map<std::string, std::size_t>& observations,
     const std::vector<std::shared_ptr<MappingPlugin>>& plugins);
 
-/// Why these plugins found nothing to map, and what to do.
+/// Message that says why these plugins mapped nothing, and what to do.
 std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses);
 
 }  // namespace hybrid

@@ -22,11 +22,11 @@
 namespace hybrid {
 namespace {
 
-/// What a library holds.
+/// Version tag and registered classes of a library.
 struct Findings {
   bool has_abi = false;
   PluginAbi abi;
-  std::size_t plugins = 0, classes = 0;  // that it registers
+  std::size_t plugins = 0, classes = 0;  // registered by it
 };
 
 void* open_library(const std::string& path) {
@@ -39,7 +39,7 @@ std::size_t count_plugins() {
   return mrpt::rtti::getAllRegisteredClassesChildrenOf(CLASS_ID(MappingPlugin)).size();
 }
 
-/// Loads the library and looks for its tag, not taking that of another library for it.
+/// Loads the library and reads its own version tag, not that of another library.
 Findings look_into(const std::string& path) {
   Findings found;
   const std::size_t plugins = count_plugins();
@@ -69,7 +69,7 @@ void write_all(int pipe, const void* data, std::size_t size) {
   }
 }
 
-int report_pipe = -1;  // of the child, for what ends it
+int report_pipe = -1;  // of the child, for terminate handlers
 
 [[noreturn]] void report_failure(const std::string& why) {
   write_all(report_pipe, "-", 1);
@@ -77,7 +77,7 @@ int report_pipe = -1;  // of the child, for what ends it
   ::_exit(0);
 }
 
-/// What static objects of the library throw reaches nobody.
+/// Terminate handler: exceptions of the library's static objects cannot be caught.
 [[noreturn]] void report_exception() {
   try {
     std::rethrow_exception(std::current_exception());
@@ -88,7 +88,7 @@ int report_pipe = -1;  // of the child, for what ends it
   }
 }
 
-/// Runs in the child: a `+` and the findings, or a `-` and why there are none.
+/// Runs in the child. Writes `+` and the findings, or `-` and the reason of a failure.
 [[noreturn]] void report(const std::string& path) {
   std::set_terminate(report_exception);
   try {
@@ -112,7 +112,7 @@ std::string read_all(int pipe) {
   return text;
 }
 
-/// What a child process finds in the library.
+/// Loads the library in a child process and returns its findings.
 Findings probe(const std::string& path) {
   std::array<int, 2> pipe{};
   if (::pipe(pipe.data()) != 0) throw Error(std::strerror(errno));
@@ -163,7 +163,7 @@ std::string to_string(const PluginAbi& abi) {
 
 void load_plugin_library(const std::string& path) {
   RegularFile check_file(path);
-  // With a slash, so that the loader takes the file and does not search the system's folders.
+  // An absolute path keeps the loader from searching the system's folders.
   const std::string absolute = std::filesystem::canonical(path).string();
   static std::set<std::string> loaded;
   if (loaded.count(absolute) != 0) return;

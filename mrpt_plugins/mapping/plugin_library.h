@@ -9,11 +9,10 @@
 
 namespace HYBRID_API hybrid {
 
-/// Loads a library that registers classes of plugins (HYBRID_REGISTER_PLUGIN) or of observations.
-/// A child process tries it first, so that one which cannot be used leaves no trace and cannot end
-/// the program. Throws Error "path: why" for what is no regular file or no library, misses a
-/// symbol, was built for another version, ends the process or throws while it is loaded, or
-/// registers nothing.
+/// Loads a library that registers classes of plugins (HYBRID_REGISTER_PLUGIN) or of observations. A
+/// child process tries it first, so that a faulty library has no effect on the program. Throws
+/// Error "path: why" if it is no regular file or no library, lacks a symbol, was built for another
+/// version, ends the process or throws while it is loaded, or registers nothing.
 void load_plugin_library(const std::string& path);
 
 }  // namespace hybrid

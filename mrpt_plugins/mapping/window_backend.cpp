@@ -32,25 +32,27 @@ std::string WindowBackend::mode() const {
       return "fixed_lag";
     case WindowOptions::Mode::kFilter:
       return "filter";
+    case WindowOptions::Mode::kBounded:
+      return "bounded";
   }
   return {};
 }
 
 const Values& WindowBackend::values() const {
-  return is_full() ? smoother_.smoother().values() : merged_.values;
+  return is_whole() ? smoother_.smoother().values() : merged_.values;
 }
 
 const Assignment& WindowBackend::assignment() const {
-  return is_full() ? smoother_.smoother().assignment() : merged_.assignment;
+  return is_whole() ? smoother_.smoother().assignment() : merged_.assignment;
 }
 
 std::vector<Key> WindowBackend::elimination_order() const {
   return smoother_.smoother().elimination_order();
 }
 
-/// Takes the estimate of the window over, and of what has just left it.
+/// Copies the estimate of the window, and of the variables that have just left it.
 void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete) {
-  if (is_full()) return;
+  if (is_whole() && (is_full() || left.empty())) return;
   const Estimate& past = smoother_.past();
   const Values& live = smoother_.smoother().values();
   for (const Key key : left) put(merged_.values, key, past.values);
@@ -85,6 +87,31 @@ BackendReport WindowBackend::report_of(const UpdateReport& update) const {
   return report;
 }
 
+std::map<std::string, double> WindowBackend::statistics() const {
+  if (!is_bounded()) return {};
+  const auto left = static_cast<double>(smoother_.past().values.size());
+  return {{"keyframes_marginalized", left},
+          {"divergence_nat", smoother_.divergence()},
+          {"chain_breaks", smoother_.breaks()}};
+}
+
+/// What was known of variables when they left the graph.
+void WindowBackend::add_past(const std::vector<Key>& continuous,
+                             const std::vector<DiscreteKey>& discrete, Uncertainty& out) const {
+  for (const Key key : continuous) {
+    if (const auto* covariance = smoother_.past_covariance(key)) {
+      out.covariances.emplace(key, *covariance);
+    }
+  }
+  for (const DiscreteKey& key : discrete) {
+    const Table* table = smoother_.past_table(key.key);
+    if (table == nullptr) continue;
+    const DiscreteMarginals marginals = discrete_marginals({table});
+    const auto p = marginals.at(key.key);
+    out.probabilities[key.key].assign(p.data(), p.data() + p.size());
+  }
+}
+
 Uncertainty WindowBackend::uncertainty(const std::vector<Key>& continuous,
                                        const std::vector<DiscreteKey>& discrete) const {
   Uncertainty out;
@@ -95,15 +122,10 @@ Uncertainty WindowBackend::uncertainty(const std::vector<Key>& continuous,
       if (wanted.count(key) != 0) out.covariances[key] = covariance;
     });
   }
+  add_past(continuous, discrete, out);
   std::vector<Key> inside;
   for (const DiscreteKey& key : discrete) {
-    if (smoother.assignment().contains(key.key)) {
-      inside.push_back(key.key);
-    } else if (const Table* table = smoother_.past_table(key.key)) {
-      const DiscreteMarginals marginals = discrete_marginals({table});
-      const auto p = marginals.at(key.key);
-      out.probabilities[key.key].assign(p.data(), p.data() + p.size());
-    }
+    if (smoother.assignment().contains(key.key)) inside.push_back(key.key);
   }
   if (inside.empty()) return out;
   const JointCovariance covariance = [&](const std::vector<Key>& keys) {

@@ -19,7 +19,7 @@ IMPLEMENTS_SERIALIZABLE(CObservationClassedBearingRange, mrpt::obs::CObservation
 namespace hybrid {
 namespace {
 
-/// More detections or classes than this in one observation mean a damaged file.
+/// Limit of detections and classes per observation; larger counts come from damaged files.
 constexpr std::uint32_t kMaxCount = 1'000'000;
 
 std::uint32_t read_count(mrpt::serialization::CArchive& in, const char* what) {
@@ -47,8 +47,8 @@ std::string best_class(const CObservationClassedBearingRange& observation,
 
 }  // namespace
 
-/// Version 1 adds sigmas to each detection, version 2 whether ranges are measured; logs that need
-/// neither stay as they were.
+/// Version 1 adds sigmas to each detection, version 2 a flag for measured ranges. Observations are
+/// stored in the lowest version that holds them.
 std::uint8_t CObservationClassedBearingRange::serializeGetVersion() const {
   if (!has_range) return 2;
   return std::any_of(detections.begin(), detections.end(), has_own_sigma) ? 1 : 0;

@@ -16,8 +16,8 @@
 namespace hybrid {
 namespace {
 
-/// Errors below a tenth of a millimetre, such as that of the pose that defines the map, are left
-/// out: they would stretch a logarithmic axis.
+/// Position errors [m]. Errors below 0.1 mm, such as that of the pose that defines the map, are
+/// left out, since they would stretch a logarithmic axis.
 std::vector<double> position_errors(const std::vector<PosePair>& pairs) {
   constexpr double kLeast = 1e-4;
   std::vector<double> out;
@@ -38,15 +38,15 @@ Series level(const std::string& label, double x_low, double x_high, double y, Co
   return s;
 }
 
-/// Whether at least half of the times are later than the one before. Single repeated times do no
-/// harm; a clock that stands still places nothing.
+/// Whether at least half of the times are later than the one before. A few repeated times are
+/// harmless; a clock that stands still gives no time axis.
 bool clock_runs(const std::vector<double>& times) {
   std::size_t later = 0;
   for (std::size_t i = 1; i < times.size(); ++i) later += times[i] > times[i - 1];
   return times.empty() || 2 * later >= times.size() - 1;
 }
 
-/// Ends of the Wilson score interval of a frequency, 95 %.
+/// Bounds of the Wilson score interval of a frequency, 95 %.
 std::pair<double, double> wilson(double frequency, std::size_t count) {
   constexpr double kZ = 1.959964;
   const auto n = static_cast<double>(count);

@@ -16,14 +16,14 @@ namespace HYBRID_API hybrid {
 /// steps.png: solver time per keyframe (ms, logarithmic) with median and 95th percentile.
 Image steps_image(const std::vector<StepRecord>& steps, const std::string& title);
 
-/// Position error (m, logarithmic) against time (s since the first pose), as it is and after rigid
-/// alignment, for the estimate and for dead reckoning if it has poses. `times` has one entry per
-/// pair of the estimate; dead reckoning pairs, if any, belong to the same times. Where time
-/// passes between fewer than half of the neighbours, the pairs are numbered instead.
+/// Position error (m, logarithmic) over time (s since the first pose), without and with rigid
+/// alignment, for the estimate and, if it has poses, for dead reckoning. `times` has one entry per
+/// pair of the estimate; dead reckoning pairs, if any, belong to the same times. If fewer than half
+/// of the times are later than the one before, the axis numbers the pairs instead.
 Image error_image(const std::vector<double>& times, const std::vector<PosePair>& estimate,
                   const std::vector<PosePair>& dead_reckoning, const std::string& title);
 
-/// What the probabilities of a reliability diagram are about.
+/// Texts of a reliability diagram about its probabilities.
 struct ClaimNames {
   const char* things = "objects";
   const char* claimed = "probability claimed for a class";
@@ -33,8 +33,8 @@ inline constexpr ClaimNames kClassClaims{};
 inline constexpr ClaimNames kClosureClaims{"loop closures", "inlier probability claimed",
                                            "fraction that really was true"};
 
-/// Reliability diagram: claimed probability against observed frequency with 95 % intervals (Wilson)
-/// and the number of claims per bin; on the diagonal means honest.
+/// Reliability diagram: predicted probability against observed frequency with 95 % intervals
+/// (Wilson) and the number of predictions per bin. Calibrated probabilities are on the diagonal.
 Image reliability_image(const Calibration& calibration, const std::string& title,
                         const ClaimNames& names = kClassClaims);
 

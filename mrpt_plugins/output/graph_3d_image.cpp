@@ -17,14 +17,14 @@ namespace {
 
 constexpr double kLegendWidth = 310;
 
-/// A line of the picture, and how far its middle is from the eye [m].
+/// A line of the picture, and the distance of its middle from the eye [m].
 struct Line {
   double depth = 0;
   Pixel from, to;
   Stroke stroke;
 };
 
-/// What is far away is paler: depth from 0 (nearest) to 1.
+/// The colour at a depth from 0 (nearest) to 1; paler with distance.
 Color in_depth(Color color, double depth) {
   constexpr double kPalest = 0.65;
   const auto mixed = [&](std::uint8_t part) {
@@ -40,13 +40,13 @@ SceneView view_of_graph(const GraphDrawing& graph, double aspect) {
   points.insert(points.end(), graph.landmarks.begin(), graph.landmarks.end());
   points.insert(points.end(), graph.truth.begin(), graph.truth.end());
   if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
-  constexpr double kLeast = 0.25;  // m to each side, for a graph of one place
+  constexpr double kLeast = 0.25;  // m to each side, for a graph at one point
   points.push_back(points.front() + Eigen::Vector3d::Constant(kLeast));
   points.push_back(points.front() - Eigen::Vector3d::Constant(kLeast));
   return view_of(points, kElevation, aspect);
 }
 
-/// The lines of a graph, the farthest first.
+/// The lines of a graph, farthest first.
 std::vector<Line> lines_of(const GraphDrawing& graph, const SceneView& view, const Box& box,
                            const GraphStrokes& strokes) {
   std::vector<Line> lines;

@@ -10,6 +10,7 @@
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/pose_graph/graph_variables.h"
 #include "mrpt_plugins/mapping/calibration.h"
 
 namespace hybrid {
@@ -26,7 +27,7 @@ bool add_sighting(const ContinuousFactor& factor, std::vector<Edge>& edges) {
   return true;
 }
 
-/// With the place of the sensor as estimated.
+/// Adds a sighting with the estimated pose of the sensor.
 template <class Pose, class Edge>
 bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& values,
                              std::vector<Edge>& edges) {
@@ -39,7 +40,7 @@ bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& value
   return true;
 }
 
-/// With the calibration of the odometry as estimated.
+/// Adds a motion corrected by the estimated calibration of the odometry.
 template <class Factor, class Calibration, class Edge>
 bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
                            std::vector<Edge>& edges) {
@@ -56,6 +57,16 @@ bool add_prior(const ContinuousFactor& factor, std::vector<Key>& fixed) {
   if (dynamic_cast<const Prior<Pose>*>(&factor) == nullptr) return false;
   fixed.push_back(factor.keys()[0]);
   return true;
+}
+
+bool has_vertex(Key key, const Values& values) {
+  return is_pose_or_landmark(key, values.type(key));
+}
+
+/// Whether g2o has all variables of a factor but a calibration, which enters by its estimate.
+bool has_vertices(const ContinuousFactor& factor, const Values& values) {
+  return std::all_of(factor.keys().begin(), factor.keys().end(),
+                     [&](Key key) { return is_calibration(key) || has_vertex(key, values); });
 }
 
 /// Whether the factor has a form in g2o. Throws Error where its noise has none there, as that of a
@@ -75,9 +86,9 @@ void add(const ContinuousFactor& factor, ExportedGraph& out) {
   if (factor.keys().size() == 1 && is_calibration(factor.keys()[0])) return;
   bool known = false;
   try {
-    known = add_known(factor, out.graph);
+    known = has_vertices(factor, out.graph.values) && add_known(factor, out.graph);
   } catch (const Error&) {
-    // left out like a factor without a form
+    // left out, as is a factor without a form
   }
   const std::string name = factor.name();
   if (!known && std::find(out.left_out.begin(), out.left_out.end(), name) == out.left_out.end()) {
@@ -97,7 +108,7 @@ ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate) {
     if (component.factor != nullptr) add(*component.factor, out);
   });
   for (const Key key : out.graph.values.keys()) {
-    if (is_calibration(key)) out.graph.values.erase(key);
+    if (!has_vertex(key, out.graph.values)) out.graph.values.erase(key);
   }
   return out;
 }

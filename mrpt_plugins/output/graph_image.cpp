@@ -29,7 +29,7 @@ Series points(const GraphDrawing::Points& points, const std::string& label, Colo
   return series;
 }
 
-/// Lines with a gap after each.
+/// All segments as one line, interrupted after each.
 Series segments(const GraphDrawing::Segments& segments, const std::string& what,
                 const Stroke& stroke) {
   const double gap = std::numeric_limits<double>::quiet_NaN();

@@ -13,23 +13,23 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a picture of a pose graph shows; positions in metres in the map frame.
+/// The content of a picture of a pose graph; positions in metres in the map frame.
 struct GraphDrawing {
   using Points = std::vector<Eigen::Vector3d>;
   using Segments = std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>;
 
   std::string title;
   std::string subtitle;
-  bool is_3d = false;  ///< then the picture is the plan, and says so
+  bool is_3d = false;  ///< the picture is the plan and its subtitle says so
   Points poses;        ///< in order
   Points landmarks;
   Points truth;       ///< true positions of the poses; may be empty
   Segments odometry;  ///< measurements from one pose to the next
-  Segments closures;  ///< loop closures in force
-  Segments rejected;  ///< loop closures judged wrong
+  Segments closures;  ///< accepted loop closures
+  Segments rejected;  ///< rejected loop closures
 };
 
-/// How the lines of a graph look in every picture of it.
+/// Line styles of a graph, the same in every picture of it.
 struct GraphStrokes {
   Stroke truth, rejected, closures, odometry;
 };
@@ -38,7 +38,7 @@ GraphStrokes graph_strokes(const GraphDrawing& graph);
 /// The graph from above, same scale in x and y.
 Image graph_image(const GraphDrawing& graph);
 
-/// A graph in space in perspective, what is far away paler.
+/// A 3-D graph in perspective, paler with distance.
 Image graph_3d_image(const GraphDrawing& graph);
 
 }  // namespace hybrid

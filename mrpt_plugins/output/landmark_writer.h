@@ -16,8 +16,8 @@ namespace HYBRID_API hybrid {
 std::string landmarks_csv(const MapResult& result);
 
 /// The same as JSON: {"dimension": 2|3, "classes": [...], "landmarks": [{"id", "position",
-/// "covariance", "class", "class_probabilities": {name: p}, "sightings"}]}; positions and
-/// covariances have as many coordinates as the map has dimensions; values that are not finite
+/// "covariance", "class", "class_probabilities": {name: p}, "sightings"}]}. Positions and
+/// covariances have as many coordinates as the map has dimensions. Values that are not finite
 /// become null.
 std::string landmarks_json(const MapResult& result);
 

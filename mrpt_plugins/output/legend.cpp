@@ -17,7 +17,7 @@ constexpr double kSample = 40;  // width of the samples
 constexpr double kRow = 29;
 constexpr double kText = 14;
 
-/// Text as long as fits into `room` pixels, with dots where it was cut.
+/// The text, shortened to `room` pixels with dots at its end.
 std::string shortened(std::string text, const TextStyle& style, double room) {
   if (Canvas::text_extent(text, style).x() <= room) return text;
   while (!text.empty() && Canvas::text_extent(text + "...", style).x() > room) text.pop_back();
@@ -87,18 +87,22 @@ void Legend::note(const std::string& text) {
 
 namespace {
 
-/// Paths, and the ends of the estimated one.
+/// Entries of the paths, and of start and end of the estimated one.
 void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
                  const Stroke& truth_stroke, const Extent& extent) {
-  legend.heading("Robot path");
-  if (!result.trajectory.empty()) legend.line("estimated", map_style::kEstimate);
-  if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
+  legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
+  for (const DrawnPath& robot : drawn_paths(result)) {
+    if (!robot.poses.empty()) legend.line(robot.name, robot.stroke);
+  }
+  if (!result.robots.empty()) {
+    // Dead reckoning of several is not drawn.
+  } else if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
     legend.note("Dead reckoning lies under the estimate.");
     legend.gap(10);
   } else if (!result.dead_reckoning.empty()) {
     legend.line("dead reckoning", map_style::kDeadReckoning);
   }
-  if (!truth.path.empty()) legend.line("ground truth", truth_stroke);
+  if (!true_paths(truth).empty()) legend.line("ground truth", truth_stroke);
   for (std::size_t m = 1; m < result.mode_names.size(); ++m) {
     const auto count =
         std::count(result.motion_modes.begin(), result.motion_modes.end(), static_cast<int>(m));
@@ -111,7 +115,7 @@ void path_legend(Legend& legend, const MapResult& result, const GroundTruth& tru
   legend.marker("end", Marker::kSquare, 8, palette::kBlack);
 }
 
-/// The classes that there are, with counts.
+/// Entries of the classes in use, with counts.
 void class_legend(Legend& legend, const MapResult& result) {
   std::vector<std::size_t> count(result.class_names.size() + 1, 0);
   for (const LandmarkEstimate& l : result.landmarks) {

@@ -23,7 +23,7 @@ constexpr double kTop = 90;
 constexpr double kMargin = 20;
 constexpr Stroke kBeads{palette::kTruth, 8, LineStyle::kDotted};
 
-/// What happened, in one line, without the call stack that MRPT appends.
+/// The message of an MRPT exception in one line, without its call stack.
 std::string reason(const std::string& what) {
   const std::string mark = "Message:";
   const std::size_t at = what.find(mark);
@@ -34,7 +34,7 @@ std::string reason(const std::string& what) {
   return line;
 }
 
-/// The scene without its texts, which the canvas draws so that they do not cover each other.
+/// The scene without texts; the canvas draws these so that they do not overlap.
 Image render_scene(const MapResult& result, const GroundTruth& truth, const SceneView& view,
                    int width, int height, int device) {
   const auto scene = make_scene(result, truth);
@@ -66,18 +66,21 @@ Image render_scene(const MapResult& result, const GroundTruth& truth, const Scen
   return image;
 }
 
-/// What has to be readable over the rendered picture: ids, names of the axes, start and end.
+/// Draws texts over the rendered picture: ids, names of the axes, start and end.
 void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& layout,
                  const Box& box) {
   const auto seen_at = [&](const Eigen::Vector3d& p) {
     return Pixel(Pixel(box.left, box.top) + layout.view.project(p, box.width(), box.height()));
   };
   LabelPlacer labels(box);
-  std::vector<Pixel> path;
-  for (const TimedPose& p : result.trajectory) {
-    path.push_back(seen_at({p.pose.x(), p.pose.y(), p.pose.z()}));
+  std::vector<std::vector<Pixel>> paths;
+  for (const DrawnPath& robot : drawn_paths(result)) {
+    std::vector<Pixel>& path = paths.emplace_back();
+    for (const TimedPose& p : robot.poses) {
+      path.push_back(seen_at({p.pose.x(), p.pose.y(), p.pose.z()}));
+    }
+    labels.avoid(path);
   }
-  labels.avoid(path);
   const double radius = 9;
   TextStyle axis;
   axis.size = 13;
@@ -91,7 +94,8 @@ void draw_labels(Canvas& canvas, const MapResult& result, const SceneLayout& lay
     canvas.text(tip, names[i], axis);
     labels.block(tip, 8);
   }
-  if (!path.empty()) {
+  for (const std::vector<Pixel>& path : paths) {
+    if (path.empty()) continue;
     canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
     canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
     labels.block(path.front(), 11);

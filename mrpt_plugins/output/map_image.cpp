@@ -37,9 +37,9 @@ void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, do
   }
 }
 
-/// The true path in pieces: a receiver's gaps stay gaps.
+/// The true path, split where the receiver had no position.
 std::vector<Trajectory> pieces(const Trajectory& path) {
-  constexpr double kGap = 10;  // times the usual distance in time
+  constexpr double kGap = 10;  // times the median interval
   std::vector<double> steps;
   for (std::size_t i = 1; i < path.size(); ++i) steps.push_back(path[i].time - path[i - 1].time);
   if (steps.empty()) return {path};
@@ -54,29 +54,65 @@ std::vector<Trajectory> pieces(const Trajectory& path) {
   return out;
 }
 
-void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const GroundTruth& truth,
-                LabelPlacer& labels) {
-  const std::vector<Pixel> path = to_pixels(axes, result.trajectory);
-  const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
-  for (const Trajectory& piece : pieces(truth.path)) {
-    canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
+/// The motions of modes other than the first.
+void draw_modes(Canvas& canvas, const Axes& axes, const MapResult& result) {
+  if (result.motion_modes.empty()) return;
+  std::vector<RobotPath> robots = result.robots;
+  if (robots.empty()) {
+    robots.emplace_back();
+    for (std::size_t i = 0; i < result.trajectory.size(); ++i) robots[0].keyframes.push_back(i);
   }
-  canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
-  canvas.polyline(path, map_style::kEstimate);
-  for (std::size_t i = 1; i < result.motion_modes.size() && i < path.size(); ++i) {
-    const int mode = result.motion_modes[i];
-    if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+  for (const RobotPath& robot : robots) {
+    const std::vector<Pixel> path = to_pixels(axes, part_of(result.trajectory, robot));
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const int mode = result.motion_modes[robot.keyframes[i]];
+      if (mode > 0) canvas.line(path[i - 1], path[i], map_style::mode_stroke(mode));
+    }
   }
-  labels.avoid(path);
-  labels.avoid(reckoned);
-  if (path.empty()) return;
-  canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
-  canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
-  labels.block(path.front(), 11);
-  labels.block(path.back(), 9);
 }
 
-/// Markers first, then ids where there is room; returns how many ids were drawn.
+void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const GroundTruth& truth,
+                LabelPlacer& labels) {
+  for (const Trajectory& known : true_paths(truth)) {
+    for (const Trajectory& piece : pieces(known)) {
+      canvas.polyline(to_pixels(axes, piece), map_style::kTruth);
+    }
+  }
+  if (result.robots.empty()) {
+    const std::vector<Pixel> reckoned = to_pixels(axes, result.dead_reckoning);
+    canvas.polyline(reckoned, map_style::kDeadReckoning);  // is_hidden() tells the legend
+    labels.avoid(reckoned);
+  }
+  const std::vector<DrawnPath> robots = drawn_paths(result);
+  for (const DrawnPath& robot : robots) {
+    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    canvas.polyline(path, robot.stroke);
+    labels.avoid(path);
+  }
+  draw_modes(canvas, axes, result);
+  for (const DrawnPath& robot : robots) {
+    if (robot.poses.empty()) continue;
+    const std::vector<Pixel> path = to_pixels(axes, robot.poses);
+    canvas.marker(path.front(), Marker::kTriangle, 10, palette::kWhite);
+    canvas.marker(path.back(), Marker::kSquare, 8, palette::kBlack);
+    labels.block(path.front(), 11);
+    labels.block(path.back(), 9);
+  }
+}
+
+/// From the newest pose to the landmarks that it sees.
+void draw_rays(Canvas& canvas, const Axes& axes, const MapResult& result,
+               const std::vector<std::int64_t>& seen) {
+  if (result.trajectory.empty()) return;
+  const auto& here = result.trajectory.back().pose;
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (std::find(seen.begin(), seen.end(), l.id) == seen.end()) continue;
+    canvas.line(axes.pixel(here.x(), here.y()), axes.pixel(l.position.x(), l.position.y()),
+                map_style::kSight);
+  }
+}
+
+/// Draws markers, then ids where there is room; returns how many ids were drawn.
 std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& result,
                            const GroundTruth& truth, LabelPlacer& labels) {
   const double radius = result.landmarks.size() > 400 ? 4 : 7;
@@ -104,7 +140,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 }  // namespace
 
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
-                const std::optional<MapFrame>& shown, const std::string& clock) {
+                const std::optional<MapFrame>& shown, const FilmMoment& moment) {
   Canvas canvas(width, height);
   const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
   const MapFrame frame = shown ? *shown : map_frame(result, truth);
@@ -123,20 +159,22 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   subtitle.color = {90, 90, 90};
   canvas.text({box.left, 70},
               fmt::format("{}: {}{} poses of the robot, {} landmarks",
-                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan", clock,
-                          result.trajectory.size(), result.landmarks.size()),
+                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
+                          moment.clock, result.trajectory.size(), result.landmarks.size()),
               subtitle);
   axes.draw(canvas);
 
   LabelPlacer labels(box);
   canvas.clip(box);
   draw_ellipses(canvas, axes, result, frame.magnification);
+  draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
+  if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", {90, 90, 90});
     legend.note(ellipse_note("Ellipses", frame.magnification));

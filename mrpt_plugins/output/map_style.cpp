@@ -6,11 +6,37 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
+
+std::vector<DrawnPath> drawn_paths(const MapResult& result) {
+  if (result.robots.empty()) return {{"estimated", result.trajectory, map_style::kEstimate}};
+  // Other than landmarks without class and dead reckoning.
+  const std::array<Color, 6> colors = {palette::kEstimate, series_color(0), series_color(2),
+                                       series_color(3),    series_color(4), series_color(5)};
+  std::vector<DrawnPath> out;
+  for (std::size_t i = 0; i < result.robots.size(); ++i) {
+    const RobotPath& robot = result.robots[i];
+    Stroke stroke = map_style::kEstimate;
+    stroke.color = colors[i % colors.size()];
+    if (!robot.keyframes.empty()) {
+      out.push_back({robot.name, part_of(result.trajectory, robot), stroke});
+    }
+  }
+  return out;
+}
+
+std::vector<Trajectory> true_paths(const GroundTruth& truth) {
+  std::vector<Trajectory> out = {truth.path};
+  out.insert(out.end(), truth.others.begin(), truth.others.end());
+  out.erase(std::remove_if(out.begin(), out.end(), [](const Trajectory& t) { return t.empty(); }),
+            out.end());
+  return out;
+}
 
 Color landmark_color(const LandmarkEstimate& l) {
   return l.class_index ? series_color(static_cast<std::size_t>(*l.class_index))
@@ -23,7 +49,7 @@ double class_probability(const LandmarkEstimate& l) {
 }
 
 Color landmark_fill(const LandmarkEstimate& l) {
-  constexpr double kFaintest = 0.15;  // still to be told from white
+  constexpr double kFaintest = 0.15;  // least opacity that differs from white
   const double opacity = std::clamp(class_probability(l), kFaintest, 1.0);
   const auto mixed = [opacity](std::uint8_t part) {
     return static_cast<std::uint8_t>(std::lround(255 + opacity * (part - 255.0)));
@@ -49,11 +75,11 @@ void Extent::add(const Trajectory& path) {
 Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   Extent extent;
   extent.add(result.trajectory);
-  extent.add(truth.path);
+  for (const Trajectory& path : true_paths(truth)) extent.add(path);
   for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position);
   for (const TrueLandmark& l : truth.landmarks) extent.add(l.position);
   Extent reckoned;
-  reckoned.add(result.dead_reckoning);
+  if (result.robots.empty()) reckoned.add(result.dead_reckoning);
   if (extent.empty()) extent = reckoned;
   if (extent.empty()) extent.add(Eigen::Vector3d::Zero());
   const double room = 0.5 * (extent.high - extent.low).maxCoeff();
@@ -75,7 +101,7 @@ MapFrame map_frame(const MapResult& result, const GroundTruth& truth) {
 }
 
 bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, const Extent& extent) {
-  constexpr double kLineWidth = 0.002;  // of the picture
+  constexpr double kLineWidth = 0.002;  // share of the size of the picture
   if (dead_reckoning.size() != estimate.size()) return false;
   const double width = kLineWidth * (extent.high - extent.low).head<2>().maxCoeff();
   for (std::size_t i = 0; i < estimate.size(); ++i) {
@@ -95,8 +121,8 @@ double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, dou
   if (radii.empty()) return 1;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
-  constexpr double kSmallest = 0.008;  // of the size of the scene
-  constexpr double kEnlarged = 0.03;   // beyond the marker
+  constexpr double kSmallest = 0.008;  // share of the size of the scene
+  constexpr double kEnlarged = 0.03;   // share of it at which an ellipse is larger than its marker
   return *middle >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / *middle));
 }
 

@@ -13,24 +13,37 @@
 
 namespace HYBRID_API hybrid {
 
-/// How the parts of a map look in every picture of it.
+/// Styles of the parts of a map, the same in every picture of it.
 namespace map_style {
 constexpr Stroke kEstimate{palette::kEstimate, 2.5, LineStyle::kSolid};
 constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashed};
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
+constexpr Stroke kSight{{106, 81, 163}, 2, LineStyle::kDashed};
 constexpr Color kTrueLandmark{110, 110, 110};
-/// Motions of modes other than the first, over the estimate.
+/// Motions of modes other than the first, drawn over the estimate.
 inline Stroke mode_stroke(int mode) {
   return {mode_color(static_cast<std::size_t>(mode)), 7, LineStyle::kSolid};
 }
-constexpr double kSigmas = 3;  ///< standard deviations that ellipses and ellipsoids show
+constexpr double kSigmas = 3;  ///< standard deviations of ellipses and ellipsoids
 }  // namespace map_style
+
+/// The estimated path of a robot as it is drawn.
+struct DrawnPath {
+  std::string name;
+  Trajectory poses;
+  Stroke stroke;
+};
+
+/// Those of all robots that have poses, each in its colour; of one robot, its path as "estimated".
+std::vector<DrawnPath> drawn_paths(const MapResult& result);
+/// The true paths that are known.
+std::vector<Trajectory> true_paths(const GroundTruth& truth);
 
 /// Colour and shape of a landmark's class.
 Color landmark_color(const LandmarkEstimate& landmark);
-/// Probability of that class; 1 where there are no classes.
+/// Probability of its most probable class; 1 if there are no classes.
 double class_probability(const LandmarkEstimate& landmark);
-/// The colour on white with that probability as opacity: the paler, the less is known.
+/// The colour of the class with its probability as opacity, on white.
 Color landmark_fill(const LandmarkEstimate& landmark);
 Marker landmark_marker(const LandmarkEstimate& landmark);
 
@@ -45,26 +58,27 @@ struct Extent {
 };
 
 /// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
-/// picture more than half as large again on any side. Never empty, at least half a metre wide.
+/// picture more than half as large again on any side; that of several robots is not drawn. Never
+/// empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
 
-/// What a picture shows of a map: pictures that go together share it.
+/// Extent and scale of a picture of a map, shared by pictures that belong together.
 struct MapFrame {
   Extent extent;
   double magnification = 1;  ///< of ellipses and ellipsoids
 };
 
-/// All of the map, with the ellipses large enough to see.
+/// The frame of the whole map, with ellipses large enough to see.
 MapFrame map_frame(const MapResult& result, const GroundTruth& truth);
 
-/// Whether dead reckoning lies under the estimate everywhere, in a picture of this extent.
+/// Whether the estimate covers dead reckoning everywhere, in a picture of this extent.
 bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, const Extent& extent);
 
 /// A round factor that makes the typical covariance ellipse large enough to see in a picture of a
 /// scene of `size` metres; 1 if it already is.
 double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, double size);
 
-/// The sentence of the legend about that factor; `what` is "Ellipses" or "Ellipsoids".
+/// The sentence of the legend about the magnification; `what` is "Ellipses" or "Ellipsoids".
 std::string ellipse_note(const std::string& what, double magnification);
 
 }  // namespace hybrid

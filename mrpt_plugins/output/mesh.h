@@ -12,7 +12,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// Solid things as triangles: MRPT draws lines one pixel wide and ellipsoids with wrong axes.
+/// Solids as triangles, since MRPT draws lines one pixel wide and ellipsoids with wrong axes.
 class Mesh {
  public:
   /// Opacity from 0 to 1.
@@ -22,8 +22,8 @@ class Mesh {
   void tube(const std::vector<Eigen::Vector3d>& path, double radius);
   /// center + axes * u for all unit vectors u.
   void ellipsoid(const Eigen::Vector3d& center, const Eigen::Matrix3d& axes);
-  /// The solid form of a marker, `radius` metres: sphere, cube, cone, octahedron, thick pentagon
-  /// and star that face the direction `toward`, cross of three bars.
+  /// The solid of a marker, `radius` metres: sphere, cube, cone, octahedron, thick pentagon or star
+  /// facing `toward`, or cross of three bars.
   void marker(const Eigen::Vector3d& center, Marker shape, double radius,
               const Eigen::Vector3d& toward = Eigen::Vector3d::UnitZ());
 
@@ -36,7 +36,8 @@ class Mesh {
   void triangle(const Vertex& a, const Vertex& b, const Vertex& c);
   void flat(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
             const Eigen::Vector3d& inside);
-  /// A marker's outline as base, the same scaled by `top_scale` as top; `frame` turns both.
+  /// A prism between an outline as base and the same scaled by `top_scale` as top, rotated by
+  /// `frame`.
   void prism(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector3d& center,
              const Eigen::Matrix3d& frame, double half_height, double top_scale);
 

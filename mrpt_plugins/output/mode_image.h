@@ -21,22 +21,22 @@ struct ModeStrip {
   std::vector<int> modes;
 };
 
-/// Modes over time above the curve they explain.
+/// Modes over time, above a curve of the measurements.
 struct ModeTimeline {
   std::string title, subtitle;
   std::string x_label, y_label;
   std::vector<std::string> mode_names;
-  std::vector<double> x;          ///< an instant each
+  std::vector<double> x;          ///< one per sample
   std::vector<ModeStrip> strips;  ///< from the top
   std::vector<double> curve;      ///< drawn in the colours of the last strip
-  bool points = false;            ///< the curve as separate points
-  std::vector<int> folds;         ///< where it changes, a vertical line; may be empty
+  bool points = false;            ///< draw the curve as separate points
+  std::vector<int> folds;         ///< vertical lines where the fold changes; may be empty
 };
 
 /// Draws it, 1600 x 900. Throws std::invalid_argument where lists differ in length.
 Image mode_timeline_image(const ModeTimeline& timeline);
 
-/// A path in the plane, every step in the colour of its mode.
+/// A path in 2-D, each step in the colour of its mode.
 struct ModePath {
   std::string title, subtitle;
   std::string x_label = "x (m)", y_label = "y (m)";

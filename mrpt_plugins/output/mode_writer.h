@@ -12,21 +12,21 @@
 
 namespace HYBRID_API hybrid {
 
-/// The modes of motion as CSV: keyframe, time (s), mode, and the probability of each mode; the row
-/// of a keyframe tells how it was reached.
+/// The modes of motion as CSV: keyframe, time (s), mode, and the probability of each mode. A row
+/// has the mode of the motion to its keyframe.
 std::string modes_csv(const MapResult& result);
 
-/// How well modes other than the first (slip) were told from it.
+/// How well modes other than the first (such as slip) are detected.
 struct ModeScore {
-  std::size_t motions = 0;  ///< with a mode and a true one
-  std::size_t found = 0;    ///< other than the first, of these
+  std::size_t motions = 0;  ///< motions with an estimated and a true mode
+  std::size_t found = 0;    ///< of them, estimated as other than the first
   std::size_t real = 0;     ///< truly other than the first
-  std::size_t both = 0;     ///< found and real
+  std::size_t both = 0;     ///< both estimated and truly other than the first
   double precision() const { return found == 0 ? 1.0 : double(both) / double(found); }
   double recall() const { return real == 0 ? 1.0 : double(both) / double(real); }
 };
 
-/// Compares with true modes, given by row of the log; `log_rows` are those of the poses. Throws
+/// Compares with true modes, given by row of the log; `log_rows` are the rows of the poses. Throws
 /// Error for a row beyond the truth.
 ModeScore score_modes(const MapResult& result, const std::vector<std::size_t>& log_rows,
                       const std::vector<int>& truth);

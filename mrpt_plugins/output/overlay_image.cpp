@@ -13,7 +13,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kShown = 8000;  // points of a cloud that a panel shows at most
+constexpr std::size_t kShown = 8000;  // most points of a cloud in a panel
 constexpr Color kTarget = palette::kDeadReckoning;
 constexpr Color kSource = palette::kEstimate;
 
@@ -55,7 +55,7 @@ Axis axis(const Bounds& bounds, int index, const std::string& unit) {
   return result;
 }
 
-/// Dots lie on whole pixels: alike, they make a small file.
+/// Draws points on whole pixels: equal dots make a small file.
 void scatter(Canvas& canvas, const Axes& axes, const View& view, const Points& points, Color color,
              double radius) {
   for (const Eigen::Vector3d& p : points) {
@@ -116,7 +116,7 @@ Image overlay_image(const Overlay& overlay) {
   const bool flat = size.z() <= 1e-6 * size.maxCoeff();
   const int views = flat ? 1 : 3;
 
-  // Flat clouds stand side by side, others in two rows.
+  // Flat clouds have two panels side by side, others two rows.
   const int width = 1800, height = flat ? 960 : 1280;
   Canvas canvas(width, height);
   draw_head(canvas, overlay,

@@ -11,7 +11,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// What a picture of a registration shows.
+/// The content of a picture of a registration.
 struct Overlay {
   std::string title;
   std::string note;  ///< one line below the title
@@ -20,8 +20,8 @@ struct Overlay {
   std::string unit;   ///< of length, e.g. "m"
 };
 
-/// overlay.png: both clouds before and after, seen along each axis of the target (from above only
-/// where the target is flat). Large clouds are thinned for the picture, and it says so.
+/// overlay.png: both clouds before and after the registration, seen along each axis of the target
+/// (from above only if the target is flat). Large clouds are thinned, and the picture says so.
 Image overlay_image(const Overlay& overlay);
 
 }  // namespace hybrid

@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kCompression = 1;  // as MRPT's own files of scenes
+constexpr int kCompression = 1;  // level of MRPT's own scene files
 
 std::vector<Vector3d> positions(const Trajectory& path) {
   std::vector<Vector3d> out;
@@ -44,30 +44,36 @@ void add_ground(mrpt::opengl::COpenGLScene& scene, const SceneLayout& layout) {
   scene.insert(mrpt::opengl::stock_objects::CornerXYZSimple(length, 2));
 }
 
-/// Truth as beads around the estimate, so that neither hides the other.
+/// Truth as beads around the estimate, so that both stay visible.
 void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const GroundTruth& truth,
                double r) {
   Mesh beads(palette::kTruth);
-  for (const auto& bead : dashes(positions(truth.path), 2.5 * r, 13 * r)) beads.tube(bead, 1.8 * r);
+  for (const Trajectory& known : true_paths(truth)) {
+    for (const auto& bead : dashes(positions(known), 2.5 * r, 13 * r)) beads.tube(bead, 1.8 * r);
+  }
   scene.insert(beads.object());
   Mesh reckoned(palette::kDeadReckoning);
-  for (const auto& dash : dashes(positions(result.dead_reckoning), 9 * r, 6 * r)) {
-    reckoned.tube(dash, 0.6 * r);
+  if (result.robots.empty()) {
+    for (const auto& dash : dashes(positions(result.dead_reckoning), 9 * r, 6 * r)) {
+      reckoned.tube(dash, 0.6 * r);
+    }
   }
   scene.insert(reckoned.object());
-  Mesh path(palette::kEstimate);
-  path.tube(positions(result.trajectory), r);
-  scene.insert(path.object());
-  if (result.trajectory.empty()) return;
-  Mesh start(palette::kWhite);
-  start.marker(positions(result.trajectory).front(), Marker::kTriangle, 4 * r);
-  scene.insert(start.object());
-  Mesh end(palette::kInk);
-  end.marker(positions(result.trajectory).back(), Marker::kSquare, 3.2 * r);
-  scene.insert(end.object());
+  for (const DrawnPath& robot : drawn_paths(result)) {
+    Mesh path(robot.stroke.color);
+    path.tube(positions(robot.poses), r);
+    scene.insert(path.object());
+    if (robot.poses.empty()) continue;
+    Mesh start(palette::kWhite);
+    start.marker(positions(robot.poses).front(), Marker::kTriangle, 4 * r);
+    scene.insert(start.object());
+    Mesh end(palette::kInk);
+    end.marker(positions(robot.poses).back(), Marker::kSquare, 3.2 * r);
+    scene.insert(end.object());
+  }
 }
 
-/// Ellipsoids before the solids inside them: what is drawn later would be hidden behind them.
+/// Adds ellipsoids before the solids inside them: a solid added later would be hidden by them.
 void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
                     const SceneLayout& layout) {
   for (const LandmarkEstimate& l : result.landmarks) {

@@ -15,7 +15,7 @@ namespace HYBRID_API hybrid {
 
 /// The map as an MRPT scene (metres): ground grid, paths as tubes, landmarks as solids coloured and
 /// shaped by class with covariance ellipsoids (3 standard deviations, enlarged as in map_image) and
-/// ids as text. A scene can be rendered by one renderer only; make another for the next.
+/// ids as text. Only one renderer can render a scene.
 mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth = {});
 
 /// Writes the scene as `name` (.3Dscene) for SceneViewer3D.
@@ -28,7 +28,7 @@ struct Map3dOptions {
   int device = 0;  ///< index of the EGL device
 };
 
-/// A 3-D view, or the plan with a warning where 3-D is not possible.
+/// A 3-D view, or the plan and a warning if 3-D rendering is not possible.
 struct Map3dImage {
   Image image;
   std::string warning;  ///< empty when the view is 3-D

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kRadians = M_PI / 180;
 
-/// The extent in whole squares of the grid, flat at height `z`.
+/// The extent rounded to whole squares of the grid, flat at height `z`.
 Extent ground_of(const Extent& extent, double step, double z) {
   Extent ground;
   ground.low = step * (extent.low / step).floor();
@@ -46,7 +46,7 @@ Pixel SceneView::project(const Eigen::Vector3d& point, double width, double heig
           0.5 * height - focal * ray.dot(right.cross(forward)) / depth};
 }
 
-/// Moves the target and the distance until the points fill the picture.
+/// The view that fills the picture with the points.
 SceneView view_of(const std::vector<Eigen::Vector3d>& points, double elevation_deg, double aspect) {
   SceneView view;
   view.elevation_deg = elevation_deg;
@@ -93,8 +93,10 @@ SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, doub
     }
   }
   for (const LandmarkEstimate& l : result.landmarks) points.push_back(l.position);
-  for (const Trajectory* path : {&result.trajectory, &truth.path}) {
-    for (const TimedPose& p : *path) points.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
+  std::vector<Trajectory> paths = true_paths(truth);
+  paths.insert(paths.begin(), result.trajectory);
+  for (const Trajectory& path : paths) {
+    for (const TimedPose& p : path) points.emplace_back(p.pose.x(), p.pose.y(), p.pose.z());
   }
   layout.view = view_of(points, result.is_3d ? 28 : 52, aspect);
   return layout;

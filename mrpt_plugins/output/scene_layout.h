@@ -11,7 +11,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// A camera that looks at a point, z up; perspective with a vertical field of view.
+/// A camera that looks at a point, z up, in perspective.
 struct SceneView {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< m
   double distance = 10;                              ///< from eye to target, m
@@ -24,9 +24,9 @@ struct SceneView {
   Pixel project(const Eigen::Vector3d& point, double width, double height) const;
 };
 
-/// Sizes of the things in a scene, metres, and the view that shows all of it.
+/// Sizes of the objects in a scene [m], and the view that shows all of it.
 struct SceneLayout {
-  Extent ground;  ///< flat; whole squares of the grid
+  Extent ground;  ///< flat, in whole squares of the grid
   double grid_step = 1;
   double path_radius = 0.02;
   double landmark_radius = 0.1;

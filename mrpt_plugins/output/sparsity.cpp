@@ -19,13 +19,13 @@ namespace {
 constexpr Color kBlocks = palette::kEstimate;
 constexpr Color kFill{230, 120, 0};
 constexpr Color kOld{165, 165, 165};
-constexpr double kMostBlocks = 3e7;  // of a picture; more would take gigabytes
+constexpr double kMostBlocks = 3e7;  // of a picture; more would take gigabytes of memory
 
 double percent(std::size_t part, double whole) {
   return 100.0 * static_cast<double>(part) / whole;
 }
 
-/// Columns as a reader expects them: poses in the order of time, then all else.
+/// Column order for readers: poses in the order of time, then the other variables.
 std::vector<int> reading_order(const JacobianPattern& jacobian) {
   std::vector<int> order(jacobian.variables.size());
   std::iota(order.begin(), order.end(), 0);
@@ -34,7 +34,7 @@ std::vector<int> reading_order(const JacobianPattern& jacobian) {
   return order;
 }
 
-/// The pattern with its variables renamed so that column k is order[k] of the given one.
+/// The pattern with its variables permuted: column k is column order[k] of the given one.
 JacobianPattern reordered(const JacobianPattern& jacobian, const std::vector<int>& order) {
   JacobianPattern result;
   std::vector<int> column(order.size());
@@ -121,7 +121,7 @@ Image factor_picture(const BlockPattern& information, const std::vector<int>& or
   return matrix_image("Cholesky factor of " + title, subtitle, {panel});
 }
 
-/// Marks the older half of the poses, which stand first.
+/// Marks the older half of the poses, which are the first variables.
 std::vector<char> older_half(const JacobianPattern& jacobian) {
   const auto poses = std::count_if(jacobian.variables.begin(), jacobian.variables.end(),
                                    [](Key key) { return key.letter() == key_letter::kPose; });

@@ -83,7 +83,7 @@ Json to_json(const TruthSummary& t) {
   return out;
 }
 
-/// Values that the measurements do not determine become null.
+/// Estimates that the measurements do not determine become null.
 Json to_json(const CalibrationEstimate& calibration) {
   Json out = Json::object();
   for (const CalibrationEstimate::Entry& e : calibration.entries) {
@@ -100,7 +100,7 @@ Json to_json(const CalibrationEstimate& calibration) {
   return out;
 }
 
-/// The value below which the fraction `q` of the sorted values lies.
+/// Quantile `q` of sorted values, interpolated linearly.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(at);
@@ -161,6 +161,11 @@ Json summary_json(const Summary& s) {
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   if (s.uses_map) out["localized_at"] = s.localized_at ? Json(*s.localized_at) : Json();
   if (s.truth) out["truth"] = to_json(*s.truth);
+  for (const RobotSummary& robot : s.robots) {
+    Json entry = {{"name", robot.name}, {"rawlog", robot.rawlog}, {"keyframes", robot.keyframes}};
+    if (robot.truth) entry["truth"] = to_json(*robot.truth);
+    out["robots"].push_back(std::move(entry));
+  }
   return out;
 }
 

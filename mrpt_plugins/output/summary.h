@@ -20,19 +20,19 @@
 
 namespace HYBRID_API hybrid {
 
-/// Distribution of a time per step.
+/// Distribution of wall times per step.
 struct StepStatistics {
   double total_s = 0, mean_ms = 0, p50_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
 };
 
-/// Statistics of the solver times of `steps`; percentiles interpolate linearly, all zero when
-/// empty.
+/// Statistics of the solver times of `steps`. Percentiles interpolate linearly; all are zero
+/// without steps.
 StepStatistics step_statistics(const std::vector<StepRecord>& steps);
 
-/// The same of the time of the plugins.
+/// Statistics of the times of the plugins.
 StepStatistics plugin_statistics(const std::vector<StepRecord>& steps);
 
-/// Comparison with the truth; what is not known stays empty and is left out of the file.
+/// Comparison with the truth. Unknown fields stay empty and are left out of the file.
 struct TruthSummary {
   std::optional<TrajectoryReport> trajectory;
   std::optional<TrajectoryReport> dead_reckoning;
@@ -45,6 +45,13 @@ struct TruthSummary {
   std::optional<ModeScore> modes;        ///< of motion
   std::optional<double> loop_precision;  ///< share of the accepted closures that are true
   std::optional<double> loop_recall;     ///< share of the true closures that are accepted
+};
+
+/// One of several robots of a replay.
+struct RobotSummary {
+  std::string name, rawlog;
+  std::size_t keyframes = 0;
+  std::optional<TruthSummary> truth;  ///< errors of its path
 };
 
 /// The content of a replay's summary.json.
@@ -61,22 +68,23 @@ struct Summary {
   double total_s = 0;
   StepStatistics steps;
   StepStatistics plugins;
-  std::vector<std::string> chosen_plugins;             ///< where the log chose them
+  std::vector<std::string> chosen_plugins;             ///< plugins chosen by the log
   std::map<std::string, ObservationUse> observations;  ///< of the log, by class
   std::map<std::string, double> statistics;            ///< figures of the plugins, by name
   std::map<std::string, std::size_t> dropped;          ///< reason -> number of measurements
   std::vector<std::string> warnings;
   std::vector<CalibrationEstimate> calibration;
-  std::map<std::string, std::size_t> modes;  ///< of motion -> number of motions
-  bool uses_map = false;                     ///< of a file, in which the log is to be localised
-  std::optional<std::size_t> localized_at;   ///< keyframe; none: not found in the map
+  std::map<std::string, std::size_t> modes;  ///< mode of motion -> number of motions
+  bool uses_map = false;                     ///< the log is localised in a given map
+  std::optional<std::size_t> localized_at;   ///< keyframe; none: not localised in the map
   std::optional<TruthSummary> truth;
+  std::vector<RobotSummary> robots;  ///< where there are several
 };
 
 /// The summary as JSON; values that are not finite become null in its text.
 nlohmann::ordered_json summary_json(const Summary& summary);
 
-/// What a pose graph came to from one start.
+/// The solution of a pose graph from one start.
 struct StartSummary {
   std::string start;
   double cost = 0;
@@ -87,7 +95,7 @@ struct StartSummary {
 struct GraphSummary {
   Provenance provenance;
   std::string status = "ok";
-  std::string message;  ///< where the status is not ok
+  std::string message;  ///< set unless the status is ok
   std::string method;
   std::size_t poses = 0;
   std::size_t landmarks = 0;
@@ -96,16 +104,16 @@ struct GraphSummary {
   int iterations = 0;  ///< linear systems solved
   double objective = 0;
   double cost = 0;
-  std::size_t inliers = 0;  ///< loop closures by decision
+  std::size_t inliers = 0;  ///< accepted loop closures; `outliers`: rejected ones
   std::size_t outliers = 0;
-  std::size_t unchecked = 0;              ///< accepted closures that no other measurement checks
-  std::size_t hypotheses = 0;             ///< edges with several; left out when there are none
-  std::size_t first_hypotheses = 0;       ///< of those, where the first of the file was chosen
-  std::string note;                       ///< left out when empty
-  std::optional<double> variance_factor;  ///< of the noise of the measurements
+  std::size_t unchecked = 0;         ///< accepted closures that no other measurement checks
+  std::size_t hypotheses = 0;        ///< edges with several hypotheses; left out if there are none
+  std::size_t first_hypotheses = 0;  ///< of those, with the first hypothesis of the file chosen
+  std::string note;                  ///< left out when empty
+  std::optional<double> variance_factor;  ///< of the measurements
   std::vector<MemberSummary> members;
-  std::string start;                 ///< where the solver started; left out when empty
-  std::vector<StartSummary> starts;  ///< those that were compared; left out when there are none
+  std::string start;                 ///< initial values of the solver; left out when empty
+  std::vector<StartSummary> starts;  ///< starts compared; left out if there are none
   std::optional<Certificate> certificate;
   std::optional<StepStatistics> steps;
   std::optional<double> cost_online;  ///< after the last step, before solving to convergence

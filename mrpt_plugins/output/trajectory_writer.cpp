@@ -22,6 +22,29 @@ std::string tum_text(const Trajectory& trajectory) {
   return text;
 }
 
+std::string covariances_csv(const Trajectory& trajectory,
+                            const std::vector<Eigen::MatrixXd>& covariances, bool is_3d) {
+  std::vector<std::string> names = {"x", "y"};
+  if (is_3d) names.insert(names.end(), {"z", "rx", "ry"});
+  names.push_back(is_3d ? "rz" : "yaw");
+  const auto n = static_cast<Eigen::Index>(names.size());
+  std::string text = "time";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (std::size_t j = i; j < names.size(); ++j) text += "," + names[i] + "_" + names[j];
+  }
+  for (std::size_t k = 0; k < trajectory.size(); ++k) {
+    fmt::format_to(std::back_inserter(text), "\n{}", trajectory[k].time);
+    const Eigen::MatrixXd& P = covariances[k];
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = i; j < n; ++j) {
+        text += ',';
+        if (P.rows() == n) fmt::format_to(std::back_inserter(text), "{}", P(i, j));
+      }
+    }
+  }
+  return text + "\n";
+}
+
 std::string kitti_text(const Trajectory& trajectory) {
   std::string text;
   for (const TimedPose& p : trajectory) {

@@ -17,13 +17,13 @@
 namespace hybrid {
 namespace {
 
-/// Opens a film with the best encoder there is; returns what the user should know of it.
+/// Opens a film with the best available encoder; returns a warning for the user, or "".
 std::string open_film(cv::VideoWriter& writer, const std::string& path, const cv::Size& size,
                       double pictures_per_second) {
   const auto open = [&](int codec) {
     return writer.open(path, cv::CAP_FFMPEG, codec, pictures_per_second, size);
   };
-  const bool is_even = size.width % 2 == 0 && size.height % 2 == 0;  // which H.264 demands
+  const bool is_even = size.width % 2 == 0 && size.height % 2 == 0;  // H.264 requires it
   if (is_even && open(cv::VideoWriter::fourcc('a', 'v', 'c', '1'))) return "";
   if (open(cv::VideoWriter::fourcc('m', 'p', '4', 'v'))) {
     return "the film is MPEG-4 part 2, which browsers do not play: OpenCV on this machine has no "
@@ -58,7 +58,7 @@ std::string encode(const std::string& path, int count, const std::function<Image
   return note;
 }
 
-/// The number that `count` bytes make, the highest first.
+/// The big-endian number of `count` bytes.
 std::uint64_t big_endian(const unsigned char* bytes, int count) {
   std::uint64_t value = 0;
   for (int i = 0; i < count; ++i) value = value << 8U | bytes[i];
@@ -66,7 +66,7 @@ std::uint64_t big_endian(const unsigned char* bytes, int count) {
 }
 
 /// Whether the boxes of an MP4 file (ISO/IEC 14496-12, 4.2) fill it exactly and one of them is the
-/// index of the film. That comes last; it is missing where something could not be written.
+/// index (moov). OpenCV writes the index last: without it, the film is incomplete.
 bool has_whole_boxes(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const auto end = static_cast<std::uint64_t>(file.tellg());
@@ -93,7 +93,7 @@ bool has_whole_boxes(const std::string& path) {
 std::string encode_video(const std::filesystem::path& path, int count,
                          const std::function<Image(int)>& picture, double pictures_per_second) {
   std::string note = encode(path.string(), count, picture, pictures_per_second);
-  // OpenCV does not say that something could not be written.
+  // OpenCV does not report write errors.
   if (!has_whole_boxes(path.string())) {
     throw Error("the film is not complete; is the disk full?");
   }

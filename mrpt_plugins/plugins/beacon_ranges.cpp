@@ -34,13 +34,13 @@ ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigm
                                                                Eigen::Vector2d(antenna.head<2>()));
 }
 
-/// Whether a sigma [m] can be that of ranges up to `max_range`.
+/// Whether a sigma [m] is plausible for ranges up to `max_range`.
 bool is_plausible(double sigma, double max_range) {
   constexpr double kLeast = 1e-6;
   return sigma >= kLeast && sigma <= max_range;
 }
 
-/// Why a range is unusable, or null. The antenna is on the robot, nearer than what it measures.
+/// Why a range is unusable, or null. An antenna on the robot is nearer than `max_range`.
 const char* fault(double range, const Eigen::Vector3d& antenna, double max_range) {
   if (!std::isfinite(range)) return "range dropped: not finite";
   if (!(antenna.norm() <= max_range)) return "range dropped: antenna not finite or too far";
@@ -84,7 +84,7 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   for (const PlacedLandmark& landmark : unplaced_.place(frame.view(), map, bank_)) {
     place(landmark, values, map.is_3d, out);
   }
-  // A range may be to a beacon that is just finding its place.
+  // The range may be to a pending beacon that is about to be placed.
   if (!unplaced_.measured_lately(static_cast<std::size_t>(delay_))) {
     settle_ambiguous(values, map.is_3d, static_cast<std::size_t>(delay_), out);
   }
@@ -106,7 +106,7 @@ Contribution BeaconRanges::conclude(const MapView& map) {
   return out;
 }
 
-/// The beacons and choices of the last contribution are not in the map; its ranges are lost.
+/// Forgets the beacons and choices of the last contribution; its ranges are lost.
 void BeaconRanges::refused() {
   known_.resize(known_before_);
   identified_.resize(identified_before_);
@@ -176,8 +176,8 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
       bank_, candidates);
 }
 
-/// A range as a mixture of these beacons and of a false range, which can be any up to the limit.
-/// Returns the variable that says which.
+/// Adds a range as a mixture over beacons and a false range, whose density is uniform up to the
+/// limit. Returns the discrete variable.
 Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
                              const FrameValues& values, Contribution& out) {
   const DiscreteKey choice{Key(key_letter::kRangeChoice, choices_++),

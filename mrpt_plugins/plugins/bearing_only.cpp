@@ -68,7 +68,7 @@ void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& dete
     measurement.class_likelihood =
         classes_.likelihood(detection.class_probabilities, seen.class_names);
   }
-  // What the drift does to a direction is least at the greatest depth; take a middle one.
+  // The drift changes a direction by drift / depth; use the geometric mean of the depths.
   const double depth = std::sqrt(least_depth_ * greatest_depth_);
   measurement.trial =
       bearing_factor(frame.pose, point, seen, detection, map.is_3d, bank_.drift / depth);
@@ -138,7 +138,7 @@ void BearingOnlyKnownIds::refused() {
   change_ = {};
 }
 
-/// Whether more than half of the sightings, of the last ones that a bank would hold, are false.
+/// Whether more than half of the latest sightings, as many as an initialiser holds, are false.
 bool BearingOnlyKnownIds::is_misplaced(const Placed& landmark, const Assignment& assignment) const {
   const auto count = std::min(landmark.sightings.size(), std::size_t(bank_.max_measurements));
   if (count < static_cast<std::size_t>(bank_.min_measurements)) return false;
@@ -153,13 +153,21 @@ bool BearingOnlyKnownIds::is_misplaced(const Placed& landmark, const Assignment&
 Contribution BearingOnlyKnownIds::revise(const MapView& map) {
   Contribution out;
   change_ = {};
-  if (!map.keeps_all) {  // what has left the window stays as it is
+  if (!map.keeps_all) {  // sightings outside the window are final
     placed_.clear();
     return out;
   }
   for (const std::int64_t id : touched_) {
     const auto it = placed_.find(id);
-    if (it == placed_.end() || !is_misplaced(it->second, map.assignment)) continue;
+    if (it == placed_.end()) continue;
+    const std::vector<Sighting>& own = it->second.sightings;
+    if (!std::all_of(own.begin(), own.end(), [&](const Sighting& sighting) {
+          return map.holds(sighting.measurement.real->keys().front());
+        })) {
+      placed_.erase(it);  // what has left the graph stays as it is
+      continue;
+    }
+    if (!is_misplaced(it->second, map.assignment)) continue;
     std::vector<Measurement>& measurements = restarts_[id];
     for (const Sighting& sighting : it->second.sightings) {
       out.delta.remove.push_back(sighting.factor);

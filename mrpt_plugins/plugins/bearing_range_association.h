@@ -12,8 +12,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Range and bearing to landmarks that the sensor does not identify, with or without classes:
-/// LandmarkAssociation as a plugin.
+/// Range and bearing to landmarks without ids, with or without classes: LandmarkAssociation as a
+/// plugin.
 class BearingRangeAssociation : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingRangeAssociation, hybrid)
 

@@ -22,7 +22,7 @@ namespace hybrid {
 namespace {
 
 /// Calls use(frame, detection, id) for each detection of these sensors that has an id and fits the
-/// map, and counts the others.
+/// map; counts the others as dropped.
 template <class Use>
 void for_each_identified(const Frame& frame, const MapView& map,
                          const std::vector<std::string>& sensors, Contribution& out, Use&& use) {
@@ -55,7 +55,7 @@ bool is_new(std::int64_t id, const MapView& map, const Contribution& out) {
          std::none_of(out.landmarks.begin(), out.landmarks.end(), same);
 }
 
-/// Adds the position of a landmark not seen before, where the detection puts it.
+/// Adds the position of a new landmark, as the detection measures it.
 void add_position(std::int64_t id, const Frame& frame, const DetectionFrame& seen,
                   const Detection& detection, bool is_3d, Delta& delta) {
   insert_point(delta.values, position_key(id),

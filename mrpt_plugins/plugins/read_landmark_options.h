@@ -11,19 +11,19 @@
 #include "libhybrid/landmarks/gaussian_sum_initializer.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
-/// Options of what maps landmarks, declared and read from the section of a plugin. All throw Error
-/// as said at IniFile.
+/// Readers of the options of landmark plugins, from the section of a plugin. All throw Error as
+/// IniFile does.
 namespace HYBRID_API hybrid {
 
-/// `sensors`: the labels of those to use; empty: all.
+/// `sensors`: the labels of the sensors to use; empty: all.
 std::vector<std::string> read_sensors(IniSection& section);
 
-/// `class_names`, `class_prior`, `confusion` and `score_floor`, which must fit each other.
+/// `class_names`, `class_prior`, `confusion` and `score_floor`, which must be consistent.
 ClassModel read_class_model(IniSection& section);
 
 AssociationOptions read_association_options(IniSection& section);
 
-/// Of landmarks that no single measurement places.
+/// Options of landmarks that no single measurement determines.
 BankOptions read_bank_options(IniSection& section);
 
 }  // namespace hybrid

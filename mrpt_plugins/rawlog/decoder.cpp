@@ -53,8 +53,8 @@ void Decoder::load() {
 
 std::size_t Decoder::read(char* to, std::size_t count) {
   std::size_t done = 0;
-  while (done < count && end_ == DecodeEnd::kNone) {
-    done += inflater_ ? inflate(to + done, count - done) : copy(to + done, count - done);
+  while (done == 0 && count > 0 && end_ == DecodeEnd::kNone) {
+    done = inflater_ ? inflate(to, count) : copy(to, count);
   }
   return done;
 }
@@ -70,12 +70,13 @@ std::size_t Decoder::copy(char* to, std::size_t count) {
 /// One step; gives what it decoded.
 std::size_t Decoder::inflate(char* to, std::size_t count) {
   if (!in_member_ && !enter_member()) return 0;
-  if (input_.empty()) load();
+  if (input_.empty() && !holds_more_) load();
   const std::size_t input_before = input_.size();
   std::size_t room = count;
   const Inflater::Step step = inflater_->step(input_, to, room);
   const std::size_t given = count - room;
   given_ += given;
+  holds_more_ = room == 0;
   if (step == Inflater::Step::kMemberEnds) {
     in_member_ = false;
   } else if (step == Inflater::Step::kFault) {

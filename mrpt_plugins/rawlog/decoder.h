@@ -56,7 +56,7 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  /// Puts decoded bytes at `to`; fewer than `count` only at the end.
+  /// Puts up to `count` decoded bytes at `to` as soon as there are any; none only at the end.
   std::size_t read(char* to, std::size_t count);
 
   Compression compression() const { return compression_; }
@@ -81,6 +81,7 @@ class Decoder {
   Compression compression_ = Compression::kNone;
   std::unique_ptr<Inflater> inflater_;
   bool in_member_ = false;
+  bool holds_more_ = false;             // the inflater may, without more input
   std::uint64_t read_ = 0, given_ = 0;  // bytes in and out
   DecodeEnd end_ = DecodeEnd::kNone;
   std::string message_;

@@ -27,9 +27,9 @@ constexpr Kind kBinary[] = {
     {"%PDF-", "this is a PDF document"},
     {"\x7f\x45LF", "this is a program or library: plugins are given with -p"},
     {"\x89HDF", "this is an HDF5 file"},
-    {"SQLite format 3", "this is an SQLite database; rosbag2rawlog converts ROS bags"},
+    {"SQLite format 3", "this is an SQLite database; ros2 bag convert makes MCAP of a ROS bag"},
     {"#ROSBAG V", "this is a ROS bag: rosbag2rawlog converts it"},
-    {"\x89MCAP", "this is an MCAP file: rosbag2rawlog converts ROS bags"},
+    {"\x89MCAP", "this is an MCAP file: examples/ros2/mcap_to_csv.py makes tables of it"},
     {"\xff\xfe", "this is text in UTF-16, not a rawlog"},
 };
 
@@ -84,7 +84,7 @@ std::string foreign_kind(std::string_view head) {
   if (line.find(',') != std::string_view::npos) {
     return "this is a table: hybrid-import csv makes a rawlog of tables";
   }
-  return "this is text, not a rawlog";
+  return "this is text, not a rawlog: hybrid-import csv makes rawlogs of tables";
 }
 
 }  // namespace hybrid

@@ -31,30 +31,33 @@ bool is_class_name(std::string_view text) {
 
 LogBytes::LogBytes(Decoder& decoder) : decoder_(decoder), buffer_(new char[kAheadBytes]) {}
 
-std::string_view LogBytes::peek(std::size_t count) {
-  if (ahead_.size() < count) {
-    if (!ahead_.empty()) std::memmove(buffer_.get(), ahead_.data(), ahead_.size());
-    const std::size_t got =
-        decoder_.read(buffer_.get() + ahead_.size(), kAheadBytes - ahead_.size());
-    ahead_ = {buffer_.get(), ahead_.size() + got};
-  }
-  return ahead_.substr(0, count);
+std::string_view LogBytes::peek(std::size_t least) {
+  if (ahead_.size() >= least) return ahead_;
+  if (!ahead_.empty()) std::memmove(buffer_.get(), ahead_.data(), ahead_.size());
+  std::size_t size = ahead_.size(), got = 0;
+  do {
+    got = decoder_.read(buffer_.get() + size, kAheadBytes - size);
+    size += got;
+  } while (got > 0 && size < least);
+  return ahead_ = {buffer_.get(), size};
 }
 
 std::string LogBytes::next_class() {
-  const std::string_view head = peek(1 + (kNameFollows - 1));
+  const std::string_view head = peek(1);
   if (head.empty()) return "";
   const auto length = static_cast<std::size_t>(head[0] & (kNameFollows - 1));
   const bool is_old = (static_cast<unsigned char>(head[0]) & kNameFollows) == 0;
-  const std::string_view name = head.substr(std::min<std::size_t>(head.size(), is_old ? 4 : 1));
-  return is_class_name(name.substr(0, length)) ? std::string(name.substr(0, length)) : "";
+  const std::size_t before = is_old ? 4 : 1;
+  std::string_view name = peek(before + length).substr(0, before + length);
+  name.remove_prefix(std::min(name.size(), before));
+  return is_class_name(name) ? std::string(name) : "";
 }
 
 size_t LogBytes::Read(void* to, size_t count) {
   auto* at = static_cast<char*>(to);
   std::size_t done = 0;
   while (done < count) {
-    const std::string_view bytes = peek(std::min(count - done, kAheadBytes));
+    const std::string_view bytes = peek(1).substr(0, count - done);
     if (bytes.empty()) break;
     std::memcpy(at + done, bytes.data(), bytes.size());
     ahead_.remove_prefix(bytes.size());

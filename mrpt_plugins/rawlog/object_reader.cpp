@@ -29,11 +29,11 @@ AskedClasses asked_classes(const LogRequest& request) {
 
 ObjectReader::ObjectReader(const std::string& path, const LogRequest& request,
                            const std::vector<std::string>& libraries)
-    : file_(path),
+    : input_(path),
       asked_(asked_classes(request)),
-      limits_(parser_limits(file_.size())),
+      limits_(parser_limits(input_.size())),
       records_(asked_, limits_.memory),
-      process_(file_.descriptor(), limits_, request, libraries) {}
+      process_(input_.descriptor(), limits_, request, libraries) {}
 
 std::optional<LogObject> ObjectReader::next() {
   while (status_ == LogStatus::kReading) {
@@ -89,7 +89,7 @@ void ObjectReader::finish(LogStatus status, const std::string& why) {
   status_ = status;
   if (status == LogStatus::kComplete) return;
   const bool is_inside = status != LogStatus::kEmpty && status != LogStatus::kNotARawlog;
-  message_ = fmt::format("{}: {}{}: {}", file_.path(), to_string(status),
+  message_ = fmt::format("{}: {}{}: {}", input_.name(), to_string(status),
                          is_inside ? fmt::format(" at object {}", objects_) : "", escaped(why));
   if ((status == LogStatus::kCorrupt || status == LogStatus::kTooLarge) && objects_ > 0) {
     message_ += "; what came before it was used, but may be damaged too";
@@ -118,14 +118,17 @@ void ObjectReader::finish_early(bool is_silent) {
     default:
       break;
   }
-  if (!is_started_) throw Error(file_.path() + ": the process that parses it could not start");
+  if (!is_started_) throw Error(input_.name() + ": the process that parses it could not start");
   finish(LogStatus::kCorrupt, fmt::format("MRPT's parser crashed{}", object));
 }
 
-double ObjectReader::progress() const {
-  if (status_ != LogStatus::kReading || file_.size() == 0) return 1.0;
-  const auto at = static_cast<double>(std::max<off_t>(0, ::lseek(file_.descriptor(), 0, SEEK_CUR)));
-  return std::min(1.0, at / static_cast<double>(file_.size()));
+std::optional<double> ObjectReader::progress() const {
+  const auto size = input_.size();
+  if (status_ != LogStatus::kReading || size == 0) return 1.0;
+  if (!size) return std::nullopt;
+  const auto at =
+      static_cast<double>(std::max<off_t>(0, ::lseek(input_.descriptor(), 0, SEEK_CUR)));
+  return std::min(1.0, at / static_cast<double>(*size));
 }
 
 }  // namespace hybrid

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/rawlog/log_input.h"
 #include "mrpt_plugins/rawlog/log_object.h"
 #include "mrpt_plugins/rawlog/log_record.h"
 #include "mrpt_plugins/rawlog/log_status.h"
@@ -17,6 +17,7 @@
 namespace HYBRID_API hybrid {
 
 /// The objects of a rawlog one after the other, each whole or not at all; plain, gzip or Zstandard.
+/// Of standard input, each is given when its last byte has come.
 ///
 /// MRPT's parsers believe what they read: a damaged log, let alone one made for it, can crash them,
 /// take all memory, name files to open, or run code. So they see a log only in a process of its own
@@ -34,12 +35,12 @@ namespace HYBRID_API hybrid {
 class ObjectReader {
  public:
   /// `libraries` define classes of objects in the log; they are loaded into this process already.
-  /// Throws Error if the file is missing or no regular file, or if a class of the request is not
-  /// registered.
+  /// Throws Error as LogInput does, and if a class of the request is not registered.
   explicit ObjectReader(const std::string& path, const LogRequest& request = {},
                         const std::vector<std::string>& libraries = {});
 
-  /// The next object, or nothing at the end; status() then says why it is the end.
+  /// The next object, or nothing at the end; status() then says why it is the end. Throws
+  /// Interrupted where a signal comes while standard input keeps it waiting.
   std::optional<LogObject> next();
 
   LogStatus status() const { return status_; }
@@ -48,8 +49,8 @@ class ObjectReader {
   const std::string& message() const { return message_; }
   /// Objects read so far; a fault is "at object N" counted from 0.
   std::uint64_t objects() const { return objects_; }
-  /// Fraction of the file read.
-  double progress() const;
+  /// Fraction of the log read; nothing while the end of standard input is not known.
+  std::optional<double> progress() const;
   /// What is odd about the file or the system and no fault of the log.
   const std::vector<std::string>& notes() const { return notes_; }
 
@@ -59,7 +60,7 @@ class ObjectReader {
   void finish(LogStatus status, const std::string& why);
   void finish_early(bool is_silent);
 
-  RegularFile file_;
+  LogInput input_;
   AskedClasses asked_;
   ParserLimits limits_;
   RecordReader records_;

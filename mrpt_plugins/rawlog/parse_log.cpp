@@ -94,7 +94,7 @@ class Parser {
   }
 
   LogEnd run() {
-    const std::string kind = foreign_kind(bytes_.peek(kHeadBytes));
+    const std::string kind = foreign_kind(bytes_.peek(1).substr(0, kHeadBytes));
     if (!kind.empty()) return {LogStatus::kNotARawlog, kind};
     while (!bytes_.is_at_end()) {
       if (const std::optional<LogEnd> end = parse_object()) return *end;

@@ -5,6 +5,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +14,7 @@
 #include <csignal>
 #include <cstddef>
 #include <filesystem>
+#include <iterator>
 #include <new>
 #include <string_view>
 
@@ -25,11 +27,21 @@ namespace {
 
 constexpr int kFailureCode = 1;
 
+/// Waits until there is something to read, or an end of it. Ends the process where nobody reads any
+/// more what it writes.
+void await_log() {
+  pollfd ends[] = {{kLogDescriptor, POLLIN, 0}, {kPipeDescriptor, 0, 0}};
+  while (::poll(ends, std::size(ends), -1) < 0 && errno == EINTR) {
+  }
+  if (ends[1].revents != 0) ::_exit(kFailureCode);
+}
+
 std::size_t read_log(char* to, std::size_t count) {
   while (true) {
+    await_log();
     const ssize_t got = ::read(kLogDescriptor, to, count);
     if (got >= 0) return static_cast<std::size_t>(got);
-    if (errno != EINTR)
+    if (errno != EINTR && errno != EAGAIN)
       throw Error(std::string("the file cannot be read: ") + std::strerror(errno));
   }
 }

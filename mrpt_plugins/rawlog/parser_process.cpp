@@ -17,6 +17,7 @@
 #include <filesystem>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/rawlog/parser_main.h"
 
 namespace hybrid {
@@ -109,7 +110,8 @@ struct Closing {
 }  // namespace
 
 ParserProcess::ParserProcess(int file, const ParserLimits& limits, const LogRequest& request,
-                             const std::vector<std::string>& libraries) {
+                             const std::vector<std::string>& libraries)
+    : file_(file) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail();
   pipe_ = pipe[0];
@@ -134,13 +136,23 @@ ParserProcess::~ParserProcess() {
   ::close(pipe_);
 }
 
+/// Whether the log has nothing to read now, nor an end.
+bool ParserProcess::awaits_log() const {
+  pollfd log{file_, POLLIN, 0};
+  return ::poll(&log, 1, 0) == 0;
+}
+
 ParserProcess::Got ParserProcess::read(std::string& bytes, int seconds) {
   // Waits second by second, so that a stop of both processes counts as one second.
   for (int second = 0; second < seconds;) {
     pollfd polled{pipe_, POLLIN, 0};
     const int ready = ::poll(&polled, 1, 1000);
-    if (ready == 0) ++second;
     if (ready < 0) expect_interrupted();
+    if (ready <= 0 && awaits_log()) {
+      throw_if_interrupted();
+    } else if (ready == 0) {
+      ++second;
+    }
     if (ready <= 0) continue;
     constexpr std::size_t kMost = std::size_t{1} << 16;
     bytes.resize(kMost);

@@ -18,12 +18,13 @@ namespace HYBRID_API hybrid {
 /// A process that has a single thread forks, which takes a millisecond. Where there are more
 /// threads, a fork could inherit a lock that nobody opens any more: then the program
 /// hybrid-rawlog-reader is started, which takes 0.1 s. The process confines itself before it reads
-/// the first byte of the log (sandbox.h). It belongs to no terminal, and ends at the next record
-/// when nobody reads its pipe any more, so that it does not outlive the reader.
+/// the first byte of the log (sandbox.h). It belongs to no terminal, and ends when nobody reads its
+/// pipe any more, so that it does not outlive the reader.
 class ParserProcess {
  public:
-  /// Parses the file that is open as `file` from where it stands. `libraries` are loaded first by
-  /// the program; a fork has them already. Throws Error if no process can be started.
+  /// Parses what is open as `file`, which must stay open, from where it stands. `libraries` are
+  /// loaded first by the program; a fork has them already. Throws Error if no process can be
+  /// started.
   ParserProcess(int file, const ParserLimits& limits, const LogRequest& request,
                 const std::vector<std::string>& libraries);
   /// Ends the process.
@@ -32,8 +33,9 @@ class ParserProcess {
   ParserProcess& operator=(const ParserProcess&) = delete;
 
   enum class Got { kBytes, kEnd, kNothing };
-  /// Puts what the process has written into `bytes`, and waits for it up to `seconds`. Throws Error
-  /// if the system refuses.
+  /// Puts what the process has written into `bytes`, and waits for it up to `seconds`; while `file`
+  /// has nothing to read, as where it is a pipe of a slow writer, the time does not count. Throws
+  /// Error if the system refuses, and then Interrupted on a signal.
   Got read(std::string& bytes, int seconds);
 
   /// How a process ended.
@@ -42,6 +44,9 @@ class ParserProcess {
   Exit wait();
 
  private:
+  bool awaits_log() const;
+
+  int file_;
   pid_t process_ = -1;
   int pipe_ = -1;
 };

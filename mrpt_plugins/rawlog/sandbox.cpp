@@ -31,6 +31,10 @@ std::uint64_t address_space() {
   return std::uint64_t{pages} * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
+/// Descriptors that poll() may take at a time, which is the limit of open ones too: all numbers
+/// below it are those of /dev/null, so that none can be opened.
+constexpr std::uint64_t kPolled = 2;
+
 constexpr int kAllowed[] = {
     SCMP_SYS(read),          SCMP_SYS(write),        SCMP_SYS(brk),
     SCMP_SYS(munmap),        SCMP_SYS(mremap),       SCMP_SYS(madvise),
@@ -38,7 +42,7 @@ constexpr int kAllowed[] = {
     SCMP_SYS(rt_sigreturn),  SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask),
     SCMP_SYS(sigaltstack),   SCMP_SYS(getpid),       SCMP_SYS(gettid),
     SCMP_SYS(clock_gettime), SCMP_SYS(gettimeofday), SCMP_SYS(getrandom),
-    SCMP_SYS(sched_yield),
+    SCMP_SYS(sched_yield),   SCMP_SYS(poll),         SCMP_SYS(ppoll),
 };
 
 /// Lets memory be mapped and protected, but none that can be executed.
@@ -71,20 +75,23 @@ bool filter_system_calls() {
 
 }  // namespace
 
-ParserLimits parser_limits(std::uint64_t file_bytes) {
+ParserLimits parser_limits(std::optional<std::uint64_t> file_bytes) {
   constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
   constexpr std::uint64_t kMost = 4096 * kMiB;
-  return {std::min(256 * kMiB + 16 * std::min(file_bytes, kMost), kMost),
-          20 + file_bytes / (64 * 1024)};
+  if (!file_bytes) return {kMost, 0};
+  return {std::min(256 * kMiB + 16 * std::min(*file_bytes, kMost), kMost),
+          20 + *file_bytes / (64 * 1024)};
 }
 
 bool confine_process(const ParserLimits& limits) {
   const std::uint64_t now = address_space();
   set_limit(now > 0 ? RLIMIT_AS : RLIMIT_DATA, now + limits.memory);
-  set_limit(RLIMIT_CPU, limits.seconds, 1);  // SIGXCPU first, which tells the reason
+  if (limits.seconds > 0) {
+    set_limit(RLIMIT_CPU, limits.seconds, 1);  // SIGXCPU first, which tells the reason
+  }
   set_limit(RLIMIT_CORE, 0);
   set_limit(RLIMIT_FSIZE, 0);
-  set_limit(RLIMIT_NOFILE, 0);
+  set_limit(RLIMIT_NOFILE, kPolled);
   return filter_system_calls();
 }
 

@@ -14,13 +14,12 @@ namespace hybrid {
 
 std::optional<FoundStart> find_start(const ReplayRequest& request, const MapRecord& map,
                                      double odds) {
-  IniFile ini(request.config);
-  ReplaySettings settings = read_settings(ini, request);
-  KeyframeSource source(settings.rawlog, settings.source);
-  Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
-                source.is_3d(), settings.calibration);
+  const auto ini = open_config(request);
+  ReplaySettings settings = read_settings(*ini, request);
+  LogMerge source = open_logs(settings);
+  Mapper mapper = make_mapper(settings, source.is_3d());
   Localizer localizer(map, odds);
-  return about({settings.rawlog}, [&]() -> std::optional<FoundStart> {
+  return about({settings.robots.front().rawlog}, [&]() -> std::optional<FoundStart> {
     for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {
       if (interrupted() != 0) break;
       mapper.add(*keyframe);

@@ -9,6 +9,29 @@
 
 namespace hybrid {
 
+namespace {
+
+StartOptions read_start(IniSection& map) {
+  StartOptions o;
+  std::vector<double>& pose = o.pose;
+  pose = map.get("start", pose,
+                 "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, "
+                 "deg]; empty: found by the landmarks",
+                 kCoordinate);
+  for (std::size_t i = pose.size() / 2 + pose.size() % 2; i < pose.size(); ++i) {
+    pose[i] *= M_PI / 180;
+  }
+  if (!pose.empty() && pose.size() != 3 && pose.size() != 6) {
+    map.fail("start", "needs three numbers, or six in space");
+  }
+  o.sigma_m =
+      map.get("start_sigma_m", 1.0, "standard deviation of that position [m]", kSigmaMetres);
+  o.sigma_rad = map.degrees("start_sigma_deg", 10.0, "and of that orientation", kSigmaDegrees);
+  return o;
+}
+
+}  // namespace
+
 MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
   MapOptions o;
   IniSection map = ini.section("map");
@@ -23,20 +46,7 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
   o.odds = map.get("localize_odds", o.odds,
                    "evidence that a place in the map needs, against none and against any other",
                    IniRange{1, 1e12});
-  o.start = map.get("start", o.start,
-                    "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, "
-                    "deg]; empty: found by the landmarks",
-                    kCoordinate);
-  for (std::size_t i = o.start.size() / 2 + o.start.size() % 2; i < o.start.size(); ++i) {
-    o.start[i] *= M_PI / 180;
-  }
-  if (!o.start.empty() && o.start.size() != 3 && o.start.size() != 6) {
-    map.fail("start", "needs three numbers, or six in space");
-  }
-  o.start_sigma_m =
-      map.get("start_sigma_m", 1.0, "standard deviation of that position [m]", kSigmaMetres);
-  o.start_sigma_rad =
-      map.degrees("start_sigma_deg", 10.0, "and of that orientation", kSigmaDegrees);
+  o.start = read_start(map);
   o.origin = map.get("origin", o.origin,
                      "latitude and longitude of the origin of the map and direction of its x axis "
                      "[deg, counter-clockwise from east], for GeoJSON; empty: not known",
@@ -48,16 +58,16 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
   return o;
 }
 
-std::optional<KnownStart> given_start(const MapOptions& options, bool is_3d) {
-  const std::vector<double>& s = options.start;
+std::optional<KnownStart> given_start(const StartOptions& options, bool is_3d) {
+  const std::vector<double>& s = options.pose;
   if (s.empty()) return std::nullopt;
   const bool planar = s.size() == 3;
   const mrpt::poses::CPose3D pose(s[0], s[1], planar ? 0 : s[2], planar ? s[2] : s[3],
                                   planar ? 0 : s[4], planar ? 0 : s[5]);
   const int n = is_3d ? 6 : 3, position = is_3d ? 3 : 2;
   Eigen::VectorXd variances(n);
-  variances.head(position).setConstant(options.start_sigma_m * options.start_sigma_m);
-  variances.tail(n - position).setConstant(options.start_sigma_rad * options.start_sigma_rad);
+  variances.head(position).setConstant(options.sigma_m * options.sigma_m);
+  variances.tail(n - position).setConstant(options.sigma_rad * options.sigma_rad);
   return KnownStart{to_isometry(pose), variances.asDiagonal()};
 }
 

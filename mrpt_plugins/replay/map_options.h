@@ -13,6 +13,12 @@
 
 namespace HYBRID_API hybrid {
 
+/// Where a robot starts.
+struct StartOptions {
+  std::vector<double> pose;  ///< x y yaw or x y z yaw pitch roll [m, rad]; empty: not known
+  double sigma_m = 0, sigma_rad = 0;
+};
+
 /// What a replay does with a map file.
 struct MapOptions {
   std::string file;           ///< empty: none
@@ -21,8 +27,7 @@ struct MapOptions {
   double odds = 1e4;          ///< evidence that a place needs
   /// Latitude and longitude of the origin [deg], and the direction of its x axis from east [deg].
   std::vector<double> origin;
-  std::vector<double> start;  ///< x y yaw or x y z yaw pitch roll [m, rad]; empty: not known
-  double start_sigma_m = 0, start_sigma_rad = 0;
+  StartOptions start;
 
   bool localizes() const { return mode == "localize"; }
 };
@@ -30,7 +35,7 @@ struct MapOptions {
 /// Reads those keys of [map] that are about the file; the command line goes first.
 MapOptions read_map_options(IniFile& ini, const ReplayRequest& request);
 
-/// The pose that `start` gives, if it does.
-std::optional<KnownStart> given_start(const MapOptions& options, bool is_3d);
+/// The pose that the options give, if they do.
+std::optional<KnownStart> given_start(const StartOptions& options, bool is_3d);
 
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 
 namespace hybrid {
 
@@ -20,14 +21,19 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
     }
     return;
   }
-  if (settings.backend->mode() != "incremental") {
-    throw Error(options_.file + ": a map file needs [solver] mode = incremental");
+  const std::string mode = settings.backend->mode();
+  if (mode != "bounded" && mode != "incremental") {
+    throw Error(options_.file + ": a map file needs [solver] mode = bounded or incremental");
   }
   run_.emplace(options_, provenance(), request.resume, is_3d);
   if (run_->map().landmarks.empty()) return;
-  if (const auto given = given_start(options_, is_3d)) {
+  if (const auto given = given_start(options_.start, is_3d)) {
     given_ = true;
     found_ = FoundStart{*given, 0};
+  } else if (is_standard_input(settings.robots.front().rawlog)) {
+    throw Error(options_.file +
+                ": the place in it is found by reading the log before, which standard input does "
+                "not allow; give [map] start");
   } else {
     found_ = find_start(request, run_->map(), options_.odds);
   }

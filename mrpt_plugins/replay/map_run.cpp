@@ -55,6 +55,31 @@ std::vector<DraftLandmark> drafts(const Mapper& mapper) {
 
 }  // namespace
 
+MapRecord record_of(const Mapper& mapper, const MapResult& result) {
+  MapRecord out;
+  out.is_3d = mapper.is_3d();
+  out.class_names = result.class_names;
+  out.identified = mapper.decisions().empty();
+  const auto existence = mapper.existence();
+  std::vector<Key> keys;
+  for (const LandmarkEstimate& estimate : result.landmarks) {
+    MapLandmark landmark;
+    landmark.id = estimate.id;
+    landmark.position = estimate.position;
+    landmark.covariance = estimate.covariance;
+    landmark.class_probabilities = estimate.class_probabilities;
+    landmark.sightings = estimate.sightings;
+    const auto it = existence.find(estimate.id);
+    landmark.existence = it == existence.end() ? kSure : it->second;
+    out.landmarks.push_back(std::move(landmark));
+    keys.push_back(mapper.landmarks().find(estimate.id)->position);
+  }
+  if (!keys.empty()) {
+    out.prior = sparsify(mapper.backend().joint_covariance(keys), out.dim());
+  }
+  return out;
+}
+
 MapRun::MapRun(const MapOptions& options, const Provenance& provenance, bool resume, bool is_3d)
     : options_(options), session_(session_of(provenance)), is_3d_(is_3d) {
   session_.mode = options_.mode;
@@ -72,14 +97,17 @@ MapRun::MapRun(const MapOptions& options, const Provenance& provenance, bool res
   }
 }
 
-/// Whether a session is of the same log under the same settings.
+/// Whether a session is of the same log under the same settings. What came through standard input
+/// has no hash to tell.
 bool MapRun::same_run(const MapSession& other) const {
   const auto hashes = [](const MapSession& s) {
     std::vector<std::string> out;
     for (const auto& [path, sha256] : s.inputs) out.push_back(sha256);
     return out;
   };
-  return other.configuration == session_.configuration && hashes(other) == hashes(session_);
+  const std::vector<std::string> here = hashes(session_);
+  return other.configuration == session_.configuration && hashes(other) == here &&
+         std::count(here.begin(), here.end(), "") == 0;
 }
 
 void MapRun::choose_mode(bool resume) {
@@ -193,32 +221,13 @@ void MapRun::finish(const Mapper& mapper, const MapResult& result,
 }
 
 MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {
-  MapRecord out = map_;
-  out.is_3d = is_3d_;
-  if (!options_.origin.empty()) out.origin = options_.origin;
-  out.class_names = result.class_names;
-  out.identified = mapper.decisions().empty();
-  const auto existence = mapper.existence();
-  std::vector<MapLandmark> before = std::move(out.landmarks);
-  out.landmarks.clear();
-  std::vector<Key> keys;
-  for (const LandmarkEstimate& estimate : result.landmarks) {
-    MapLandmark landmark;
-    landmark.id = estimate.id;
-    landmark.position = estimate.position;
-    landmark.covariance = estimate.covariance;
-    landmark.class_probabilities = estimate.class_probabilities;
-    landmark.sightings = estimate.sightings;
-    const auto it = existence.find(estimate.id);
-    landmark.existence = it == existence.end() ? kSure : it->second;
-    const auto known = std::find_if(before.begin(), before.end(),
-                                    [&](const MapLandmark& l) { return l.id == estimate.id; });
-    landmark.session = known == before.end() ? session_.id : known->session;
-    out.landmarks.push_back(std::move(landmark));
-    keys.push_back(mapper.landmarks().find(estimate.id)->position);
-  }
-  if (!keys.empty()) {
-    out.prior = sparsify(mapper.backend().joint_covariance(keys), out.dim());
+  MapRecord out = record_of(mapper, result);
+  out.sessions = map_.sessions;
+  out.origin = options_.origin.empty() ? map_.origin : options_.origin;
+  for (MapLandmark& landmark : out.landmarks) {
+    const auto known = std::find_if(map_.landmarks.begin(), map_.landmarks.end(),
+                                    [&](const MapLandmark& l) { return l.id == landmark.id; });
+    landmark.session = known == map_.landmarks.end() ? session_.id : known->session;
   }
   MapSession session = session_;
   session.complete = true;

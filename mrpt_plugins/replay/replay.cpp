@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
@@ -24,6 +26,7 @@
 #include "mrpt_plugins/replay/detail/run_report.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
+#include "mrpt_plugins/replay/team.h"
 
 namespace hybrid {
 namespace {
@@ -34,9 +37,9 @@ using Clock = std::chrono::steady_clock;
 constexpr int kVideoFrames = 100;  // where --frames does not say
 
 std::size_t count_keyframes(const ReplaySettings& settings) {
-  KeyframeSource source(settings.rawlog, settings.source);
+  LogMerge logs = open_logs(settings);
   std::size_t count = 0;
-  while (source.next()) {
+  while (logs.next()) {
     throw_if_interrupted();
     ++count;
   }
@@ -56,27 +59,41 @@ struct Ending {
   int signal = 0;  ///< that stopped it with keyframes left; 0: none did
 };
 
+/// The next keyframe; nothing at the end, or with a signal that asks to stop.
+std::optional<Keyframe> next_keyframe(LogMerge& source, int& signal) {
+  try {
+    std::optional<Keyframe> keyframe = source.next();
+    if (keyframe) signal = interrupted();
+    return signal == 0 ? keyframe : std::nullopt;
+  } catch (const Interrupted& e) {
+    signal = e.signal();
+    return std::nullopt;
+  }
+}
+
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
-Ending map_log(KeyframeSource& source, Mapper& mapper, MapPlace& place,
+Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, const Team& team,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
                RunReport& report) {
   int signal = 0;
   std::size_t keyframes = 0;
-  while (const auto keyframe = source.next()) {
-    signal = interrupted();
-    if (signal != 0) break;
+  while (const auto keyframe = next_keyframe(source, signal)) {
     const StepRecord& step = mapper.add(*keyframe);
     place.added(keyframes, mapper);
     ++keyframes;
-    if (progress) progress({source.progress(), keyframes, step.landmarks, step.objective_after});
+    std::string line = report.watch(mapper, step);
+    if (progress) {
+      progress(
+          {source.progress(), keyframes, step.landmarks, step.objective_after, std::move(line)});
+    }
     if (movie.size() > 0) movie.watch(keyframes, mapper);
-    report.watch(mapper, step);
   }
   if (keyframes == 0) {
     throw_if_interrupted();
     throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
   }
   if (signal != 0) place.pause(mapper);
+  team.settle(mapper);
   return {mapper.finish(), signal};
 }
 
@@ -98,14 +115,16 @@ std::string refusals(const Mapper& mapper) {
 }
 
 /// Sets status and message; `signal` is what stopped the replay, or 0.
-void set_status(const KeyframeSource& source, const Mapper& mapper, const MapResult& result,
-                int signal, Summary& summary) {
+void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& result, int signal,
+                Summary& summary) {
   const std::string refused = refusals(mapper);
   if (signal != 0) {
     summary.status = "interrupted";
-    summary.message =
-        fmt::format("stopped by {} after {} keyframes, {:.1f} % of the log", signal_name(signal),
-                    result.trajectory.size(), 100 * source.progress());
+    summary.message = fmt::format("stopped by {} after {} keyframes", signal_name(signal),
+                                  result.trajectory.size());
+    if (const auto share = source.progress()) {
+      summary.message += fmt::format(", {:.1f} % of the log", 100 * *share);
+    }
   } else if (source.status() != LogStatus::kComplete) {
     summary.status = "partial";
     summary.message = source.message();
@@ -119,7 +138,7 @@ void set_status(const KeyframeSource& source, const Mapper& mapper, const MapRes
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
 }
 
-Summary summarize(const KeyframeSource& source, const Plugins& plugins, const Mapper& mapper,
+Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& mapper,
                   const BackendReport& last, const MapResult& result, int signal) {
   Summary summary;
   summary.observations = observation_uses(source.observations(), plugins);
@@ -152,6 +171,13 @@ Summary summarize(const KeyframeSource& source, const Plugins& plugins, const Ma
   return summary;
 }
 
+/// Says which robots were left out.
+void tell(const Team& team, Summary& summary) {
+  if (team.message().empty()) return;
+  if (summary.status == "ok") summary.status = "partial";
+  summary.message += (summary.message.empty() ? "" : "; ") + team.message();
+}
+
 /// What only the command line asks for: matrices, frames, video. Returns warnings.
 std::vector<std::string> write_extras(const ReplayRequest& request, const OutputDirectory& out,
                                       const MapResult& result, const GroundTruth& truth,
@@ -171,12 +197,35 @@ std::vector<std::string> write_extras(const ReplayRequest& request, const Output
 }
 
 /// How well slip was found, where the true modes are known.
-std::optional<ModeScore> mode_score(const ReplaySettings& settings, const MapResult& result,
-                                    const Mapper& mapper) {
-  if (settings.truth_modes.empty()) return std::nullopt;
-  const std::vector<int> truth = read_true_modes(settings.truth_modes);
-  if (result.mode_names.empty()) return std::nullopt;
-  return score_modes(result, mapper.log_rows(), truth);
+std::optional<ModeScore> mode_score(const std::string& file, const RobotPart& part) {
+  if (file.empty()) return std::nullopt;
+  const std::vector<int> truth = read_true_modes(file);
+  if (part.result.mode_names.empty()) return std::nullopt;
+  return score_modes(part.result, part.log_rows, truth);
+}
+
+bool tells_paths(const std::vector<Truth>& truths) {
+  return std::any_of(truths.begin(), truths.end(),
+                     [](const Truth& truth) { return !truth.get().path.empty(); });
+}
+
+bool is_empty(const TruthSummary& truth) {
+  return !truth.trajectory && !truth.landmarks && !truth.associations && !truth.modes;
+}
+
+/// What the summary says of each of several robots.
+std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
+                                          const std::vector<RobotPart>& parts,
+                                          const std::vector<Truth>& truths) {
+  std::vector<RobotSummary> out;
+  for (std::size_t i = 0; i < parts.size() && parts.size() > 1; ++i) {
+    RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}};
+    TruthSummary truth = compare_path(truths[i], parts[i]);
+    truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);
+    if (!is_empty(truth)) robot.truth = std::move(truth);
+    out.push_back(std::move(robot));
+  }
+  return out;
 }
 
 /// All files that a replay reads.
@@ -184,13 +233,37 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
                       const IniFile& ini) {
   Provenance provenance = request.provenance;
   provenance.configuration = ini.settings();
-  for (const std::string& path :
-       {settings.rawlog, request.config, settings.truth_path, settings.truth_map,
-        settings.truth_associations, settings.truth_modes}) {
+  const auto add_log = [&provenance](const RobotSettings& robot) {
+    if (is_standard_input(robot.rawlog)) {
+      provenance.inputs.push_back({robot.rawlog, "", ""});
+    } else {
+      provenance.add_input(robot.rawlog);
+    }
+  };
+  const RobotSettings& first = settings.robots.front();
+  add_log(first);
+  for (const std::string& path : {request.config, first.truth_path, settings.truth_map,
+                                  first.truth_associations, first.truth_modes}) {
     provenance.add_input(path);
+  }
+  for (std::size_t i = 1; i < settings.robots.size(); ++i) {
+    const RobotSettings& robot = settings.robots[i];
+    add_log(robot);
+    for (const std::string& path :
+         {robot.truth_path, robot.truth_associations, robot.truth_modes}) {
+      provenance.add_input(path);
+    }
   }
   for (const std::string& path : request.plugin_libraries) provenance.add_input(path);
   return provenance;
+}
+
+/// Those that errors of a replay may be about.
+std::vector<std::string> files_of(const ReplaySettings& settings) {
+  std::vector<std::string> files;
+  for (const RobotSettings& robot : settings.robots) files.push_back(shown_path(robot.rawlog));
+  files.push_back(settings.map.file);
+  return files;
 }
 
 /// Shows film and result, both or none; returns warnings.
@@ -213,27 +286,29 @@ ReplayOutcome replay(const ReplayRequest& request,
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
-  Truth truth(settings.truth_path, settings.truth_map, settings.truth_point);
-  if (!settings.truth_associations.empty()) truth.read_associations(settings.truth_associations);
-  KeyframeSource source(settings.rawlog, settings.source);
+  if (request.report && settings.robots.size() > 1) {
+    throw Error("--report shows the run of one robot; there are several");
+  }
+  const Team team(request, settings);
+  std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
   Film film(request.video, out);
   Movie movie = make_movie(request, settings);
+  LogMerge source = open_logs(settings);
+  const bool is_3d = source.is_3d();
   MapPlace place(
-      request, settings, [&] { return provenance(request, settings, ini); }, source.is_3d());
-
-  settings.motion.start = place.start();
+      request, settings, [&] { return provenance(request, settings, ini); }, is_3d);
+  if (const auto start = place.start()) settings.robots.front().options.motion.start = start;
   const Plugins plugins = settings.plugins;
-  Mapper mapper(settings.motion, std::move(settings.plugins), std::move(settings.backend),
-                source.is_3d(), settings.calibration);
+  Mapper mapper = make_mapper(settings, is_3d);
   place.enter(mapper);
   RunReport report(request, out);
   report.begin(mapper, settings.title);
-  const auto [last, signal] = about({settings.rawlog, settings.map.file}, [&] {
-    return map_log(source, mapper, place, progress, movie, report);
-  });
+  const std::vector<std::string> files = files_of(settings);
+  const auto [last, signal] =
+      about(files, [&] { return map_log(source, mapper, place, team, progress, movie, report); });
 
-  MapResult result = about({settings.rawlog}, [&] { return mapper.result(); });
+  MapResult result = about(files, [&] { return mapper.result(); });
   result.title = settings.title;
   report.finish(mapper, result, last.objective_after);
   ReplayOutcome outcome{summarize(source, plugins, mapper, last, result, signal), out.folder(),
@@ -241,27 +316,39 @@ ReplayOutcome replay(const ReplayRequest& request,
   Summary& summary = outcome.summary;
   summary.chosen_plugins = settings.chosen;
   place.tell(result, summary);
-  truth.adapt_to(result, mapper.log_rows());
-  summary.truth = compare(truth, result, mapper, settings.match_radius);
-  summary.truth->modes = mode_score(settings, result, mapper);
-  if (truth.empty() && !summary.truth->associations && !summary.truth->modes) summary.truth.reset();
+  tell(team, summary);
+  const std::vector<RobotPart> parts =
+      parts_of(result, mapper, tells_paths(truths) || place.localizes());
+  adapt(truths, parts);
+  const GroundTruth truth = joint_truth(truths);
+  summary.truth = compare(truths, parts, mapper, settings.match_radius);
+  if (parts.size() == 1) {
+    summary.truth->modes = mode_score(settings.robots.front().truth_modes, parts.front());
+  }
+  if (is_empty(*summary.truth)) summary.truth.reset();
+  summary.robots = robot_summaries(settings, parts, truths);
   summary.provenance = provenance(request, settings, ini);
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
   };
   warn(ini.warnings());
+  for (std::size_t i = 0; i < truths.size(); ++i) {
+    const std::string odd = truths[i].warning(parts[i].result.dead_reckoning, parts[i].log_rows);
+    if (!odd.empty()) warn({odd});
+  }
   for (const Provenance::Input& input : summary.provenance.inputs) {
     if (!input.warning.empty()) warn({input.path + ": " + input.warning});
   }
-  warn(write_texts(out, result, mapper.backend()));
-  write_true_path(out, result, truth, mapper.log_rows());
+  warn(write_map(out, result, mapper.backend()));
+  write_paths(out, parts, truths);
+  if (place.localizes()) write_covariances(out, parts.front());
   summary.total_s = seconds_since(start);
   if (request.pictures) {
-    warn(write_pictures(out, result, truth.get()));
-    write_error_plot(out, result, truth, mapper.log_rows());
+    warn(write_pictures(out, result, truth));
+    write_error_plots(out, parts, truths);
   }
-  warn(write_extras(request, out, result, truth.get(), mapper, movie, film));
-  report.write(result, truth, mapper.log_rows(), summary_json(summary));
+  warn(write_extras(request, out, result, truth, mapper, movie, film));
+  report.write(result, truths.front(), mapper.log_rows(), summary_json(summary));
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
   if (signal != 0) {

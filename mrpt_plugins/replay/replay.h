@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <string>
 
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/replay_request.h"
@@ -14,9 +16,10 @@ namespace HYBRID_API hybrid {
 
 /// How far a replay is.
 struct ReplayProgress {
-  double fraction = 0;  ///< of the log
+  std::optional<double> fraction;  ///< of the log, where its size is known
   std::size_t keyframes = 0, landmarks = 0;
   double objective = 0;
+  std::string line;  ///< the newest keyframe as JSON, where asked for
 };
 
 /// What a replay wrote.
@@ -28,10 +31,11 @@ struct ReplayOutcome {
 
 /// Maps a log: reads INI, log and truth, feeds keyframe after keyframe to the mapper, and writes
 /// trajectories, landmarks, pictures and summary.json into the folder asked for, all of them or
-/// none. Once a signal was noted (see interrupted()) it ends after the keyframe under way with a
-/// partial result. `progress` is called after every keyframe; `published` once the files are there,
-/// before anything else may fail. Throws Error, which names file, section or key, where there is
-/// nothing to write.
+/// none. A log from standard input is read once, as it comes: what would read it before is an error
+/// that says what to give instead. Once a signal was noted (see interrupted()) it ends after the
+/// keyframe under way with a partial result. `progress` is called after every keyframe; `published`
+/// once the files are there, before anything else may fail. Throws Error, which names file, section
+/// or key, where there is nothing to write.
 ReplayOutcome replay(const ReplayRequest& request,
                      const std::function<void(const ReplayProgress&)>& progress = {},
                      const std::function<void(const ReplayOutcome&)>& published = {});

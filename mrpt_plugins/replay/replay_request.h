@@ -10,11 +10,18 @@
 
 namespace HYBRID_API hybrid {
 
+/// A robot of several, as the command line names it.
+struct RequestedRobot {
+  std::string name, rawlog, truth_path;  ///< the files override the INI where not empty
+};
+
 /// What a replay is asked to do, beside what its INI says.
 struct ReplayRequest {
   Provenance provenance;  ///< version and command; the replay adds inputs and configuration
   std::string config;     ///< the INI
-  std::string rawlog, truth_path, truth_map;  ///< override the INI where not empty
+  /// Override the INI where not empty. A rawlog "-" is standard input, mapped as it comes.
+  std::string rawlog, truth_path, truth_map;
+  std::vector<RequestedRobot> robots;         ///< where there are several
   std::vector<std::string> plugin_libraries;  ///< loaded already; the parser of rawlogs loads them
   std::vector<std::string> settings;          ///< section.key=value, instead of what the INI says
   std::string output = "hybrid-replay-out";
@@ -25,6 +32,7 @@ struct ReplayRequest {
   bool sparsity = false;
   bool events = false;  ///< write events.jsonl
   bool report = false;  ///< write report.html, and events.jsonl
+  bool stream = false;  ///< tell every keyframe as a line of JSON
   int frames = 0;       ///< pictures of the growing map, each a file; 0: none
   std::string video;    ///< film of them; empty: none
 };

@@ -18,14 +18,20 @@
 
 namespace hybrid {
 
-std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult& result,
-                                     const Backend& backend) {
-  out.write("trajectory.tum", tum_text(result.trajectory));
-  out.write("trajectory_dead_reckoning.tum", tum_text(result.dead_reckoning));
+namespace {
+
+/// Where a file of a robot stands.
+std::string file_of(const RobotPart& part, const std::string& name) {
+  return part.name.empty() ? name : part.name + "/" + name;
+}
+
+}  // namespace
+
+std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
+                                   const Backend& backend) {
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
   out.write("steps.csv", steps_csv(result.steps));
-  if (!result.mode_names.empty()) out.write("modes.csv", modes_csv(result));
   const ExportedGraph graph =
       export_graph(backend.graph(), {backend.values(), backend.assignment()});
   out.write("graph.g2o", to_g2o(graph.graph));
@@ -34,15 +40,28 @@ std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult
                       fmt::join(graph.left_out, ", "))};
 }
 
-void write_true_path(const OutputDirectory& out, const MapResult& result, const Truth& truth,
-                     const std::vector<std::size_t>& log_rows) {
-  if (truth.get().path.empty()) return;
-  const Truth::Pairs pairs = truth.pairs(result.trajectory, log_rows);
-  Trajectory path;
-  for (std::size_t i = 0; i < pairs.times.size(); ++i) {
-    path.push_back({pairs.times[i], pairs.poses[i].truth});
+void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
+                 const std::vector<Truth>& truths) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    out.write(file_of(part, "trajectory.tum"), tum_text(part.result.trajectory));
+    out.write(file_of(part, "trajectory_dead_reckoning.tum"), tum_text(part.result.dead_reckoning));
+    if (!part.result.mode_names.empty()) {
+      out.write(file_of(part, "modes.csv"), modes_csv(part.result));
+    }
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    const Truth::Pairs pairs = truths[i].pairs(part.result.trajectory, part.log_rows);
+    Trajectory path;
+    for (std::size_t k = 0; k < pairs.times.size(); ++k) {
+      path.push_back({pairs.times[k], pairs.poses[k].truth});
+    }
+    out.write(file_of(part, "trajectory_truth.tum"), tum_text(path));
   }
-  out.write("trajectory_truth.tum", tum_text(path));
+}
+
+void write_covariances(const OutputDirectory& out, const RobotPart& part) {
+  out.write("trajectory_covariances.csv",
+            covariances_csv(part.result.trajectory, part.covariances, part.result.is_3d));
 }
 
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
@@ -57,13 +76,18 @@ std::vector<std::string> write_pictures(const OutputDirectory& out, const MapRes
   return warnings;
 }
 
-void write_error_plot(const OutputDirectory& out, const MapResult& result, const Truth& truth,
-                      const std::vector<std::size_t>& log_rows) {
-  if (truth.get().path.empty()) return;
-  const Truth::Pairs estimate = truth.pairs(result.trajectory, log_rows);
-  const Truth::Pairs reckoned = truth.pairs(result.dead_reckoning, log_rows);
-  out.write("error.png",
-            png(error_image(estimate.times, estimate.poses, reckoned.poses, result.title)));
+void write_error_plots(const OutputDirectory& out, const std::vector<RobotPart>& parts,
+                       const std::vector<Truth>& truths) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    const Truth::Pairs estimate = truths[i].pairs(part.result.trajectory, part.log_rows);
+    const Truth::Pairs reckoned = truths[i].pairs(part.result.dead_reckoning, part.log_rows);
+    const std::string title =
+        part.name.empty() ? part.result.title : part.result.title + ", robot " + part.name;
+    out.write(file_of(part, "error.png"),
+              png(error_image(estimate.times, estimate.poses, reckoned.poses, title)));
+  }
 }
 
 }  // namespace hybrid

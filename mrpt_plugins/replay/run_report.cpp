@@ -13,6 +13,7 @@ namespace hybrid {
 
 RunReport::RunReport(const ReplayRequest& request, const OutputDirectory& out)
     : version_(request.provenance.version), page_(request.report), out_(out) {
+  if (request.stream) lines_.emplace();
   if (!request.events && !request.report) return;
   events_ = out.open("events.jsonl");
   recorder_.emplace(
@@ -28,8 +29,9 @@ void RunReport::begin(Mapper& mapper, const std::string& title) {
   recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2);
 }
 
-void RunReport::watch(Mapper& mapper, const StepRecord& step) {
+std::string RunReport::watch(Mapper& mapper, const StepRecord& step) {
   if (recorder_) recorder_->keyframe(mapper, step);
+  return lines_ ? lines_->line(mapper, step) : "";
 }
 
 void RunReport::finish(Mapper& mapper, const MapResult& result, double objective) {

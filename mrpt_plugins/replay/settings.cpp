@@ -3,12 +3,18 @@
 
 #include "mrpt_plugins/replay/settings.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
 
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
+#include "mrpt_plugins/replay/robots.h"
 
 namespace hybrid {
 namespace {
@@ -16,7 +22,7 @@ namespace {
 constexpr const char* kAuto = "auto";
 
 std::string stem_of(const std::string& path) {
-  return std::filesystem::path(path).stem().string();
+  return std::filesystem::path(shown_path(path)).stem().string();
 }
 
 /// The path of a file; fails where it is that of a folder, which the one who reads the file could
@@ -44,6 +50,7 @@ bool is_same_file(const std::string& a, const std::string& b) {
 void take_command_line(IniFile& ini, const ReplayRequest& request) {
   const std::string log_of_ini = ini.section("log").path("rawlog", "", "the log");
   ini.override_values(request.settings);
+  take_robots(ini, request.robots);
   const std::pair<const char*, const std::string&> files[] = {{"rawlog", request.rawlog},
                                                               {"truth_path", request.truth_path},
                                                               {"truth_map", request.truth_map}};
@@ -52,7 +59,7 @@ void take_command_line(IniFile& ini, const ReplayRequest& request) {
   }
   IniSection log = ini.section("log");
   const std::string present = log.path("rawlog", "", "the log");
-  if (log_of_ini.empty() || is_same_file(present, log_of_ini)) return;
+  if (present.empty() || log_of_ini.empty() || is_same_file(present, log_of_ini)) return;
   std::string left_out;
   for (const char* key : kOfTheLog) {
     if (log.is_overridden(key) || log.path(key, "", "").empty()) continue;
@@ -65,45 +72,101 @@ void take_command_line(IniFile& ini, const ReplayRequest& request) {
                          " are left out; --truth-path and --truth-map give those of this log");
 }
 
-void read_log(IniFile& ini, ReplaySettings& settings) {
+/// Section [log]; what is common to all robots goes into `settings`.
+void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   IniSection log = ini.section("log", "What is replayed; paths are relative to this file");
-  settings.rawlog = file_path(log, "rawlog", "the log");
-  settings.truth_path = file_path(log, "truth_path",
-                                  "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
-                                  "TUM (.tum) or `time x y z` (.xyz); empty: unknown");
+  robot.rawlog = file_path(log, "rawlog", "the log; - is standard input");
+  robot.truth_path = file_path(log, "truth_path",
+                               "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
+                               "TUM (.tum) or `time x y z` (.xyz); empty: unknown");
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
                              "as the antenna [m]",
                              kCoordinate);
   if (point.size() != 3) log.fail("truth_point", "needs three numbers");
-  settings.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
+  robot.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
       file_path(log, "truth_map", "true landmarks, MRPT's _ground_truth.txt; empty: unknown");
-  settings.truth_associations =
+  robot.truth_associations =
       file_path(log, "truth_associations",
                 "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
-  settings.truth_modes =
+  robot.truth_modes =
       file_path(log, "truth_modes", "true modes of motion, a number per frame; empty: unknown");
-  settings.title = log.get("title", stem_of(settings.rawlog), "heading of the pictures");
+  settings.title = log.get("title", settings.title.empty() ? stem_of(robot.rawlog) : settings.title,
+                           "heading of the pictures");
 }
 
-/// All but the plugins.
-ReplaySettings read_all_but_plugins(IniFile& ini, const ReplayRequest& request) {
-  ReplaySettings settings;
-  take_command_line(ini, request);
-  read_log(ini, settings);
+/// What a robot may have of its own, and all but the plugins of what is common to all.
+RobotSettings read_one(IniFile& ini, const ReplayRequest& request, ReplaySettings& settings) {
+  RobotSettings robot;
+  read_log(ini, settings, robot);
   settings.match_radius =
       ini.section("evaluation", "Comparison with the truth")
           .get("match_radius", settings.match_radius,
                "where the ids of the log are not taken for granted, a landmark counts as found if "
                "one of the map is this near, each taken once [m]",
                kPositiveLength);
-  settings.source = read_source_options(ini);
-  settings.source.reader.libraries = request.plugin_libraries;
+  robot.source = read_source_options(ini);
+  robot.source.reader.libraries = request.plugin_libraries;
   settings.map = read_map_options(ini, request);
-  settings.motion = read_motion_options(ini);
-  settings.calibration = read_calibration_options(ini);
+  robot.start = settings.map.start;
+  robot.options.motion = read_motion_options(ini);
+  robot.options.calibration = read_calibration_options(ini);
+  return robot;
+}
+
+void read_meetings(IniFile& ini, ReplaySettings& settings) {
+  IniSection robots =
+      ini.section("robots", "Where there are several robots, each a section [robot.NAME]");
+  settings.sightings = robots.get("sightings", settings.sightings,
+                                  "use what they see of each other, by the id of each");
+  settings.huber_width =
+      robots.get("huber_width", settings.huber_width,
+                 "for ids that are sometimes misread: beyond so many sigmas the cost of such a "
+                 "sighting grows only linearly; 0: none is wrong",
+                 or_zero(IniRange{1e-3, 1e3}));
+}
+
+/// The settings of the robots that the INI names, of which each reads it with values of its own.
+void read_robots(IniFile& ini, const ReplayRequest& request, const std::vector<std::string>& names,
+                 ReplaySettings& settings) {
+  std::set<std::int64_t> ids;
+  for (const std::string& name : names) {
+    auto fresh = open_config(request);
+    fresh->override_values(request.settings);
+    RobotSection section = read_robot(ini, name, std::move(fresh));
+    ReplaySettings shared;
+    RobotSettings robot = read_one(*section.ini, request, shared);
+    check_robot(ini, name, *section.ini);
+    if (robot.rawlog.empty()) ini.section("robot." + name).fail("rawlog", "names no log");
+    robot.name = robot.options.name = name;
+    robot.options.id = section.id;
+    robot.plugins = section.plugins;
+    if (section.id) ids.insert(*section.id);
+    settings.robots.push_back(std::move(robot));
+  }
+  for (RobotSettings& robot : settings.robots) robot.source.detections.robots = ids;
+}
+
+/// All but the plugins.
+ReplaySettings read_all_but_plugins(IniFile& ini, const ReplayRequest& request) {
+  ReplaySettings settings;
+  take_command_line(ini, request);
+  const std::vector<std::string> names = robot_names(ini);
+  if (!names.empty()) settings.title = title_of(names);
+  RobotSettings robot = read_one(ini, request, settings);
   settings.backend = make_backend(ini.section("solver", "How the estimate is found"));
+  read_meetings(ini, settings);
+  if (names.empty()) {
+    settings.robots.push_back(std::move(robot));
+    return settings;
+  }
+  if (!robot.rawlog.empty()) {
+    ini.section("log").fail("rawlog",
+                            "is one log, but there are sections [robot.NAME], each of "
+                            "which names its own");
+  }
+  read_robots(ini, request, names, settings);
   return settings;
 }
 
@@ -117,6 +180,43 @@ std::vector<std::string> read_plugin_names(IniFile& ini) {
 
 bool is_auto(const std::vector<std::string>& names) {
   return names.size() == 1 && names.front() == kAuto;
+}
+
+/// Fails where a log from standard input would have to be read before it is mapped.
+void reject_second_reading(const ReplayRequest& request, const SourceOptions& source,
+                           bool auto_plugins) {
+  const std::string reason = "standard input is read once, as it comes: ";
+  std::string lacking;
+  if (auto_plugins) lacking = "[plugins] classes, such as BearingRangeKnownIds";
+  if (source.dimension == Dimension::kAuto) {
+    lacking += std::string(lacking.empty() ? "" : ", and ") + "[map] dimension, 2 or 3";
+  }
+  if (!lacking.empty()) throw Error(reason + "give " + lacking + "; auto would read ahead");
+  if (request.frames > 0 || !request.video.empty()) {
+    throw Error(reason + "--frames and --video need a file, to know how many keyframes there are");
+  }
+  if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
+}
+
+/// Which of the plugins see what each robot observes.
+void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
+                              ReplaySettings& settings) {
+  for (RobotSettings& robot : settings.robots) {
+    if (robot.plugins.empty()) continue;
+    std::vector<bool>& sees = robot.options.plugins;
+    sees.assign(all.size(), false);
+    for (const std::string& name : robot.plugins) {
+      const auto it = std::find_if(all.begin(), all.end(), [&](const std::string& other) {
+        return without_namespace(other) == without_namespace(name);
+      });
+      if (it == all.end()) {
+        ini.section("robot." + robot.name)
+            .fail("plugins", fmt::format("names {}, which is none of [plugins] classes = {}", name,
+                                         fmt::join(all, " ")));
+      }
+      sees[static_cast<std::size_t>(it - all.begin())] = true;
+    }
+  }
 }
 
 }  // namespace
@@ -137,19 +237,48 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
     if (ini.has_section(name)) make(name);
   }
   ini.reject_unknown();
-  if (settings.rawlog.empty()) {
+  if (settings.robots.front().rawlog.empty()) {
     ini.section("log").fail("rawlog", "names no log, and neither does the command line");
   }
+  for (const RobotSettings& robot : settings.robots) {
+    if (is_standard_input(robot.rawlog)) {
+      reject_second_reading(request, robot.source, is_auto(names));
+    }
+  }
   if (is_auto(names)) {
-    settings.chosen = choose_plugins(read_contents(settings.rawlog, settings.source));
+    LogContents contents;
+    for (const RobotSettings& robot : settings.robots) {
+      contents.add(read_contents(robot.rawlog, robot.source));
+    }
+    settings.chosen = choose_plugins(contents);
     for (const std::string& name : settings.chosen) settings.plugins.push_back(make(name));
   }
   for (const auto& plugin : settings.plugins) {
     const auto classes = plugin->observation_classes();
-    auto& asked = settings.source.reader.request.classes;
-    asked.insert(asked.end(), classes.begin(), classes.end());
+    for (RobotSettings& robot : settings.robots) {
+      auto& asked = robot.source.reader.request.classes;
+      asked.insert(asked.end(), classes.begin(), classes.end());
+    }
   }
+  choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
   return settings;
+}
+
+LogMerge open_logs(const ReplaySettings& settings) {
+  LogMerge logs;
+  for (const RobotSettings& robot : settings.robots)
+    logs.add(robot.name, robot.rawlog, robot.source);
+  return logs;
+}
+
+Mapper make_mapper(ReplaySettings& settings, bool is_3d) {
+  std::vector<RobotOptions> robots;
+  for (const RobotSettings& robot : settings.robots) {
+    robots.push_back(robot.options);
+    if (!settings.sightings) robots.back().id.reset();
+  }
+  const Loss loss = settings.huber_width > 0 ? Loss::huber(settings.huber_width) : Loss();
+  return {std::move(robots), std::move(settings.plugins), std::move(settings.backend), is_3d, loss};
 }
 
 std::unique_ptr<IniFile> open_config(const ReplayRequest& request) {

@@ -8,30 +8,41 @@
 #include <string>
 #include <vector>
 
-#include "mrpt_plugins/input/keyframe_source.h"
-#include "mrpt_plugins/mapping/backend.h"
-#include "mrpt_plugins/mapping/calibration.h"
-#include "mrpt_plugins/mapping/mapping_plugin.h"
-#include "mrpt_plugins/mapping/motion.h"
+#include "mrpt_plugins/input/log_merge.h"
+#include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/replay/map_options.h"
 #include "mrpt_plugins/replay/replay_request.h"
 
 namespace HYBRID_API hybrid {
 
+/// What belongs to one robot of a replay.
+struct RobotSettings {
+  std::string name;  ///< empty where there is but one
+  std::string rawlog, truth_path, truth_associations, truth_modes;
+  Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
+  SourceOptions source;
+  StartOptions start;
+  std::vector<std::string> plugins;  ///< names of those that see what it observes; empty: all
+  RobotOptions options;              ///< for the mapper
+};
+
 /// Everything a replay needs, from INI and command line.
 struct ReplaySettings {
-  std::string title;
-  std::string rawlog, truth_path, truth_map, truth_associations, truth_modes;
-  Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
+  std::string title, truth_map;
   double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
-  SourceOptions source;
-  MotionOptions motion;
-  CalibrationOptions calibration;
+  std::vector<RobotSettings> robots;
+  bool sightings = true;   ///< of robots by robots are used
+  double huber_width = 3;  ///< of these [sigmas]; 0: none
   MapOptions map;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;
   std::vector<std::string> chosen;  ///< their names, where they were chosen by what the log holds
   std::unique_ptr<Backend> backend;
 };
+
+/// The logs of all robots, not read yet.
+LogMerge open_logs(const ReplaySettings& settings);
+/// The mapper that they are for; plugins and back-end go over to it.
+Mapper make_mapper(ReplaySettings& settings, bool is_3d);
 
 /// The INI of a request, or an empty one where it names none.
 std::unique_ptr<IniFile> open_config(const ReplayRequest& request);

@@ -12,11 +12,13 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
+#include "mrpt_plugins/evaluation/same_motion.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kMaxTimeDifference = 0.05;  // s, between a pose and its truth in a TUM file
+constexpr std::size_t kNoRow = ~std::size_t{0};  // of the log: a pose of another robot
+constexpr double kMaxTimeDifference = 0.05;      // s, between a pose and its truth in a TUM file
 
 }  // namespace
 
@@ -55,7 +57,19 @@ void Truth::label(std::vector<AssociationDecision>& decisions,
 }
 
 void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows) {
-  const std::vector<std::string>& names = result.class_names;
+  move(origin(result, log_rows), result.class_names);
+}
+
+std::optional<mrpt::poses::CPose3D> Truth::origin(const MapResult& result,
+                                                  const std::vector<std::size_t>& log_rows) const {
+  if (truth_.path.empty() || result.trajectory.empty()) return std::nullopt;
+  const mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
+  if (!result.in_known_map || content_ != TruthContent::kPoses) return origin;
+  return origin + (mrpt::poses::CPose3D() - result.trajectory.front().pose);
+}
+
+void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
+                 const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < landmark_classes_.size() && !names.empty(); ++i) {
     if (landmark_classes_[i].empty()) continue;
     const auto it = std::find(names.begin(), names.end(), landmark_classes_[i]);
@@ -65,17 +79,22 @@ void Truth::adapt_to(const MapResult& result, const std::vector<std::size_t>& lo
     }
     truth_.landmarks[i].class_index = static_cast<int>(it - names.begin());
   }
-  if (truth_.path.empty() || result.trajectory.empty()) return;
-  mrpt::poses::CPose3D origin = origin_of_map(result.trajectory, log_rows);
-  if (result.in_known_map && content_ == TruthContent::kPoses) {
-    origin = origin + (mrpt::poses::CPose3D() - result.trajectory.front().pose);
-  }
-  for (TimedPose& pose : truth_.path) pose.pose = pose.pose - origin;
+  if (!origin) return;
+  for (TimedPose& pose : truth_.path) pose.pose = pose.pose - *origin;
   for (TrueLandmark& landmark : truth_.landmarks) {
-    const auto p = origin.inverseComposePoint(
+    const auto p = origin->inverseComposePoint(
         {landmark.position.x(), landmark.position.y(), landmark.position.z()});
     landmark.position = {p.x, p.y, p.z};
   }
+}
+
+std::string Truth::warning(const Trajectory& dead_reckoning,
+                           const std::vector<std::size_t>& log_rows) const {
+  if (truth_.path.empty()) return "";
+  if (may_be_same_motion(pairs(dead_reckoning, log_rows).poses, content_)) return "";
+  return path_file_ +
+         ": the motions that it tells are not those of the odometry; is it the truth of another "
+         "log?";
 }
 
 mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,
@@ -118,13 +137,69 @@ Truth::Pairs Truth::pairs(const Trajectory& estimate,
   return out;
 }
 
+std::vector<RobotPart> parts_of(const MapResult& result, const Mapper& mapper, bool wanted) {
+  const std::vector<Eigen::MatrixXd> covariances =
+      wanted ? mapper.pose_covariances() : std::vector<Eigen::MatrixXd>(result.trajectory.size());
+  const std::vector<std::size_t>& rows = mapper.log_rows();
+  if (result.robots.empty()) return {{"", result, rows, covariances, rows}};
+  std::vector<RobotPart> parts;
+  for (const RobotPath& robot : result.robots) {
+    RobotPart part{robot.name, result, {}, {}, std::vector<std::size_t>(rows.size(), kNoRow)};
+    MapResult& own = part.result;
+    own.robots.clear();
+    own.in_known_map = result.in_known_map || !parts.empty();
+    own.trajectory = part_of(result.trajectory, robot);
+    own.dead_reckoning = part_of(result.dead_reckoning, robot);
+    own.steps.clear();
+    own.motion_modes.clear();
+    own.mode_probabilities.clear();
+    for (const std::size_t i : robot.keyframes) {
+      own.steps.push_back(result.steps[i]);
+      if (!result.motion_modes.empty()) {
+        own.motion_modes.push_back(result.motion_modes[i]);
+        own.mode_probabilities.push_back(result.mode_probabilities[i]);
+      }
+      part.log_rows.push_back(rows[i]);
+      part.covariances.push_back(covariances[i]);
+      part.rows_by_keyframe[i] = rows[i];
+    }
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+std::vector<Truth> read_truths(const ReplaySettings& settings) {
+  std::vector<Truth> truths;
+  for (const RobotSettings& robot : settings.robots) {
+    const std::string map = truths.empty() ? settings.truth_map : "";
+    truths.emplace_back(robot.truth_path, map, robot.truth_point);
+    if (!robot.truth_associations.empty()) {
+      truths.back().read_associations(robot.truth_associations);
+    }
+  }
+  return truths;
+}
+
+void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts) {
+  std::optional<mrpt::poses::CPose3D> origin;
+  for (std::size_t i = 0; i < truths.size() && !origin; ++i) {
+    origin = truths[i].origin(parts[i].result, parts[i].log_rows);
+  }
+  for (Truth& truth : truths) truth.move(origin, parts.front().result.class_names);
+}
+
+GroundTruth joint_truth(const std::vector<Truth>& truths) {
+  GroundTruth all = truths.front().get();
+  for (std::size_t i = 1; i < truths.size(); ++i) all.others.push_back(truths[i].get().path);
+  return all;
+}
+
 namespace {
 
 /// Mean NEES of the poses, where all have a covariance and a true orientation.
 std::optional<double> pose_nees(const Truth& truth, const std::vector<PosePair>& pairs,
-                                const Mapper& mapper) {
+                                const std::vector<Eigen::MatrixXd>& covariances) {
   if (truth.content() == TruthContent::kPositions) return std::nullopt;
-  const auto covariances = mapper.pose_covariances();
   const bool complete = std::all_of(covariances.begin(), covariances.end(),
                                     [](const auto& P) { return P.rows() > 0; });
   if (!complete || pairs.size() != covariances.size()) return std::nullopt;
@@ -140,32 +215,76 @@ void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& 
   }
 }
 
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// The errors of the paths of all robots together, and the alignment of the landmarks.
+void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+                   TruthSummary& summary, std::vector<LandmarkEstimate>& landmarks) {
+  if (parts.size() == 1) {
+    summary = compare_path(truths.front(), parts.front());
+    if (truths.front().get().path.empty()) return;
+    const RobotPart& part = parts.front();
+    move(landmarks, alignment(truths.front().pairs(part.result.trajectory, part.log_rows).poses));
+    return;
+  }
+  std::vector<PosePair> estimate, reckoned;
+  std::vector<Eigen::MatrixXd> covariances;
+  TruthContent content = TruthContent::kPoses;
+  bool all_known = true;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (truths[i].get().path.empty() || parts[i].result.trajectory.empty()) continue;
+    const std::vector<PosePair> pairs =
+        truths[i].pairs(parts[i].result.trajectory, parts[i].log_rows).poses;
+    append(estimate, pairs);
+    append(reckoned, truths[i].pairs(parts[i].result.dead_reckoning, parts[i].log_rows).poses);
+    append(covariances, parts[i].covariances);
+    if (truths[i].content() == TruthContent::kPositions) content = TruthContent::kPositions;
+    all_known = all_known && pose_nees(truths[i], pairs, parts[i].covariances).has_value();
+  }
+  if (estimate.empty()) return;
+  summary.trajectory = trajectory_report(estimate, content);
+  summary.dead_reckoning = trajectory_report(reckoned, content);
+  summary.trajectory->relative.clear();  // stretches do not lead from robot to robot
+  summary.dead_reckoning->relative.clear();
+  if (all_known) summary.nees_pose = mean_nees(estimate, covariances);
+  move(landmarks, alignment(estimate));
+}
+
 }  // namespace
 
-TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper,
-                     double radius) {
+TruthSummary compare_path(const Truth& truth, const RobotPart& part) {
   TruthSummary summary;
-  std::vector<LandmarkEstimate> aligned = result.landmarks;
-  if (!truth.get().path.empty()) {
-    const auto pairs = truth.pairs(result.trajectory, mapper.log_rows()).poses;
-    summary.trajectory = trajectory_report(pairs, truth.content());
-    summary.dead_reckoning = trajectory_report(
-        truth.pairs(result.dead_reckoning, mapper.log_rows()).poses, truth.content());
-    summary.nees_pose = pose_nees(truth, pairs, mapper);
-    move(aligned, alignment(pairs));
-  }
+  if (truth.get().path.empty() || part.result.trajectory.empty()) return summary;
+  const auto pairs = truth.pairs(part.result.trajectory, part.log_rows).poses;
+  summary.trajectory = trajectory_report(pairs, truth.content());
+  summary.dead_reckoning = trajectory_report(
+      truth.pairs(part.result.dead_reckoning, part.log_rows).poses, truth.content());
+  summary.nees_pose = pose_nees(truth, pairs, part.covariances);
+  return summary;
+}
+
+TruthSummary compare(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+                     const Mapper& mapper, double radius) {
+  TruthSummary summary;
+  const std::vector<LandmarkEstimate>& found = parts.front().result.landmarks;
+  std::vector<LandmarkEstimate> aligned = found;
+  compare_paths(truths, parts, summary, aligned);
   std::vector<AssociationDecision> decisions = mapper.decisions();
-  truth.label(decisions, mapper.log_rows());
-  if (!decisions.empty()) summary.associations = association_report(decisions);
-  if (!truth.get().landmarks.empty()) {
-    const auto& landmarks = truth.get().landmarks;
-    const auto matching = decisions.empty() ? match_by_id(result.landmarks, landmarks)
-                                            : match_by_distance(aligned, landmarks, radius);
-    summary.landmarks = landmark_errors(matching, result.landmarks, landmarks);
-    summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
-    summary.class_accuracy = class_accuracy(matching, result.landmarks, landmarks);
-    summary.nees_landmark = landmark_nees(matching, result.landmarks, landmarks);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    truths[i].label(decisions, parts[i].rows_by_keyframe);
   }
+  if (!decisions.empty()) summary.associations = association_report(decisions);
+  const auto& landmarks = truths.front().get().landmarks;
+  if (landmarks.empty()) return summary;
+  const auto matching = decisions.empty() ? match_by_id(found, landmarks)
+                                          : match_by_distance(aligned, landmarks, radius);
+  summary.landmarks = landmark_errors(matching, found, landmarks);
+  summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
+  summary.class_accuracy = class_accuracy(matching, found, landmarks);
+  summary.nees_landmark = landmark_nees(matching, found, landmarks);
   return summary;
 }
 

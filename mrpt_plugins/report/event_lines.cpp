@@ -104,4 +104,9 @@ Json residual_line(std::size_t number, const RunRecord::Sighting& sighting) {
   return out;
 }
 
+Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
+  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
+  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
+}
+
 }  // namespace hybrid

@@ -26,11 +26,6 @@ Key pose_key(int keyframe) {
   return {key_letter::kPose, static_cast<std::uint64_t>(keyframe)};
 }
 
-Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
-  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
-  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
-}
-
 template <class Pose>
 Eigen::VectorXd residual_of(const Pose& pose, const Pose& sensor, Key landmark,
                             const Eigen::VectorXd& z, const Values& values) {

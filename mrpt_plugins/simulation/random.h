@@ -12,8 +12,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Random numbers that are the same with every standard library: only the generator is taken from
-/// it, which the standard fixes bit by bit; the distributions are ours.
+/// Random numbers that are the same with every standard library: the standard defines the generator
+/// bit by bit, and the distributions are our own.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : generator_(seed) {}
@@ -23,7 +23,7 @@ class Random {
   double uniform(double min, double max) { return min + (max - min) * uniform(); }
   /// Gaussian with mean 0, by Marsaglia's polar method.
   double normal(double sigma = 1.0);
-  /// Poisson, by multiplying uniforms: meant for small means.
+  /// Poisson, by multiplying uniform numbers: for small means.
   int poisson(double mean);
   /// Index i with probability weights[i] / sum.
   std::size_t index(const std::vector<double>& weights);
@@ -32,8 +32,8 @@ class Random {
   std::mt19937_64 generator_;
 };
 
-/// `value` rounded to a multiple of 2^-30, so that results do not hang on the last bit of sin() and
-/// its like, which varies between processors.
+/// `value` rounded to a multiple of 2^-30, so that results do not depend on the last bit of sin()
+/// and similar functions, which varies between processors.
 double quantised(double value);
 
 }  // namespace hybrid

@@ -94,8 +94,11 @@ std::vector<mrpt::poses::CPose3D> robot_path(const Scenario::Path& path, bool is
     const double z = is_3d ? path.height / 2 * (1 - std::cos(phase)) : 0;
     const double slope = is_3d ? path.height / 2 * frequency * std::sin(phase) : 0;
     const double roll = is_3d ? path.roll * std::sin(phase) : 0;
-    poses.emplace_back(quantised(p.x), quantised(p.y), quantised(z), quantised(p.heading),
-                       quantised(-std::atan(slope)), quantised(roll));
+    const mrpt::poses::CPose3D seen_from_start(quantised(p.x), quantised(p.y), quantised(z),
+                                               quantised(p.heading), quantised(-std::atan(slope)),
+                                               quantised(roll));
+    poses.push_back(path.start == mrpt::poses::CPose3D() ? seen_from_start
+                                                         : path.start + seen_from_start);
   }
   return poses;
 }

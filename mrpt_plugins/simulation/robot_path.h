@@ -11,8 +11,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// True poses of the robot, one per frame; the first is the origin. In 3-D the height swings as
-/// height/2 (1 - cos) and the roll as a sine along the path, and the pitch follows the slope.
+/// True poses of the robot, one per frame; the first is the origin. In 3-D, the height follows
+/// height/2 (1 - cos) and the roll a sine along the path; the pitch follows the slope.
 std::vector<mrpt::poses::CPose3D> robot_path(const Scenario::Path& path, bool is_3d);
 
 }  // namespace hybrid

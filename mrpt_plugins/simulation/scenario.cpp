@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "mrpt_plugins/simulation/robot_path.h"
+
 namespace hybrid {
 namespace {
 
@@ -39,8 +41,12 @@ Scenario::World read_world(IniFile& ini, bool is_3d) {
 }
 
 Scenario::Path read_path(IniFile& ini) {
-  IniSection s = ini.section("path", "Of the robot, which starts at the origin facing x");
+  IniSection s = ini.section("path", "Of the robot");
   Scenario::Path path;
+  const auto start = s.get("start", std::vector<double>{0, 0, 0},
+                           "Where it begins in the world, x y yaw [m, deg]", kCoordinate);
+  if (start.size() != 3) s.fail("start", "needs three numbers: x y yaw");
+  path.start = {start[0], start[1], 0, start[2] * M_PI / 180, 0, 0};
   path.shape = s.choice("shape", "circle", {"circle", "lawnmower", "waypoints"}, "Kind of path");
   path.laps = s.get("laps", 1, "How often it is driven", kCount);
   path.step = s.get("step", 0.5, "Distance between frames [m]", kPositiveLength);
@@ -52,8 +58,9 @@ Scenario::Path read_path(IniFile& ini) {
   path.lane_spacing =
       s.get("lane_spacing", 4.0, "Between lanes of the lawnmower [m]", kPositiveLength);
   path.lanes = s.get("lanes", 4, "Of the lawnmower, which then drives back to the start", kCount);
-  path.waypoints = s.get("waypoints", std::vector<double>{},
-                         "x y of each waypoint after the start [m]", kCoordinate);
+  path.waypoints =
+      s.get("waypoints", std::vector<double>{},
+            "x y of each waypoint after the start, as seen from there [m]", kCoordinate);
   path.height =
       s.get("height", 0.0, "In 3d: the path swings between 0 and this height [m]", kCoordinate);
   path.waves = s.get("waves", 2.0, "In 3d: swings of height and roll per path", IniRange{0, 1e4});
@@ -97,7 +104,7 @@ Scenario::Slip read_slip(IniFile& ini) {
   return slip;
 }
 
-/// The confusion matrix: given in full, or by its diagonal with the rest spread evenly.
+/// The confusion matrix, given in full or by its diagonal with equal other entries.
 std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classes) {
   IniSection s = ini.section("detector", "What classes the detector reports");
   const double accuracy = s.get(
@@ -159,6 +166,7 @@ Scenario read_scenario(IniFile& ini) {
   IniSection s = ini.section("simulation", "What is written");
   Scenario scenario;
   scenario.seed = s.get("seed", std::uint64_t{1}, "Same seed, same bytes");
+  scenario.world_seed = s.get("world_seed", scenario.seed, "Of the landmarks alone");
   scenario.is_3d = s.choice("dimension", "2d", {"2d", "3d"}, "Of motion and measurements") == "3d";
   scenario.pairs = s.choice("format", "pairs", {"pairs", "observations"},
                             "Actions and sensory frames, or observations only") == "pairs";
@@ -174,6 +182,59 @@ Scenario read_scenario(IniFile& ini) {
   scenario.sensor = read_sensor(ini, scenario.is_3d);
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;
+}
+
+namespace {
+
+/// One of several robots: its noise is its own, the world is that of all.
+NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& section_name,
+                       std::size_t number) {
+  IniSection section = ini.section(section_name, "A robot of several in one world");
+  const auto id =
+      section.get("id", -101 - static_cast<int>(number),
+                  "By which the sensors of other robots know it; not -1", IniRange{-2e9, 2e9});
+  if (id == -1) section.fail("id", "is the id of nothing");
+  IniSection simulation = ini.section("simulation");
+  const std::uint64_t seed = simulation.get("seed", std::uint64_t{1}, "Same seed, same bytes");
+  own.override_value("simulation", "world_seed", std::to_string(seed), ini.name());
+  own.override_value("simulation", "seed", std::to_string(seed + number + 1), ini.name());
+  for (const std::string& key : section.keys()) {
+    if (key == "id") continue;
+    const std::size_t dot = key.find('.');
+    if (dot == std::string::npos) section.fail(key, "is neither id nor SECTION.KEY");
+    own.override_value(key.substr(0, dot), key.substr(dot + 1),
+                       section.get(key, "", "Instead of that of all"), section.place(key));
+  }
+  NamedScenario out{section_name.substr(section_name.find('.') + 1), read_scenario(own)};
+  for (const std::string& key : section.keys()) {
+    const std::size_t dot = key.find('.');
+    if (key != "id" && !own.declares(key.substr(0, dot), key.substr(dot + 1))) {
+      section.fail(key, "is no key of a simulation");
+    }
+  }
+  out.scenario.others.push_back(
+      {id, out.scenario.path.period, robot_path(out.scenario.path, out.scenario.is_3d)});
+  return out;
+}
+
+}  // namespace
+
+std::vector<NamedScenario> read_robots(IniFile& ini,
+                                       const std::function<std::unique_ptr<IniFile>()>& fresh) {
+  std::vector<NamedScenario> robots;
+  for (const std::string& section : ini.sections()) {
+    if (section.rfind("robot.", 0) != 0) continue;
+    const auto own = fresh();
+    robots.push_back(read_one(ini, *own, section, robots.size()));
+  }
+  std::vector<Scenario::Other> all;  // so far each has itself
+  for (const NamedScenario& robot : robots) all.push_back(robot.scenario.others.front());
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    robots[i].scenario.others = all;
+    robots[i].scenario.others.erase(robots[i].scenario.others.begin() +
+                                    static_cast<std::ptrdiff_t>(i));
+  }
+  return robots;
 }
 
 }  // namespace hybrid

@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,9 +16,10 @@
 
 namespace HYBRID_API hybrid {
 
-/// What to simulate. Lengths in metres, angles in radians, times in seconds.
+/// A scenario to simulate. Lengths in metres, angles in radians, times in seconds.
 struct Scenario {
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;        ///< of noise
+  std::uint64_t world_seed = 1;  ///< of the places of the landmarks
   bool is_3d = false;
   bool pairs = true;    ///< Format: actions and sensory frames, or observations only.
   bool classed = true;  ///< CObservationClassedBearingRange, or MRPT's CObservationBearingRange.
@@ -37,19 +40,20 @@ struct Scenario {
     int lanes = 0;                           // lawnmower
     std::vector<double> waypoints;           // x y x y ...
     double height = 0, waves = 0, roll = 0;  // in 3-D
+    mrpt::poses::CPose3D start;
   } path;
 
   struct Odometry {
     double sigma_translation = 0, sigma_yaw = 0, sigma_tilt = 0;
-    /// What the wheels err by on and on, in the plane: motion is scale_translation and
-    /// scale_rotation times what they measure, plus drift [rad] per metre that they measure.
+    /// Systematic errors of the wheels: the motion is scale_translation and scale_rotation times
+    /// the measured one, plus drift [rad] per measured metre (in 2-D only).
     double scale_translation = 1, scale_rotation = 1, drift = 0;
   } odometry;
 
-  /// Wheels that spin: at times only a share of what they measure is motion.
+  /// Slip of the wheels: only a share of the measured motion is real.
   struct Slip {
     double start = 0;  ///< probability per frame; 0: never
-    double stay = 0;   ///< probability that it goes on
+    double stay = 0;   ///< probability per frame that slip continues
     double min_share = 1, max_share = 1;
     double sigma_yaw = 0;
   } slip;
@@ -63,10 +67,30 @@ struct Scenario {
     /// Row: true class; column: reported class; rows sum to 1.
     std::vector<std::vector<double>> confusion;
   } sensor;
+
+  /// Another robot in the same world, which the sensor names by an id.
+  struct Other {
+    std::int32_t id = 0;
+    double period = 0;  ///< between its poses [s]
+    std::vector<mrpt::poses::CPose3D> path;
+  };
+  std::vector<Other> others;
+};
+
+/// A robot of a world with several, by the name of its section [robot.NAME].
+struct NamedScenario {
+  std::string name;
+  Scenario scenario;
 };
 
 /// Declares and reads all keys; throws Error naming file, section and key. Call
 /// IniFile::reject_unknown() afterwards.
 Scenario read_scenario(IniFile& ini);
+
+/// The robots that sections [robot.NAME] describe, in one world, where they see each other: `id` is
+/// that by which the others know one, and SECTION.KEY any value of its own. `fresh` opens the INI
+/// anew. Empty where there is no such section. Throws Error as read_scenario does.
+std::vector<NamedScenario> read_robots(IniFile& ini,
+                                       const std::function<std::unique_ptr<IniFile>()>& fresh);
 
 }  // namespace hybrid

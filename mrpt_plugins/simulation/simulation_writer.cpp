@@ -21,7 +21,7 @@
 namespace hybrid {
 namespace {
 
-/// 2026-01-01 00:00 UTC: a fixed time, so that the same seed gives the same bytes.
+/// 2026-01-01 00:00 UTC: fixed, so that results are reproducible byte by byte.
 constexpr double kStartTime = 1767225600.0;
 constexpr const char* kSensorLabel = "DETECTOR";
 constexpr int kCompression = 9;
@@ -31,8 +31,8 @@ mrpt::system::TTimeStamp stamp(const Scenario& scenario, std::size_t frame) {
 }
 
 std::int32_t reported_id(const SimulatedDetection& d, const Scenario& scenario) {
-  return scenario.sensor.known_ids ? static_cast<std::int32_t>(d.true_id)
-                                   : mrpt::obs::INVALID_LANDMARK_ID;
+  if (!scenario.sensor.known_ids) return mrpt::obs::INVALID_LANDMARK_ID;
+  return d.robot != mrpt::obs::INVALID_LANDMARK_ID ? d.robot : static_cast<std::int32_t>(d.true_id);
 }
 
 mrpt::obs::CObservation::Ptr classed_observation(const SimulatedFrame& frame,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/simulation/random.h"
@@ -44,7 +45,7 @@ std::vector<SimulatedLandmark> place_landmarks(const Scenario::World& world, Ran
   return landmarks;
 }
 
-/// Whether the wheels spin, and how much of what they measure is then motion.
+/// Whether the wheels slip, and which share of the measured motion is real.
 struct SlipState {
   bool on = false;
   double share = 1;
@@ -58,7 +59,7 @@ struct SlipState {
   }
 };
 
-/// What wheels without noise measure of a motion; in the plane they may err on and on.
+/// The motion as measured by wheels without noise; in 2-D with their systematic errors.
 mrpt::poses::CPose3D by_wheels(mrpt::poses::CPose3D motion, const Scenario& scenario,
                                const SlipState& slip) {
   const auto& o = scenario.odometry;
@@ -98,31 +99,53 @@ bool in_view(double range, double yaw, double pitch, const Scenario& scenario) {
          (!scenario.is_3d || std::abs(pitch) <= s.fov_pitch / 2);
 }
 
-std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
+/// Where another robot is, between two of its poses; nothing where its path has ended.
+std::optional<mrpt::math::TPoint3D> place_of(const Scenario::Other& other, double time) {
+  const double at = time / other.period;
+  const auto i = static_cast<std::size_t>(at);
+  if (i >= other.path.size() || (i + 1 == other.path.size() && at > static_cast<double>(i))) {
+    return std::nullopt;
+  }
+  const auto a = other.path[i].translation();
+  if (i + 1 == other.path.size()) return a;
+  return a + (other.path[i + 1].translation() - a) * (at - static_cast<double>(i));
+}
+
+std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor, double time,
                                        const std::vector<SimulatedLandmark>& landmarks,
                                        const Scenario& scenario, Random& random) {
   const auto& s = scenario.sensor;
   std::vector<SimulatedDetection> detections;
-  for (const SimulatedLandmark& landmark : landmarks) {
-    const auto& p = landmark.position;
+  const auto see = [&](const mrpt::math::TPoint3D& p, const std::vector<double>& reported) {
     double range = 0, yaw = 0, pitch = 0;
-    T_map_sensor.sphericalCoordinates({p[0], p[1], p[2]}, range, yaw, pitch);
-    if (!in_view(range, yaw, pitch, scenario)) continue;
-    if (random.uniform() >= s.detection_probability) continue;
+    T_map_sensor.sphericalCoordinates(p, range, yaw, pitch);
+    if (!in_view(range, yaw, pitch, scenario)) return false;
+    if (random.uniform() >= s.detection_probability) return false;
     SimulatedDetection d;
     d.range = std::max(1e-3, range + random.normal(s.sigma_range));
     d.yaw = yaw + random.normal(s.sigma_yaw);
     d.pitch = scenario.is_3d ? pitch + random.normal(s.sigma_pitch) : 0;
-    d.true_id = landmark.id;
-    d.reported_class = random.index(s.confusion[landmark.class_index]);
+    d.reported_class = random.index(reported);
     detections.push_back(d);
+    return true;
+  };
+  const std::vector<double> any(s.confusion.size(), 1.0);
+  for (const SimulatedLandmark& landmark : landmarks) {
+    const auto& p = landmark.position;
+    if (see({p[0], p[1], p[2]}, s.confusion[landmark.class_index])) {
+      detections.back().true_id = landmark.id;
+    }
+  }
+  for (const Scenario::Other& other : scenario.others) {
+    const auto place = place_of(other, time);
+    if (place && see(*place, any)) detections.back().robot = other.id;
   }
   for (int i = random.poisson(s.spurious_per_frame); i > 0; --i) {
     SimulatedDetection d;
     d.range = random.uniform(s.min_range, s.max_range);
     d.yaw = random.uniform(-s.fov_yaw / 2, s.fov_yaw / 2);
     d.pitch = scenario.is_3d ? random.uniform(-s.fov_pitch / 2, s.fov_pitch / 2) : 0;
-    d.reported_class = random.index(std::vector<double>(s.confusion.size(), 1.0));
+    d.reported_class = random.index(any);
     detections.push_back(d);
   }
   for (SimulatedDetection& d : detections) {
@@ -130,7 +153,7 @@ std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
     d.yaw = quantised(d.yaw);
     d.pitch = quantised(d.pitch);
   }
-  // An order that does not tell which landmark is which.
+  // An order without information about the landmarks.
   std::stable_sort(detections.begin(), detections.end(),
                    [](const auto& a, const auto& b) { return a.yaw < b.yaw; });
   return detections;
@@ -141,7 +164,12 @@ std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
 Simulation simulate(const Scenario& scenario) {
   Random random(scenario.seed);
   Simulation simulation;
-  simulation.landmarks = place_landmarks(scenario.world, random);
+  if (scenario.world_seed == scenario.seed) {
+    simulation.landmarks = place_landmarks(scenario.world, random);
+  } else {
+    Random places(scenario.world_seed);
+    simulation.landmarks = place_landmarks(scenario.world, places);
+  }
   simulation.path = robot_path(scenario.path, scenario.is_3d);
   SlipState slip;
   for (std::size_t i = 0; i < simulation.path.size(); ++i) {
@@ -152,8 +180,9 @@ Simulation simulate(const Scenario& scenario) {
       frame.motion =
           noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, slip, random);
     }
-    frame.detections =
-        detect(simulation.path[i] + scenario.sensor.pose, simulation.landmarks, scenario, random);
+    frame.detections = detect(simulation.path[i] + scenario.sensor.pose,
+                              static_cast<double>(i) * scenario.path.period, simulation.landmarks,
+                              scenario, random);
     simulation.frames.push_back(std::move(frame));
   }
   return simulation;

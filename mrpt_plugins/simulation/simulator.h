@@ -19,14 +19,15 @@ struct SimulatedLandmark {
 struct SimulatedDetection {
   double range = 0, yaw = 0, pitch = 0;
   std::int64_t true_id = -1;  ///< -1: spurious.
+  std::int32_t robot = -1;    ///< id of the robot that it is, else -1
   std::size_t reported_class = 0;
 };
 
-/// Odometry and detections belonging to one pose of the path; `motion` leads there from the one
-/// before, as (x y z yaw pitch roll) with noise.
+/// Odometry and detections of one pose of the path. `motion` is the noisy motion from the last
+/// pose, (x y z yaw pitch roll).
 struct SimulatedFrame {
   std::array<double, 6> motion{};
-  bool slips = false;                          ///< whether the wheels spun on the way
+  bool slips = false;                          ///< whether the wheels slipped during the motion
   std::vector<SimulatedDetection> detections;  ///< In order of yaw.
 };
 
@@ -39,14 +40,14 @@ struct Simulation {
 /// Draws world, odometry and detections; throws Error if the landmarks do not fit their box.
 Simulation simulate(const Scenario& scenario);
 
-/// The probability of each class given the reported one, all classes being equally likely before:
-/// the reported column of the confusion matrix, normalised.
+/// The probability of each true class given the reported one, with equal priors: the column of the
+/// confusion matrix, normalised.
 std::vector<float> class_scores(const std::vector<std::vector<double>>& confusion,
                                 std::size_t reported_class);
 
-/// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, where
-/// wheels may spin, F_ground_truth_modes.txt, all together or none; returns the paths.
-/// Throws Error naming the file that fails.
+/// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, if wheels
+/// may slip, F_ground_truth_modes.txt; all appear together. Returns the paths. Throws Error naming
+/// the file that fails.
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path);
 

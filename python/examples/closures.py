@@ -19,7 +19,7 @@ graph = hybrid.PoseGraph()
 measure = lambda a, b: truth[a].between(truth[b]) * hybrid.SE2.exp(sigmas * rng.normal(size=3))  # noqa: E731
 for i in range(8 * side):
     graph.add_edge(f"x{i}", f"x{i + 1}", measure(i, i + 1), noise)
-for i in range(0, 4 * side, 2):  # the second round meets the first
+for i in range(0, 4 * side, 2):  # the second round closes loops with the first
     graph.add_edge(f"x{i}", f"x{i + 4 * side}", measure(i, i + 4 * side), noise)
 graph = hybrid.add_false_closures(graph, 0.5, seed=2)
 

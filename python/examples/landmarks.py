@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A robot drives two rounds past trees and cars; its sensor does not say which one it saw."""
+"""A robot drives two rounds past trees and cars; its sensor does not identify them."""
 
 import hybrid
 import numpy as np

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A graph that grows: poses, a landmark whose class a detector tells badly, and a measurement taken back."""
+"""A growing graph: poses, a landmark with an unreliably detected class, and a measurement that is removed again."""
 
 import hybrid
 

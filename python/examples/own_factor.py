@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A factor of one's own: the distance of a robot to a wall, first without derivatives, then with them."""
+"""A user-defined factor: the distance of a robot to a wall, first without derivatives, then with them."""
 
 import hybrid
 import numpy as np

@@ -4,11 +4,11 @@
 
 Graphs of continuous factors, tables and hybrid factors (HybridGraph), solved in batch (alternate) or online
 (IncrementalSmoother), with covariances (ContinuousMarginals), probabilities (posterior) and evidence (log_evidence);
-pose graphs whose closures may be false (select_closures), maps of landmarks from detections that nobody has identified
-(LandmarkMapper2), registration of point clouds (register_clouds), rawlogs (replay, where built with MRPT).
+pose graphs whose closures may be false (select_closures), maps of landmarks from detections without ids
+(LandmarkMapper2), registration of point clouds (register_clouds), rawlogs (replay, if built with MRPT).
 
-Lengths are in metres, angles in radians, arrays are float64. Whoever waits for a solver holds no lock: other threads
-run meanwhile, and must leave the graph alone that is being solved.
+Lengths are in metres, angles in radians, arrays are float64. Solvers release the lock of the interpreter (GIL): other
+threads run meanwhile, and must not use the graph that is being solved.
 """
 
 import importlib.util as _util

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A replay as a function; MRPT is loaded by the first call."""
+"""A replay as a function. The first call loads MRPT."""
 
 import json
 import os
@@ -23,10 +23,10 @@ def replay(
     """Maps a rawlog as hybrid-replay does, and returns the content of summary.json.
 
     config: an INI file; output: the folder of the result, which is replaced as a whole or not at all; rawlog,
-    truth_path, truth_map: instead of those of the INI; settings: values instead of those of the INI, by
-    "section.key"; plugins: libraries to load; progress: called after every keyframe with the share of the log, the
-    numbers of keyframes and landmarks, and the objective. What it raises, and Ctrl-C, end the replay with nothing
-    written. An Error names file, section or key.
+    truth_path, truth_map: override those of the INI; settings: override values of the INI, by "section.key"; plugins:
+    libraries to load; progress: called after every keyframe with the share of the log, the numbers of keyframes and
+    landmarks, and the objective. If it raises an exception, or on Ctrl-C, the replay ends and nothing is written. An
+    Error names file, section or key.
     """
     from . import _mrpt
 

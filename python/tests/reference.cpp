@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Prints what the library finds for a few problems, with all bits of every number:
-// python/tests/test_bits.py states the same problems in Python and expects the same text.
+// Prints the results of a few problems with all bits of every number. python/tests/test_bits.py
+// states the same problems in Python and expects the same text.
 #include <cmath>
 #include <cstdio>
 
@@ -91,7 +91,7 @@ void online(const World& world) {
   print("joint", smoother.joint_covariance({Key('x', 3), Key('l', 1)}).data(), 25);
 }
 
-/// A ring in space with two closures across it, one of them false.
+/// A 3-D ring with two closures across it, one of them false.
 void robust() {
   PoseGraph graph;
   const Noise noise = Noise::isotropic(6, 0.02);

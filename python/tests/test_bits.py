@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""The problems of reference.cpp, stated in Python: the same numbers to the last bit."""
+"""The problems of reference.cpp, stated in Python: all results are equal bit by bit."""
 
 import os
 import subprocess

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Each room of the library from Python: values in and out, errors, and what solvers find."""
+"""Each room of the library from Python: conversion of values, errors, and results of solvers."""
 
 import copy
 import math

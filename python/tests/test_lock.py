@@ -54,7 +54,7 @@ def held():
 
 @pytest.mark.parametrize("make", [held, register, solve, covariances, update])
 def test_the_lock_is_free_while_the_library_computes(make):
-    """The interpreter takes the lock from no thread here: another runs only where this one gives it up."""
+    """The interpreter never forces a thread to release the lock here: the other runs only if this one releases it."""
     work = make()
     counts, started, stop = [0], threading.Event(), threading.Event()
 
@@ -71,7 +71,7 @@ def test_the_lock_is_free_while_the_library_computes(make):
         other.start()
         started.wait()
         before = counts[0]
-        for _ in range(100):  # a busy machine may leave the other thread waiting for one of them
+        for _ in range(100):  # on a busy machine, the other thread may not run during each of them
             work()
             if counts[0] > before:
                 break

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""The examples run, and so does every block of Python on the page docs/python.md, one after the other."""
+"""Runs the examples, and the Python blocks of docs/python.md one after the other."""
 
 import os
 import pathlib

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A replay as a function does what the program does."""
+"""A replay as a function has the same result as the program."""
 
 import json
 import os

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""The type stubs say what the package holds."""
+"""The type stubs match the package."""
 
 import ast
 import os

@@ -30,7 +30,7 @@ class FastWall(Wall):
 
 
 class Same(h.Factor):
-    """Between as Python would write it, on any group."""
+    """Between written in Python, for any group."""
 
     def __init__(self, a, b, measured, noise):
         super().__init__([a, b], [type(measured)] * 2, noise)
@@ -207,7 +207,7 @@ def test_it_may_be_a_component_of_a_mixture():
 
 
 def test_a_factor_is_called_from_another_thread_of_python():
-    """A solver that a thread of Python runs, while the main thread waits for it."""
+    """A Python thread runs a solver while the main thread waits for it."""
     found = []
     other = threading.Thread(target=lambda: found.append(solve(Wall("x0", 4.0)).values["x0"].x))
     other.start()

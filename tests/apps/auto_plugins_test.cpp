@@ -89,11 +89,12 @@ TEST_F(AutoPlugins, AWrongPluginIsToldWhichOneFits) {
 }
 
 TEST_F(AutoPlugins, APluginOfTheUserGoesFirst) {
-  const auto summary = summary_of(kMrptLogs + "kf-slam_demo.rawlog -p " HYBRID_EXAMPLE_PLUGIN);
+  const auto summary =
+      summary_of("-p " HYBRID_EXAMPLE_PLUGIN " " + kMrptLogs + "kf-slam_demo.rawlog");
   EXPECT_EQ(summary["chosen_plugins"], Names{"RobustBearingRange"});
   const auto scans =
       summary_of(kMrptLogs + "uwb_ro-localization_demo.rawlog -p " HYBRID_EXAMPLE_PLUGIN);
-  EXPECT_EQ(scans["chosen_plugins"], (Names{"BeaconRanges", "ScanCounter"}));
+  EXPECT_EQ(scans["chosen_plugins"], (Names{"BeaconRanges", "ScanCounter", "WallCompass"}));
   EXPECT_GT(scans["plugins"]["rays"], 0);
 }
 

@@ -107,6 +107,20 @@ TEST_F(ReplayTest, MissingOrMalformedTruthFails) {
   expect_failure(demo + " --truth-path " + write("short.txt", "0 0 0 0 0 0\n"), "short.txt");
 }
 
+TEST_F(ReplayTest, ATruthOfAnotherLogWhoseTimesFitIsTold) {
+  const std::string told = "is it the truth of another log?";
+  const auto warnings = [&](const std::string& arguments) {
+    return summary_of(arguments)["warnings"].dump();
+  };
+  const std::string other = "/usr/share/mrpt/datasets/kf-slam_6D_demo_ground_truth_robot_path.txt";
+  EXPECT_NE(warnings(kDemoLog + " --truth-path " + other).find(told), std::string::npos);
+  for (const char* own : {"kf_slam_demo.ini", "kf_slam_6d_demo.ini", "classed_demo.ini",
+                          "classed_demo_3d.ini", "slip_demo.ini", "ro_slam_demo.ini"}) {
+    const std::string text = warnings("-c " + config(own));
+    EXPECT_EQ(text.find(told), std::string::npos) << own << text;
+  }
+}
+
 TEST_F(ReplayTest, TruncatedLogGivesAPartialMap) {
   const std::string whole = read_file(kDemoLog);
   const std::string cut = write("cut.rawlog", whole.substr(0, whole.size() / 2));

@@ -4,6 +4,7 @@
 #include <set>
 #include <sstream>
 
+#include "libhybrid/io/read_graph.h"
 #include "tests/apps/replay_runner.h"
 
 namespace hybrid {
@@ -260,6 +261,21 @@ TEST_F(ReplayTest, APluginGetsTheClassesOfObservationsThatItAsksFor) {
   };
   EXPECT_EQ(rays("yes"), 37 * 361);
   EXPECT_EQ(rays("no"), 0);
+}
+
+TEST_F(ReplayTest, APluginMayHaveAVariableOfItsOwn) {
+  const std::string arguments = "-p " HYBRID_EXAMPLE_PLUGIN
+                                " --set plugins.classes=WallCompass --rawlog "
+                                "/usr/share/mrpt/datasets/localization_demo.rawlog --set "
+                                "solver.mode=";
+  for (const char* mode : {"incremental", "batch", "fixed_lag", "filter"}) {
+    const auto summary = summary_of(arguments + mode, 2);  // no landmarks
+    EXPECT_EQ(summary["status"], "empty") << mode;
+    EXPECT_EQ(summary["dropped"].size(), 1U) << summary["dropped"];  // unclear scans: none refused
+    EXPECT_EQ(read_graph(at("out/graph.g2o")).values.size(), 37U) << mode;
+    const std::string warning = summary["warnings"][0];
+    EXPECT_NE(warning.find("wall direction"), std::string::npos) << warning;
+  }
 }
 
 TEST_F(ReplayTest, WhatCannotBecomePartOfTheMapIsLeftOutAndTold) {

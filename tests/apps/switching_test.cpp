@@ -60,7 +60,7 @@ std::string turning_table(int n) {
 
 TEST_F(SwitchingApp, LabelsASeriesAndWritesEverything) {
   const std::string table = write("table.txt", turning_table(400));
-  ASSERT_EQ(run(table + " --names left,right"), 0) << text;
+  ASSERT_EQ(run("--angle-columns 5 --names left,right " + table), 0) << text;
   EXPECT_GE(summary()["accuracy"].get<double>(), 0.97);
   for (const char* name : {"labels.csv", "modes.png", "path.png"}) {
     EXPECT_GT(fs::file_size(folder / "out" / name), 1000U) << name;

@@ -44,7 +44,8 @@ FLOORS = {
     ],
     "mrpt_plugins": [
         {"observations"},
-        {"rawlog", "bridge", "drawing"},
+        {"bridge", "drawing"},
+        {"rawlog"},
         {"input"},
         {"mapping"},
         {"plugins", "evaluation"},

@@ -32,15 +32,15 @@ inline ContinuousFactorPtr between(int i, int j, const SE2& z, double sigma) {
   return std::make_shared<BetweenSE2>(pose(i), pose(j), z, Noise::isotropic(3, sigma));
 }
 
-/// A robot that drives in circles and slips now and then, with landmarks of a class, closures that
-/// may be false, and things taken out again. Everything that a smoother can be asked to do.
+/// A robot that drives in circles and sometimes slips, with landmarks of a class, closures that may
+/// be false, and removals: every kind of change that a smoother accepts.
 class ChangingWorld {
  public:
   explicit ChangingWorld(int seed) : random_(seed) {}
 
   void seed(int seed) { random_ = Random(seed); }
 
-  /// Asks the smoother for one more change; what it did is known by its report.
+  /// Applies one more change to the smoother and returns its report.
   UpdateReport step(IncrementalSmoother& smoother) {
     Delta delta;
     const int k = next_;
@@ -108,7 +108,7 @@ class ChangingWorld {
   std::vector<Handle> removable_;
 };
 
-/// All that can be asked of a smoother, as numbers.
+/// The whole state of a smoother as numbers.
 inline std::vector<double> state(const IncrementalSmoother& smoother) {
   std::vector<double> all = {smoother.objective(), smoother.constant(), smoother.cost(),
                              smoother.tree().log_determinant(),

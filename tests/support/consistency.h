@@ -9,8 +9,8 @@
 
 namespace hybrid::testing {
 
-/// The error of an estimated pose. NEES is the normalised estimation error squared for each degree
-/// of freedom: 1 on average where the covariance is right, more where it is too small.
+/// The error of an estimated pose. NEES is the normalised estimation error squared per degree of
+/// freedom: 1 on average if the covariance is right, larger if it is too small.
 struct PoseError {
   double nees = 0.0, heading_nees = 0.0;
   double distance = 0.0;  ///< [m]
@@ -29,8 +29,8 @@ PoseError pose_error(const Pose& estimate, const Pose& truth, const Eigen::Matri
           turn.norm()};
 }
 
-/// Walks some steps with a smoother and calls visit(step, smoother, error of the newest pose) after
-/// each.
+/// Runs a walk with a smoother and calls visit(step, smoother, error of the newest pose) after each
+/// step.
 template <class Pose, class Visit>
 void walk(const WindowOptions& window, const WalkOptions& options, int steps, std::uint64_t seed,
           const Visit& visit) {

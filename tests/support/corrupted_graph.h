@@ -16,12 +16,12 @@ namespace hybrid::testing {
 struct CorruptedGraph {
   RobustProblem problem;
   std::vector<bool> truth;  ///< by closure: whether it is true
-  Values poses;             ///< as they are
+  Values poses;             ///< true poses
 };
 
 /// A robot that drives `laps` laps of twelve poses around a circle of radius 5 m, with odometry of
-/// 1 cm and 0.3 degrees (twice that in space), recognises each pose of the lap before, and believes
-/// it recognises `lies` others.
+/// 1 cm and 0.3 degrees (twice that in 3-D), a true closure to each pose of the previous lap, and
+/// `lies` false closures.
 template <class Group>
 CorruptedGraph drive_laps(int laps, int lies, unsigned seed) {
   constexpr int kLap = 12;
@@ -67,7 +67,7 @@ CorruptedGraph drive_laps(int laps, int lies, unsigned seed) {
   return g;
 }
 
-/// The largest distance between a pose and the true one (m); both start at the same pose.
+/// The largest distance between an estimated and a true pose (m); both start at the same pose.
 template <class Group>
 double largest_error(const Values& values, const Values& truth) {
   double largest = 0.0;

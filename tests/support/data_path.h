@@ -7,8 +7,8 @@
 
 namespace hybrid::testing {
 
-/// Where a public data set is, or would be: in $HYBRID_DATA_DIR, or else in the folder that was
-/// configured.
+/// The path of a public data set, which may be missing: in $HYBRID_DATA_DIR, or else in the
+/// configured folder.
 inline std::string data_path(const std::string& name) {
   const char* environment = std::getenv("HYBRID_DATA_DIR");
   return std::string(environment != nullptr ? environment : HYBRID_DATA_DIR) + "/" + name;

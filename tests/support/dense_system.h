@@ -12,8 +12,8 @@
 
 namespace hybrid::testing {
 
-/// All residuals that are in force at an estimate, and their Jacobian, variables in order of their
-/// slots.
+/// The residuals of all active factors at an estimate, and their Jacobian, with variables in the
+/// order of their slots.
 struct DenseSystem {
   Eigen::VectorXd r;
   Eigen::MatrixXd J;
@@ -33,8 +33,8 @@ struct DenseSystem {
     });
   }
 
-  /// What a Gauss-Newton step promises to lower the cost by: half the squared norm of what the
-  /// columns of J explain of r. Zero at a stationary point, whatever the frames and the units.
+  /// Predicted decrease of the cost by a Gauss-Newton step: half the squared norm of the projection
+  /// of r onto the columns of J. Zero at a stationary point, independent of frames and units.
   double promise() const {
     Eigen::VectorXd scale = J.colwise().norm();
     for (double& x : scale) x = x > 0.0 ? 1.0 / x : 0.0;

@@ -20,12 +20,12 @@ struct Dense {
   std::map<int, int> first;  // row by variable
 };
 
-/// A tree and the dense system that it should hold.
+/// A Bayes tree and the dense system that it represents.
 class Pair {
  public:
   explicit Pair(std::uint64_t seed) : random_(seed) {}
 
-  /// A random change of everything that can change. Not yet eliminated.
+  /// A random change of variables and factors, not yet eliminated.
   void change() {
     next_dims_ = dims_;
     next_factors_ = factors_;
@@ -34,7 +34,7 @@ class Pair {
     const int more = random_.below(4);
     for (int k = 0; k < more && !next_dims_.empty(); ++k) add_factor({any(), any()});
     if (random_.below(3) == 0 && !factors_.empty()) remove_factor(random_factor());
-    for (int k = 0; k < 2; ++k) {  // perhaps the same one twice
+    for (int k = 0; k < 2; ++k) {  // may pick the same one twice
       if (random_.below(2) != 0 || factors_.empty()) continue;
       const int f = random_factor();
       if (next_factors_.count(f) != 0) fill(f);
@@ -46,7 +46,7 @@ class Pair {
       if (next_dims_.count(v) != 0) tree_.reset_delta(v);
     }
     if (random_.below(12) == 0) add_variable(false);
-    if (random_.below(12) == 0) {  // perhaps nothing holds it any more
+    if (random_.below(12) == 0) {  // may leave variables without a factor
       const auto held = next_factors_;
       for (const auto& [f, factor] : held) {
         if (factors_.count(f) != 0 && factor.variables.back() % 5 == 1) remove_factor(f);
@@ -67,7 +67,7 @@ class Pair {
     return report;
   }
 
-  /// Goes back to where `committed` was copied, random numbers apart.
+  /// Restores the state copied in `committed`, except for the random numbers.
   void roll_back(const Pair& committed) {
     tree_.roll_back();
     dims_ = next_dims_ = committed.dims_;
@@ -103,7 +103,7 @@ class Pair {
     return d;
   }
 
-  /// All that the tree says about its steps, factors, cliques and covariances.
+  /// The whole state of the tree as numbers: steps, factors, cliques and covariances.
   std::vector<double> state() const {
     std::vector<double> all = {static_cast<double>(tree_.factor_size()),
                                static_cast<double>(tree_.clique_count()), tree_.log_determinant()};
@@ -175,7 +175,7 @@ class Pair {
   int old_variable() { return std::next(dims_.begin(), random_.below(dims_.size()))->first; }
   int random_factor() { return std::next(factors_.begin(), random_.below(factors_.size()))->first; }
 
-  /// Mostly with a factor that ties it to another variable, or with a prior.
+  /// Adds a variable, mostly with a factor to another variable or a prior.
   void add_variable(bool held = true) {
     int v = 0;
     while (next_dims_.count(v) != 0 || dims_.count(v) != 0 || gone_.count(v) != 0) ++v;

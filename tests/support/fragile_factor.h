@@ -12,7 +12,7 @@
 
 namespace hybrid::testing {
 
-/// Counts down the uses of fragile factors, from any thread; the use at which it comes to zero
+/// Counts down the evaluations of fragile factors, from any thread; the one that reaches zero
 /// throws.
 class Fuse {
  public:
@@ -29,7 +29,7 @@ class Fuse {
   std::atomic<int> left_{0};
 };
 
-/// Another factor, which throws when the fuse has burnt down.
+/// A wrapper of a factor that throws when the count of the fuse reaches zero.
 class FragileFactor : public ContinuousFactor {
  public:
   FragileFactor(ContinuousFactorPtr factor, std::shared_ptr<Fuse> fuse)

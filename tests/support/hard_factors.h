@@ -10,7 +10,7 @@
 
 namespace hybrid::testing {
 
-/// Rosenbrock's curved valley as a residual, minimum zero at (1, 1): Gauss-Newton steps overshoot.
+/// Rosenbrock's valley as a residual, with minimum zero at (1, 1): Gauss-Newton steps overshoot.
 class Valley : public FactorOf<2, Eigen::Vector2d> {
  public:
   explicit Valley(Key key, double steep = 10.0) : FactorOf({key}, Noise::unit(2)), steep_(steep) {}
@@ -24,7 +24,7 @@ class Valley : public FactorOf<2, Eigen::Vector2d> {
   double steep_;
 };
 
-/// A factor whose Jacobian points the wrong way, as a mistake of its author.
+/// A factor with a Jacobian of the wrong sign, as by a mistake of its author.
 class WrongJacobian : public FactorOf<1, Eigen::Vector2d> {
  public:
   explicit WrongJacobian(Key key) : FactorOf({key}, Noise::unit(1)) {}
@@ -35,7 +35,7 @@ class WrongJacobian : public FactorOf<1, Eigen::Vector2d> {
   }
 };
 
-/// A motion whose residual is not a number, whatever the poses are.
+/// A motion whose residual is always NaN.
 class UndefinedMotion : public FactorOf<3, SE2, SE2> {
  public:
   UndefinedMotion(Key a, Key b) : FactorOf({a, b}, Noise::unit(3)) {}

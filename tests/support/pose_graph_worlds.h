@@ -12,8 +12,8 @@
 
 namespace hybrid::worlds {
 
-/// A pose graph made of a known trajectory. `graph.values` is empty: what a file holds is up to the
-/// test.
+/// A pose graph made from a known trajectory. `graph.values` is empty: tests set it as a file
+/// might.
 struct World {
   PoseGraph graph;
   Values truth;
@@ -25,7 +25,7 @@ inline HybridGraph graph_of(const std::vector<ContinuousFactorPtr>& factors) {
   return graph;
 }
 
-/// Standard deviations of the two parts of a relative pose.
+/// Standard deviations of a relative pose.
 struct Sigmas {
   double translation = 0.1;  // [m]
   double rotation = 0.1;     // [rad]
@@ -46,7 +46,7 @@ class Measurer {
     for (std::size_t i = 0; i < truth.size(); ++i) world_.truth.insert(Key('x', i), truth[i]);
   }
 
-  /// z = a^-1 b Exp(e) with e of the noise stated.
+  /// z = a^-1 b Exp(e), with e drawn from the stated noise.
   void edge(std::size_t a, std::size_t b, const Sigmas& sigmas) {
     constexpr int kPoint = Pose::Point::RowsAtCompileTime;
     Eigen::VectorXd sigma(Pose::kDim);
@@ -68,7 +68,7 @@ class Measurer {
   std::mt19937_64 random_;
 };
 
-/// A pose at p that looks along `ahead`, with `up` as near to z as it can be.
+/// A pose at p with its x axis along `ahead`, and its z axis as near to `up` as possible.
 inline SE3 looking(const Eigen::Vector3d& p, const Eigen::Vector3d& ahead,
                    const Eigen::Vector3d& up) {
   const Eigen::Vector3d x = ahead.normalized();
@@ -78,7 +78,7 @@ inline SE3 looking(const Eigen::Vector3d& p, const Eigen::Vector3d& ahead,
   return {p, Eigen::Quaterniond(R)};
 }
 
-/// Odometry along the trajectory, and closures to what lies `stride` poses back.
+/// Odometry along the trajectory, and closures to the pose `stride` poses back.
 inline World wound(const std::vector<SE3>& truth, std::size_t stride, const Sigmas& sigmas,
                    unsigned seed) {
   Measurer<SE3> measure(truth, seed);
@@ -89,7 +89,7 @@ inline World wound(const std::vector<SE3>& truth, std::size_t stride, const Sigm
   return measure.take();
 }
 
-/// Rounds about a sphere from pole to pole, each closed with the one before.
+/// Rounds on a sphere from pole to pole, each with closures to the previous one.
 inline World sphere(int rounds, int per_round, const Sigmas& sigmas, unsigned seed) {
   std::vector<SE3> truth;
   for (int i = 0; i < rounds * per_round; ++i) {
@@ -101,7 +101,7 @@ inline World sphere(int rounds, int per_round, const Sigmas& sigmas, unsigned se
   return wound(truth, per_round, sigmas, seed);
 }
 
-/// Rounds about the tube of a torus.
+/// Rounds on the tube of a torus.
 inline World torus(int rounds, int per_round, const Sigmas& sigmas, unsigned seed) {
   std::vector<SE3> truth;
   for (int i = 0; i < rounds * per_round; ++i) {
@@ -115,7 +115,8 @@ inline World torus(int rounds, int per_round, const Sigmas& sigmas, unsigned see
   return wound(truth, per_round, sigmas, seed);
 }
 
-/// A lattice of n x n x n places, visited to and fro, with the share of its other edges.
+/// A lattice of n x n x n places, traversed to and fro, with a share of its other edges as
+/// closures.
 inline World grid3(int n, double share, const Sigmas& sigmas, unsigned seed) {
   std::vector<SE3> truth;
   std::vector<Eigen::Vector3i> places;
@@ -147,8 +148,8 @@ inline World grid3(int n, double share, const Sigmas& sigmas, unsigned seed) {
   return measure.take();
 }
 
-/// Streets of a town, driven at random for some poses, with the share of the closures where the
-/// robot is again.
+/// Random driving through the streets of a town, with a share of the closures between poses at the
+/// same place.
 inline World town(int poses, int size, double share, const Sigmas& sigmas, unsigned seed) {
   std::mt19937_64 random(seed + 1);
   std::vector<SE2> truth{SE2()};
@@ -189,8 +190,7 @@ inline World building(int rounds, int side, const Sigmas& odometry, const Sigmas
   return measure.take();
 }
 
-/// Gives the graph poses as a file might hold them that has nothing to do with it: the true ones in
-/// a random order.
+/// Sets initial poses unrelated to the graph: the true ones in a random order.
 inline void scramble(World& world, unsigned seed) {
   std::vector<Key> keys = world.truth.keys();
   std::vector<Key> others = keys;

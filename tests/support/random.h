@@ -16,8 +16,8 @@ class Random {
  public:
   explicit Random(std::uint64_t seed = 1) : engine_(seed) {}
 
-  /// Uniform in [low, high); the standard distributions differ between libraries, the engine does
-  /// not.
+  /// Uniform in [low, high). The standard defines the engine, but its distributions differ between
+  /// libraries.
   double uniform(double low = 0.0, double high = 1.0) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
   }

@@ -13,7 +13,7 @@
 
 namespace hybrid {
 
-/// An empty folder of its own for each test, removed at its end.
+/// A fixture with an empty folder, removed at the end of the test.
 class ScratchFolder : public ::testing::Test {
  protected:
   ScratchFolder() { std::filesystem::create_directories(folder); }

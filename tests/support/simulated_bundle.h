@@ -11,8 +11,8 @@
 
 namespace hybrid::testing {
 
-/// A simulated bundle adjustment: cameras c0, c1, ... with the one calibration k0 see points p0,
-/// p1, ... Frame and scale are fixed by priors on the first two cameras.
+/// A simulated bundle adjustment: cameras c0, c1, ... with one calibration k0 see points p0, p1,
+/// ... Priors on the first two cameras fix frame and scale.
 struct SimulatedBundle {
   HybridGraph graph;
   Estimate initial;
@@ -24,14 +24,14 @@ struct BundleOptions {
   int cameras = 20;
   int points = 300;
   double pixel_noise = 0.5;
-  /// Cameras around the points that look at their centre; else they move sideways before a wall
-  /// that they face squarely, which leaves focal length and distance undetermined together.
+  /// Cameras around the points that look at their centre; else they move sideways along a wall that
+  /// they face, so that focal length and distance are not determined.
   bool around = true;
   Intrinsics intrinsics = (Intrinsics() << 520, 325, 238, -0.12, 0.03).finished();
   Intrinsics start = (Intrinsics() << 600, 320, 240, 0, 0).finished();
 };
 
-/// z axis of the camera toward the target, y axis about downward.
+/// The pose of a camera at `from`: z axis toward the target, y axis roughly downward.
 inline SE3 looking_at(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d z = (to - from).normalized();
   const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();

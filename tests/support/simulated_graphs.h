@@ -44,7 +44,7 @@ inline SE3 step_forward<SE3>(double turn) {
 }
 
 /// A winding path of n poses with odometry, a prior on the first pose, and loops between random
-/// pairs; the start is chained from the noisy odometry.
+/// pairs. The initial values chain the noisy odometry.
 template <class Group, class Factor = Between<Group>>
 SimulatedGraph simulate_loops(int n, int loops, double sigma, unsigned seed) {
   std::mt19937 rng(seed);
@@ -74,8 +74,8 @@ SimulatedGraph simulate_loops(int n, int loops, double sigma, unsigned seed) {
   return s;
 }
 
-/// The same with loops that are outlier mixtures with switches d0, d1, ...; a share of them is
-/// wild. Discrete factors couple some switches.
+/// The same with loops that are outlier mixtures with switches d0, d1, ...; a share `wild` of them
+/// is false. Discrete factors couple switches if `coupled`.
 inline SimulatedGraph simulate_outliers(int n, int loops, double wild, bool coupled,
                                         unsigned seed) {
   SimulatedGraph s = simulate_loops<SE2, BetweenSE2>(n, 0, 0.05, seed);
@@ -100,7 +100,7 @@ inline SimulatedGraph simulate_outliers(int n, int loops, double wild, bool coup
   return s;
 }
 
-/// Largest difference between the variables of two sets of values, over tangents.
+/// Largest tangent difference between the variables of two sets of values.
 inline double distance(const Values& a, const Values& b) {
   double largest = 0.0;
   for (Key key : a.keys()) {

@@ -15,10 +15,10 @@
 
 namespace hybrid::testing {
 
-/// What a robot measures of the landmarks within its reach.
+/// Measurements of the landmarks within range.
 enum class Sensor {
   kBearingRange,
-  kRange  ///< ranges; of a landmark never seen before a rough bearing with the first one
+  kRange  ///< ranges; the first sighting of a landmark has a rough bearing too
 };
 
 struct WalkOptions {
@@ -26,11 +26,11 @@ struct WalkOptions {
   Sensor sensor = Sensor::kBearingRange;
   int landmarks = 25;
   double spread = 8.0;  ///< standard deviation of the landmarks' coordinates [m]
-  double reach = 5.0;   ///< of the sensor [m]
+  double reach = 5.0;   ///< range of the sensor [m]
 };
 
-/// A robot that circles among landmarks, about once in 63 steps, known apart: one change of the
-/// graph for each step.
+/// A robot that circles among identified landmarks, about once in 63 steps: one change of the graph
+/// per step.
 template <class Pose>
 class SimulatedWalk {
  public:
@@ -46,7 +46,7 @@ class SimulatedWalk {
   static Key pose(int i) { return {'x', static_cast<std::uint64_t>(i)}; }
   static Key landmark(std::size_t i) { return {'l', i}; }
 
-  /// The next pose, initialised from the estimate of the one before it, and what is seen there.
+  /// The next pose, initialised from the estimate of the last one, with its measurements.
   Delta step(const Values& estimate) {
     Delta delta;
     Pose start;

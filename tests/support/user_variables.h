@@ -11,8 +11,8 @@
 
 namespace hybrid::testing {
 
-/// A similarity p -> s R p + t as a user would make it a variable: steps move the rigid part as
-/// SE3 does, and scale s by exp.
+/// A similarity p -> s R p + t as a user-defined variable. Steps move the rigid part as in SE3, and
+/// the scale s by exp.
 struct Sim3 {
   static constexpr const char* kName = "Sim3";
   static constexpr int kDim = 7;
@@ -41,7 +41,7 @@ struct Sim3 {
   }
 };
 
-/// A direction: a unit vector of space. Steps go along great circles.
+/// A direction: a unit vector in 3-D. Steps follow great circles.
 struct S2 {
   static constexpr const char* kName = "S2";
   static constexpr int kDim = 2;
@@ -52,7 +52,7 @@ struct S2 {
 
   static S2 load(const double* x) { return {Eigen::Vector3d(x[0], x[1], x[2]).normalized()}; }
   void store(double* x) const { Eigen::Map<Eigen::Vector3d>{x} = v; }
-  /// Two directions at right angles to v, a smooth function of it nearly everywhere.
+  /// Two unit vectors orthogonal to v and to each other, a smooth function of v almost everywhere.
   Eigen::Matrix<double, 3, 2> basis() const {
     const Eigen::Matrix3d R =
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), v).toRotationMatrix();

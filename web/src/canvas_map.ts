@@ -7,11 +7,15 @@ import { zoom, zoomIdentity, ZoomTransform } from 'd3-zoom';
 import { el } from './dom';
 import { themed } from './palette';
 
+/** A picture of the map and of what surrounds it, so that panning need not draw anew. */
+interface Layer { picture: HTMLCanvasElement; transform: ZoomTransform }
+
 /** World coordinates (y up) on a canvas: pan, zoom, a scale bar; what is drawn is up to others. */
 export class CanvasMap {
   readonly root = el('div', { class: 'map' });
   readonly canvas = el('canvas', { tabindex: 0, role: 'img' });
-  readonly context: CanvasRenderingContext2D;
+  /** What `draw` draws on: the canvas, or the layer. */
+  context: CanvasRenderingContext2D;
   draw: () => void = () => {};
   press: (x: number, y: number) => void = () => {};
   hover: (x: number, y: number) => void = () => {};
@@ -22,14 +26,17 @@ export class CanvasMap {
   private box = [0, 0, 1, 1];
   private behavior = zoom<HTMLCanvasElement, unknown>().scaleExtent([0.2, 2000]);
   private asked = false;
+  private layer: Layer | null = null;  // where what is drawn has not changed since
+  private margin = 0;                  // about the canvas, of what is being drawn [pixels]
 
   constructor(label: string) {
     this.canvas.setAttribute('aria-label', label);
     this.context = this.canvas.getContext('2d')!;
     this.root.append(this.canvas);
     this.behavior.on('zoom', event => {
+      const pans = event.transform.k === this.transform.k;
       this.transform = event.transform;
-      this.redraw();
+      this.request(pans);
     });
     select(this.canvas).call(this.behavior).on('dblclick.zoom', null);
     this.canvas.addEventListener('dblclick', () => this.fit());
@@ -91,21 +98,58 @@ export class CanvasMap {
     ];
   }
   inside(x: number, y: number, margin = 20) {
-    return x > -margin && y > -margin && x < this.width + margin && y < this.height + margin;
+    const m = margin + this.margin;
+    return x > -m && y > -m && x < this.width + m && y < this.height + m;
   }
 
-  redraw() {
+  /** What is drawn has changed. */
+  redraw() { this.request(false); }
+
+  private request(pans: boolean) {
+    this.pans = pans && (this.pans || !this.asked);
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;
-      if (this.width === 0) return;
-      const ratio = this.canvas.width / this.width;
-      this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
-      this.context.clearRect(0, 0, this.width, this.height);
-      this.draw();
-      this.drawScaleBar();
+      if (this.width > 0) this.paint(this.pans);
     });
+  }
+  private pans = false;  // no more than that has happened since the last frame
+
+  private paint(pans: boolean) {
+    const ratio = this.canvas.width / this.width;
+    if (!pans) this.layer = null;
+    else if (!this.layer || !this.covers(this.layer)) this.layer = this.drawLayer(ratio);
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.context.clearRect(0, 0, this.width, this.height);
+    if (this.layer) {
+      const { picture, transform } = this.layer, m = this.reach();
+      const whole = (v: number) => Math.round(v * ratio);  // in between it would be blurred
+      this.context.setTransform(1, 0, 0, 1, 0, 0);
+      this.context.drawImage(picture, whole(this.transform.x - transform.x - m), whole(this.transform.y - transform.y - m));
+      this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    } else {
+      this.draw();
+    }
+    this.drawScaleBar();
+  }
+  /** How far beyond the canvas a layer reaches. */
+  private reach() { return Math.round(0.4 * Math.min(this.width, this.height)); }
+  private covers({ transform }: Layer) {
+    const m = this.reach();
+    return Math.abs(this.transform.x - transform.x) <= m && Math.abs(this.transform.y - transform.y) <= m;
+  }
+  private drawLayer(ratio: number): Layer {
+    const m = this.reach(), screen = this.context, picture = el('canvas', {});
+    picture.width = Math.round((this.width + 2 * m) * ratio);
+    picture.height = Math.round((this.height + 2 * m) * ratio);
+    this.context = picture.getContext('2d')!;
+    this.context.setTransform(ratio, 0, 0, ratio, m * ratio, m * ratio);
+    this.margin = m;
+    this.draw();
+    this.margin = 0;
+    this.context = screen;
+    return { picture, transform: this.transform };
   }
 
   /** A line through points; null is a gap. */

@@ -3,6 +3,7 @@
 
 import { MapData } from './data';
 import { el, facts, percent, show } from './dom';
+import { chiSquareShares, histogramPlot } from './histogram';
 import { Plot } from './plots';
 import { State } from './state';
 
@@ -10,11 +11,13 @@ import { State } from './state';
 export class ErrorView {
   readonly root = el('div', { class: 'pane' });
   private plots: Plot[] = [];
+  private overTime: Plot[] = [];
 
   constructor(private data: MapData, private state: State) {
     const { t, estimate, aligned, reckoned } = data.errors, truth = data.summary.truth;
     if (!truth) {
       this.root.append(el('p', { class: 'hint' }, 'No truth is known for this log.'));
+      this.addSightings();
       return;
     }
     const rows: [string, string][] = [];
@@ -33,6 +36,7 @@ export class ErrorView {
     if (truth.nees_pose !== undefined) rows.push(['NEES of poses (1 is honest)', show(truth.nees_pose)]);
     if (truth.nees_landmark !== undefined) rows.push(['NEES of landmarks (1 is honest)', show(truth.nees_landmark)]);
     this.root.append(facts(rows));
+    this.addSightings();
     if (!t.length) return;
     const times = data.poses.t;
     const nearest = (time: number) => {
@@ -47,11 +51,26 @@ export class ErrorView {
         { label: 'dead reckoning', values: reckoned, color: 'odometry', dash: [2, 3] }],
           { log, height: 200, press: time => this.state.set({ keyframe: nearest(time) }) });
       this.plots.push(plot);
+      this.overTime.push(plot);
       this.root.append(plot.root);
     }
     state.listen((view, changed) => {
-      if (changed.has('keyframe')) for (const plot of this.plots) plot.mark(this.data.poses.t[view.keyframe]);
+      if (changed.has('keyframe')) for (const plot of this.overTime) plot.mark(this.data.poses.t[view.keyframe]);
     });
+  }
+  /** How far sightings are from where they were expected: honest noise gives the expected shares. */
+  private addSightings() {
+    const { nis, chi } = this.data.sightings, width = 0.5, bins = 24;
+    const some = (values: (number | null)[]) => values.some(v => v !== null);
+    const groups = [{ label: 'when it came (NIS)', color: 'estimate', values: nis },
+      { label: 'at the end (chi-square)', color: 'odometry', values: chi, dash: [3, 3] }].filter(g => some(g.values));
+    if (!groups.length) return;
+    const freedom = this.data.dimension === 3 ? 3 : 2;
+    const plot = histogramPlot('Shares of the sightings by squared sigmas', 'squared sigmas', width, bins, groups,
+        [{ label: `expected (${freedom} numbers each)`, color: 'truth', dash: [6, 3], values: chiSquareShares(freedom, width, bins) }],
+        'The last bin has all beyond. More to the left than expected: noise is stated too large; more to the right: too small.');
+    this.plots.unshift(plot);
+    this.root.append(plot.root);
   }
   restyle() { for (const plot of this.plots) plot.restyle(); }
 }

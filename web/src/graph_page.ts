@@ -6,6 +6,7 @@ import { boxOf, CanvasMap } from './canvas_map';
 import { GraphData } from './data';
 import { el, facts, link, percent, show } from './dom';
 import { isTyping, Tabs, theme } from './frame';
+import { histogramPlot } from './histogram';
 import { OrbitView, spaceSwitch, Strand } from './orbit';
 import { themed } from './palette';
 import { Plot } from './plots';
@@ -137,7 +138,12 @@ export function graphPage(data: GraphData) {
     table.set(rows);
   };
   update();
-  const closurePane = el('div', { class: 'pane' }, el('div', { class: 'bar' }, el('label', {}, 'show ', filter), count), detail, table.root);
+  const groups = [...counts.keys()].map(decision => ({ label: decision, color: colorOf(decision),
+    dash: colorOf(decision) === 'accepted' ? undefined : [4, 3],
+    values: closures.probability.filter((_, e) => closures.decision[e] === decision) })).filter(g => g.values.some(v => v !== null));
+  const histogram = groups.length ? histogramPlot('Closures by the probability that they are right', 'probability', 0.05, 20, groups, [],
+      'Shares of each decision. Where deciding was easy they stand at both ends.') : null;
+  const closurePane = el('div', { class: 'pane' }, el('div', { class: 'bar' }, el('label', {}, 'show ', filter), count), detail, table.root, histogram?.root ?? '');
 
   const plots = [new Plot(data.steps.solver_ms.length ? 'Objective after each pose' : 'Objective after each iteration', data.steps.solver_ms.length ? 'pose' : 'iteration', data.objectives.map((_, i) => i),
       [{ label: 'objective', values: data.objectives, color: 'estimate', points: data.objectives.length < 60 }], { height: 220,
@@ -159,7 +165,7 @@ export function graphPage(data: GraphData) {
   const truth = data.summary.truth?.trajectory;
   const header = el('header', {}, el('h1', {}, data.title || 'Pose graph'), el('span', { class: 'quiet head-line' },
       `${data.summary.method}: ${data.after.x.length} poses, ${closures.i.length} closures` + (truth ? `, path rmse ${show(truth.rmse_m)} m` : '')),
-      theme(() => { map.redraw(); for (const plot of plots) plot.restyle(); orbit?.restyle(); }));
+      theme(() => { map.redraw(); for (const plot of plots) plot.restyle(); histogram?.restyle(); orbit?.restyle(); }));
   document.body.append(el('div', { class: 'page no-time' }, header, stage, tabs.root));
   document.addEventListener('keydown', e => {
     if (isTyping(e) || e.ctrlKey || e.metaKey || e.altKey) return;

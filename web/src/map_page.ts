@@ -7,6 +7,7 @@ import { MapData, Path } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
+import { chiSquareShares, shares } from './histogram';
 import { History } from './history';
 import { LandmarkView } from './landmark_view';
 import { MapView } from './map_view';
@@ -57,7 +58,7 @@ export function mapPage(data: MapData) {
     }
   });
   document.addEventListener('keydown', e => keys(e, data, state, view, timeline, tabs, search));
-  (window as any).report = { data, history, state, view };  // for those who look with the console
+  (window as any).report = { data, history, state, view, histogram: { shares, chiSquareShares } };  // for those who look with the console
 }
 
 function headline(data: MapData): string {

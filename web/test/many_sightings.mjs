@@ -41,12 +41,12 @@ await withPage(file, { viewport: { width: 1400, height: 900 } }, async (page, fa
     const frame = now => {
       times.push(now - before);
       before = now;
-      map.panBy(n % 60 < 30 ? 4 : -4, 2 * Math.sin(n / 9));
+      map.panBy(12 * Math.cos(n / 50), 12 * Math.sin(n / 50));  // a circle of 1200 pixels
       ++n;
       if (now - start < 5000) requestAnimationFrame(frame); else done(times.sort((a, b) => a - b));
     };
     requestAnimationFrame(frame);
   }));
-  console.log(`${count} sightings, ${(packed.length / 1e6).toFixed(1)} MB: open after ${seconds.toFixed(2)} s, a frame of panning takes ${frames[Math.floor(frames.length / 2)].toFixed(0)} ms (median), ${frames[Math.floor(frames.length / 10)].toFixed(0)} ms (first decile)`, ...faults);
+  console.log(`${count} sightings, ${(packed.length / 1e6).toFixed(1)} MB: open after ${seconds.toFixed(2)} s, a frame of panning takes ${frames[Math.floor(frames.length / 2)].toFixed(0)} ms (median), ${frames[Math.floor(0.95 * frames.length)].toFixed(0)} ms (95 %), ${frames[frames.length - 1].toFixed(0)} ms (longest), ${(frames.length / 5).toFixed(0)} frames a second`, ...faults);
 });
 rmSync(folder, { recursive: true });

@@ -88,6 +88,45 @@ await test('drag moves the map, the wheel zooms about the mouse, a double click 
     clean(faults);
   }));
 
+await test('a map that is moved looks as if drawn anew', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const share = await p.evaluate(async () => {
+      const { map } = window.report.view;
+      const frame = () => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+      const copy = Object.assign(document.createElement('canvas'), { width: map.canvas.width, height: map.canvas.height });
+      const pixels = () => {
+        const context = copy.getContext('2d', { willReadFrequently: true });
+        context.clearRect(0, 0, copy.width, copy.height);
+        context.drawImage(map.canvas, 0, 0);
+        return context.getImageData(0, 0, copy.width, copy.height).data;
+      };
+      const shares = [];
+      for (const [dx, dy] of [[37, -21], [-160, 90], [-260, -40], [300, 120]]) {  // the third leaves the layer
+        map.panBy(dx, dy);
+        await frame();
+        const moved = pixels();
+        map.redraw();
+        await frame();
+        map.panBy(1, 0);
+        await frame();
+        map.panBy(-1, 0);
+        await frame();
+        const layer = pixels();
+        map.redraw();
+        await frame();
+        const anew = pixels();
+        for (const other of [moved, layer]) {
+          let differ = 0;
+          for (let i = 0; i < anew.length; ++i) differ += Math.abs(other[i] - anew[i]) > 16;
+          shares.push(differ / anew.length);
+        }
+      }
+      return Math.max(...shares);
+    });
+    assert.ok(share < 1e-3, String(share));
+    clean(faults);
+  }));
+
 await test('the slider shows the estimate as it then was', () =>
   withPage(page(unknown), desktop, async (p, faults) => {
     const count = () => p.evaluate(() => window.report.view.tree.size());
@@ -158,6 +197,21 @@ await test('the objective is told half-step by half-step', () =>
     clean(faults);
   }));
 
+await test('shares of the sightings add up, and are those that honest noise expects', () =>
+  withPage(page(unknown), desktop, async (p, faults) => {
+    await p.click('.tabs button:has-text("Errors")');
+    await p.waitForSelector('#pane-4 figure:has-text("squared sigmas") canvas');
+    const { all, first, expected } = await p.evaluate(() => {
+      const { shares, chiSquareShares } = window.report.histogram, sum = list => list.reduce((a, b) => a + b, 0);
+      const nis = shares(window.report.data.sightings.nis, 0.5, 24), honest = chiSquareShares(2, 0.5, 24);
+      return { all: [sum(nis), sum(honest), sum(chiSquareShares(3, 0.5, 24))], first: nis[0], expected: honest[0] };
+    });
+    for (const sum of all) assert.ok(Math.abs(sum - 1) < 1e-6, String(sum));
+    assert.ok(Math.abs(expected - (1 - Math.exp(-0.25))) < 1e-9);
+    assert.ok(Math.abs(first - expected) < 0.1, `${first} ${expected}`);
+    clean(faults);
+  }));
+
 await test('a map in space turns', () =>
   withPage(page(space), desktop, async (p, faults) => {
     await p.click('#space');
@@ -219,6 +273,7 @@ await test('a pose graph: before, after, closures', async () => {
     assert.ok((await p.textContent('#pane-0 .bar .quiet')).startsWith(`${rejected} of`));
     await p.click('#pane-0 .row');
     assert.match(await p.textContent('#pane-0 .why'), /rejected/);
+    await p.waitForSelector('#pane-0 figure:has-text("probability that they are right") canvas');
     await p.keyboard.press('b');
     assert.equal(await p.textContent('#before'), 'before');
     clean(faults);

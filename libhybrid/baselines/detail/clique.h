@@ -32,13 +32,13 @@ class Adjacency {
 
 struct Clique {
   std::vector<int> vertices;  ///< ascending
-  bool exact = true;          ///< false where the search met its limit: a larger one may exist
+  bool exact = true;          ///< false if the search met its limit: a larger one may exist
   long nodes = 0;             ///< visited by the search
 };
 
-/// The largest set of vertices that are all joined: a greedy one from every vertex of enough
-/// neighbours first, then branch and bound with colours as bound (Tomita and Kameda, 2007) until
-/// it is proven or `max_nodes` are visited. Zero nodes: greedy only.
+/// The largest set of vertices that are all joined: a greedy search from some vertices of largest
+/// degree first, then branch and bound with colours as bound (Tomita and Kameda, 2007) until the
+/// result is proven or `max_nodes` are visited. Zero nodes: greedy only.
 Clique largest_clique(const Adjacency& graph, long max_nodes);
 
 }  // namespace hybrid

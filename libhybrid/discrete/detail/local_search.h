@@ -9,10 +9,10 @@
 namespace hybrid {
 
 /// Lowers the cost of one component by block coordinate descent, from `values` (by variable id, all
-/// given): the variables of an induced forest move together, exactly, while the others stand
-/// still; forests are grown until every variable was in one, and that is a sweep. Stops at the
-/// first sweep without gain. Impossible entries count as a penalty above all finite differences,
-/// so that the search leaves them if it can.
+/// given): the variables of an induced forest are optimised together, exactly, with the others held
+/// fixed. A sweep grows forests until every variable was in one. Stops at the first sweep without
+/// gain. Impossible entries count as a penalty above all finite differences, so that the search
+/// avoids them if it can.
 void local_search(const DiscreteGraph& graph, int component, int max_sweeps,
                   std::vector<int>& values);
 

@@ -8,8 +8,8 @@
 
 namespace hybrid {
 
-/// Costs to be added into, or summed out of, a table of another scope: how far one step along each
-/// variable of that table moves in these costs (0 where they do not depend on it).
+/// Relates a table to a smaller one over some of its variables: the cardinalities of the table's
+/// variables, and for each the step in the smaller table (0 if that does not depend on it).
 struct Strides {
   std::vector<int> dims;
   std::vector<std::size_t> steps;
@@ -20,15 +20,15 @@ class VariableElimination {
  public:
   VariableElimination(const DiscreteGraph& graph, const JunctionForest& forest);
 
-  /// Max-product: replaces `values` (by variable id; -1 where unknown) of all variables in the
-  /// forest by the joint values of least cost. Ties go to the value given, then to the smallest.
+  /// Max-product: replaces `values` (by variable id; -1 for unknown) of all variables in the forest
+  /// by the joint values of least cost. Ties go to the value given, then to the smallest.
   void minimize(std::vector<int>& values);
 
   /// Sum-product, leaves to roots and back: afterwards every clique holds its normalised belief.
   /// Returns log sum exp(-cost); stops at the first impossible clique.
   double calibrate();
 
-  /// For each clique found where no joint value is possible, its variables (ids).
+  /// The variables (ids) of each clique found to have no possible joint value.
   const std::vector<std::vector<int>>& impossible() const { return impossible_; }
 
   /// Probabilities of some variables that share a clique, row-major in the order given. Valid after
@@ -52,17 +52,17 @@ class VariableElimination {
 
   const DiscreteGraph& graph_;
   const JunctionForest& forest_;
-  std::vector<int> first_table_, next_table_;  // lists by position and by table
-  std::vector<int> first_child_, next_child_;  // lists by position
+  std::vector<int> first_table_, next_table_;  // linked lists by position and by table
+  std::vector<int> first_child_, next_child_;  // linked lists by position
   std::vector<std::size_t> message_begin_;     // by position
   std::vector<double> messages_;               // clique -> parent, over the separator, minimum 0
-  std::vector<double> offset_;                 // what was taken off a message to make it so
+  std::vector<double> offset_;                 // the minimum subtracted from each message
   std::vector<int> choices_;                   // best value, laid out like the messages
   std::vector<std::size_t> clique_begin_;
   std::vector<double> cliques_;
   std::vector<std::vector<int>> impossible_;
 
-  std::vector<int> scope_;  // of the clique at hand: separator, then its own variable
+  std::vector<int> scope_;  // of the current clique: separator, then its own variable
   Strides strides_;
   std::vector<int> counter_;
   std::vector<double> scratch_;

@@ -12,9 +12,10 @@
 namespace hybrid {
 
 /// Coordinates of a point at q0 + d in which a rotation about the origin is linear in its angle to
-/// second order: d + (|d|^2 q0 - (q0'd) d) / (2 (|q0|^2 + |d|^2)). A point seen from a pose of
-/// uncertain heading lies on an arc; the displacement d alone takes it for its tangent, with the
-/// point too far away by half the square of the angle. With the derivative by d where asked.
+/// second order: d + (|d|^2 q0 - (q0'd) d) / (2 (|q0|^2 + |d|^2)). Positions of a point seen from a
+/// pose of uncertain heading form an arc; the displacement d alone would replace the arc by its
+/// tangent, where the point is too far away by half the squared angle. `by_d`, if not null,
+/// receives the derivative with respect to d.
 template <class Point, class Matrix>
 Point straighten(const Point& q0, const Point& d, Matrix* by_d) {
   const double dd = d.squaredNorm();
@@ -36,7 +37,8 @@ class AnchorFrame {
   using Point = typename Pose::Point;
   static constexpr int kPointDim = Point::RowsAtCompileTime;
 
-  /// Coordinates of a variable, and their derivatives by its tangent and by that of the anchor.
+  /// Coordinates of a variable, and their derivatives with respect to its tangent and that of the
+  /// anchor.
   template <class T>
   struct Coordinates {
     static constexpr int kDim = Variable<T>::kDim;
@@ -47,7 +49,7 @@ class AnchorFrame {
 
   explicit AnchorFrame(const Pose& anchor) : anchor_(anchor) {}
 
-  /// Calls visit(variable) with the pose or point that is stored at x; no other types.
+  /// Calls visit(variable) with the pose or point stored at x; no other type is allowed.
   template <class Visit>
   static void load(VariableType type, const double* x, const Visit& visit) {
     type == Variable<Pose>::type() ? visit(Pose::load(x)) : visit(Variable<Point>::load(x));
@@ -56,11 +58,12 @@ class AnchorFrame {
     return type == Variable<Pose>::type() || type == Variable<Point>::type();
   }
 
-  /// A variable as seen from the anchor.
+  /// A pose or point in the frame of the anchor.
   Pose express(const Pose& x) const { return anchor_.between(x); }
   Point express(const Point& x) const { return anchor_.inverse() * x; }
 
-  /// Of a pose: the tangent between where it was expressed and where it is.
+  /// Coordinates of a pose: the tangent from `expressed`, its value in the frame of the anchor at
+  /// x0, to its present one.
   Coordinates<Pose> coordinates(const Pose& expressed, const Pose& x) const {
     Coordinates<Pose> out;
     const Pose h = express(x);
@@ -68,7 +71,7 @@ class AnchorFrame {
     out.by_anchor = -h.times_inverse_adjoint(out.by_variable);
     return out;
   }
-  /// Of a point: its displacement, straightened.
+  /// Coordinates of a point: its displacement from `expressed`, straightened.
   Coordinates<Point> coordinates(const Point& expressed, const Point& x) const {
     Coordinates<Point> out;
     const Point q = express(x);

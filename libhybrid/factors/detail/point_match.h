@@ -9,9 +9,9 @@
 
 namespace hybrid {
 
-/// Two points that are one: `p` of a source cloud and `q` of a target cloud, with the residual
-/// T_target_source p - q in the axes and unit of the target. An isotropic noise makes it the
-/// distance between points, one that is small along the normal at `q` the distance to a surface.
+/// A match of the points `p` of a source cloud and `q` of a target cloud: residual T_target_source
+/// p - q in the axes and unit of the target. With isotropic noise it is a point-to-point distance,
+/// with noise that is small along the normal at `q` a point-to-plane distance.
 class PointMatch : public FactorOf<3, SE3> {
  public:
   /// Throws Error for a coordinate that is not finite.

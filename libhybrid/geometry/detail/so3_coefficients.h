@@ -38,7 +38,7 @@ struct RightJacobian {
 };
 
 /// g of the inverse right Jacobian, whose f is 1/2: 1 / t^2 - cot(t / 2) / (2 t), given cot(t / 2).
-/// Below a small angle `half_cot` is not read.
+/// For small angles `half_cot` is not used.
 Coefficient cot_coefficient(double s, double half_cot);
 
 }  // namespace hybrid::detail

@@ -8,7 +8,7 @@
 
 namespace hybrid {
 
-/// A graph as text for a reader, one line per factor: its handle, name, variables and, given an
+/// A graph as readable text, one line per factor: its handle, name, variables and, given an
 /// estimate, its cost (a hybrid factor also the component chosen). The form may change.
 std::string dump(const HybridGraph& graph, const Estimate* estimate = nullptr);
 

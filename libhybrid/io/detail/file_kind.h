@@ -6,8 +6,8 @@
 
 namespace hybrid {
 
-/// What the first bytes of a file say that it is, if it is not text, and what to do with it, as the
-/// end of the sentence "this file is ..."; empty for text and for what is not known.
+/// The kind of a binary file by its first bytes, and what to do with it, as the end of the sentence
+/// "this file is ..."; empty for text and unknown kinds.
 std::string_view binary_kind(std::string_view head);
 
 }  // namespace hybrid

@@ -9,7 +9,7 @@
 
 namespace hybrid {
 
-/// The factorisation under way.
+/// Computes the factorisation.
 class ExtendedCholesky::Builder {
  public:
   Builder(ExtendedCholesky& result, const ResidualLayout& layout, const double* J)
@@ -52,7 +52,8 @@ class ExtendedCholesky::Builder {
       entry += r.rows * dims_[b];
     }
   }
-  /// A vector of a subtree holds the own blocks of its fronts, which stand side by side.
+  /// The rows of a block in a vector over a subtree, which concatenates the own blocks of its
+  /// fronts.
   auto rows(Matrix& x, int block) const {
     return x.middleRows(out_.starts_[block] - base_, dims_[block]);
   }
@@ -62,7 +63,7 @@ class ExtendedCholesky::Builder {
   bool is_in(const Front& front, int block) const {
     return out_.front_of_[block] <= &front - fronts_.data();
   }
-  /// Calls visit(front, its columns that count) for the subtree of a front, up to a column of it.
+  /// Calls visit(front, number of columns) for all fronts below `front`, then with k for `front`.
   template <class Visit>
   void visit_up(const Front& front, int k, const Visit& visit) const {
     const int last = static_cast<int>(&front - fronts_.data());
@@ -77,9 +78,9 @@ class ExtendedCholesky::Builder {
   const std::vector<int>& dims_;
   const ResidualLayout& layout_;
   const double* J_;
-  std::vector<int> place_;     // by block: its scalars in the front at hand
-  int base_ = 0;               // first scalar of the subtree at hand
-  std::vector<Matrix> moves_;  // by block: of unit motions of null vectors, their outer products
+  std::vector<int> place_;     // by block: its first scalar in the current front
+  int base_ = 0;               // first scalar of the current subtree
+  std::vector<Matrix> moves_;  // by block: sum of u u' for its unit motions u by null vectors
 };
 
 }  // namespace hybrid

@@ -40,7 +40,7 @@ void scatter(const std::vector<Run>& runs, Column&& column, Front& front) {
   }
 }
 
-/// Appends a run, or lengthens the last one where the new rows follow it in the front.
+/// Appends a run, or lengthens the last one if the new rows follow it in the front.
 inline void append_run(std::vector<Run>& runs, int from, int to, int length) {
   if (!runs.empty() && runs.back().to + runs.back().length == to) {
     runs.back().length += length;

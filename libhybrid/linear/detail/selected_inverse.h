@@ -20,7 +20,7 @@ class SelectedInverse {
   /// variable.
   Eigen::MatrixXd diagonal_block(int start, int dim) const;
   /// The block of the scalar rows from `row` on and the columns from `col` on, of two variables;
-  /// the factor must hold it: Error where it is structurally zero.
+  /// throws Error if the factor is structurally zero there.
   Eigen::MatrixXd block(int row, int rows, int col, int cols) const;
 
  private:
@@ -35,7 +35,7 @@ class SelectedInverse {
   void hand_down(const Supernode& child, const Supernode& parent);
 
   const BlockCholesky* factor_;
-  std::vector<double> panels_;     // as those of the factor
+  std::vector<double> panels_;     // laid out as those of the factor
   std::vector<double> workspace_;  // inverses of the rows below each supernode, whole
 };
 

@@ -9,8 +9,8 @@ namespace hybrid {
 
 /// Forward substitution with a panel of a Cholesky factor L (`height` x `columns`, column-major
 /// with `stride` between columns, the diagonal block on top) for one right-hand side w of `height`
-/// entries: solves for the first `columns` of them and subtracts from the others what they add.
-/// Four columns at a time, which for few right-hand sides is faster than a matrix product.
+/// entries: solves for the first `columns` of them and subtracts their contributions from the
+/// others. Four columns at a time, which for few right-hand sides is faster than a matrix product.
 inline void substitute(const double* L, int stride, int height, int columns, double* w) {
   constexpr int kWidth = 4;
   for (int k = 0; k < columns; k += kWidth) {

@@ -9,8 +9,8 @@
 namespace hybrid {
 
 /// The kernels for registers of kLanes doubles. The files that instantiate this are compiled for
-/// different processors: what they share would be linked once, for one of them. So all code is in
-/// this template, and none of the standard library is called.
+/// different processors, and a function that they share would be linked once, for one of them. So
+/// all code is in this template, and none of the standard library is called.
 template <int kLanes>
 struct DenseKernels {
   // One register; the second type reads it from any address.
@@ -93,7 +93,7 @@ struct DenseKernels {
     }
   }
 
-  /// Whether the pivot of column j, which may become larger, serves.
+  /// Whether the pivot of column j is acceptable; a pivot that is too small may be lifted.
   static bool accept(int j, double& pivot, Pivots& pivots) {
     if (pivots.lifted == nullptr) return pivot > pivots.least[j];
     if (pivot < pivots.least[j]) {
@@ -145,8 +145,8 @@ struct DenseKernels {
 
   // Panels.
 
-  /// sum[c][q] += a(rows of packet q, p) b(c, p) over p < depth; a_stride and b_stride lead from p
-  /// to p + 1.
+  /// sum[c][q] += a(rows of packet q, p) b(c, p) over p < depth; a_stride and b_stride are the
+  /// distances from p to p + 1.
   template <int kPackets, int kColumns>
   [[gnu::always_inline]] static inline void accumulate(const double* a, int a_stride,
                                                        const double* b, int b_stride, int depth,

@@ -6,18 +6,18 @@
 
 namespace hybrid {
 
-/// Pivots of a front: column j is accepted where its pivot is above least[j].
+/// Least pivots of a front, by column, and the columns whose pivots were lifted.
 struct Pivots {
   const double* least;
-  /// Null: the elimination ends at a pivot that is not above. Otherwise room for one entry a
-  /// column: such a pivot becomes least[j], and j is appended.
+  /// Null: the elimination ends at a pivot that is not above least[j]. Otherwise room for one entry
+  /// per column: a pivot below least[j] is lifted to it, and j is appended.
   int* lifted;
   int lifted_count;
 };
 
-/// What the inverse of a supernode is made of, all column-major. With k columns, m rows below,
-/// wide = round_up(k) and tall = round_up(m): `inverse` and `own` are wide x wide, `gain` and
-/// `coupling` wide x (tall + 1); the four hold zeros.
+/// Input, scratch and output of the inverse of a supernode, all column-major. With k columns, m
+/// rows below, wide = round_up(k) and tall = round_up(m): `inverse` and `own` are wide x wide,
+/// `gain` and `coupling` wide x (tall + 1); these four are scratch and must be zero.
 struct PanelInverse {
   const double* panel;
   int stride, columns, below;
@@ -28,8 +28,8 @@ struct PanelInverse {
   double* out;
 };
 
-/// Rows are worked in packets of four: panels have kRowPadding more at the end of each column, and
-/// update matrices a size rounded up to a multiple of four. What is written there is never used.
+/// Rows are processed in packets of four: panels have kRowPadding more rows, and update matrices a
+/// size rounded up to a multiple of four. Entries of the padding are never used.
 constexpr int kPacket = 4;
 constexpr int kRowPadding = kPacket - 1;
 
@@ -39,11 +39,11 @@ inline int round_up(int n) {
 
 /// The dense kernels, compiled for one set of instructions. All sets give the same bits: every sum
 /// is made in the same order whatever the width of the registers, and nothing is fused. Matrices
-/// are column-major; `stride` leads from one column to the next.
+/// are column-major; `stride` is the distance between columns.
 struct Kernels {
-  /// The instructions it needs.
+  /// Name of the set of instructions.
   const char* name;
-  /// Rows by which columns of a front must be longer than its order; there are four more columns.
+  /// Number of padding rows of a front; it has four padding columns, too.
   int front_padding;
 
   /// sum over i of a[i] b[i].
@@ -69,10 +69,10 @@ struct Kernels {
                    const double* inverse_diagonal, double* x);
 };
 
-/// Those for the widest registers that this processor has.
+/// The kernels for the widest registers of this processor.
 const Kernels& kernels();
 
-/// All that this processor can run, the narrowest first.
+/// All kernels that this processor can run, the narrowest first.
 const std::vector<const Kernels*>& supported_kernels();
 
 }  // namespace hybrid

@@ -6,8 +6,8 @@
 
 namespace hybrid {
 
-/// One file each, compiled for these instructions: whoever uses one must know that the processor
-/// has them.
+/// Each is in a file of its own, compiled for its instructions: it may be used only if the
+/// processor has them.
 extern const Kernels kBaselineKernels;
 extern const Kernels kAvx2Kernels;
 extern const Kernels kAvx512Kernels;

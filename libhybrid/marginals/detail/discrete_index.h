@@ -22,8 +22,8 @@ class DiscreteIndex {
   };
   /// Throws Error for a variable in no factor.
   const Variable& at(Key key) const;
-  /// All variables that share tables or hybrid factors with `key`, directly or through others that
-  /// `through` accepts; `key` first.
+  /// The variables of `start`, then all that share tables or hybrid factors with them, directly or
+  /// through others; `through` must accept every variable that is added.
   template <class Through>
   std::vector<Key> connected(const std::vector<Key>& start, const Through& through) const;
 

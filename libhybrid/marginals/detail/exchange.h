@@ -13,27 +13,27 @@ namespace hybrid {
 /// Evidence of exchanging factors of a graph, all linearised at one estimate.
 ///
 /// The factors of a site measure few directions of its variables: r = r_i + S_i u with u = B x for
-/// factor i. With the present factors a the directions of all sites have a joint Gaussian of mean
-/// zero and covariance G. Where factors b take their places the log evidence changes by
+/// factor i. With the present factors a, the directions u of all sites have a joint Gaussian of
+/// mean zero and covariance G. If factors b replace them, the log evidence changes by
 ///   -log det(I + G M) / 2 + q' (I + G M)^-1 G q / 2,  beside the costs at the estimate, with
 ///   M = S_b'S_b - S_a'S_a  and  q = S_b'r_b - S_a'r_a,
-/// over the exchanged sites alone. G is not inverted, so that a direction of which only the present
-/// factor tells does no harm.
+/// over the exchanged sites alone. G is not inverted, so that a direction which only the present
+/// factor determines does no harm.
 class Exchange {
  public:
   Exchange(const JointGaussian& gaussian, const std::vector<Site>& sites);
 
-  /// Change of the log evidence, less the change of the costs at the estimate, when the factors
-  /// `chosen` stand, one number per site. Nothing where they leave variables undetermined.
+  /// Change of the log evidence, without that of the costs at the estimate, when chosen[k] is the
+  /// index of the factor at site k. Empty if these factors leave variables undetermined.
   std::optional<double> log_change(const std::vector<int>& chosen) const;
 
  private:
-  struct Difference {  // of a factor and the present one, over the directions of their site
+  struct Difference {  // between a factor and the present one, over the directions of their site
     Eigen::MatrixXd M;
     Eigen::VectorXd q;
   };
   struct Directions {
-    int begin = 0;  // in G
+    int begin = 0;  // first row in G
     int size = 0;
     std::vector<Difference> factors;
     int present = 0;

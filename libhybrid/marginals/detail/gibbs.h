@@ -9,8 +9,8 @@
 
 namespace hybrid {
 
-/// Means of vectors that come one after the other, correlated, with their standard errors from the
-/// means of batches that grow with their number.
+/// Means of a correlated sequence of vectors, with standard errors from batch means; the batches
+/// grow with the number of vectors.
 class BatchMeans {
  public:
   void add(const std::vector<double>& sample);
@@ -20,9 +20,9 @@ class BatchMeans {
 
  private:
   std::vector<std::vector<double>> batches_;  // sums, all of `length_` samples
-  std::vector<double> open_;                  // the sum of the batch under way
+  std::vector<double> open_;                  // sum of the unfinished batch
   int length_ = 1;
-  int count_ = 0;  // samples in it
+  int count_ = 0;  // samples in the unfinished batch
 };
 
 struct GibbsOptions {
@@ -31,10 +31,10 @@ struct GibbsOptions {
   std::uint64_t seed = 1;
 };
 
-/// What is sampled: discrete variables with some number of values each.
+/// The discrete variables to sample and their distribution.
 struct GibbsModel {
   std::vector<int> cardinalities;
-  /// Variables that are drawn together, beside neighbours in the order given.
+  /// Variables that are drawn together, besides neighbours in the order given.
   std::vector<std::pair<int, int>> pairs;
   /// log of the unnormalised probability of joint values.
   std::function<double(const std::vector<int>& values)> log_weight;
@@ -42,9 +42,10 @@ struct GibbsModel {
   std::function<std::vector<double>(const std::vector<int>& values)> expectations;
 };
 
-/// Block Gibbs sampling from `start`, two variables at a time given all others. Averages the
-/// probabilities of the values given the others (Rao-Blackwell), variable by variable, and behind
-/// them the expectations. The same for the same seed on every machine.
+/// Block Gibbs sampling from `start`, two variables at a time given all others. Returns the means
+/// of the probabilities of each variable's values given the others (Rao-Blackwell), variable by
+/// variable, followed by those of the expectations. The same seed gives the same result on every
+/// machine.
 BatchMeans sample_marginals(const GibbsModel& model, std::vector<int> start,
                             const GibbsOptions& options);
 

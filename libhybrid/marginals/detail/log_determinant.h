@@ -10,11 +10,11 @@ namespace hybrid {
 
 /// log det of the Hessian of a problem at its last linearisation.
 struct LogDeterminant {
-  double value = 0.0;
-  std::vector<Key> under_constrained;  ///< where the Hessian is singular: the value means nothing
+  double value = 0.0;                  ///< meaningless if the Hessian is singular
+  std::vector<Key> under_constrained;  ///< empty unless the Hessian is singular
 };
 
-/// Assembles and factorises.
+/// Assembles and factorises the problem.
 LogDeterminant log_determinant(Problem& problem);
 
 }  // namespace hybrid

@@ -8,10 +8,10 @@
 
 namespace hybrid {
 
-/// What the rest of a graph says of some variables, once the present factors of the sites are taken
-/// out of their joint Gaussian: a linear prior, which may leave directions undetermined. Exact
-/// where the rest is linear. Null where the rest says nothing. Throws Error where the covariance
-/// has too large rounding errors to tell.
+/// The information of the rest of a graph on some variables, that is their joint Gaussian without
+/// the present factors of the sites, as a linear prior; it may leave directions undetermined. Exact
+/// if the rest is linear. Null if the rest has no information. Throws Error if the rounding errors
+/// of the covariance are too large.
 ContinuousFactorPtr outside_prior(const JointGaussian& gaussian, const std::vector<Site>& sites);
 
 }  // namespace hybrid

@@ -23,27 +23,28 @@ class PosteriorModel {
  public:
   /// How the continuous variables are integrated out.
   enum class Laplace {
-    kReoptimized,  ///< at their optimum for the joint values
-    kLinearized    ///< of the factors at the estimate
+    kReoptimized,  ///< at their optimum for each joint value
+    kLinearized    ///< with the factors linearised at the estimate
   };
 
-  /// `rest` must be all that share tables with the selectors or with each other.
+  /// `rest` must hold all variables that choose nothing and are connected with the selectors by
+  /// tables or hybrid factors.
   PosteriorModel(const HybridGraph& graph, const DiscreteIndex& index, const Estimate& estimate,
                  const std::vector<Key>& selectors, const std::vector<Key>& rest, Laplace laplace,
                  const JointCovariance& covariance, const TableLimits& limits);
 
   struct Weight {
-    double log = 0.0;          ///< -infinity where impossible, or undetermined
+    double log = 0.0;          ///< -infinity if impossible or undetermined
     std::vector<double> rest;  ///< marginals of the rest, one variable after the other
   };
-  /// Computed once for each joint value.
+  /// The weight of joint values of the selectors, computed once for each.
   const Weight& at(const std::vector<int>& values);
 
   const std::vector<DiscreteKey>& selectors() const { return selectors_; }
   const std::vector<DiscreteKey>& rest() const { return rest_; }
-  /// The values of the estimate.
+  /// The values of the selectors in the estimate.
   std::vector<int> present() const;
-  /// Pairs of selectors that share a table, or a factor.
+  /// Pairs of selectors, by index, that share a table or a factor.
   std::vector<std::pair<int, int>> pairs() const;
   /// Continuous variables that some joint value asked for leaves undetermined.
   const std::vector<Key>& under_constrained() const { return under_constrained_; }
@@ -53,9 +54,9 @@ class PosteriorModel {
     std::vector<int> variables;
     Table table;
   };
-  struct ChosenFactor {  // of a hybrid factor
+  struct ChosenFactor {  // the choice among the factors of a hybrid factor
     std::vector<int> selectors;
-    std::vector<int> factor_of;  // by joint value of these: number in the site
+    std::vector<int> factor_of;  // by joint value of these: index in the site
   };
 
   void collect(const DiscreteIndex& index);
@@ -73,15 +74,15 @@ class PosteriorModel {
   const Estimate& estimate_;
   TableLimits limits_;
   std::vector<DiscreteKey> selectors_, rest_;
-  std::unordered_map<Key, int> number_;  // of a selector
-  Assignment held_;                      // other variables of the tables and factors
+  std::unordered_map<Key, int> number_;  // index of a selector
+  Assignment held_;                      // values of the other variables of the tables and factors
   std::vector<SelectorTable> tables_;
   std::vector<Table> rest_tables_;
   std::vector<const HybridFactor*> factors_;  // whose component the selectors choose
   std::vector<ChosenFactor> chosen_;
   std::vector<Site> sites_;
 
-  std::unique_ptr<Exchange> exchange_;  // one of the two
+  std::unique_ptr<Exchange> exchange_;  // of kLinearized; problem_ is of kReoptimized
   HybridGraph graph_;
   std::unique_ptr<Problem> problem_;
   Problem::State start_;

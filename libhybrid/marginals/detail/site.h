@@ -11,10 +11,10 @@
 
 namespace hybrid {
 
-/// A place in a graph where one of several factors stands.
+/// A place in a graph for one of several alternative factors.
 struct Site {
   std::vector<const ContinuousFactor*> factors;  ///< null for none
-  int present = 0;                               ///< which one the joint Gaussian counts
+  int present = 0;  ///< index of the factor that the joint Gaussian includes
 };
 
 /// The Gaussian of some continuous variables at an estimate (eq. 11b), over their tangents. Its
@@ -36,8 +36,8 @@ struct LinearRows {
   Eigen::MatrixXd J;
 };
 
-/// Linearises a factor at the estimate; no rows for a null one. Throws Error where a variable of it
-/// is not in the Gaussian.
+/// Linearises a factor at the estimate; no rows for a null one. Throws Error if one of its
+/// variables is not in the Gaussian.
 LinearRows linear_rows(const ContinuousFactor* factor, const JointGaussian& gaussian);
 
 }  // namespace hybrid

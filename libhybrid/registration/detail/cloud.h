@@ -10,7 +10,7 @@
 
 namespace hybrid {
 
-/// Where a cloud is and how far it extends.
+/// The position and the extent of a cloud.
 struct CloudSpread {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< principal axes as columns
@@ -20,17 +20,17 @@ struct CloudSpread {
 
 CloudSpread spread_of(const Points& points);
 
-/// The distance to the nearest neighbour that four of five points have, on a sample of the cloud.
+/// The 0.8 quantile of the distance to the nearest neighbour, over a sample of the cloud.
 double spacing_of(const Points& points);
 
 /// One point per occupied cell of a cubic grid: the mean of those inside, in order of their first.
 Points subsample(const Points& points, double cell);
 
-/// What the neighbourhoods of a target tell: curves for a plane scan, whose points are flat in all
-/// and stand in lines; only points where one of the clouds is a line; else surfaces.
+/// The local shape of a target: curves for a plane scan, whose points are in one plane and in lines
+/// locally; points if one of the clouds is a line; else surfaces.
 LocalShape local_shape(const Points& source, const Points& target);
 
-/// Details of a cloud, as a share of its extent, that are below the resolution of registration.
+/// The resolution of registration, as a share of the extent of a cloud.
 inline constexpr double kLeastSpacing = 2e-4;
 
 /// Throws Error, beginning with `what`, for fewer than three points, one that is not finite, points

@@ -8,9 +8,9 @@
 
 namespace hybrid {
 
-/// Starts around a given one, for clouds whose overlap does not show: turned about the centre of
-/// the source in fourteen directions, each with the centre where the start puts it and with both
-/// centres together; and the start itself with both centres together.
+/// Other starts than a given one, for clouds with little overlap: rotated about the centre of the
+/// source in fourteen directions, each with that centre unmoved and with the centres of both clouds
+/// together; and the given one with both centres together.
 std::vector<SE3> other_starts(const SE3& T_target_source, const Eigen::Vector3d& source_center,
                               const Eigen::Vector3d& target_center);
 

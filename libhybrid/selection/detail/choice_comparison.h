@@ -8,15 +8,15 @@
 
 namespace hybrid {
 
-/// What joint values of open choices (odometry steps with several hypotheses) cost, given closures
-/// that span them. Nothing but the choices themselves connects the pieces of trajectory between
-/// them, so each piece is marginalised to the poses that matter, as seen from one of them
-/// (RelativePoses), with the covariance of the map. The graph that remains is small, and is solved
-/// for each joint value: drift over hundreds of steps bends it by more than a linearisation bears.
+/// The costs of joint values of open choices (odometry steps with several hypotheses), given
+/// closures that span them. The choices alone connect the pieces of trajectory between them, so
+/// each piece is marginalised to the poses of choices and closures, in the frame of one of them
+/// (RelativePoses), with the covariance of the map. The remaining graph is small, and is solved for
+/// each joint value, since drift over hundreds of steps is too large for one linearisation.
 class ChoiceComparison {
  public:
-  /// `smoother` holds the poses, the choices (in the order of their poses) and not the closures,
-  /// which are between poses.
+  /// `smoother` holds the poses and the choices, but not the closures, which are between poses.
+  /// `choices` are in the order of their poses.
   ChoiceComparison(const IncrementalSmoother& smoother, const std::vector<HybridFactorPtr>& choices,
                    const std::vector<ContinuousFactorPtr>& closures);
 
@@ -25,7 +25,7 @@ class ChoiceComparison {
 
  private:
   std::vector<HybridFactorPtr> choices_;
-  Values poses_;  // that matter
+  Values poses_;  // of choices and closures
   HybridGraph graph_;
 };
 

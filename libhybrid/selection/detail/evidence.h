@@ -10,29 +10,32 @@
 
 namespace hybrid {
 
-/// What speaks for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
-/// with the Laplace approximation of eq. 11b), against that of a false one, which may ask for any
-/// relative pose inside the map.
+/// The evidence for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
+/// with the Laplace approximation of eq. 11b), relative to that of a false closure, which may
+/// measure any relative pose inside the map.
 struct EvidenceModel {
   /// Innovations of true closures follow a Student t of these degrees of freedom and of the
-  /// predicted covariance times `variance_factor`: noise models are wrong, and their tails heavy.
+  /// predicted covariance times `variance_factor`: noise models are inaccurate, and real noise has
+  /// heavy tails.
   double degrees = 4.0;
-  /// How far the noise of the factors is understated (above one) or overstated.
+  /// The factor by which the variances of the noise are understated (above one) or overstated.
   double variance_factor = 1.0;
-  /// -infinity beyond this chi-square of the predicted covariance, in multiples of the 0.9999
-  /// quantile: no number of closures that agree with each other may bend a map that far.
+  /// The log evidence is -infinity if the chi-square of the innovation, by its predicted
+  /// covariance, exceeds this multiple of the 0.9999 quantile, however many closures agree with
+  /// each other.
   double gate = 4.0;
-  /// Radius of the map (m).
+  /// Radius of the map [m].
   double radius = 1.0;
 
-  /// The chi-square of `degrees` degrees of freedom beyond which `gate` refuses.
+  /// The chi-square of `degrees` degrees of freedom beyond which the log evidence is -infinity.
   double limit(int degrees) const;
 
-  /// log of the ratio of the two densities for a whitened innovation b of covariance S (both d
-  /// rows) of a factor.
+  /// log of the ratio of the two densities for a whitened innovation b (d entries) of covariance S
+  /// (d x d) of a factor.
   double log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
                    const ContinuousFactor& factor) const;
-  /// No covariance between the identity, the noise of the closure itself, and S gives more.
+  /// An upper bound of log_ratio over all covariances between the identity, which is the noise of
+  /// the closure itself, and S.
   double largest_log_ratio(const Eigen::VectorXd& b, const Eigen::MatrixXd& S,
                            const ContinuousFactor& factor) const;
 
@@ -43,12 +46,12 @@ struct EvidenceModel {
 /// The 0.9999 quantile of a chi-square.
 double gate_quantile(int degrees);
 
-/// Twice the root mean square distance of the variables from their centre (m).
+/// Twice the root mean square distance of the variables from their centre [m].
 double map_radius(const Values& values);
 
 /// Robust estimate of the variance factor from chi-squares and degrees of freedom: the quantile of
-/// that probability of their ratios to the same quantile of a chi-square (0.5: the medians), drawn
-/// towards one as if so many more had shown no deviation at all.
+/// that probability of their ratios to the same quantile of a chi-square (0.5: the medians), shrunk
+/// towards one by a prior.
 double variance_factor(const std::vector<double>& chi_squares, const std::vector<int>& degrees,
                        double probability = 0.5);
 

@@ -11,7 +11,7 @@
 
 namespace hybrid {
 
-/// What an estimate and its covariance P say of one whitened residual b with Jacobian A.
+/// A whitened residual b with Jacobian A at an estimate of covariance P.
 struct Innovation {
   Eigen::VectorXd b;     ///< d entries
   Eigen::MatrixXd APAt;  ///< A P A', d x d
@@ -29,7 +29,7 @@ class InnovationPredictor {
   /// The whitened residual alone.
   Eigen::VectorXd residual(const ContinuousFactor& factor) const;
   Innovation predict(const ContinuousFactor& factor);
-  /// The same for a factor that is part of the problem, from its selected inverse.
+  /// The same for a factor that is part of the problem, from the selected inverse of the problem.
   Innovation predict_joined(const ContinuousFactor& factor, const SelectedInverse& inverse) const;
   /// A P B' for two factors.
   Eigen::MatrixXd cross(const ContinuousFactor& a, const ContinuousFactor& b);

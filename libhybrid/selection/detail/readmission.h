@@ -21,13 +21,12 @@ struct Candidate {
   int partner = -1;  ///< of a pair
 };
 
-/// The state of select_closures: which closures are in, the map that they make, and what it
-/// predicts.
+/// The state of select_closures: the admitted closures, the map given these, and its predictions.
 class Readmission {
  public:
   Readmission(const RobustProblem& problem, const ClosureSelectionOptions& options);
 
-  /// What a macro-step that fails goes back to.
+  /// The state that a failed macro-step restores.
   struct Snapshot {
     Problem::State state;
     std::vector<bool> accepted;
@@ -35,25 +34,26 @@ class Readmission {
   };
 
   void begin();
-  /// Eq. 6 with outliers of constant density, that of eq. 17 at a zero residual: a closure that is
-  /// false says nothing of where the poses are.
+  /// Eq. 6 with outliers of constant density, that of eq. 17 at a zero residual, so that rejected
+  /// closures have no influence on the poses.
   double objective() const { return objective_; }
   Snapshot snapshot() const { return {state_, accepted_, objective_}; }
   void restore(const Snapshot& snapshot);
   void admit(const std::vector<Candidate>& batch);
   void drop(const std::vector<int>& closures);
-  /// Solves again from a chordal start, and keeps the better of the two maps.
+  /// Solves again from chordal initial values, and keeps the better of the two maps.
   void unfold();
   /// Whether noise explains the map, see is_explained_by_noise.
   bool is_explained() const { return is_explained_by_noise(*problem_, state_); }
-  /// Never again.
+  /// Excludes a closure for good.
   void refuse(int closure) { refused_[closure] = true; }
 
-  /// Closures whose evidence suffices, best first.
+  /// Closures whose evidence exceeds the threshold, best first.
   std::vector<Candidate> candidates();
-  /// Closures inside the gate at the variance factor found, whatever their evidence, best first.
+  /// Closures inside the gate, with the present variance factor, whatever their evidence, best
+  /// first.
   std::vector<Candidate> all_plausible();
-  /// The two that together have the best evidence, if it suffices for two; else none.
+  /// The two closures whose joint evidence is best, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
   /// Admitted closures that the others contradict, worst first.
   std::vector<int> contradicted() const;
@@ -82,7 +82,7 @@ class Readmission {
   std::vector<bool> accepted_, refused_;
   int accepted_count_ = 0;
   double trusted_normalizer_ = 0.0;
-  std::vector<double> inlier_constant_, outlier_constant_;  // what a decision adds to the objective
+  std::vector<double> inlier_constant_, outlier_constant_;  // contributions to the objective
   double objective_ = 0.0;
   int iterations_ = 0;
   bool converged_ = true;
@@ -92,8 +92,8 @@ class Readmission {
   std::vector<double> redundancy_;  // the same
   std::vector<Eigen::VectorXd> innovation_;
   /// Predicted covariance of the innovation when last computed. It shrinks as closures are
-  /// admitted, but for what a new linearisation changes, so what is far outside need not be
-  /// computed again. Empty: not known.
+  /// admitted, apart from changes of the linearisation, so closures far outside the gate need no
+  /// new one. Empty if unknown.
   std::vector<Eigen::MatrixXd> predicted_;
 };
 

@@ -13,15 +13,15 @@
 namespace hybrid {
 
 /// The motion that a value of a choice (a hybrid factor of one discrete variable) measures, if it
-/// is one from a planar pose to the next.
+/// is from a planar pose to the next.
 std::optional<SE2> motion_of(const HybridFactor& choice, int value);
 
-/// Rigid motions of the poses behind choices when these take values: where nothing but the choice
-/// connects the poses behind it with those before it, no residual changes.
+/// Rigid motions of all poses behind choices when their values change. If a choice alone connects
+/// the poses behind it with those before it, no residual changes.
 class SegmentTransforms {
  public:
-  /// The choice takes a value. `values` holds the poses before any transform; choices come in the
-  /// order of their poses.
+  /// Adds the transform by a new value of a choice. `values` holds the poses before any transform;
+  /// choices come in the order of their poses.
   void add(const HybridFactor& choice, int value, const Values& values);
 
   /// A pose after all transforms; they move those from the end of a choice on.

@@ -13,16 +13,16 @@
 namespace hybrid {
 
 /// Largest gradient of a variable in standard deviations, see SolverOptions::gradient; not a number
-/// where a residual or a Jacobian is none.
+/// if a residual or a Jacobian is none.
 double gradient_norm(const NormalEquations& system);
 
 /// Largest step of a variable in standard deviations, see SolverOptions::step.
 double step_norm(const NormalEquations& system, const std::vector<double>& step);
 
-/// For a solve about to end at `state`: whether what it found undetermined on the way, if anything,
-/// is so there too. If not, the report forgets it, and the solve must go on without what damped
-/// the singular system; the problem is linearised and assembled at the state. A solve that ends
-/// where it began has found nothing on the way, and asks here.
+/// Whether a solve may end at `state`. Variables found undetermined on the way are checked again
+/// there, with the problem linearised and assembled at `state`. If none is undetermined any more,
+/// the report drops them, and the solve must continue without the damping of the singular system. A
+/// solve that ends at its start checks here for the first time, and may end.
 bool is_settled(Problem& problem, const Problem::State& state, SolverReport& report);
 
 /// Sets status and message; a solve that met a singular system is under-constrained, however it

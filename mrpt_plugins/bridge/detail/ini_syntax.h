@@ -17,12 +17,12 @@ struct IniLine {
   std::string where;  ///< "file:line:column"
 };
 
-/// The lines of an INI, without comments and with what is defined put in: a comment is a line that
-/// starts with `#`, `;` or `//`, or the rest of a line from one of these after a space; a line that
-/// ends in a backslash goes on in the next; after `@define NAME VALUE`, `${NAME}` stands for the
-/// value. Throws Error "file:line:column: what" for anything else, for names that are not defined,
-/// for MRPT's `$env{}` and `$eval{}`, which would let a file read the environment and run
-/// programs, and for control characters.
+/// The lines of an INI, without comments and with definitions expanded. A comment is a line that
+/// starts with `#`, `;` or `//`, or the rest of a line from one of these after a space. A line that
+/// ends in a backslash continues on the next one. After `@define NAME VALUE`, `${NAME}` stands for
+/// the value. Throws Error "file:line:column: what" for any other line, for undefined names, for
+/// control characters, and for MRPT's `$env{}` and `$eval{}`, which would let a file read the
+/// environment and run programs.
 std::vector<IniLine> parse_ini(std::string_view text, const std::string& name);
 
 }  // namespace hybrid

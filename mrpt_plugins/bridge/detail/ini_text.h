@@ -19,7 +19,7 @@ bool same_name(std::string_view a, std::string_view b);
 /// Words separated by spaces or commas.
 std::vector<std::string> words(std::string_view text);
 
-/// True if the whole of `text` is one value of the type of `out`; NaN and infinity are not.
+/// True if the whole of `text` is one value of the type of `out`. NaN and infinity are rejected.
 bool parse(const std::string& text, bool& out);
 bool parse(const std::string& text, int& out);
 bool parse(const std::string& text, std::int64_t& out);

@@ -14,21 +14,21 @@
 
 namespace hybrid {
 
-// Cameras look along z with x to the right and y down; robots look along x with y to the left and z
-// up. The functions below change from the first to the second.
+// Camera frames: z ahead, x to the right, y down. Robot frames: x ahead, y to the left, z up. The
+// functions below convert from camera to robot frames.
 
-/// A row-major 3x4 matrix in the columns from `first` on: a pose of one camera frame in another, as
-/// the pose of one robot frame in another. Throws Error if it is not a rotation within 1e-3.
+/// The pose of one robot frame in another, from that of the camera frames: a row-major 3x4 matrix
+/// in the 12 columns from `first` on. Throws Error if its rotation is not one within 1e-3.
 mrpt::poses::CPose3D robot_pose(const TextRow& row, std::size_t first);
 
-/// The 6x6 tangent covariance over (translation, rotation).
+/// The 6x6 tangent covariance over (translation, rotation) in the robot frame.
 Matrix6d robot_covariance(const Matrix6d& camera);
 
-/// A point.
+/// The point in the robot frame.
 Eigen::Vector3d robot_point(const Eigen::Vector3d& camera);
 
-/// Range, yaw and pitch of a point in the frame of the robot [m]. In the plane the range is that of
-/// the point's foot, and pitch is zero.
+/// Range, yaw and pitch of a point in the frame of the robot [m, rad]. In the plane, the range is
+/// the horizontal one and pitch is zero.
 CObservationClassedBearingRange::Detection detection_of(const Eigen::Vector3d& point, bool is_3d);
 
 /// The pose with z, pitch and roll left out.

@@ -23,17 +23,18 @@ struct BoxSighting {
 /// Names of the classes a box can have.
 const std::vector<std::string>& kitti_box_classes();
 
-/// Streams the boxes that tell where a car is, in order of images; the others are counted.
+/// Streams the boxes that determine the position of a car, in order of images. Counts the others in
+/// `dropped`.
 class Boxes {
  public:
   /// Throws Error for a missing file.
   Boxes(const KittiOptions& options, bool is_3d, DropReport& dropped);
 
-  /// Those of an image, which come one after the other. Throws Error with file:line for anything
-  /// malformed.
+  /// The boxes of one image; images must be asked for in order. Throws Error with file:line for
+  /// malformed rows.
   std::vector<BoxSighting> of(std::size_t frame);
 
-  /// Throws Error if there are boxes of images after the last one asked for.
+  /// Throws Error if there are boxes of later images.
   void finish() const;
 
  private:

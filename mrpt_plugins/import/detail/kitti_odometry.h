@@ -19,8 +19,8 @@ class KittiOdometry {
   /// Throws Error for a missing file.
   explicit KittiOdometry(const KittiOptions& options);
 
-  /// The next motion, nothing at the end. What is left out or repaired is counted. Throws Error
-  /// with file:line for anything malformed.
+  /// The next motion; empty at the end. Counts dropped and repaired motions. Throws Error with
+  /// file:line for malformed rows.
   std::optional<OdometryIncrement> next(DropReport& dropped);
 
   /// Motions so far.
@@ -36,7 +36,7 @@ class KittiOdometry {
   TextReader table_;
   std::optional<TextReader> covariances_;
   std::optional<mrpt::poses::CPose3D> last_;
-  bool y_is_right_ = false;  // of the file
+  bool y_is_right_ = false;  // in the file
   std::size_t count_ = 0;
 };
 

@@ -11,15 +11,16 @@
 
 namespace hybrid {
 
-/// Where the true pose puts a sighting, and what it looks like.
+/// A sighting in the frame of the map, placed by the true pose.
 struct PlacedSighting {
   Eigen::Vector3d place;        ///< in the map [m]
-  std::size_t class_index = 0;  ///< sightings of different classes are of different landmarks
+  std::size_t class_index = 0;  ///< a landmark has sightings of one class only
 };
 
-/// Numbers landmarks by where their sightings lie, one after the other: each belongs to the nearest
-/// mean of its class within `radius` [m], or begins a new one. Landmarks with less than `least`
-/// sightings do not count. One number per sighting, mrpt::obs::INVALID_LANDMARK_ID for none.
+/// Landmark ids of sightings by their positions, one after the other: a sighting belongs to the
+/// landmark of its class with the nearest mean within `radius` [m], or begins a new landmark.
+/// Returns one id per sighting, mrpt::obs::INVALID_LANDMARK_ID for landmarks with fewer than
+/// `least` sightings.
 std::vector<std::int32_t> number_by_place(const std::vector<PlacedSighting>& sightings,
                                           double radius, std::size_t least);
 

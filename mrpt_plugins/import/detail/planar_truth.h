@@ -17,7 +17,8 @@ class PlanarTruth {
  public:
   explicit PlanarTruth(const std::string& path) : table_(path) {}
 
-  /// The pose at a time not before that of the call before; nothing outside the times of the file.
+  /// The pose at `time`, which must not be before that of the last call; empty outside the times of
+  /// the file.
   std::optional<mrpt::poses::CPose3D> at(double time);
 
  private:

@@ -10,16 +10,16 @@
 
 namespace hybrid {
 
-/// Standard deviations [m, rad] that an import takes over: no sensor is better than the lower one,
-/// and what is worse than the upper one says nothing.
+/// Limits of the standard deviations that imports accept [m, rad]: no sensor is more precise than
+/// the lower one, and less precise measurements carry no information.
 inline constexpr double kLeastSigma = 1e-9;
 inline constexpr double kLargestSigma = 1e6;
 
-/// The standard deviation in word i; throws Error for one that is not within these limits.
+/// The standard deviation in word i; throws Error if it is outside these limits.
 double stated_sigma(const TextRow& row, std::size_t i);
 
-/// Throws Error with the place of word i unless the covariance is symmetric, positive definite and
-/// its standard deviations are within these limits.
+/// Throws Error with the place of word i unless the covariance is symmetric and positive definite
+/// and its standard deviations are within these limits.
 void check_covariance(const TextRow& row, std::size_t i, const Eigen::MatrixXd& covariance);
 
 }  // namespace hybrid

@@ -3,13 +3,18 @@
 
 #pragma once
 
+#include <map>
+#include <string>
+#include <vector>
+
 #include "libhybrid/smoother/window.h"
 #include "mrpt_plugins/mapping/backend.h"
 
 namespace hybrid {
 
-/// Online smoothing: each keyframe costs what it touches, and the estimate is whole after each. The
-/// graph is everything, or a window outside of which variables keep their last estimate.
+/// Online smoothing: the cost of an update depends on the variables it affects, and the estimate is
+/// complete after each. The graph holds all variables, or a window; variables outside keep their
+/// last estimate.
 class WindowBackend : public Backend {
  public:
   WindowBackend(const WindowOptions& window, const SmootherOptions& options)
@@ -22,22 +27,28 @@ class WindowBackend : public Backend {
   const Assignment& assignment() const override;
   const HybridGraph& graph() const override { return smoother_.smoother().graph(); }
   std::vector<Key> elimination_order() const override;
-  bool keeps_all() const override { return is_full(); }
+  bool keeps_all() const override { return is_full() || is_bounded(); }
   bool holds(Key key) const override { return smoother_.smoother().values().contains(key); }
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override {
     return smoother_.smoother().joint_covariance(keys);
   }
+  std::map<std::string, double> statistics() const override;
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;
 
  private:
   bool is_full() const { return window_.mode == WindowOptions::Mode::kFull; }
+  bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }
+  /// Whether the estimate of the graph is that of all variables.
+  bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
   void merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete);
   BackendReport report_of(const UpdateReport& update) const;
+  void add_past(const std::vector<Key>& continuous, const std::vector<DiscreteKey>& discrete,
+                Uncertainty& out) const;
 
   WindowOptions window_;
   WindowSmoother smoother_;
-  Estimate merged_;  // of the window and the past; not used where nothing leaves
+  Estimate merged_;  // of the window and the past, once something has left
 };
 
 }  // namespace hybrid

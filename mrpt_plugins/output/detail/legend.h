@@ -11,7 +11,7 @@
 
 namespace hybrid {
 
-/// A column of explained samples beside a map, filled from the top.
+/// The legend of a map: a column of samples with texts, filled from the top.
 class Legend {
  public:
   Legend(Canvas& canvas, const Pixel& top_left, double width);
@@ -33,8 +33,8 @@ class Legend {
   double width_;
 };
 
-/// The entries that the plan and the 3-D view share: paths, start and end, classes with counts,
-/// true positions.
+/// The entries shared by the plan and the 3-D view: paths, start and end, classes with counts, true
+/// positions.
 void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
                 const Stroke& truth_stroke, const Extent& extent);
 

@@ -14,11 +14,11 @@
 
 namespace hybrid {
 
-/// Ranges to beacons (CObservationBeaconRanges) at unknown places. A beacon starts as a mixture of
-/// places on the ring, or sphere, of its first range and enters the map once one place dominates.
-/// Every range is a mixture: of its beacon and of a false range; where the sensor does not say
-/// which beacon it was (INVALID_BEACON_ID), of all beacons and a false range (eq. 18). The solver
-/// revises these choices with every keyframe.
+/// Ranges to beacons (CObservationBeaconRanges) at unknown positions. A beacon starts as a mixture
+/// of positions on the circle, or sphere, of its first range, and is placed in the map once one of
+/// them is far more likely than the rest. Every range is a mixture over its beacon and a false
+/// range or, if the sensor does not identify the beacon (INVALID_BEACON_ID), over all placed
+/// beacons and a false range (eq. 18). The solver revises these choices with every keyframe.
 class BeaconRanges : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BeaconRanges, hybrid)
 
@@ -26,10 +26,10 @@ class BeaconRanges : public MappingPlugin {
   void configure(IniSection section) override;
   std::vector<std::string> uses() const override { return {"CObservationBeaconRanges"}; }
   Contribution observe(const Frame& frame, const MapView& map) override;
-  /// Takes the ranges in that still wait.
+  /// Adds the ranges that still wait.
   Contribution conclude(const MapView& map) override;
   void refused() override;
-  /// Of the ranges to an unknown beacon; true ids are not known here.
+  /// Attributions of ranges to an unknown beacon, without true ids.
   std::vector<AssociationDecision> decisions(const MapView& map) const override;
 
  private:
@@ -38,9 +38,9 @@ class BeaconRanges : public MappingPlugin {
     double range = 0, sigma = 0;
     Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  // on the robot
     std::size_t frame = 0;
-    std::size_t measurement = 0;  // of its frame
+    std::size_t measurement = 0;  // index in its frame
   };
-  /// A range that was to one of the first so many known beacons, or false.
+  /// The association of a range to one of the first `beacons` known beacons, or to none.
   struct Choice {
     std::size_t pose = 0, measurement = 0;
     Key key;
@@ -62,13 +62,13 @@ class BeaconRanges : public MappingPlugin {
   double sigma_ = 0, max_range_ = 100;
   int circle_hypotheses_ = 24, sphere_hypotheses_ = 96, delay_ = 10;
   PendingLandmarks unplaced_;
-  std::vector<std::int64_t> known_;  // beacons in the map, in order of their placing
-  std::deque<Range> ambiguous_;      // that wait, oldest first
-  std::size_t frames_ = 0;           // so far
+  std::vector<std::int64_t> known_;  // beacons in the map, in the order of placement
+  std::deque<Range> ambiguous_;      // waiting ranges to an unknown beacon, oldest first
+  std::size_t frames_ = 0;           // number of keyframes so far
   std::uint64_t choices_ = 0;        // discrete variables made so far
-  std::vector<Choice> identified_;   // among beacons
-  std::size_t known_before_ = 0, identified_before_ = 0;  // the last contribution
-  std::size_t measurements_ = 0;                          // of the present frame
+  std::vector<Choice> identified_;   // associations of ranges to an unknown beacon
+  std::size_t known_before_ = 0, identified_before_ = 0;  // sizes before the last contribution
+  std::size_t measurements_ = 0;                          // number of ranges of the present frame
 };
 
 }  // namespace hybrid

@@ -17,11 +17,12 @@
 
 namespace hybrid {
 
-/// Directions, without ranges, to landmarks that the sensor identifies and may classify. A landmark
-/// starts as a mixture of depths along the ray of its first sighting and enters the map once one
-/// place dominates; its class then remembers all sightings. Each direction is right or false (eq.
-/// 17), which the solver revises with every keyframe. A landmark most of whose sightings come out
-/// as false stands in the wrong place: it leaves the map and starts as a mixture again.
+/// Directions without ranges to landmarks that the sensor identifies and may classify. A landmark
+/// starts as a mixture of depths along the ray of its first sighting, and is placed in the map once
+/// one of them is far more likely than the rest; its class variable then gets the scores of all its
+/// sightings. Each direction is right or false (eq. 17), which the solver revises with every
+/// keyframe. A landmark most of whose latest sightings are false is misplaced: it is removed from
+/// the map and starts as a mixture again.
 class BearingOnlyKnownIds : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingOnlyKnownIds, hybrid)
 
@@ -48,7 +49,7 @@ class BearingOnlyKnownIds : public MappingPlugin {
     std::vector<Sighting> sightings;
     std::optional<Handle> class_prior;
   };
-  /// What the last contribution changes, until it is known whether it is applied.
+  /// State changes of the last contribution, kept until it is applied or refused.
   struct Change {
     std::vector<std::pair<std::int64_t, Sighting>> sightings;
     std::vector<PlacedLandmark> placed;
@@ -69,7 +70,8 @@ class BearingOnlyKnownIds : public MappingPlugin {
   int depths_ = 16;
   PendingLandmarks unplaced_;
   std::map<std::int64_t, Placed> placed_;
-  std::map<std::int64_t, std::vector<Measurement>> restarts_;  // of landmarks to be placed again
+  std::map<std::int64_t, std::vector<Measurement>> restarts_;  // measurements of landmarks to be
+                                                               // placed again
   std::set<std::int64_t> touched_;                             // sighted since the last revision
   Change change_;
   std::uint64_t choices_ = 0;  // discrete variables made so far

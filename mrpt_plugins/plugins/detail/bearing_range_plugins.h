@@ -11,8 +11,8 @@
 
 namespace hybrid {
 
-/// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, under
-/// Huber's loss where ids are sometimes misread.
+/// Range and bearing to landmarks that the sensor identifies: a Gaussian factor per sighting, with
+/// Huber's loss if ids may be misread.
 class BearingRangeKnownIds : public MappingPlugin {
   DEFINE_MRPT_OBJECT(BearingRangeKnownIds, hybrid)
 
@@ -31,8 +31,8 @@ class BearingRangeKnownIds : public MappingPlugin {
   double huber_width_ = 0;
 };
 
-/// The same with a class per landmark, a discrete variable: the semantic factor of eq. 19 for each
-/// sighting, and a prior for each landmark.
+/// The same with a class per landmark as a discrete variable: the semantic factor of eq. 19 per
+/// sighting, and a prior per landmark.
 class ClassedBearingRangeKnownIds : public MappingPlugin {
   DEFINE_MRPT_OBJECT(ClassedBearingRangeKnownIds, hybrid)
 

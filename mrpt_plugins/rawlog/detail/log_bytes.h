@@ -24,8 +24,9 @@ class LogBytes : public mrpt::io::CStream {
  public:
   explicit LogBytes(Decoder& decoder);
 
-  /// Up to `count` bytes that come next, at most 64 KiB; fewer only at the end.
-  std::string_view peek(std::size_t count);
+  /// The bytes that come next: `least`, which is 64 KiB at most, and all else that is there without
+  /// waiting for it; fewer only at the end.
+  std::string_view peek(std::size_t least);
 
   bool is_at_end() { return peek(1).empty(); }
 

@@ -25,6 +25,8 @@ class MapPlace {
 
   /// Where the log starts in the map, if there is one and that is known.
   std::optional<KnownStart> start() const;
+  /// Whether the log is located in a map that stays as it is.
+  bool localizes() const { return run_ && run_->localizes() && !lost(); }
   /// Gives the mapper the landmarks of the map, before the first keyframe.
   void enter(Mapper& mapper);
   /// Tells that keyframe number `keyframe` is in the mapper.

@@ -17,6 +17,10 @@
 
 namespace hybrid {
 
+/// What a mapper has found as a map: landmarks, and what is known of them together. Without
+/// sessions.
+MapRecord record_of(const Mapper& mapper, const MapResult& result);
+
 /// A replay's session in a map file.
 class MapRun {
  public:

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <vector>
 
 #include "mrpt_plugins/bridge/output_directory.h"
@@ -20,7 +22,7 @@ class Movie {
   /// A film of so many frames of a log with so many keyframes.
   Movie(int frames, std::size_t keyframes) : frames_(frames), keyframes_(keyframes) {}
 
-  /// Keeps the estimate after so many keyframes if it belongs to a frame.
+  /// After each keyframe: keeps the estimate after so many of them if it belongs to a frame.
   void watch(std::size_t keyframes, const Mapper& mapper);
 
   /// Ends with the final map.
@@ -36,7 +38,14 @@ class Movie {
  private:
   int frames_;
   std::size_t keyframes_;
-  std::vector<MapResult> scenes_;  // one per frame; of dead reckoning, only the last has a copy
+  struct Scene {
+    MapResult map;                   // of dead reckoning, only the last scene has a copy
+    std::vector<std::int64_t> seen;  // landmarks that the newest pose sees
+  };
+
+  std::vector<Scene> scenes_;              // one per frame
+  std::map<std::int64_t, int> sightings_;  // of each landmark, so far
+  std::vector<std::int64_t> seen_;         // landmarks that the newest keyframe sees
 };
 
 }  // namespace hybrid

@@ -13,22 +13,27 @@
 
 namespace hybrid {
 
-/// Writes trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, landmarks.json, graph.g2o
-/// and steps.csv. Returns warnings for the user. Throws where a file cannot be written.
-std::vector<std::string> write_texts(const OutputDirectory& out, const MapResult& result,
-                                     const Backend& backend);
+/// Writes landmarks.csv, landmarks.json, graph.g2o and steps.csv. Returns warnings for the user.
+/// Throws where a file cannot be written.
+std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
+                                   const Backend& backend);
 
-/// Writes trajectory_truth.tum, the true poses at the times of trajectory.tum in the frame of the
-/// map, if there is a true path.
-void write_true_path(const OutputDirectory& out, const MapResult& result, const Truth& truth,
-                     const std::vector<std::size_t>& log_rows);
+/// Writes trajectory.tum, trajectory_dead_reckoning.tum and, where there is a true path,
+/// trajectory_truth.tum, the true poses at the times of trajectory.tum in the frame of the map; of
+/// several robots, each in a folder of its name.
+void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
+                 const std::vector<Truth>& truths);
+
+/// Writes trajectory_covariances.csv, of one robot.
+void write_covariances(const OutputDirectory& out, const RobotPart& part);
 
 /// Draws map.png, map_3d.png, steps.png and scene.3Dscene; returns warnings for the user.
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
                                         const GroundTruth& truth);
 
-/// Draws error.png, the error of position over time, if there is a true path.
-void write_error_plot(const OutputDirectory& out, const MapResult& result, const Truth& truth,
-                      const std::vector<std::size_t>& log_rows);
+/// Draws error.png, the error of position over time, where there is a true path; of several
+/// robots, each in a folder of its name.
+void write_error_plots(const OutputDirectory& out, const std::vector<RobotPart>& parts,
+                       const std::vector<Truth>& truths);
 
 }  // namespace hybrid

@@ -14,11 +14,13 @@
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/replay_request.h"
+#include "mrpt_plugins/report/detail/keyframe_lines.h"
 #include "mrpt_plugins/report/detail/run_recorder.h"
 
 namespace hybrid {
 
-/// What a replay tells of its way, where it is asked to: events.jsonl as it goes, and report.html.
+/// What a replay tells of its way, where it is asked to: keyframes and events.jsonl as it goes, and
+/// report.html.
 class RunReport {
  public:
   /// Asked for by `request`; `out` must live as long as this.
@@ -26,8 +28,8 @@ class RunReport {
 
   /// Before the first keyframe.
   void begin(Mapper& mapper, const std::string& title);
-  /// After every keyframe.
-  void watch(Mapper& mapper, const StepRecord& step);
+  /// After every keyframe; returns it as a line of JSON, "" where none is asked for.
+  std::string watch(Mapper& mapper, const StepRecord& step);
   /// Once the mapper has solved to convergence; closes events.jsonl.
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
@@ -38,6 +40,7 @@ class RunReport {
  private:
   std::string version_;
   bool page_ = false;
+  std::optional<KeyframeLines> lines_;  // where they are asked for
   const OutputDirectory& out_;
   std::unique_ptr<FileWriter> events_;
   std::optional<RunRecorder> recorder_;  // where anything is asked for

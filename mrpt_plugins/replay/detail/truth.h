@@ -11,10 +11,24 @@
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/replay/settings.h"
 
 namespace hybrid {
 
-/// What really was, as far as files tell it.
+/// What was mapped of one robot.
+struct RobotPart {
+  std::string name;                           ///< empty where there is but one
+  MapResult result;                           ///< with the poses and steps of this robot alone
+  std::vector<std::size_t> log_rows;          ///< of these poses
+  std::vector<Eigen::MatrixXd> covariances;   ///< of these poses, empty where not known
+  std::vector<std::size_t> rows_by_keyframe;  ///< of all robots; npos for those of others
+};
+
+/// The robots of a map, each for itself; one part, which is the whole, where there is but one. With
+/// the covariances of the poses where these are `wanted`.
+std::vector<RobotPart> parts_of(const MapResult& result, const Mapper& mapper, bool wanted);
+
+/// What really was of one robot and of the landmarks, as far as files tell it.
 class Truth {
  public:
   /// Reads the files; an empty name means unknown. `point` is the place on the robot of what gives
@@ -25,7 +39,7 @@ class Truth {
   /// Reads what measurements without an id saw. Throws Error for a missing or malformed file.
   void read_associations(const std::string& file) { associations_ = read_true_associations(file); }
 
-  /// Gives the true ids that the file of associations knows.
+  /// Gives the true ids that the file of associations knows; `log_rows` is that of each keyframe.
   void label(std::vector<AssociationDecision>& decisions,
              const std::vector<std::size_t>& log_rows) const;
 
@@ -35,8 +49,18 @@ class Truth {
   /// positions are known the one that fits them best. Gives the landmarks the class indices of the
   /// map. Throws Error for a class the map does not know.
   void adapt_to(const MapResult& result, const std::vector<std::size_t>& log_rows);
+  /// The motion that adapt_to() makes of the path, if there is one.
+  std::optional<mrpt::poses::CPose3D> origin(const MapResult& result,
+                                             const std::vector<std::size_t>& log_rows) const;
+  /// Makes a motion, and gives the landmarks the class indices.
+  void move(const std::optional<mrpt::poses::CPose3D>& origin,
+            const std::vector<std::string>& class_names);
 
   const GroundTruth& get() const { return truth_; }
+
+  /// What is odd about the true path, given the dead reckoning of the log; "" where nothing is.
+  std::string warning(const Trajectory& dead_reckoning,
+                      const std::vector<std::size_t>& log_rows) const;
 
   /// What the path file tells of each pose.
   TruthContent content() const { return content_; }
@@ -62,10 +86,22 @@ class Truth {
   mrpt::poses::CPose3D T_robot_point_;  // what the positions are those of
 };
 
-/// All errors of a map against the truth, once that is adapted to it. Landmarks are matched by id
+/// The truths of the robots of a replay; that of the landmarks belongs to the first.
+std::vector<Truth> read_truths(const ReplaySettings& settings);
+
+/// Moves all truths, whose frame is one, into that of the map by the first robot whose path is
+/// known.
+void adapt(std::vector<Truth>& truths, const std::vector<RobotPart>& parts);
+
+/// The truths as one, for pictures.
+GroundTruth joint_truth(const std::vector<Truth>& truths);
+
+/// All errors of a map against the truths, once they are adapted to it. Landmarks are matched by id
 /// where the mapping took those of the log for granted, and else by distance, up to `radius`
 /// metres.
-TruthSummary compare(const Truth& truth, const MapResult& result, const Mapper& mapper,
-                     double radius);
+TruthSummary compare(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+                     const Mapper& mapper, double radius);
+/// The errors of the path of one robot.
+TruthSummary compare_path(const Truth& truth, const RobotPart& part);
 
 }  // namespace hybrid

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <mrpt/poses/CPose3D.h>
+
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
@@ -17,6 +19,9 @@ nlohmann::ordered_json decision_line(int keyframe, const DecisionEvent& event);
 nlohmann::ordered_json merge_line(int keyframe, const MergeEvent& event);
 nlohmann::ordered_json change_line(const RunRecord::Change& change);
 nlohmann::ordered_json residual_line(std::size_t number, const RunRecord::Sighting& sighting);
+
+/// [x, y, yaw], in space [x, y, z, yaw, pitch, roll].
+nlohmann::ordered_json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d);
 
 /// A number or null.
 nlohmann::ordered_json or_null(const std::optional<std::int64_t>& id);

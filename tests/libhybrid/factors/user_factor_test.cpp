@@ -42,6 +42,24 @@ TEST(UserFactor, GoesIntoAGraph) {
   EXPECT_EQ(graph.continuous().size(), 1u);
 }
 
+TEST(UserFactor, MisuseNamesItsVariables) {
+  const Key x('x', 3);
+  try {
+    WallDistance(x, {1.0, 0.0}, 5.0, 3.0, Noise::unit(2));
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "a factor on x3: noise of dimension 2 for a residual of 1");
+  }
+  Values values;
+  values.insert(x, SE3());
+  try {
+    WallDistance(x, {1.0, 0.0}, 5.0, 3.0, Noise::unit(1)).cost(values);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "variable x3 is SE3, but a factor on x3 takes it as SE2");
+  }
+}
+
 std::string read(const std::string& path) {
   std::ifstream in(std::string(HYBRID_SOURCE_DIR) + "/" + path);
   EXPECT_TRUE(in) << path;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libhybrid/factors/between.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/dense_system.h"
 #include "tests/support/simulated_graphs.h"
@@ -119,6 +120,21 @@ TEST(Alternating, KeepsTheAnalysisWhenComponentsTouchTheSameVariables) {
   for (const HalfStep& half : result.report.half_steps) flips += half.discrete ? half.changes : 0;
   EXPECT_GT(flips, 0);
   EXPECT_EQ(result.report.analyses, 1);
+}
+
+TEST(Alternating, AVariableOfAnotherTypeIsNamedWithItsFactor) {
+  HybridGraph graph;
+  const Key x('x', 0), y('x', 1);
+  graph.emplace<BetweenSE2>(x, y, SE2(), Noise::unit(3));
+  Estimate initial;
+  initial.values.insert(x, SE2());
+  initial.values.insert(y, SE3());
+  try {
+    alternate(graph, initial);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "variable x1 is SE3, but a factor on x0 x1 takes it as SE2");
+  }
 }
 
 TEST(Alternating, StopsAtTheIterationLimit) {

@@ -188,6 +188,7 @@ TEST(IniFile, PathsAreRelativeToTheFileAndOverridesToTheCaller) {
   IniFile ini("[log]\nfile = ../rawlogs/a.rawlog\nabs = /x/y\n", "config/g.ini");
   EXPECT_EQ(ini.section("log").path("file", "", ""), "rawlogs/a.rawlog");
   EXPECT_EQ(ini.section("log").path("abs", "", ""), "/x/y");
+  EXPECT_EQ(ini.section("log").path("standard_input", "-", ""), "-");
   ini.override_value("log", "file", "b.rawlog");
   EXPECT_EQ(ini.section("log").path("file", "", ""), "b.rawlog");
   ini.override_value("log", "n", "x");

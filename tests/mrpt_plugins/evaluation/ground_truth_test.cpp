@@ -57,6 +57,9 @@ TEST(GroundTruth, RobotPath) {
   EXPECT_NEAR(path[0].pitch(), 0.2, 1e-12);
   EXPECT_NEAR(path[0].roll(), 0.3, 1e-12);
   expect_error(read_true_path, "1 2 3 4 5 6 7\n", ": 7 columns");
+  expect_error(
+      read_true_path, "1 0 0 0 0 0 0 1\n",
+      "8 columns; expected: x y z yaw pitch roll (a TUM trajectory is told by a name in .tum)");
 }
 
 TEST(GroundTruth, Tum) {

@@ -55,6 +55,43 @@ TEST_F(Tables, InterpolateOdometryAndCountWhatIsLeftOut) {
   EXPECT_EQ(report.dropped.at("detection dropped: no odometry before or after it"), 1U);
 }
 
+TEST_F(Tables, ProbabilitiesOfAllClasses) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n1,1,0,0\n";
+  expect_table_error(odometry, "time,range,yaw,p_tree\n0,1,0,1.5\n",
+                     "detections.csv:2:7: p_tree not within 0 and 1");
+  expect_table_error(odometry, "time,range,yaw,class,p_tree\n0,1,0,tree,1\n",
+                     "columns p_NAME beside class or score");
+  expect_table_error(odometry, "time,range,yaw,p_\n0,1,0,1\n", "unknown column 'p_'");
+  expect_table_error("time,x,y,yaw,p_tree\n", "time,range,yaw\n0,1,0\n",
+                     "odometry.csv:1:14: unknown column 'p_tree'");
+  const DetectionTablesOptions options = tables();
+  write("detections.csv", "time,range,yaw,p_tree,p_car\n0.5,3,0.1,0.2,0.7\n1.5,4,0.1,,\n");
+  import_detection_tables(options, log());
+  const auto all = steps();
+  EXPECT_EQ(seen(all[0]).class_names, (std::vector<std::string>{"car", "tree"}));
+  const auto& scores = seen(all[0]).detections.at(0).class_scores;
+  ASSERT_EQ(scores.size(), 2U);
+  EXPECT_NEAR(scores[0], 0.7, 1e-6);
+  EXPECT_NEAR(scores[1], 0.2, 1e-6);
+  EXPECT_TRUE(seen(all[1]).detections.at(0).class_scores.empty());
+}
+
+TEST_F(Tables, ClassesWithoutAScore) {
+  DetectionTablesOptions options = tables();
+  options.score = 1.5;
+  expect_error([&] { import_detection_tables(options, log()); }, "--score must be above 0");
+  options.score = 1;
+  write("detections.csv", "time,range,yaw,class\n0.5,3,0.1,tree\n1.5,4,0.1,car\n");
+  const ImportReport report = import_detection_tables(options, log());
+  ASSERT_EQ(report.notes.size(), 1U);
+  EXPECT_NE(report.notes[0].find("--score tells how often it is right"), std::string::npos);
+  EXPECT_EQ(seen(steps()[0]).detections.at(0).class_scores.at(1), 1);
+  options.score = 0.75;
+  EXPECT_TRUE(import_detection_tables(options, log()).notes.empty());
+  EXPECT_EQ(seen(steps()[0]).detections.at(0).class_scores.at(1), 0.75F);
+  EXPECT_EQ(seen(steps()[0]).detections.at(0).class_scores.at(0), 0.25F);
+}
+
 TEST_F(Tables, DirectionsAloneAndPosesInSpace) {
   DetectionTablesOptions options = tables();
   write("odometry.csv", "time,x,y,z,yaw,pitch,roll\n0,0,0,0,0,0,0\n2,0,0,4,0,0,0.2\n");

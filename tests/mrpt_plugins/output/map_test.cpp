@@ -86,6 +86,18 @@ TEST(MapImage, DrawsOnlyWhatIsGiven) {
   EXPECT_EQ(map_image({}).width, 1600);
 }
 
+TEST(MapImage, OfAFilmHasAClockAndRaysToWhatIsSeen) {
+  const MapResult map = round_trip(false);
+  const auto rays = [&](const std::vector<std::int64_t>& seen) {
+    const Image image = map_image(map, {}, 1600, 1200, map_frame(map, {}), {"after 3 s, ", seen});
+    EXPECT_NE(image.rgb, map_image(map).rgb);
+    return count(image, map_style::kSight.color, 40);
+  };
+  const std::int64_t a = map.landmarks[1].id, b = map.landmarks[3].id, unknown = 12345;
+  EXPECT_GT(rays({a}), rays({}) + 20);
+  EXPECT_GT(rays({a, b, unknown}), rays({a}) + 10);
+}
+
 TEST(MapImage, SurvivesValuesThatAreNotFinite) {
   MapResult map = round_trip(true);
   map.landmarks[0].position.x() = std::nan("");

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <stdexcept>
 
 #include "tests/mrpt_plugins/input/log_files.h"
 #include "tests/mrpt_plugins/rawlog/compressed.h"
@@ -50,6 +52,28 @@ TEST(Decoder, MembersOneAfterTheOtherAreOneStream) {
   const std::string skippable("\x50\x2a\x4d\x18\x03\x00\x00\x00xyz", 11);
   EXPECT_EQ(decode(zstd(a) + skippable + zstd(b)).bytes, a + b);
   EXPECT_EQ(decode(skippable + zstd(b)).bytes, b);
+}
+
+TEST(Decoder, GivesAllThatHasComeBeforeItAsksForMore) {
+  const std::string all[] = {sample(300, 1), sample(400'000, 2), std::string(300'000, 'x')};
+  for (const Compress compress : kMethods) {
+    std::string there = compress(all[0]);
+    Decoder decoder([&](char* to, std::size_t count) {
+      if (there.empty()) throw std::logic_error("a slow writer would be waited for");
+      const std::size_t given = there.copy(to, count);
+      there.erase(0, given);
+      return given;
+    });
+    for (const std::string& sent : all) {
+      if (&sent != all) there = compress(sent);
+      std::string got(sent.size(), '\0');
+      for (std::size_t size = 0; size < got.size();) {
+        const std::size_t portion = std::min<std::size_t>(1000, got.size() - size);
+        size += decoder.read(got.data() + size, portion);
+      }
+      EXPECT_TRUE(got == sent) << sent.size();
+    }
+  }
 }
 
 TEST(Decoder, BytesBehindTheLastMemberAreLeftOut) {

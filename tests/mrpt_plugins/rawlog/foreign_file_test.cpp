@@ -29,6 +29,7 @@ TEST(ForeignFile, IsNamedWithWhatToDo) {
       {"\x89PNG\r\n", "PNG"},
       {"\xff\xd8\xff\xe0", "JPEG"},
       {"#ROSBAG V2.0\n", "rosbag2rawlog"},
+      {"\x89MCAP0\r\n", "mcap_to_csv"},
       {std::string("\x7f") + "ELF\2", "-p"},
       {gzip("x"), "twice"},
       {std::string(257, 'a') + "ustar", "tar archive"}};

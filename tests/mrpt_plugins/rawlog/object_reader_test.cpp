@@ -29,7 +29,7 @@ Outcome read_all(const std::string& path) {
   ObjectReader reader(path);
   while (reader.next()) {
   }
-  EXPECT_EQ(reader.progress(), 1.0);
+  EXPECT_EQ(reader.progress(), std::make_optional(1.0));
   return {reader.status(), reader.objects(), reader.message(), reader.notes()};
 }
 

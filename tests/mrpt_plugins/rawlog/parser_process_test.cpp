@@ -21,6 +21,8 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 #include "tests/mrpt_plugins/input/log_files.h"
+#include "tests/mrpt_plugins/rawlog/compressed.h"
+#include "tests/mrpt_plugins/rawlog/standard_input.h"
 
 namespace hybrid {
 namespace {
@@ -164,6 +166,68 @@ TEST_P(ParserProcessTest, NoDescriptorIsLeftOpen) {
   EXPECT_EQ(open_descriptors(), before);
 }
 
+/// The bytes of an object in a plain log.
+std::string bytes_of(const mrpt::serialization::CSerializable::Ptr& object) {
+  const TemporaryFile file("object.rawlog");
+  write_log(file.path(), {object});
+  return decode(read_bytes(file.path())).bytes;
+}
+
+TEST_P(ParserProcessTest, AnObjectOfAPipeIsGivenWhenItHasCome) {
+  for (const bool is_compressed : {false, true}) {
+    PipedInput input;
+    const auto sent = [&](const std::string& bytes) { return is_compressed ? gzip(bytes) : bytes; };
+    input.write(sent(bytes_of(frame({observation(0)}))));
+    ObjectReader log("-");
+    for (int i = 1; i < 5; ++i) {
+      EXPECT_TRUE(log.next()) << i;
+      EXPECT_EQ(log.progress(), std::nullopt);
+      input.write(sent(bytes_of(frame({}))));  // shorter than any head that is looked at
+      EXPECT_TRUE(log.next()) << i;
+      input.write(sent(bytes_of(frame({observation(i)}))));
+    }
+    input.end();
+    EXPECT_TRUE(log.next());
+    EXPECT_FALSE(log.next());
+    EXPECT_EQ(log.status(), LogStatus::kComplete) << log.message();
+    EXPECT_EQ(log.objects(), 9U);
+  }
+}
+
+TEST_P(ParserProcessTest, APipeThatEndsInsideOfAnObject) {
+  PipedInput input;
+  const std::string whole = bytes_of(frame({observation(0)}));
+  input.write(whole + whole.substr(0, whole.size() / 2));
+  input.end();
+  ObjectReader log("-");
+  EXPECT_TRUE(log.next());
+  EXPECT_FALSE(log.next());
+  EXPECT_EQ(log.status(), LogStatus::kTruncated);
+  EXPECT_EQ(log.message(), "standard input: truncated at object 1: the file ends inside an object");
+}
+
+TEST(ParserProcess, OfASilentPipeDoesNotOutliveAReaderThatIsKilled) {
+  const PipedInput input;
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
+  std::array<int, 2> ready{};
+  ASSERT_EQ(pipe(ready.data()), 0);
+  const pid_t reader = fork();
+  if (reader == 0) {
+    ParserProcess process(STDIN_FILENO, parser_limits(std::nullopt), {}, {});
+    std::string bytes;
+    process.read(bytes, 60);  // it has started
+    if (write(ready[1], "x", 1) != 1) _exit(1);
+    while (true) pause();
+  }
+  char byte = 0;
+  ASSERT_EQ(read(ready[0], &byte, 1), 1);
+  kill(reader, SIGKILL);
+  int status = 0;
+  EXPECT_EQ(waitpid(reader, &status, 0), reader);
+  EXPECT_GT(waitpid(-1, &status, 0), 0) << "the process that parses";
+  for (const int end : ready) close(end);
+}
+
 TEST(ParserProcess, DoesNotOutliveAReaderThatIsKilled) {
   const TemporaryFile log("outlive.rawlog");
   write_log(log.path(), Objects(3000, frame({observation(1)})));  // more than a pipe holds
@@ -192,6 +256,8 @@ TEST(ParserLimits, GrowWithTheFileUpToABound) {
   EXPECT_EQ(parser_limits(1U << 20).memory, 272U << 20);
   EXPECT_EQ(parser_limits(std::uint64_t{1} << 60).memory, std::uint64_t{4} << 30);
   EXPECT_EQ(parser_limits(1U << 20).seconds, 36U);
+  EXPECT_EQ(parser_limits(std::nullopt).memory, std::uint64_t{4} << 30);
+  EXPECT_EQ(parser_limits(std::nullopt).seconds, 0U);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -258,6 +259,35 @@ TEST(Random, MomentsAndRange) {
   EXPECT_LT(least, 1e-3);
   EXPECT_LT(most, 1);
   EXPECT_GT(most, 0.999);
+}
+
+TEST(Simulator, RobotsOfOneWorldSeeEachOther) {
+  const std::string text =
+      "[simulation]\nseed = 5\n[path]\nradius = 3\n[robot.a]\nid = -101\n"
+      "[robot.b]\nid = -102\npath.start = 2 1 90\npath.period = 0.25\n";
+  IniFile ini(text, "team.ini");
+  const auto robots = read_robots(ini, [&] { return std::make_unique<IniFile>(text, "team.ini"); });
+  read_scenario(ini);
+  ini.reject_unknown();
+  ASSERT_EQ(robots.size(), 2U);
+  EXPECT_EQ(robots[1].name, "b");
+  const Simulation a = simulate(robots[0].scenario), b = simulate(robots[1].scenario);
+  ASSERT_EQ(a.landmarks.size(), b.landmarks.size());
+  for (std::size_t i = 0; i < a.landmarks.size(); ++i) {
+    EXPECT_EQ(a.landmarks[i].position, b.landmarks[i].position);
+  }
+  EXPECT_NEAR(b.path[0].x(), 2, 1e-12);
+  EXPECT_NEAR(b.path[0].yaw(), M_PI / 2, 1e-12);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; 2 * i < b.path.size() && i < a.path.size(); ++i) {
+    for (const SimulatedDetection& d : a.frames[i].detections) {
+      if (d.robot != -102) continue;
+      ++seen;
+      EXPECT_EQ(d.true_id, -1);
+      EXPECT_NEAR(d.range, a.path[i].distanceTo(b.path[2 * i]), 5 * 0.05) << i;
+    }
+  }
+  EXPECT_GT(seen, 5U);
 }
 
 }  // namespace

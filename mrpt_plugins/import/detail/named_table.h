@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libhybrid/io/escaped.h"
+#include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/import/detail/stated_noise.h"
+#include "mrpt_plugins/import/log_writer.h"
+namespace hybrid {
+
+/// No name of a column does.
+inline bool starts_like_a_number(std::string_view word) {
+  return !word.empty() && (std::isdigit(static_cast<unsigned char>(word[0])) != 0 ||
+                           std::string_view("+-.").find(word[0]) != std::string_view::npos);
+}
+
+inline constexpr std::string_view kProbability = "p_";  // and the name of a class
+
+inline bool is_probability(std::string_view name) {
+  return name.size() > kProbability.size() && name.substr(0, kProbability.size()) == kProbability;
+}
+
+/// A table with commas whose first row names its columns; `known` with p_NAME has any such.
+class NamedTable {
+ public:
+  NamedTable(const std::string& path, const std::vector<std::string>& known) : table_(path) {
+    const bool has_probabilities = known.back() == "p_NAME";
+    const auto header = table_.next();
+    for (std::size_t i = 0; i < header->size(); ++i) {
+      const std::string name((*header)[i]);
+      if (starts_like_a_number(name)) {
+        header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",
+                                    in_quotes(name), fmt::join(known, " ")));
+      }
+      if (std::find(known.begin(), known.end(), name) == known.end() &&
+          !(has_probabilities && is_probability(name))) {
+        header->fail(i, fmt::format("unknown column {}; known are: {}", in_quotes(name),
+                                    fmt::join(known, " ")));
+      }
+      if (!columns_.emplace(name, i).second) header->fail(i, fmt::format("two columns '{}'", name));
+    }
+    header_ = *header;
+  }
+
+  bool has(const std::string& name) const { return columns_.count(name) != 0; }
+  /// Classes that have a column of probabilities, sorted.
+  std::vector<std::string> probable_classes() const {
+    std::vector<std::string> names;
+    for (const auto& column : columns_) {
+      if (is_probability(column.first)) names.push_back(column.first.substr(kProbability.size()));
+    }
+    return names;
+  }
+
+  /// Throws Error that names the file unless all columns are there.
+  void require(const std::vector<std::string>& names) const {
+    for (const std::string& name : names) {
+      if (!has(name)) header_.fail(fmt::format("no column '{}'", name));
+    }
+  }
+
+  /// Throws Error about the first row.
+  [[noreturn]] void refuse(const std::string& what) const { header_.fail(what); }
+
+  bool next() {
+    row_ = table_.next();
+    if (!row_) return false;
+    row_->expect(header_.size(), "one for each name of the first row");
+    ++rows_;
+    for (const auto& [name, i] : columns_) {
+      if ((*row_)[i].empty()) ++blank_[name];
+    }
+    return true;
+  }
+
+  std::string word(const std::string& name) const {
+    return std::string((*row_)[columns_.at(name)]);
+  }
+  double time() const { return row_->time(columns_.at("time")); }
+  double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
+  /// An angle [rad], which is not in degrees.
+  double angle(const std::string& name) const {
+    const double angle = number(name);
+    if (std::abs(angle) <= 2 * M_PI) return angle;
+    fail(name, fmt::format("{} {} is beyond 2 pi: angles are in radians", name, angle));
+  }
+  /// A standard deviation; 0 where the column is absent or the field empty or 0.
+  double sigma(const std::string& name) const {
+    if (!has(name) || word(name).empty() || number(name) == 0) return 0;
+    return stated_sigma(*row_, columns_.at(name));
+  }
+  /// Tells the log how many fields were blank, by column.
+  void note_blanks(LogWriter& log) const {
+    for (const auto& [name, count] : blank_) {
+      log.note(fmt::format("{}: {} of {} fields of column {} are blank", table_.name(), count,
+                           rows_, name));
+    }
+  }
+  [[noreturn]] void fail(const std::string& name, const std::string& what) const {
+    row_->fail(columns_.at(name), what);
+  }
+  /// An id; nothing where the column is absent or the field empty or -1.
+  std::optional<std::int64_t> id(const std::string& name) const {
+    if (!has(name) || word(name).empty() || word(name) == "-1") return std::nullopt;
+    return row_->id(columns_.at(name));
+  }
+
+ private:
+  TextReader table_;
+  std::size_t rows_ = 0;
+  std::map<std::string, std::size_t> blank_;  // fields by column
+  TextRow header_;
+  std::optional<TextRow> row_;
+  std::map<std::string, std::size_t> columns_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "mrpt_plugins/mapping/mapper.h"
+
+namespace hybrid {
+
+/// A run as lines of JSON, one for each keyframe, see docs/events.md: its pose, and what is new of
+/// the landmarks since the line before. Whoever applies all lines has the map.
+class KeyframeLines {
+ public:
+  /// The line of the newest keyframe, without an end of line.
+  std::string line(const Mapper& mapper, const StepRecord& step);
+
+ private:
+  std::map<std::int64_t, std::string> told_;  // landmarks as the lines before have them
+};
+
+}  // namespace hybrid

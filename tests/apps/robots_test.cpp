@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// Several robots in one replay.
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+/// Three simulated robots in one world, of which only the first knows where it starts.
+class Robots : public ReplayTest {
+ protected:
+  void SetUp() override {
+    const Ran ran = run_app("hybrid-simulate -c " + config("simulate_team_demo.ini") + " -o " +
+                            at("team.rawlog"));
+    ASSERT_EQ(ran.code, 0) << ran.text;
+  }
+  std::string robot(const std::string& name, int id, const std::string& more = "") const {
+    return "[robot." + name + "]\nid = " + std::to_string(id) + "\nrawlog = team_" + name +
+           ".rawlog\ntruth_path = team_" + name + "_ground_truth_robot_path.txt\n" + more;
+  }
+  std::string team(const std::string& plugin, const std::string& more = "") const {
+    return write("team.ini",
+                 "[log]\ntruth_map = team_red_ground_truth.txt\n[plugins]\nclasses = " + plugin +
+                     "\n" + more + robot("red", -101) + robot("green", -102) + robot("blue", -103));
+  }
+  static double error(const nlohmann::json& summary, int robot) {
+    return summary.at("robots").at(robot).at("truth").at("trajectory").at("rmse_m");
+  }
+};
+
+TEST_F(Robots, AreFoundByTheIdsOfTheirLandmarks) {
+  const auto summary = summary_of("-c " + team("BearingRangeKnownIds"));
+  EXPECT_EQ(summary.at("status"), "ok");
+  ASSERT_EQ(summary.at("robots").size(), 3U);
+  EXPECT_EQ(summary["robots"][2].at("name"), "blue");
+  for (int i = 0; i < 3; ++i) EXPECT_LT(error(summary, i), 0.15) << i;
+  EXPECT_EQ(summary.at("truth").at("landmarks").at("spurious"), 0);
+  EXPECT_GT(summary.at("plugins").at("robot_sightings"), 20);
+}
+
+TEST_F(Robots, AreFoundByTheArrangementOfTheirLandmarks) {
+  const auto summary =
+      summary_of("-c " + team("BearingRangeAssociation", "[sensor]\nids = none\n"));
+  EXPECT_EQ(summary.at("status"), "ok");
+  for (int i = 0; i < 3; ++i) EXPECT_LT(error(summary, i), 0.2) << i;
+  EXPECT_EQ(summary.at("plugins").at("robot_sightings"), 0);  // ids are hidden
+}
+
+TEST_F(Robots, HaveAFolderEach) {
+  const Ran ran = run_replay("-c " + team("BearingRangeKnownIds") + " -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  for (const char* name : {"red", "green", "blue"}) {
+    for (const char* file :
+         {"trajectory.tum", "trajectory_dead_reckoning.tum", "trajectory_truth.tum", "error.png"}) {
+      EXPECT_TRUE(std::filesystem::exists(folder / "out" / name / file)) << name << file;
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out" / "trajectory.tum"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "map.png"));
+}
+
+TEST_F(Robots, ALogAloneIsASingleRobotWhateverItIsCalled) {
+  const auto alone = summary_of(at("team_red.rawlog"));
+  EXPECT_FALSE(alone.contains("robots"));
+  const std::string before = read("out/trajectory.tum");
+  const auto named = summary_of("--rawlog red=" + at("team_red.rawlog"));
+  EXPECT_EQ(read("out/red/trajectory.tum"), before);
+}
+
+TEST_F(Robots, SeveralLogsAreNamedAfterTheirFiles) {
+  const auto summary =
+      summary_of("--rawlog " + at("team_red.rawlog") + " --rawlog " + at("team_green.rawlog"));
+  ASSERT_EQ(summary.at("robots").size(), 2U);
+  EXPECT_EQ(summary["robots"][1].at("name"), "team_green");
+}
+
+TEST_F(Robots, AStartThatIsGivenIsNotLookedFor) {
+  // Two robots that see nothing in common but each other.
+  const std::string ini =
+      write("two.ini", "[plugins]\nclasses = BearingRangeKnownIds\n" + robot("red", -101) +
+                           robot("green", -102, "start = 8 4 90\nsensor.max_range = 0.6\n"));
+  const auto summary = summary_of("-c " + ini);
+  EXPECT_EQ(summary.at("robots").size(), 2U);
+}
+
+TEST_F(Robots, OneWithoutACommonPlaceIsLeftOut) {
+  const std::string ini =
+      write("two.ini", "[plugins]\nclasses = BearingRangeKnownIds\n" + robot("red", -101) +
+                           robot("green", -102, "sensor.max_range = 0.6\n"));
+  const auto summary = summary_of("-c " + ini, 2);
+  EXPECT_EQ(summary.at("status"), "partial");
+  EXPECT_NE(summary.at("message").get<std::string>().find("green"), std::string::npos);
+}
+
+TEST_F(Robots, ClocksAreMadeOne) {
+  const auto ahead =
+      summary_of("-c " + team("BearingRangeKnownIds") + " --set robot.green.clock_offset=0.25");
+  std::istringstream lines(read("out/green/trajectory.tum"));
+  std::string line;
+  std::getline(lines, line);
+  std::getline(lines, line);
+  EXPECT_EQ(line.substr(0, line.find(' ')), "1767225600.25") << line;
+}
+
+TEST_F(Robots, WhatTheyCannotHaveIsRefusedByName) {
+  const auto refused = [&](const std::string& text, const std::string& part) {
+    const std::string ini = write("bad.ini", robot("red", -101) + text);
+    expect_failure("-c " + ini, part);
+  };
+  refused("tile = x\n", "bad.ini:5:1: [robot.red] tile is nothing that a robot has of its own");
+  refused("sensor.max_rang = 5\n", "[robot.red] sensor.max_rang is no key of [sensor]");
+  refused("sensor.max_range = far\n", "max_range = 'far' is not valid");
+  refused("solver.mode = batch\n", "[robot.red] solver.mode is nothing that a robot has");
+  refused("plugins = Foo\n", "[robot.red] plugins names Foo");
+  refused("[robot.green]\nid = -101\nrawlog = team_green.rawlog\n", "two robots have the id -101");
+  refused("[robot.a/b]\nrawlog = team_green.rawlog\n", "the name of a robot is made of letters");
+  refused("[robot.green]\nid = 5\n", "[robot.green] rawlog names no log");
+  refused("[log]\nrawlog = team_green.rawlog\n", "is one log, but there are sections [robot.NAME]");
+  expect_failure("-c " + team("BearingRangeKnownIds") + " --map " + at("m.hmap"),
+                 "one after the other");
+  expect_failure("-c " + team("BearingRangeKnownIds", "[solver]\nmode = filter\n"),
+                 "several robots need [solver] mode = incremental or batch");
+}
+
+TEST_F(Robots, ThePrintedConfigurationReadsBack) {
+  const std::string ini = team("BearingRangeKnownIds");
+  const Ran printed = run_replay("-c " + ini + " --print-config");
+  ASSERT_EQ(printed.code, 0) << printed.text;
+  std::filesystem::create_directory(folder / "below");
+  const std::string again = write("below/again.ini", printed.text);
+  summary_of("-c " + ini);
+  const std::string before = read("out/blue/trajectory.tum");
+  summary_of("-c " + again);
+  EXPECT_EQ(read("out/blue/trajectory.tum"), before);
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Bags made here become the tables that are in them, and a map. HYBRID_BIN is the folder of the programs."""
+
+import csv
+import importlib
+import json
+import math
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_csv.py"
+LINE = "=" * 80 + "\n"
+COMMON = {
+    "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
+    "builtin_interfaces/Time": "# of ROS\nint32 sec\nuint32 nanosec\n",
+    "geometry_msgs/PoseWithCovariance": "Pose pose\nfloat64[36] covariance\n",
+    "geometry_msgs/Pose": "Point position\nQuaternion orientation\n",
+    "geometry_msgs/Point": "float64 x\nfloat64 y\nfloat64 z\n",
+    "geometry_msgs/Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+    "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
+}
+ODOMETRY = {"nav_msgs/Odometry": "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"}
+DETECTIONS = {
+    "vision_msgs/Detection3DArray": "uint8 KIND=3\nstd_msgs/Header header\nvision_msgs/Detection3D[] detections\n",
+    "vision_msgs/Detection3D":
+        "std_msgs/Header header\nObjectHypothesisWithPose[] results\nBoundingBox3D bbox\nstring id\n",
+    "vision_msgs/ObjectHypothesisWithPose": "ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose\n",
+    "vision_msgs/ObjectHypothesis": "string class_id\nfloat64 score\n",
+    "vision_msgs/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size\n",
+}
+# As ROS 2 Foxy has it.
+OLD_DETECTIONS = {
+    **DETECTIONS,
+    "vision_msgs/Detection3D":
+        "std_msgs/Header header\nObjectHypothesisWithPose[] results\nBoundingBox3D bbox\nbool is_tracking\n"
+        "string tracking_id\n",
+    "vision_msgs/ObjectHypothesisWithPose": "string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose\n",
+}
+LANDMARKS = {"7": (4.0, 3.0, "tree"), "8": (8.0, -2.0, "post"), "9": (12.0, 4.0, "tree")}
+
+
+def text(value):
+    data = value.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+class Cdr:
+    """A message, little-endian."""
+
+    def __init__(self):
+        self.data = b""
+
+    def put(self, code, *values):
+        for value in values:
+            size = struct.calcsize(code)
+            self.data += b"\0" * (-len(self.data) % size) + struct.pack("<" + code, value)
+        return self
+
+    def string(self, value):
+        self.put("I", len(value) + 1)
+        self.data += value.encode() + b"\0"
+        return self
+
+    def header(self, time):
+        return self.put("i", int(time)).put("I", round(1e9 * (time % 1))).string("map")
+
+    def pose(self, x, y, z=0.0, yaw=0.0):
+        return self.put("d", x, y, z, 0, 0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+    def whole(self):
+        return b"\0\1\0\0" + self.data
+
+
+def odometry(time, x, y, yaw):
+    return Cdr().header(time).string("base").pose(x, y, 0.0, yaw).put("d", *[0.0] * 36).whole()
+
+
+def detections(time, seen, old=False):
+    """`seen` is (id, x, y, z, class) in the frame of the sensor."""
+    out = Cdr().header(time).put("I", len(seen))
+    for name, x, y, z, class_name in seen:
+        out.header(time).put("I", 2)
+        for guess, score in (("rock", 0.2), (class_name, 0.8)):
+            out.string(guess).put("d", score).pose(0, 0).put("d", *[0.0] * 36)
+        out.pose(x, y, z).put("d", 1, 1, 1)
+        if old:
+            out.put("B", 1)
+        out.string(name)
+    return out.whole()
+
+
+def record(code, content):
+    return struct.pack("<BQ", code, len(content)) + content
+
+
+def bag(topics, messages, pack=None):
+    """`topics` is (name, definitions), `messages` are (topic's index, bytes); `pack` is (name, function)."""
+    body = b""
+    for number, (name, definitions) in enumerate(topics, 1):
+        (first, main), *_ = definitions.items()
+        others = {**dict(list(definitions.items())[1:]), **COMMON}
+        whole = main + "".join(f"{LINE}MSG: {kind}\n{lines}" for kind, lines in others.items())
+        body += record(3, struct.pack("<H", number) + text(first.replace("/", "/msg/")) + text("ros2msg") + text(whole))
+        body += record(4, struct.pack("<HH", number, number) + text(name) + text("cdr") + struct.pack("<I", 0))
+    for index, data in messages:
+        body += record(5, struct.pack("<HIQQ", index + 1, 0, 0, 0) + data)
+    if pack:
+        packed = pack[1](body)
+        body = record(6, struct.pack("<QQQI", 0, 0, len(body), 0) + text(pack[0]) + struct.pack("<Q", len(packed)) + packed)
+    magic = b"\x89MCAP0\r\n"
+    return magic + record(1, text("ros2") + text("test")) + body + record(15, b"\0" * 4) + record(2, b"\0" * 20) + magic
+
+
+def drive(old=False):
+    """A robot that drives 1 m/s along x and sees the landmarks ahead of it."""
+    messages = []
+    for k in range(11):
+        messages.append((0, odometry(100 + k, k, 0.5, 0.1)))
+        seen = []
+        for name, (x, y, class_name) in LANDMARKS.items():
+            dx, dy, c, s = x - k, y - 0.5, math.cos(0.1), math.sin(0.1)
+            if dx > 0:
+                seen.append((name, c * dx + s * dy, -s * dx + c * dy, 0.0, class_name))
+        messages.append((1, detections(100 + k, seen, old)))
+    return messages
+
+
+TOPICS = [("/odom", ODOMETRY), ("/objects", DETECTIONS)]
+
+
+class McapToCsv(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.at = pathlib.Path(self.folder.name)
+
+    def run_script(self, content, *options):
+        (self.at / "a.mcap").write_bytes(content)
+        return subprocess.run([sys.executable, "-B", SCRIPT, self.at / "a.mcap", "-o", self.at, *options], text=True,
+                              capture_output=True, check=False)
+
+    def table(self, name):
+        with open(self.at / name, encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def check_tables(self):
+        odometry_rows, seen = self.table("odometry.csv"), self.table("detections.csv")
+        self.assertEqual([float(r["time"]) for r in odometry_rows], [100 + k for k in range(11)])
+        self.assertAlmostEqual(float(odometry_rows[3]["x"]), 3)
+        self.assertAlmostEqual(float(odometry_rows[3]["yaw"]), 0.1)
+        first = [r for r in seen if r["time"] == "100.0"]
+        self.assertEqual([(r["id"], r["class"], r["score"]) for r in first],
+                         [("7", "tree", "0.8"), ("8", "post", "0.8"), ("9", "tree", "0.8")])
+        self.assertAlmostEqual(float(first[0]["range"]), math.hypot(4, 2.5))
+        self.assertAlmostEqual(float(first[0]["yaw"]), math.atan2(2.5, 4) - 0.1)
+
+    def test_plain_and_old_messages(self):
+        for definitions, old in ((DETECTIONS, False), (OLD_DETECTIONS, True)):
+            ran = self.run_script(bag([("/odom", ODOMETRY), ("/objects", definitions)], drive(old)), "--plane")
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.check_tables()
+
+    def test_compressed_chunks(self):
+        for name, module in (("zstd", "zstandard"), ("lz4", "lz4.frame")):
+            with self.subTest(name):
+                try:
+                    library = importlib.import_module(module)
+                except ImportError:
+                    self.skipTest(f"skipped: python3-{module.split('.')[0]} is not installed")
+                pack = library.ZstdCompressor().compress if name == "zstd" else library.compress
+                ran = self.run_script(bag(TOPICS, drive(), (name, pack)), "--plane")
+                self.assertEqual(ran.returncode, 0, ran.stderr)
+                self.check_tables()
+
+    def test_in_space_and_in_an_optical_frame(self):
+        messages = [(0, odometry(0, 0, 0, 0)), (1, detections(0, [("left", 3.0, 4.0, 0.0, "a"), ("low", 0.0, 2.0, 2.0, "a")]))]
+        ran = self.run_script(bag(TOPICS, messages))
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        left, low = self.table("detections.csv")
+        self.assertEqual(list(left), ["time", "range", "yaw", "pitch", "class", "score", "id"])
+        self.assertEqual((float(left["range"]), left["id"], low["id"]), (5.0, "0", "1"))
+        self.assertAlmostEqual(float(low["pitch"]), -math.pi / 4)  # above: positive is down
+        ran = self.run_script(bag(TOPICS, messages), "--optical")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        low = self.table("detections.csv")[1]  # 2 m ahead and 2 m down
+        self.assertAlmostEqual(float(low["yaw"]), 0)
+        self.assertAlmostEqual(float(low["pitch"]), math.pi / 4)
+
+    def test_what_cannot_be_read_is_told(self):
+        whole = bag(TOPICS, drive())
+        self.assertIn("is not an MCAP file", self.run_script(b"SQLite format 3").stderr)
+        self.assertIn("/objects (vision_msgs/msg/Detection3DArray)", self.run_script(whole, "--odometry", "/odometry").stderr)
+        self.assertIn("0 topics are vision_msgs/msg/Detection3DArray", self.run_script(bag(TOPICS[:1], [])).stderr)
+        self.assertIn("compressed with 'xz'", self.run_script(bag(TOPICS, [], ("xz", bytes))).stderr)
+        self.assertIn("a message ends early", self.run_script(bag(TOPICS, [(0, odometry(0, 0, 0, 0)[:-8])])).stderr)
+        cut = self.run_script(whole[:len(whole) * 2 // 3], "--plane")
+        self.assertEqual(cut.returncode, 0, cut.stderr)
+        self.assertIn("ends early; what came before is used", cut.stdout)
+        for size in range(0, len(whole), 997):
+            self.assertNotIn("Traceback", self.run_script(whole[:size]).stderr)
+
+    def test_the_tables_become_a_map(self):
+        programs = os.environ.get("HYBRID_BIN")
+        if not programs:
+            self.skipTest("skipped: HYBRID_BIN is not set")
+        self.run_script(bag(TOPICS, drive()), "--plane")
+        for command in (["hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "detections.csv", "-o", "a.rawlog"],
+                        ["hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out"]):
+            ran = subprocess.run([f"{programs}/{command[0]}", *command[1:]], cwd=self.at, text=True, capture_output=True, check=False)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+        found = json.loads((self.at / "out/landmarks.json").read_text())["landmarks"]
+        self.assertEqual({str(l["id"]): l["class"] for l in found}, {n: l[2] for n, l in LANDMARKS.items()})
+        for landmark in found:  # in the frame of the first pose
+            x, y, _ = LANDMARKS[str(landmark["id"])]
+            c, s = math.cos(0.1), math.sin(0.1)
+            expected = (c * x + s * (y - 0.5), -s * x + c * (y - 0.5))
+            self.assertLess(math.dist(landmark["position"], expected), 0.05)
+
+
+if __name__ == "__main__":
+    unittest.main()
