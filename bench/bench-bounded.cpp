@@ -4,7 +4,8 @@
 // A robot that circles among 20 landmarks for as long as asked: what a keyframe costs, and how good
 // and how sure the estimate is, by full smoothing and by a window that the place bounds.
 //
-//   bench-bounded [--steps N] [--full N] [--runs N] [--seed N] [--csv FILE]
+//   bench-bounded [--steps N] [--full N] [--runs N] [--seed N] [--complete N] [--sightings N]
+//                 [--csv FILE]
 //
 // Full smoothing ends after --full steps. Time is that of the processor per keyframe, memory that
 // of the smoother. NEES is the normalised estimation error squared of the newest pose for each
@@ -30,6 +31,7 @@ constexpr int kStretch = 100;  // steps of which the time is a mean
 struct Options {
   int steps = 50000, full = 5000, runs = 1;
   std::uint64_t seed = 1;
+  WindowOptions window;
   std::string csv;
 };
 
@@ -49,7 +51,7 @@ std::map<int, Line> run(const Options& options, WindowOptions::Mode mode, const 
                         std::FILE* csv) {
   testing::WalkOptions world;
   world.landmarks = 20;
-  WindowOptions window;
+  WindowOptions window = options.window;
   window.mode = mode;
   const int steps =
       mode == WindowOptions::Mode::kFull ? std::min(options.full, options.steps) : options.steps;
@@ -115,6 +117,8 @@ Options parse(int argc, char** argv) {
   o.full = number("--full", o.full);
   o.runs = number("--runs", o.runs);
   o.seed = static_cast<std::uint64_t>(number("--seed", 1));
+  o.window.complete = number("--complete", o.window.complete);
+  o.window.sightings = number("--sightings", o.window.sightings);
   o.csv = args["--csv"];
   return o;
 }

@@ -64,8 +64,8 @@ int main(int argc, char** argv) try {
 
   hybrid::PlotSpec plot;
   plot.title = "Time per step of the incremental smoother";
-  plot.subtitle = "each point is the mean of one fortieth of a run; processor time";
-  plot.x = {"poses in the graph", hybrid::Scale::kLog};
+  plot.subtitle = "processor time, means over stretches of the run";
+  plot.x = {"poses so far", hybrid::Scale::kLog};
   plot.y = {"time per step [ms]", hybrid::Scale::kLog};
   for (const std::string& file : files) hybrid::read_rows(file, plot.series);
   std::filesystem::create_directories(output);

@@ -193,10 +193,10 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
   const auto counts = [&](int t) {
     return landmarks.seen_times(t, options_.confirm) && landmarks.track(t).existence > 0;
   };
-  // Named by its id, known before the first keyframe, or with sightings that left the graph.
-  const auto fixed = [&](int t) {
+  // Named by its id, or known before the first keyframe.
+  const auto named = [&](int t) {
     const std::vector<int>& sightings = landmarks.track(t).sightings;
-    return landmarks.track(t).known_sightings > 0 || !landmarks.is_whole(t, map) ||
+    return landmarks.track(t).known_sightings > 0 ||
            (options_.use_ids && std::any_of(sightings.begin(), sightings.end(), [&](int s) {
               return landmarks.sighting(s).detection.id.has_value();
             }));
@@ -209,7 +209,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
     const GaussianScore score =
         gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
     const bool near = score.chi_square <= chi_square_quantile(options_.gate, h.dim);
-    if (!near || !counts(a) || !counts(b) || fixed(a)) continue;
+    if (!near || !counts(a) || !counts(b) || named(a)) continue;
     const double evidence = h.gain[p] - score.cost +
                             landmarks.times_together(a, b) * std::log(clutter_density) +
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),

@@ -206,8 +206,9 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     Contribution out = next_merge(map, true);
     if (out.empty()) out = match_again(map);
     if (out.empty()) {
-      const Merge merge =
+      Merge merge =
           merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
+      keep_whole(map, merge);
       if (!merge.pairs.empty()) out = apply(merge, map);
       out.settle = !merge.pairs.empty();
     }

@@ -96,10 +96,10 @@ class LandmarkTracks {
   /// The poses that a track was first and last seen from.
   Key first_seen_from(int t) const { return sightings_[tracks_[t].sightings.front()].pose; }
   Key last_seen_from(int t) const { return sightings_[tracks_[t].sightings.back()].pose; }
-  /// Poses of its sightings, in order.
-  std::vector<Key> seen_from(int t) const;
   /// Whether a track has so many detections, those counted that were gathered to one.
   bool seen_times(int t, int times) const;
+  /// Poses of its sightings, in order.
+  std::vector<Key> seen_from(int t) const;
   /// Whether all poses that a track was seen from are in the graph, so that the factors of its
   /// sightings may be removed.
   bool is_whole(int t, const MapView& map) const;

@@ -136,11 +136,11 @@ Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth,
   TextStyle subtitle;
   subtitle.size = 14;
   subtitle.color = {90, 90, 90};
-  canvas.text(
-      {40, 70},
-      fmt::format("{} poses of the robot, {} landmarks; the squares on the ground are {:g} m wide",
-                  result.trajectory.size(), result.landmarks.size(), layout.grid_step),
-      subtitle);
+  canvas.text({40, 70},
+              fmt::format("{} poses of {}, {} landmarks; the squares on the ground are {:g} m wide",
+                          result.trajectory.size(), whose(result), result.landmarks.size(),
+                          layout.grid_step),
+              subtitle);
   Legend legend(canvas, {options.width - kPanel - kMargin + 10, kTop + 14}, kPanel - 10);
   map_legend(legend, result, truth, kBeads, layout.frame.extent);
   if (!result.landmarks.empty()) {

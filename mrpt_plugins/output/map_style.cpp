@@ -30,6 +30,11 @@ std::vector<DrawnPath> drawn_paths(const MapResult& result) {
   return out;
 }
 
+std::string whose(const MapResult& result) {
+  if (result.robots.empty()) return "the robot";
+  return fmt::format("{} robots", result.robots.size());
+}
+
 std::vector<Trajectory> true_paths(const GroundTruth& truth) {
   std::vector<Trajectory> out = {truth.path};
   out.insert(out.end(), truth.others.begin(), truth.others.end());

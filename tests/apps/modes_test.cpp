@@ -29,7 +29,8 @@ class MotionModes : public ReplayTest {
 };
 
 TEST_F(MotionModes, SlipIsFoundOnlineInAWindowAndInBatch) {
-  for (const char* mode : {"incremental", "fixed_lag", "batch"}) {
+  for (const char* mode :
+       {"incremental", "bounded\ncomplete = 60\nsightings = 8", "fixed_lag", "batch"}) {
     const auto with = summary_of("-c " + write("with.ini", demo() + solver(mode)));
     const auto without = summary_of("-c " + write("without.ini", without_modes() + solver(mode)));
     const auto& modes = with["truth"]["modes"];

@@ -33,7 +33,7 @@ TEST_P(Modes, KfSlamDemoReachesTheBatchOptimum) {
   EXPECT_NEAR(summary["cost"], redundancy / 2, 4 * std::sqrt(redundancy / 2));
 }
 
-INSTANTIATE_TEST_SUITE_P(Solver, Modes, ::testing::Values("batch", "incremental"));
+INSTANTIATE_TEST_SUITE_P(Solver, Modes, ::testing::Values("batch", "incremental", "bounded"));
 
 class Windows : public ReplayTest, public ::testing::WithParamInterface<const char*> {
  protected:
@@ -296,6 +296,43 @@ TEST_F(ReplayTest, WhatCannotBecomePartOfTheMapIsLeftOutAndTold) {
   EXPECT_NEAR(summary["objective"], whole["objective"], 1e-6);
 }
 
+TEST_F(ReplayTest, IsFullSmoothingToTheLastDigitUntilTheLogIsLong) {
+  for (const char* name : {"classed_demo.ini", "slip_demo.ini", "kf_slam_6d_demo_da.ini"}) {
+    const std::string command = "-c " + config(name) + " --set solver.mode=";
+    ASSERT_EQ(run_replay(command + "bounded -o " + at("bounded")).code, 0) << name;
+    ASSERT_EQ(run_replay(command + "incremental -o " + at("full")).code, 0) << name;
+    for (const char* file : {"trajectory.tum", "landmarks.csv", "graph.g2o"}) {
+      EXPECT_EQ(read_file(folder / "bounded" / file), read_file(folder / "full" / file)) << file;
+    }
+  }
+}
+
+// As short as it takes for keyframes to leave.
+TEST_F(ReplayTest, ABoundedMapIsAsGoodAndAsSureAsThatOfFullSmoothing) {
+  const std::string hidden = " --set sensor.ids=none --set plugins.classes=auto";
+  for (const auto& [name, more] : {std::pair{"classed_demo.ini", std::string()},
+                                   {"classed_demo.ini", hidden},
+                                   {"classed_demo_3d.ini", std::string()},
+                                   {"kf_slam_demo.ini", std::string()},
+                                   {"slip_demo.ini", std::string()}}) {
+    const std::string command = "-c " + config(name) + more;
+    const auto full = summary_of(command);
+    const auto bounded = summary_of(command + " --set solver.complete=60 --set solver.sightings=8");
+    EXPECT_GE(bounded["plugins"]["keyframes_marginalized"], 50) << command;
+    EXPECT_EQ(bounded["status"], "ok");
+    EXPECT_EQ(bounded["dropped"], full["dropped"]);
+    EXPECT_EQ(bounded["keyframes"], full["keyframes"]);
+    EXPECT_EQ(bounded["landmarks"], full["landmarks"]);
+    const auto& is = bounded["truth"];
+    const auto& was = full["truth"];
+    EXPECT_EQ(is["class_accuracy"], was["class_accuracy"]);
+    EXPECT_LT(is["trajectory"]["rmse_m"], 1.05 * was["trajectory"]["rmse_m"].get<double>());
+    EXPECT_LT(is["landmarks"]["mean_m"], 1.05 * was["landmarks"]["mean_m"].get<double>());
+    EXPECT_GT(is["nees_pose"], 0.8 * was["nees_pose"].get<double>());
+    EXPECT_LT(is["nees_pose"], 1.25 * was["nees_pose"].get<double>());
+  }
+}
+
 TEST_F(ReplayTest, HelpAndPrintConfigExplain) {
   const Ran help = run_replay("--help");
   EXPECT_EQ(help.code, 0);
@@ -303,7 +340,7 @@ TEST_F(ReplayTest, HelpAndPrintConfigExplain) {
   EXPECT_NE(help.text.find("Exit code"), std::string::npos);
   const Ran print = run_replay("--print-config -p " HYBRID_EXAMPLE_PLUGIN);
   EXPECT_EQ(print.code, 0);
-  for (const char* part : {"[solver]", "mode = incremental", "[ClassedBearingRangeKnownIds]",
+  for (const char* part : {"[solver]", "mode = bounded", "[ClassedBearingRangeKnownIds]",
                            "[RobustBearingRange]", "huber_width = 3", "min_distance"}) {
     EXPECT_NE(print.text.find(part), std::string::npos) << part;
   }

@@ -146,6 +146,7 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
 INSTANTIATE_TEST_SUITE_P(DimensionsAndModes, Mapping,
                          ::testing::Values(Case{false, "batch"}, Case{true, "batch"},
                                            Case{false, "incremental"}, Case{true, "incremental"},
+                                           Case{false, "bounded"}, Case{true, "bounded"},
                                            Case{false, "fixed_lag\nlag = 5"},
                                            Case{true, "fixed_lag\nlag = 5"}, Case{false, "filter"},
                                            Case{true, "filter"}));
