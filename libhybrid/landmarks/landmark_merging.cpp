@@ -208,7 +208,9 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
     const GaussianScore score =
         gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
     const bool near = score.chi_square <= chi_square_quantile(options_.gate, h.dim);
-    if (!near || !counts(a) || !counts(b) || named(a)) continue;
+    const bool apart = landmarks.last_seen_from(a) < landmarks.first_seen_from(b) ||
+                       landmarks.last_seen_from(b) < landmarks.first_seen_from(a);
+    if (!near || apart || !counts(a) || !counts(b) || named(a)) continue;
     const double evidence = h.gain[p] - score.cost +
                             landmarks.times_together(a, b) * std::log(clutter_density) +
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),

@@ -166,7 +166,7 @@ Scenario read_scenario(IniFile& ini) {
   IniSection s = ini.section("simulation", "What is written");
   Scenario scenario;
   scenario.seed = s.get("seed", std::uint64_t{1}, "Same seed, same bytes");
-  scenario.world_seed = s.get("world_seed", scenario.seed, "Of the landmarks alone");
+  scenario.world_seed = s.get("world_seed", scenario.seed, "The seed of the landmarks alone");
   scenario.is_3d = s.choice("dimension", "2d", {"2d", "3d"}, "Of motion and measurements") == "3d";
   scenario.pairs = s.choice("format", "pairs", {"pairs", "observations"},
                             "Actions and sensory frames, or observations only") == "pairs";

@@ -108,7 +108,8 @@ TEST_F(PlanarSets, MrclamMergesTimesAndDropsRobots) {
   MrclamOptions with_robots = mrclam();
   with_robots.keep_robots = true;
   import_mrclam(with_robots, log());
-  const auto& detections = seen(steps()[0]).detections;
+  const auto kept = steps();
+  const auto& detections = seen(kept[0]).detections;
   ASSERT_EQ(detections.size(), 2U);
   EXPECT_EQ(std::min(detections[0].landmark_id, detections[1].landmark_id), -102);
 }
