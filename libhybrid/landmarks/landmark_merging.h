@@ -41,9 +41,9 @@ class LandmarkMerging {
 
   /// The same at the end of the log, with the misses as evidence: of two landmarks that are one,
   /// each look sees one at most. The best pair of landmarks, which may have been seen in one frame:
-  /// then one of the sightings was clutter. Only of landmarks whose stretches of the way overlap: two
-  /// of different stretches may only seem to be in one place, see LoopClosing. Landmarks that the
-  /// sensor names, or that were known before, are not made others.
+  /// then one of the sightings was clutter. Only of landmarks whose stretches of the way overlap:
+  /// two of different stretches may only seem to be in one place, see LoopClosing. Landmarks that
+  /// the sensor names, or that were known before, are not made others.
   Merge propose_by_misses(const MapView& map, const ClassModel& classes, double density,
                           const Views& views, LandmarkTracks& landmarks);
 
