@@ -46,7 +46,8 @@ BlockPattern ResidualLayout::pattern() const {
   pattern.edges.reserve(residuals.size());
   for (const Residual& residual : residuals) {
     if (!residual.coupled) continue;
-    if (pattern.anchor < 0 && residual.count == 1 && residual.rows >= dims[blocks[residual.first]]) {
+    if (pattern.anchor < 0 && residual.count == 1 &&
+        residual.rows >= dims[blocks[residual.first]]) {
       pattern.anchor = blocks[residual.first];
     }
     for (int i = 0; i < residual.count; ++i) {

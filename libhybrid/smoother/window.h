@@ -38,8 +38,8 @@ struct WindowOptions {
   /// Letters of variables that never leave, e.g. of calibrations, which all measurements share.
   std::string lasting = {};
   /// Letters of the states, which a bounded window lets go and of which a filter keeps those of the
-  /// newest update that brings some, e.g. "x" for vectors in a Kalman filter; empty: all poses (SE2,
-  /// SE3).
+  /// newest update that brings some, e.g. "x" for vectors in a Kalman filter; empty: all poses
+  /// (SE2, SE3).
   std::string states = {};
 };
 

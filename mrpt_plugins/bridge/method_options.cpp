@@ -54,8 +54,7 @@ void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
       s.get("min_redundancy", o.min_redundancy,
             "below it nothing else would reveal a false closure: it is flagged", kProbability);
   o.refuse_uncheckable =
-      s.get("refuse_uncheckable", o.refuse_uncheckable,
-            "refuse closures so flagged");
+      s.get("refuse_uncheckable", o.refuse_uncheckable, "refuse closures so flagged");
   o.max_rounds = s.get("max_rounds", o.max_rounds, "macro-steps tried", kCount);
   o.solver.relative_decrease = s.get("relative_decrease", o.solver.relative_decrease,
                                      "in batch: the last solve ends once an iteration promises to "

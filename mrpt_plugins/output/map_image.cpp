@@ -157,12 +157,12 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   TextStyle subtitle;
   subtitle.size = 14;
   subtitle.color = {90, 90, 90};
-  canvas.text({box.left, 70},
-              fmt::format("{}: {}{} poses of {}, {} landmarks",
-                          result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
-                          moment.clock, result.trajectory.size(), whose(result),
-                          result.landmarks.size()),
-              subtitle);
+  canvas.text(
+      {box.left, 70},
+      fmt::format("{}: {}{} poses of {}, {} landmarks",
+                  result.is_3d ? "3-D map seen from above (z left out)" : "Plan", moment.clock,
+                  result.trajectory.size(), whose(result), result.landmarks.size()),
+      subtitle);
   axes.draw(canvas);
 
   LabelPlacer labels(box);

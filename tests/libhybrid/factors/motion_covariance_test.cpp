@@ -21,13 +21,12 @@ TEST(MotionCovariance, OfAFirstPoseAndOfTheLandmarksOfAMap) {
   const Eigen::Vector3d sigmas(0.1, 0.2, 0.05);
   const Prior<SE2> prior(pose, SE2(1, 2, 0.3), Noise::diagonal(sigmas));
   std::vector<Key> asked;
-  const Eigen::MatrixXd joint = covariance_after_motion(
-      prior, newest, {},
-      [&](const std::vector<Key>& keys) {
-        asked = keys;
-        return known;
-      },
-      {a, b});
+  const Eigen::MatrixXd joint = covariance_after_motion(prior, newest, {},
+                                                        [&](const std::vector<Key>& keys) {
+                                                          asked = keys;
+                                                          return known;
+                                                        },
+                                                        {a, b});
   EXPECT_EQ(asked, (std::vector<Key>{a, b}));
   ASSERT_EQ(joint.rows(), 7);
   ASSERT_EQ(joint.cols(), 7);
