@@ -40,6 +40,17 @@ void report_plugins(const Summary& summary, Progress& progress, std::FILE* file)
   }
 }
 
+/// The errors of the robots whose true path is known, in brackets; "" where there is none.
+std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
+  std::vector<std::string> errors;
+  for (const RobotSummary& robot : robots) {
+    if (!robot.truth || !robot.truth->trajectory) continue;
+    errors.push_back(
+        fmt::format("{} {:.4f} m", robot.name, robot.truth->trajectory->unaligned.rmse_m));
+  }
+  return errors.empty() ? "" : fmt::format(" ({})", fmt::join(errors, ", "));
+}
+
 void report(const Summary& summary, const std::string& folder, Progress& progress,
             std::FILE* file) {
   progress.clear();
@@ -57,12 +68,7 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
       std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
     print_to(file, ", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);
   }
-  for (const RobotSummary& robot : summary.robots) {
-    if (!robot.truth || !robot.truth->trajectory) continue;
-    say("{}{} {:.4f} m", &robot == &summary.robots.front() ? " (" : ", ", robot.name,
-        robot.truth->trajectory->unaligned.rmse_m);
-    if (&robot == &summary.robots.back()) say(")");
-  }
+  print_to(file, "{}", errors_of_robots(summary.robots));
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
     print_to(file, ", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);
   }

@@ -64,6 +64,28 @@ TEST_F(Robots, HaveAFolderEach) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out" / "map.png"));
 }
 
+TEST_F(Robots, StreamedLinesAreAloneOnStandardOutput) {
+  const Ran ran =
+      run_shell(HYBRID_BINARY_DIR "/bin/hybrid-replay -c " + team("BearingRangeKnownIds") +
+                " --stream --no-pictures -o " + at("out") + " 2>" + at("said.txt"));
+  ASSERT_EQ(ran.code, 0);
+  std::istringstream lines(ran.text);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  }
+  EXPECT_NE(read("said.txt").find(" m (anna 0."), std::string::npos);
+}
+
+TEST_F(Robots, ThoseWithATruePathAreNamedInBrackets) {
+  const std::string ini =
+      write("two.ini",
+            "[plugins]\nclasses = BearingRangeKnownIds\n[robot.anna]\nid = -101\n"
+            "rawlog = team_anna.rawlog\n" +
+                robot("bert", -102));
+  const Ran ran = run_replay("-c " + ini + " -o " + at("out"));
+  EXPECT_NE(ran.text.find(" m (bert "), std::string::npos) << ran.text;
+}
+
 TEST_F(Robots, ALogAloneIsASingleRobotWhateverItIsCalled) {
   const auto alone = summary_of(at("team_anna.rawlog"));
   EXPECT_FALSE(alone.contains("robots"));
