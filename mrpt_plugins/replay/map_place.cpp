@@ -35,7 +35,7 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
                 ": the place in it is found by reading the log before, which standard input does "
                 "not allow; give [map] start");
   } else {
-    found_ = find_start(request, run_->map(), options_.odds);
+    found_ = find_start(with_chosen_plugins(request, settings), run_->map(), options_.odds);
   }
 }
 

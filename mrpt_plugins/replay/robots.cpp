@@ -7,19 +7,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/bridge/robot_sections.h"
 
 namespace hybrid {
 namespace {
 
-constexpr const char* kPrefix = "robot.";
-constexpr std::size_t kLongestName = 64;
 constexpr const char* kTruths[] = {"truth_path", "truth_associations", "truth_modes"};
+constexpr const char* kAdvice = "--truth-path NAME=FILE and --truth-map give those of these logs";
 /// Sections of which a robot may have values of its own, as SECTION.KEY.
 constexpr const char* kSections[] = {"reader", "keyframes", "sensor",     "odometry",
                                      "motion", "prior",     "calibration"};
@@ -42,16 +40,6 @@ constexpr RobotKey kKeys[] = {
     {"clock_offset", "reader", false, "added to its time stamps, as in [reader]"},
 };
 
-bool is_name(const std::string& name) {
-  return !name.empty() && name.size() <= kLongestName &&
-         std::all_of(name.begin(), name.end(),
-                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-}
-
-std::string section_of(const std::string& robot) {
-  return kPrefix + robot;
-}
-
 const RobotKey* find_key(const std::string& key) {
   const auto it = std::find_if(std::begin(kKeys), std::end(kKeys),
                                [&](const RobotKey& k) { return key == k.name; });
@@ -61,12 +49,11 @@ const RobotKey* find_key(const std::string& key) {
 /// Section and key that a key of a robot stands for.
 std::pair<std::string, std::string> meant(const IniSection& section, const std::string& key) {
   if (const RobotKey* own = find_key(key)) return {own->section, key};
-  const std::size_t dot = key.find('.');
-  const std::string of = key.substr(0, dot);
-  const bool known =
-      dot != std::string::npos &&
-      std::find(std::begin(kSections), std::end(kSections), of) != std::end(kSections);
-  if (known) return {of, key.substr(dot + 1)};
+  const auto parts = split_key(key);
+  if (parts &&
+      std::find(std::begin(kSections), std::end(kSections), parts->first) != std::end(kSections)) {
+    return *parts;
+  }
   std::vector<std::string> names = {"id", "plugins"};
   for (const RobotKey& k : kKeys) names.emplace_back(k.name);
   section.fail(key, fmt::format("is nothing that a robot has of its own; known are {} and "
@@ -74,8 +61,10 @@ std::pair<std::string, std::string> meant(const IniSection& section, const std::
                                 fmt::join(names, ", "), fmt::join(kSections, ", ")));
 }
 
-/// Leaves out what the INI says is true of a log that is not used.
-void leave_out_truth(IniFile& ini, const std::string& section_name, bool with_map) {
+}  // namespace
+
+void leave_out_truth(IniFile& ini, const std::string& section_name, bool with_map,
+                     const std::string& advice) {
   IniSection section = ini.section(section_name);
   std::vector<std::string> keys(std::begin(kTruths), std::end(kTruths));
   if (with_map) keys.emplace_back("truth_map");
@@ -89,25 +78,7 @@ void leave_out_truth(IniFile& ini, const std::string& section_name, bool with_ma
   }
   if (left_out.empty()) return;
   section.warn("rawlog", "is another log than that of " + ini.name() + ", whose " + left_out +
-                             " are left out; --truth-path NAME=FILE and --truth-map give those of "
-                             "these logs");
-}
-
-}  // namespace
-
-std::vector<std::string> robot_names(const IniFile& ini) {
-  std::vector<std::string> names;
-  const std::string prefix = kPrefix;
-  for (const std::string& section : ini.sections()) {
-    if (section.rfind(prefix, 0) != 0) continue;
-    names.push_back(section.substr(prefix.size()));
-    if (is_name(names.back())) continue;
-    throw Error(
-        fmt::format("{}: [{}]: the name of a robot is made of letters, digits, _ and -, {} "
-                    "at most",
-                    ini.name(), escaped(section), kLongestName));
-  }
-  return names;
+                             " are left out; " + advice);
 }
 
 std::string title_of(const std::vector<std::string>& robots) {
@@ -117,7 +88,7 @@ std::string title_of(const std::vector<std::string>& robots) {
 void take_robots(IniFile& ini, const std::vector<RequestedRobot>& robots) {
   const std::vector<std::string> before = robot_names(ini);
   for (const RequestedRobot& robot : robots) {
-    const std::string section = section_of(robot.name);
+    const std::string section = robot_section(robot.name);
     const bool known = std::find(before.begin(), before.end(), robot.name) != before.end();
     if (!known && robot.rawlog.empty()) {
       throw Error(fmt::format("--truth-path {}={}: there is no robot of that name", robot.name,
@@ -126,10 +97,10 @@ void take_robots(IniFile& ini, const std::vector<RequestedRobot>& robots) {
     if (!robot.truth_path.empty()) ini.override_value(section, "truth_path", robot.truth_path);
     if (robot.rawlog.empty()) continue;
     ini.override_value(section, "rawlog", robot.rawlog);
-    if (known) leave_out_truth(ini, section, false);
+    if (known) leave_out_truth(ini, section, false, kAdvice);
   }
   if (robots.empty() || !before.empty()) return;
-  leave_out_truth(ini, "log", true);
+  leave_out_truth(ini, "log", true, kAdvice);
   ini.override_value("log", "rawlog", "", ini.name());
   if (ini.section("log").is_overridden("title")) return;
   ini.override_value("log", "title", title_of(robot_names(ini)), ini.name());
@@ -138,7 +109,7 @@ void take_robots(IniFile& ini, const std::vector<RequestedRobot>& robots) {
 RobotSection read_robot(IniFile& ini, const std::string& name, std::unique_ptr<IniFile> fresh) {
   RobotSection out;
   out.ini = std::move(fresh);
-  IniSection section = ini.section(section_of(name), "A robot; see docs/robots.md");
+  IniSection section = ini.section(robot_section(name), "A robot; see docs/robots.md");
   for (const char* key : kTruths) out.ini->override_value("log", key, "", ini.name());
   out.ini->override_value("map", "start", "", ini.name());
   for (const std::string& key : section.keys()) {
@@ -164,7 +135,7 @@ RobotSection read_robot(IniFile& ini, const std::string& name, std::unique_ptr<I
 }
 
 void check_robot(IniFile& ini, const std::string& name, const IniFile& own) {
-  IniSection section = ini.section(section_of(name));
+  IniSection section = ini.section(robot_section(name));
   for (const std::string& key : section.keys()) {
     if (key == "id" || key == "plugins") continue;
     const auto [of, target] = meant(section, key);

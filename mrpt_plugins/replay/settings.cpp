@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/replay/detail/robots.h"
 
@@ -36,10 +37,6 @@ std::string file_path(IniSection& section, const std::string& key, const std::st
   return path;
 }
 
-/// What an INI says of its own log alone.
-constexpr const char* kOfTheLog[] = {"truth_path", "truth_map", "truth_associations",
-                                     "truth_modes"};
-
 bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code unknown;
   return a == b || std::filesystem::equivalent(a, b, unknown);
@@ -60,16 +57,8 @@ void take_command_line(IniFile& ini, const ReplayRequest& request) {
   IniSection log = ini.section("log");
   const std::string present = log.path("rawlog", "", "the log");
   if (present.empty() || log_of_ini.empty() || is_same_file(present, log_of_ini)) return;
-  std::string left_out;
-  for (const char* key : kOfTheLog) {
-    if (log.is_overridden(key) || log.path(key, "", "").empty()) continue;
-    left_out += (left_out.empty() ? "" : ", ") + std::string(key);
-    ini.override_value("log", key, "", ini.name());
-  }
+  leave_out_truth(ini, "log", true, "--truth-path and --truth-map give those of this log");
   if (!log.is_overridden("title")) ini.override_value("log", "title", stem_of(present));
-  if (left_out.empty()) return;
-  log.warn("rawlog", "is another log than that of " + ini.name() + ", whose " + left_out +
-                         " are left out; --truth-path and --truth-map give those of this log");
 }
 
 /// Section [log]; what is common to all robots goes into `settings`.
@@ -138,7 +127,7 @@ void read_robots(IniFile& ini, const ReplayRequest& request, const std::vector<s
     ReplaySettings shared;
     RobotSettings robot = read_one(*section.ini, request, shared);
     check_robot(ini, name, *section.ini);
-    if (robot.rawlog.empty()) ini.section("robot." + name).fail("rawlog", "names no log");
+    if (robot.rawlog.empty()) ini.section(robot_section(name)).fail("rawlog", "names no log");
     robot.name = robot.options.name = name;
     robot.options.id = section.id;
     robot.plugins = section.plugins;
@@ -210,7 +199,7 @@ void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
         return without_namespace(other) == without_namespace(name);
       });
       if (it == all.end()) {
-        ini.section("robot." + robot.name)
+        ini.section(robot_section(robot.name))
             .fail("plugins", fmt::format("names {}, which is none of [plugins] classes = {}", name,
                                          fmt::join(all, " ")));
       }
@@ -262,6 +251,13 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   }
   choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
   return settings;
+}
+
+ReplayRequest with_chosen_plugins(ReplayRequest request, const ReplaySettings& settings) {
+  if (!settings.chosen.empty()) {
+    request.settings.push_back(fmt::format("plugins.classes={}", fmt::join(settings.chosen, " ")));
+  }
+  return request;
 }
 
 LogMerge open_logs(const ReplaySettings& settings) {

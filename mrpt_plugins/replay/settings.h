@@ -51,6 +51,10 @@ std::unique_ptr<IniFile> open_config(const ReplayRequest& request);
 /// is the default, the log is read once to choose them. Throws Error for anything unknown or wrong.
 ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request);
 
+/// The request with the plugins that were chosen for it, so that its log is not read once more to
+/// choose them.
+ReplayRequest with_chosen_plugins(ReplayRequest request, const ReplaySettings& settings);
+
 /// All sections and keys as a valid INI with comments, which reads back from any folder: those of
 /// the plugins that the INI names, or of all where they are chosen by the log.
 std::string config_text(const ReplayRequest& request);

@@ -40,7 +40,7 @@ MapRecord map_alone(const ReplayRequest& request, std::size_t robot) {
 /// Robots of which a joint map is made, one after the other.
 class Meeting {
  public:
-  Meeting(const ReplayRequest& request, double odds) : request_(request), odds_(odds) {}
+  Meeting(ReplayRequest request, double odds) : request_(std::move(request)), odds_(odds) {}
 
   /// Where robot `i` starts in the frame of robot 0; nothing where that cannot be told yet.
   std::optional<KnownStart> find(std::size_t i) {
@@ -62,7 +62,7 @@ class Meeting {
     return *joint_;
   }
 
-  const ReplayRequest& request_;
+  ReplayRequest request_;
   double odds_;
   std::map<std::size_t, MapRecord> maps_;
   std::optional<MapRecord> joint_;
@@ -83,7 +83,7 @@ Team::Team(const ReplayRequest& request, ReplaySettings& settings) {
     robots[i].options.motion.start = given_start(robots[i].start, is_3d);
     if (i > 0 && !robots[i].options.motion.start) lost.insert(i);
   }
-  Meeting meeting(request, settings.map.odds);
+  Meeting meeting(with_chosen_plugins(request, settings), settings.map.odds);
   std::set<std::size_t> found;
   for (bool again = true; again && !lost.empty();) {  // one may be found through another
     again = false;

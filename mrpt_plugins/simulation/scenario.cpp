@@ -3,9 +3,11 @@
 
 #include "mrpt_plugins/simulation/scenario.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/simulation/robot_path.h"
 
 namespace hybrid {
@@ -187,9 +189,8 @@ Scenario read_scenario(IniFile& ini) {
 namespace {
 
 /// One of several robots: its noise is its own, the world is that of all.
-NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& section_name,
-                       std::size_t number) {
-  IniSection section = ini.section(section_name, "A robot of several in one world");
+NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& name, std::size_t number) {
+  IniSection section = ini.section(robot_section(name), "A robot of several in one world");
   const auto id =
       section.get("id", -101 - static_cast<int>(number),
                   "By which the sensors of other robots know it; not -1", IniRange{-2e9, 2e9});
@@ -198,19 +199,18 @@ NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& section_na
   const std::uint64_t seed = simulation.get("seed", std::uint64_t{1}, "Same seed, same bytes");
   own.override_value("simulation", "world_seed", std::to_string(seed), ini.name());
   own.override_value("simulation", "seed", std::to_string(seed + number + 1), ini.name());
-  for (const std::string& key : section.keys()) {
-    if (key == "id") continue;
-    const std::size_t dot = key.find('.');
-    if (dot == std::string::npos) section.fail(key, "is neither id nor SECTION.KEY");
-    own.override_value(key.substr(0, dot), key.substr(dot + 1),
-                       section.get(key, "", "Instead of that of all"), section.place(key));
+  std::vector<std::string> keys = section.keys();
+  keys.erase(std::remove(keys.begin(), keys.end(), "id"), keys.end());
+  for (const std::string& key : keys) {
+    const auto parts = split_key(key);
+    if (!parts) section.fail(key, "is neither id nor SECTION.KEY");
+    own.override_value(parts->first, parts->second, section.get(key, "", "Instead of that of all"),
+                       section.place(key));
   }
-  NamedScenario out{section_name.substr(section_name.find('.') + 1), read_scenario(own)};
-  for (const std::string& key : section.keys()) {
-    const std::size_t dot = key.find('.');
-    if (key != "id" && !own.declares(key.substr(0, dot), key.substr(dot + 1))) {
-      section.fail(key, "is no key of a simulation");
-    }
+  NamedScenario out{name, read_scenario(own)};
+  for (const std::string& key : keys) {
+    const auto parts = split_key(key);
+    if (!own.declares(parts->first, parts->second)) section.fail(key, "is no key of a simulation");
   }
   out.scenario.others.push_back(
       {id, out.scenario.path.period, robot_path(out.scenario.path, out.scenario.is_3d)});
@@ -222,10 +222,9 @@ NamedScenario read_one(IniFile& ini, IniFile& own, const std::string& section_na
 std::vector<NamedScenario> read_robots(IniFile& ini,
                                        const std::function<std::unique_ptr<IniFile>()>& fresh) {
   std::vector<NamedScenario> robots;
-  for (const std::string& section : ini.sections()) {
-    if (section.rfind("robot.", 0) != 0) continue;
+  for (const std::string& name : robot_names(ini)) {
     const auto own = fresh();
-    robots.push_back(read_one(ini, *own, section, robots.size()));
+    robots.push_back(read_one(ini, *own, name, robots.size()));
   }
   std::vector<Scenario::Other> all;  // so far each has itself
   for (const NamedScenario& robot : robots) all.push_back(robot.scenario.others.front());

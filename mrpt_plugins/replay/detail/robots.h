@@ -14,12 +14,13 @@
 
 namespace hybrid {
 
-/// The robots of a replay, each a section [robot.NAME] of the INI, which the command line may add;
-/// none where a replay is of one log. Throws Error for a name that makes no folder.
-std::vector<std::string> robot_names(const IniFile& ini);
-
 /// The heading of pictures where the INI gives none.
 std::string title_of(const std::vector<std::string>& robots);
+
+/// Leaves out what a section of the INI says is true of a log which another one stands for now,
+/// also of the map where asked for; warns, with advice on how to give it.
+void leave_out_truth(IniFile& ini, const std::string& section, bool with_map,
+                     const std::string& advice);
 
 /// Takes the robots of the command line over into the INI. What that says is true of a log which
 /// another one stands for now is left out, with a warning.

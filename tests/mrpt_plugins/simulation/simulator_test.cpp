@@ -261,6 +261,13 @@ TEST(Random, MomentsAndRange) {
   EXPECT_GT(most, 0.999);
 }
 
+TEST(Simulator, ARobotWhoseNameMakesNoFileNameIsRefused) {
+  const std::string text = "[robot.../a]\n";
+  IniFile ini(text, "team.ini");
+  EXPECT_THROW(read_robots(ini, [&] { return std::make_unique<IniFile>(text, "team.ini"); }),
+               Error);
+}
+
 TEST(Simulator, RobotsOfOneWorldSeeEachOther) {
   const std::string text =
       "[simulation]\nseed = 5\n[path]\nradius = 3\n[robot.a]\nid = -101\n"
