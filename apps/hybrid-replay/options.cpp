@@ -51,10 +51,9 @@ std::pair<std::string, std::string> named(const std::string& text) {
 /// One log, or those of several robots.
 void take_robots(const std::vector<std::string>& logs, const std::vector<std::string>& truth_paths,
                  ReplayRequest& request) {
-  const bool one = std::all_of(logs.begin(), logs.end(),
-                               [](const std::string& log) { return named(log).first.empty(); });
-  if (one && logs.size() == 1) request.rawlog = logs.front();
-  for (std::size_t i = 0; i < logs.size() && !(one && logs.size() == 1); ++i) {
+  const bool one = logs.size() == 1 && named(logs.front()).first.empty();
+  if (one) request.rawlog = logs.front();
+  for (std::size_t i = 0; i < logs.size() && !one; ++i) {
     auto [name, file] = named(logs[i]);
     if (name.empty()) name = std::filesystem::path(file).stem().string();
     const bool twice = std::any_of(request.robots.begin(), request.robots.end(),

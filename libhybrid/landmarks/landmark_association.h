@@ -94,7 +94,6 @@ class LandmarkAssociation {
   void decide_old(const MapView& map, int before, Contribution& out);
   void judge_existence(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
                        const std::vector<int>& sightings, Contribution& out);
-  bool is_named(int track) const;
   void discard(int track, const MapView& map, Contribution& out);
   void remember();
   void count_open();

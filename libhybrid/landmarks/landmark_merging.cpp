@@ -194,11 +194,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
   };
   // Named by its id, or known before the first keyframe.
   const auto named = [&](int t) {
-    const std::vector<int>& sightings = landmarks.track(t).sightings;
-    return landmarks.track(t).known_sightings > 0 ||
-           (options_.use_ids && std::any_of(sightings.begin(), sightings.end(), [&](int s) {
-              return landmarks.sighting(s).detection.id.has_value();
-            }));
+    return landmarks.track(t).known_sightings > 0 || (options_.use_ids && landmarks.has_id(t));
   };
   const auto place = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
   merge.evidence = std::log(options_.merge_odds);

@@ -184,14 +184,6 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   return out;
 }
 
-/// Whether the sensor has named a landmark by an id that counts: clutter has none.
-bool LandmarkAssociation::is_named(int track) const {
-  const std::vector<int>& sightings = landmarks_.track(track).sightings;
-  return options_.use_ids && std::any_of(sightings.begin(), sightings.end(), [&](int s) {
-           return landmarks_.sighting(s).detection.id.has_value();
-         });
-}
-
 Contribution LandmarkAssociation::conclude(const MapView& map) {
   remember();
   if (undo_wanted_) return undo_merge(map);
@@ -217,7 +209,8 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     const Track& track = landmarks_.track(t);
     const bool confirmed = landmarks_.seen_times(t, options_.confirm);
     if (track.known_sightings > 0) continue;  // what becomes of it is for the map to say
-    const bool there = track.existence > 0 || is_named(t);
+    const bool named = options_.use_ids && landmarks_.has_id(t);  // which clutter is not
+    const bool there = track.existence > 0 || named;
     if (track.alive && !(confirmed && there)) discard(t, map, out);
   }
   return out;

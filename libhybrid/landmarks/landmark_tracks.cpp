@@ -277,12 +277,18 @@ std::vector<Key> LandmarkTracks::seen_from(int t) const {
   return poses;
 }
 
-int LandmarkTracks::times_together(int a, int b) const {
+bool LandmarkTracks::has_id(int t) const {
+  const std::vector<int>& own = tracks_[t].sightings;
+  return std::any_of(own.begin(), own.end(),
+                     [&](int s) { return sightings_[s].detection.id.has_value(); });
+}
+
+int LandmarkTracks::times_together(int a, int b, int at_most) const {
   int times = 0;
   const auto frame = [this](int s) { return sightings_[s].frame; };
   const std::vector<int>& x = tracks_[a].sightings;
   const std::vector<int>& y = tracks_[b].sightings;
-  for (std::size_t i = 0, j = 0; i < x.size() && j < y.size();) {
+  for (std::size_t i = 0, j = 0; i < x.size() && j < y.size() && times < at_most;) {
     if (frame(x[i]) == frame(y[j])) ++times;
     frame(x[i]) < frame(y[j]) ? ++i : ++j;
   }

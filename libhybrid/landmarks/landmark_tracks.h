@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -103,9 +104,12 @@ class LandmarkTracks {
   /// Whether all poses that a track was seen from are in the graph, so that the factors of its
   /// sightings may be removed.
   bool is_whole(int t, const MapView& map) const;
-  /// Frames that have sightings of two landmarks, so that these are two or one is clutter.
-  int times_together(int a, int b) const;
-  bool seen_together(int a, int b) const { return times_together(a, b) > 0; }
+  /// Whether the log gives a detection of a track an id.
+  bool has_id(int t) const;
+  /// Frames that have sightings of two landmarks, so that these are two or one is clutter; counted
+  /// up to a limit.
+  int times_together(int a, int b, int at_most = std::numeric_limits<int>::max()) const;
+  bool seen_together(int a, int b) const { return times_together(a, b, 1) > 0; }
   /// Moves a track in the grid to its estimate.
   void place(int t, const Values& values);
   /// Places all tracks, or the next few in turn.

@@ -45,8 +45,8 @@ void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sens
   views_.push_back(std::move(view));
 }
 
-/// Takes the looks from poses that have left the graph out of what is searched, which is then no
-/// more than the graph is. Of a map that keeps them all none has.
+/// Looks from poses that have left the graph are no longer searched, so that the search grows with
+/// the graph and not with the log. A map that keeps all poses loses none.
 void Views::forget(const MapView& map, Key newest) {
   for (std::size_t view = 0; view < views_.size(); ++view) {
     const Key pose = views_[view].pose;

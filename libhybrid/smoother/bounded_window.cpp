@@ -257,9 +257,7 @@ void WindowSmoother::hold(const Fixed& fixed, const std::vector<Handle>& breaks,
       }
     }
   }
-  for (Table& table : delta.discrete) {
-    if (table.keys().empty()) table = Table({}, {table.costs()[0] + constant});
-  }
+  add_constant(constant, delta);
 }
 
 void WindowSmoother::note_departure(const Departure& going, const Fixed& fixed,

@@ -265,6 +265,11 @@ void WindowSmoother::settle_constant(std::vector<std::pair<Key, Table>>& settled
     constant += smoother_.graph().discrete().at(*constant_).costs()[0];
     delta.remove.push_back(*constant_);
   }
+  add_constant(constant, delta);
+}
+
+/// Adds to the table over no variable, of which a change has one.
+void WindowSmoother::add_constant(double constant, Delta& delta) {
   for (Table& table : delta.discrete) {
     if (table.keys().empty()) table = Table({}, {table.costs()[0] + constant});
   }

@@ -136,6 +136,7 @@ class WindowSmoother {
   Change change_of(const Departure& going);
   std::vector<Handle> factors_of(const Departure& going) const;
   void settle_constant(std::vector<std::pair<Key, Table>>& settled, Delta& delta);
+  static void add_constant(double constant, Delta& delta);
   void take_tables(const std::vector<Handle>& tables);
   bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);

@@ -31,8 +31,7 @@ auto position_covariance(const Eigen::Matrix<double, 6, 6>& covariance) {
 /// The robot seen is at `share` of its motion; the noise of that is added to that of the sensor.
 template <class Pose>
 ContinuousFactorPtr robot_sighting(Key observer, const DetectionFrame& frame,
-                                   const typename Pose::Point& measured,
-                                   const Eigen::MatrixXd& covariance, const RobotMotion& motion,
+                                   const MeasuredPoint& measured, const RobotMotion& motion,
                                    double share, const Values& values, Loss loss) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using Matrix = Eigen::Matrix<double, kDim, kDim>;
@@ -45,9 +44,8 @@ ContinuousFactorPtr robot_sighting(Key observer, const DetectionFrame& frame,
                                  &by_observer, &by_point);
   const Matrix by_offset = by_point * before.rotation().matrix();
   const Matrix moved = share * position_covariance<typename Pose::Point>(motion.covariance);
-  const Matrix noise =
-      covariance.topLeftCorner<kDim, kDim>() + by_offset * moved * by_offset.transpose();
-  return std::make_shared<RobotSighting<Pose>>(observer, motion.before, measured,
+  const Matrix noise = measured.covariance + by_offset * moved * by_offset.transpose();
+  return std::make_shared<RobotSighting<Pose>>(observer, motion.before, measured.z,
                                                Noise::covariance(noise), sensor, part.translation(),
                                                loss);
 }
@@ -109,13 +107,9 @@ ContinuousFactorPtr RobotSightings::factor(const Sighting& s, const RobotMotion&
                                            const Values& values, bool is_3d) const {
   const double length = motion.to - motion.from;
   const double share = length > 0 ? std::clamp((s.time - motion.from) / length, 0.0, 1.0) : 0.0;
-  const Detection& d = s.detection;
-  if (is_3d) {
-    return robot_sighting<SE3>(s.pose, s.frame, Eigen::Vector3d(d.range, d.yaw, d.pitch),
-                               d.covariance, motion, share, values, loss_);
-  }
-  return robot_sighting<SE2>(s.pose, s.frame, Eigen::Vector2d(d.range, d.yaw), d.covariance, motion,
-                             share, values, loss_);
+  const MeasuredPoint measured = measured_point(s.detection, is_3d);
+  return is_3d ? robot_sighting<SE3>(s.pose, s.frame, measured, motion, share, values, loss_)
+               : robot_sighting<SE2>(s.pose, s.frame, measured, motion, share, values, loss_);
 }
 
 std::map<std::string, std::size_t> RobotSightings::dropped() const {

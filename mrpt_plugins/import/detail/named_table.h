@@ -20,6 +20,7 @@
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/import/detail/stated_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
+
 namespace hybrid {
 
 /// No name of a column does.
@@ -39,7 +40,7 @@ inline bool is_probability(std::string_view name) {
 class NamedTable {
  public:
   NamedTable(const std::string& path, const std::vector<std::string>& known) : table_(path) {
-    const bool has_probabilities = known.back() == "p_NAME";
+    const bool has_probabilities = std::find(known.begin(), known.end(), "p_NAME") != known.end();
     const auto header = table_.next();
     for (std::size_t i = 0; i < header->size(); ++i) {
       const std::string name((*header)[i]);
