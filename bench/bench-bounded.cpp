@@ -12,6 +12,7 @@
 // degree of freedom, 1 where the covariance is right; it and the rms error are means since the line
 // before, over all runs.
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -106,28 +107,26 @@ void print(const Options& options) {
   if (csv != nullptr) std::fclose(csv);
 }
 
-Options parse(int argc, char** argv) {
-  Options o;
-  std::map<std::string, std::string> args;
-  for (int i = 1; i + 1 < argc; i += 2) args[argv[i]] = argv[i + 1];
-  const auto number = [&](const char* name, int fallback) {
-    return args.count(name) ? std::stoi(args[name]) : fallback;
-  };
-  o.steps = number("--steps", o.steps);
-  o.full = number("--full", o.full);
-  o.runs = number("--runs", o.runs);
-  o.seed = static_cast<std::uint64_t>(number("--seed", 1));
-  o.window.complete = number("--complete", o.window.complete);
-  o.window.sightings = number("--sightings", o.window.sightings);
-  o.csv = args["--csv"];
-  return o;
+void declare(CLI::App& app, Options& o) {
+  app.option_defaults()->always_capture_default();
+  app.add_option("--steps", o.steps, "of the window");
+  app.add_option("--full", o.full, "of full smoothing");
+  app.add_option("--runs", o.runs, "that means are over");
+  app.add_option("--seed", o.seed, "of the first run");
+  app.add_option("--complete", o.window.complete, "as [solver] complete");
+  app.add_option("--sightings", o.window.sightings, "as [solver] sightings");
+  app.add_option("--csv", o.csv, "file for all that is printed");
 }
 
 }  // namespace
 }  // namespace hybrid
 
 int main(int argc, char** argv) try {
-  hybrid::print(hybrid::parse(argc, argv));
+  CLI::App app("What a keyframe costs in a window that the place bounds, and how good it is");
+  hybrid::Options options;
+  hybrid::declare(app, options);
+  CLI11_PARSE(app, argc, argv);
+  hybrid::print(options);
   return EXIT_SUCCESS;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "bench-bounded: %s\n", e.what());

@@ -11,11 +11,11 @@
 // right, larger if it is too small. It is given for the last pose, with its standard error over the
 // runs, and for the newest pose over all steps.
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -99,32 +99,35 @@ void print(const Options& options) {
   }
 }
 
-Options parse(int argc, char** argv) {
-  Options o;
-  std::map<std::string, std::string> args;
-  for (int i = 1; i + 1 < argc; i += 2) args[argv[i]] = argv[i + 1];
-  const auto number = [&](const char* name, double fallback) {
-    return args.count(name) ? std::stod(args[name]) : fallback;
-  };
-  o.runs = static_cast<int>(number("--runs", o.runs));
-  o.seed = static_cast<std::uint64_t>(number("--seed", 1));
-  o.lag = static_cast<int>(number("--lag", o.lag));
-  o.steps = static_cast<int>(number("--steps", o.steps));
-  o.walk.noise = number("--noise", 1.0);
-  if (args.count("--world")) o.world = args["--world"];
+void declare(CLI::App& app, Options& o) {
+  app.option_defaults()->always_capture_default();
+  app.add_option("--runs", o.runs, "that means are over");
+  app.add_option("--seed", o.seed, "of the first run");
+  app.add_option("--noise", o.walk.noise, "true noise of the sensors over the stated one");
+  app.add_option("--world", o.world, "plane, space or ranges")
+      ->check(CLI::IsMember({"plane", "space", "ranges"}));
+  app.add_option("--lag", o.lag, "of the window, in steps");
+  app.add_option("--steps", o.steps, "of a run");
+}
+
+void enter_world(Options& o) {
   if (o.world == "space") {
     o.walk.landmarks = 60;
     o.walk.spread = 6.0;
   }
   if (o.world == "ranges") o.walk.sensor = testing::Sensor::kRange;
-  return o;
 }
 
 }  // namespace
 }  // namespace hybrid
 
 int main(int argc, char** argv) try {
-  hybrid::print(hybrid::parse(argc, argv));
+  CLI::App app("How well the covariance of the newest pose matches its error, by kind of window");
+  hybrid::Options options;
+  hybrid::declare(app, options);
+  CLI11_PARSE(app, argc, argv);
+  hybrid::enter_world(options);
+  hybrid::print(options);
   return EXIT_SUCCESS;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "bench-consistency: %s\n", e.what());

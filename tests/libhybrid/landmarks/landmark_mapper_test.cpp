@@ -43,6 +43,12 @@ struct Curve {
     storage[0] = 0.3;
     T_robot_sensor = Pose::load(storage);
   }
+  /// From a place to the nearest point [m].
+  double distance(const Eigen::Vector3d& place) const {
+    double nearest = 100;
+    for (const auto& p : points) nearest = std::min(nearest, (place - padded_point(p)).norm());
+    return nearest;
+  }
   double noisy(double sigma) { return sigma * std::normal_distribution<double>()(random); }
 
   DetectionFrame look(bool with_ids = false) {
@@ -148,11 +154,7 @@ TYPED_TEST(LandmarkMapping, IdsThatTheSensorMisreadAreClutter) {
   ASSERT_GT(misread, 8U);
   ASSERT_EQ(mapper.landmarks().size(), drive.points.size());
   for (const auto& [id, landmark] : mapper.landmarks()) {
-    const Eigen::Vector3d found = point_at(mapper.smoother().values(), landmark.position);
-    double nearest = 100;
-    for (const auto& p : drive.points)
-      nearest = std::min(nearest, (found - padded_point(p)).norm());
-    EXPECT_LT(nearest, 0.25);
+    EXPECT_LT(drive.distance(point_at(mapper.smoother().values(), landmark.position)), 0.25);
   }
   std::size_t clutter = 0;
   for (const AssociationDecision& d : mapper.decisions()) clutter += d.estimated_id ? 0 : 1;
@@ -172,11 +174,7 @@ TYPED_TEST(LandmarkMapping, EveryPointIsALandmarkAndEverySightingGoesToItsOwn) {
   ASSERT_EQ(mapper.landmarks().size(), drive.points.size());
   std::size_t sightings = 0;
   for (const auto& [id, landmark] : mapper.landmarks()) {
-    const Eigen::Vector3d found = point_at(mapper.smoother().values(), landmark.position);
-    double nearest = 100;
-    for (const auto& p : drive.points)
-      nearest = std::min(nearest, (found - padded_point(p)).norm());
-    EXPECT_LT(nearest, 0.25);
+    EXPECT_LT(drive.distance(point_at(mapper.smoother().values(), landmark.position)), 0.25);
     sightings += static_cast<std::size_t>(landmark.sightings);
   }
   // The graph holds the motions and each sighting once.

@@ -206,49 +206,53 @@ TEST_P(ParserProcessTest, APipeThatEndsInsideOfAnObject) {
   EXPECT_EQ(log.message(), "standard input: truncated at object 1: the file ends inside an object");
 }
 
-TEST(ParserProcess, OfASilentPipeDoesNotOutliveAReaderThatIsKilled) {
-  const PipedInput input;
-  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
+/// Kills a process once it has read with `read_some`, a function of a callback that tells so and
+/// does not return. Gives how the process that parses for it ended.
+template <class ReadSome>
+void kill_reader(const ReadSome& read_some, int& status) {
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // its orphans become ours
   std::array<int, 2> ready{};
   ASSERT_EQ(pipe(ready.data()), 0);
   const pid_t reader = fork();
   if (reader == 0) {
-    ParserProcess process(STDIN_FILENO, parser_limits(std::nullopt), {}, {});
-    std::string bytes;
-    process.read(bytes, 60);  // it has started
-    if (write(ready[1], "x", 1) != 1) _exit(1);
-    while (true) pause();
+    read_some([&] {
+      if (write(ready[1], "x", 1) != 1) _exit(1);
+      while (true) pause();
+    });
   }
   char byte = 0;
   ASSERT_EQ(read(ready[0], &byte, 1), 1);
   kill(reader, SIGKILL);
-  int status = 0;
   EXPECT_EQ(waitpid(reader, &status, 0), reader);
   EXPECT_GT(waitpid(-1, &status, 0), 0) << "the process that parses";
   for (const int end : ready) close(end);
 }
 
+TEST(ParserProcess, OfASilentPipeDoesNotOutliveAReaderThatIsKilled) {
+  const PipedInput input;
+  int status = 0;
+  kill_reader(
+      [](const auto& wait) {
+        ParserProcess process(STDIN_FILENO, parser_limits(std::nullopt), {}, {});
+        std::string bytes;
+        process.read(bytes, 60);  // it has started
+        wait();
+      },
+      status);
+}
+
 TEST(ParserProcess, DoesNotOutliveAReaderThatIsKilled) {
   const TemporaryFile log("outlive.rawlog");
   write_log(log.path(), Objects(3000, frame({observation(1)})));  // more than a pipe holds
-  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);                 // its orphans become ours
-  std::array<int, 2> ready{};
-  ASSERT_EQ(pipe(ready.data()), 0);
-  const pid_t reader = fork();
-  if (reader == 0) {
-    ObjectReader objects(log.path());
-    objects.next();
-    if (write(ready[1], "x", 1) != 1) _exit(1);
-    while (true) pause();
-  }
-  char byte = 0;
-  ASSERT_EQ(read(ready[0], &byte, 1), 1);
-  kill(reader, SIGKILL);
   int status = 0;
-  EXPECT_EQ(waitpid(reader, &status, 0), reader);
-  EXPECT_GT(waitpid(-1, &status, 0), 0) << "the process that parses";
+  kill_reader(
+      [&](const auto& wait) {
+        ObjectReader objects(log.path());
+        objects.next();
+        wait();
+      },
+      status);
   EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE);
-  for (const int end : ready) close(end);
 }
 
 TEST(ParserLimits, GrowWithTheFileUpToABound) {
