@@ -18,6 +18,7 @@
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
@@ -197,7 +198,7 @@ std::vector<PosePair> compared(const std::vector<PosePair>& truth, const std::ve
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (!values.contains(poses[i])) continue;
     pairs.push_back(truth[i]);
-    pairs.back().estimate = to_mrpt(values, poses[i]);
+    pairs.back().estimate = pose_at(values, poses[i]);
   }
   return pairs;
 }

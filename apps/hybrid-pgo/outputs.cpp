@@ -11,6 +11,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/graph_image.h"
 
@@ -87,7 +88,7 @@ Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values) {
   Trajectory path;
   for (const Key key : poses) {
     if (values.contains(key))
-      path.push_back({static_cast<double>(key.index()), to_mrpt(values, key)});
+      path.push_back({static_cast<double>(key.index()), pose_at(values, key)});
   }
   return path;
 }

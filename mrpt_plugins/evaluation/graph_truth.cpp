@@ -13,6 +13,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 
 namespace hybrid {
@@ -38,7 +39,7 @@ std::vector<CPose3D> read_by_id(const std::string& file, const std::vector<Key>&
     if (!values.contains(key)) {
       throw Error(fmt::format("{}: has no pose for vertex {}", file, key.index()));
     }
-    rows.push_back(to_mrpt(values, key));
+    rows.push_back(pose_at(values, key));
   }
   return rows;
 }
@@ -81,16 +82,6 @@ std::vector<CPose3D> read_rows(const std::string& file, const std::vector<Key>& 
 
 }  // namespace
 
-CPose3D to_mrpt(const Values& values, Key key) {
-  if (values.type(key) == Variable<SE2>::type()) {
-    const SE2 pose = values.at<SE2>(key);
-    return {pose.x(), pose.y(), 0, pose.angle(), 0, 0};
-  }
-  const SE3 pose = values.at<SE3>(key);
-  return CPose3D::FromRotationAndTranslation(pose.rotation().quaternion().toRotationMatrix(),
-                                             pose.translation());
-}
-
 std::map<Key, CPose3D> read_true_poses(const std::string& file, const std::string& times_file,
                                        const std::vector<Key>& poses) {
   std::map<Key, CPose3D> result;
@@ -125,9 +116,9 @@ std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector
                                       const Values& estimate) {
   const std::map<Key, CPose3D> rows = read_true_poses(file, "", poses);
   std::vector<PosePair> pairs;
-  const CPose3D first = to_mrpt(estimate, poses.front());
+  const CPose3D first = pose_at(estimate, poses.front());
   for (Key key : poses) {
-    pairs.push_back({to_mrpt(estimate, key), first + (rows.at(key) - rows.at(poses.front()))});
+    pairs.push_back({pose_at(estimate, key), first + (rows.at(key) - rows.at(poses.front()))});
   }
   return pairs;
 }

@@ -31,7 +31,4 @@ std::map<Key, mrpt::poses::CPose3D> read_true_poses(const std::string& file,
 std::vector<PosePair> pair_with_truth(const std::string& file, const std::vector<Key>& poses,
                                       const Values& estimate);
 
-/// The pose variable `key`, of type SE2 or SE3, as T_map_robot.
-mrpt::poses::CPose3D to_mrpt(const Values& values, Key key);
-
 }  // namespace hybrid

@@ -62,9 +62,7 @@ ClosureLabel agrees(const Edge& edge, const PreparedGraph& prepared, const Graph
   const auto from = prepared.truth.find(edge.from);
   const auto to = prepared.truth.find(edge.to);
   if (from == prepared.truth.end() || to == prepared.truth.end()) return ClosureLabel::kUnknown;
-  Values measured;
-  measured.insert(edge.from, edge.measured);
-  const CPose3D error = (to->second - from->second) - to_mrpt(measured, edge.from);
+  const CPose3D error = (to->second - from->second) - to_mrpt(edge.measured);
   const double trace = error.getRotationMatrix().trace();
   const double angle = std::acos(std::clamp(0.5 * (trace - 1.0), -1.0, 1.0));
   return to_label(error.norm() <= plan.label_distance && angle <= plan.label_angle);
@@ -95,7 +93,7 @@ std::map<Key, CPose3D> optimum(const PreparedGraph& prepared) {
   const RobustResult result =
       solve_given(problem, known_true(prepared.labels, prepared.labels.size()), options);
   std::map<Key, CPose3D> poses;
-  for (Key key : poses_of(result.values)) poses.emplace(key, to_mrpt(result.values, key));
+  for (Key key : poses_of(result.values)) poses.emplace(key, pose_at(result.values, key));
   return poses;
 }
 
@@ -184,7 +182,7 @@ TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& tri
   }
   std::vector<PosePair> pairs;
   for (const auto& [key, pose] : prepared.truth) {
-    pairs.push_back({to_mrpt(result.values, key), pose});
+    pairs.push_back({pose_at(result.values, key), pose});
   }
   const TrajectoryErrors errors = trajectory_report(pairs).aligned;
   out.metrics["ate_mean_m"] = errors.mean_m;
