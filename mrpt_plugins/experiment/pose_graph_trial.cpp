@@ -19,6 +19,7 @@
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/selection/solve_online.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
 namespace {
