@@ -71,8 +71,7 @@ void BeaconRanges::configure(IniSection section) {
 
 Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
   Contribution out;
-  known_before_ = known_.size();
-  identified_before_ = identified_.size();
+  begin();
   for (const auto& observation : frame.observations) {
     const auto* seen = dynamic_cast<const CObservationBeaconRanges*>(observation.get());
     if (seen == nullptr) continue;
@@ -95,8 +94,7 @@ Contribution BeaconRanges::observe(const Frame& frame, const MapView& map) {
 
 Contribution BeaconRanges::conclude(const MapView& map) {
   Contribution out;
-  known_before_ = known_.size();
-  identified_before_ = identified_.size();
+  begin();
   settle_ambiguous(FrameValues(map), map.is_3d, 0, out);
   if (!ambiguous_.empty()) {
     out.dropped["range dropped: its beacon is not known, and none has a place"] +=
@@ -106,10 +104,58 @@ Contribution BeaconRanges::conclude(const MapView& map) {
   return out;
 }
 
-/// Forgets the beacons and choices of the last contribution; its ranges are lost.
+/// A new contribution.
+void BeaconRanges::begin() {
+  placed_.begin();
+  known_before_ = known_;
+  identified_before_ = identified_.size();
+  taken_back_.clear();
+}
+
+void BeaconRanges::applied(const Outcome& outcome) {
+  placed_.applied(outcome.handles);
+  for (std::size_t i = identified_before_; i < identified_.size(); ++i) {
+    identified_[i].factor = outcome.handles.hybrid[identified_[i].place];
+  }
+}
+
+/// Forgets what the last contribution did; ranges to an unknown beacon that it had are lost.
 void BeaconRanges::refused() {
-  known_.resize(known_before_);
-  identified_.resize(identified_before_);
+  placed_.refused();
+  known_ = known_before_;
+  identified_.resize(identified_before_ - taken_back_.size());
+  ambiguous_.erase(ambiguous_.begin(),
+                   ambiguous_.begin() + static_cast<std::ptrdiff_t>(taken_back_.size()));
+  identified_.insert(identified_.end(), taken_back_.begin(), taken_back_.end());
+  std::sort(identified_.begin(), identified_.end(),
+            [](const Choice& a, const Choice& b) { return a.key < b.key; });
+}
+
+Contribution BeaconRanges::revise(const MapView& map) {
+  begin();
+  const auto is_about = [](const Choice& choice, std::int64_t id) {
+    return std::find(choice.beacons.begin(), choice.beacons.end(), id) != choice.beacons.end();
+  };
+  Contribution out = placed_.take_out(map, bank_, [&](std::int64_t id) {
+    return std::all_of(identified_.begin(), identified_.end(), [&](const Choice& choice) {
+      return !is_about(choice, id) || map.holds(choice.range.pose);
+    });
+  });
+  for (const std::int64_t id : out.forgotten) {
+    known_.erase(std::remove(known_.begin(), known_.end(), id), known_.end());
+    const auto taken =
+        std::stable_partition(identified_.begin(), identified_.end(),
+                              [&](const Choice& choice) { return !is_about(choice, id); });
+    taken_back_.insert(taken_back_.end(), taken, identified_.end());
+    identified_.erase(taken, identified_.end());
+  }
+  std::sort(taken_back_.begin(), taken_back_.end(),
+            [](const Choice& a, const Choice& b) { return b.key < a.key; });
+  for (const Choice& choice : taken_back_) {
+    out.delta.remove.push_back(choice.factor);
+    ambiguous_.push_front(choice.range);
+  }
+  return out;
 }
 
 std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) const {
@@ -119,10 +165,10 @@ std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) con
     return out.back();
   };
   for (const Choice& choice : identified_) {
-    AssociationDecision& decision = add(choice.pose, choice.measurement);
+    AssociationDecision& decision = add(choice.range.pose.index(), choice.range.measurement);
     const int value = map.assignment.find(choice.key);
-    if (value >= 0 && value < choice.beacons) {
-      decision.estimated_id = known_[static_cast<std::size_t>(value)];
+    if (value >= 0 && value < static_cast<int>(choice.beacons.size())) {
+      decision.estimated_id = choice.beacons[static_cast<std::size_t>(value)];
     }
   }
   for (const Range& range : ambiguous_) add(range.pose.index(), range.measurement);
@@ -147,9 +193,8 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     } else if (m.beaconID < 0) {
       ambiguous_.push_back(range);
     } else if (map.landmarks.find(m.beaconID) != nullptr) {
-      add_choice({range_factor(range.pose, position_key(m.beaconID), range.range, sigma,
-                               range.antenna, map.is_3d)},
-                 FrameValues(frame.view(), map), out);
+      add_known(m.beaconID, measurement_of(m.beaconID, range, map.is_3d),
+                FrameValues(frame.view(), map), out);
     } else {
       add_unplaced(m.beaconID, range, frame, map);
     }
@@ -158,8 +203,6 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
 
 void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame& frame,
                                 const MapView& map) {
-  const Key beacon = position_key(id);
-  const double drifted = std::hypot(range.sigma, bank_.drift);
   const auto candidates = [&] {
     const auto a =
         frame.T_map_robot.composePoint({range.antenna.x(), range.antenna.y(), range.antenna.z()});
@@ -168,12 +211,26 @@ void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame
     }
     return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_hypotheses_);
   };
-  unplaced_.add(
-      id,
-      {range_factor(range.pose, beacon, range.range, drifted, range.antenna, map.is_3d),
-       range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, map.is_3d),
-       1 / max_range_},
-      bank_, candidates);
+  unplaced_.add(id, measurement_of(id, range, map.is_3d), bank_, candidates);
+  for (PlacedLandmarks::Measurement& old : placed_.restart(id)) {
+    unplaced_.add(id, std::move(old), bank_, [] { return std::vector<Eigen::VectorXd>(); });
+  }
+}
+
+PlacedLandmarks::Measurement BeaconRanges::measurement_of(std::int64_t id, const Range& range,
+                                                          bool is_3d) const {
+  const Key beacon = position_key(id);
+  const double drifted = std::hypot(range.sigma, bank_.drift);
+  return {range_factor(range.pose, beacon, range.range, drifted, range.antenna, is_3d),
+          range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, is_3d),
+          1 / max_range_};
+}
+
+/// Adds a range to a beacon that the sensor has named.
+void BeaconRanges::add_known(std::int64_t id, const PlacedLandmarks::Measurement& measurement,
+                             const FrameValues& values, Contribution& out) {
+  const Key choice = add_choice({measurement.real}, values, out);
+  placed_.measure(id, measurement, choice, out.delta.hybrid.size() - 1);
 }
 
 /// Adds a range as a mixture over beacons and a false range, whose density is uniform up to the
@@ -216,7 +273,10 @@ void BeaconRanges::place(const PlacedLandmark& landmark, const FrameValues& valu
   insert_point(out.delta.values, position_key(landmark.id), point, is_3d);
   out.landmarks.push_back({landmark.id, position_key(landmark.id), std::nullopt, 0});
   known_.push_back(landmark.id);
-  for (const auto& measurement : landmark.measurements) add_choice({measurement.real}, values, out);
+  placed_.place(landmark);
+  for (const auto& measurement : landmark.measurements) {
+    add_known(landmark.id, measurement, values, out);
+  }
 }
 
 void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::size_t delay,
@@ -231,8 +291,7 @@ void BeaconRanges::settle_ambiguous(const FrameValues& values, bool is_3d, std::
                                         range.antenna, is_3d));
     }
     const Key key = add_choice(hypotheses, values, out);
-    identified_.push_back(
-        {range.pose.index(), range.measurement, key, static_cast<int>(known_.size())});
+    identified_.push_back({range, key, known_, out.delta.hybrid.size() - 1});
   }
 }
 

@@ -33,7 +33,7 @@ void BearingOnlyKnownIds::configure(IniSection section) {
 
 Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map) {
   Contribution out;
-  change_ = {};
+  placed_.begin();
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
                                                       seen.sensor_label) != sensors_.end();
@@ -52,8 +52,9 @@ Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map
       }
     }
   }
-  change_.placed = unplaced_.place(frame.view(), map, bank_);
-  for (const PlacedLandmark& landmark : change_.placed) place(landmark, map, out);
+  for (const PlacedLandmark& landmark : unplaced_.place(frame.view(), map, bank_)) {
+    place(landmark, map, out);
+  }
   return out;
 }
 
@@ -85,11 +86,9 @@ void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& dete
     const Eigen::Index n = map.is_3d ? 3 : 2;
     return ray_places(from.head(n), ray.head(n), least_depth_, greatest_depth_, depths_);
   });
-  const auto restart = restarts_.find(id);
-  if (restart == restarts_.end()) return;
-  for (Measurement& old : restart->second)
+  for (Measurement& old : placed_.restart(id)) {
     unplaced_.add(id, std::move(old), bank_, [] { return std::vector<Eigen::VectorXd>(); });
-  restarts_.erase(restart);
+  }
 }
 
 DiscreteKey BearingOnlyKnownIds::class_key(std::int64_t id) const {
@@ -109,78 +108,20 @@ void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measu
   const DiscreteKey choice{Key(key_letter::kBearingChoice, choices_++), 2};
   out.delta.hybrid.push_back(
       std::make_shared<AssociationFactor>(choice, std::vector<AssociationOption>{right, wrong}));
-  change_.sightings.push_back({id, {measurement, choice.key, {}}});
+  placed_.measure(id, measurement, choice.key, out.delta.hybrid.size() - 1);
 }
 
 void BearingOnlyKnownIds::applied(const Outcome& outcome) {
-  auto prior = outcome.handles.discrete.begin();
-  auto factor = outcome.handles.hybrid.begin();
-  if (!classes_.names().empty()) {
-    for (const PlacedLandmark& landmark : change_.placed)
-      placed_[landmark.id].class_prior = *prior++;
-  }
-  for (auto& [id, sighting] : change_.sightings) {
-    sighting.factor = *factor++;
-    placed_[id].sightings.push_back(std::move(sighting));
-    touched_.insert(id);
-  }
-  change_ = {};
+  placed_.applied(outcome.handles);
 }
 
 void BearingOnlyKnownIds::refused() {
-  for (PlacedLandmark& landmark : change_.placed) {
-    restarts_[landmark.id] = std::move(landmark.measurements);
-  }
-  for (auto& [id, landmark] : change_.taken_out) {
-    restarts_.erase(id);
-    placed_[id] = std::move(landmark);
-  }
-  change_ = {};
-}
-
-/// Whether more than half of the latest sightings, as many as an initialiser holds, are false.
-bool BearingOnlyKnownIds::is_misplaced(const Placed& landmark, const Assignment& assignment) const {
-  const auto count = std::min(landmark.sightings.size(), std::size_t(bank_.max_measurements));
-  if (count < static_cast<std::size_t>(bank_.min_measurements)) return false;
-  const auto wrong =
-      std::count_if(landmark.sightings.end() - static_cast<std::ptrdiff_t>(count),
-                    landmark.sightings.end(), [&](const Sighting& s) {
-                      return assignment.contains(s.choice) && assignment.at(s.choice) == 1;
-                    });
-  return 2 * static_cast<std::size_t>(wrong) > count;
+  placed_.refused();
 }
 
 Contribution BearingOnlyKnownIds::revise(const MapView& map) {
-  Contribution out;
-  change_ = {};
-  if (!map.keeps_all) {  // sightings outside the window are final
-    placed_.clear();
-    return out;
-  }
-  for (const std::int64_t id : touched_) {
-    const auto it = placed_.find(id);
-    if (it == placed_.end()) continue;
-    const std::vector<Sighting>& own = it->second.sightings;
-    if (!std::all_of(own.begin(), own.end(), [&](const Sighting& sighting) {
-          return map.holds(sighting.measurement.real->keys().front());
-        })) {
-      placed_.erase(it);  // what has left the graph stays as it is
-      continue;
-    }
-    if (!is_misplaced(it->second, map.assignment)) continue;
-    std::vector<Measurement>& measurements = restarts_[id];
-    for (const Sighting& sighting : it->second.sightings) {
-      out.delta.remove.push_back(sighting.factor);
-      measurements.push_back(sighting.measurement);
-    }
-    if (it->second.class_prior) out.delta.remove.push_back(*it->second.class_prior);
-    out.delta.remove_values.push_back(position_key(id));
-    out.forgotten.push_back(id);
-    change_.taken_out[id] = std::move(it->second);
-    placed_.erase(it);
-  }
-  touched_.clear();
-  return out;
+  placed_.begin();
+  return placed_.take_out(map, bank_);
 }
 
 void BearingOnlyKnownIds::place(const PlacedLandmark& landmark, const MapView& map,
@@ -188,11 +129,14 @@ void BearingOnlyKnownIds::place(const PlacedLandmark& landmark, const MapView& m
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   point.head(landmark.point.size()) = landmark.point;
   insert_point(out.delta.values, position_key(landmark.id), point, map.is_3d);
+  std::optional<std::size_t> class_prior;
   Landmark entry{landmark.id, position_key(landmark.id), std::nullopt, 0};
   if (!classes_.names().empty()) {
     entry.class_key = class_key(landmark.id);
     out.delta.discrete.push_back(prior_table(*entry.class_key, classes_.prior()));
+    class_prior = out.delta.discrete.size() - 1;
   }
+  placed_.place(landmark, class_prior);
   out.landmarks.push_back(entry);
   for (const auto& measurement : landmark.measurements) {
     add_sighting(landmark.id, measurement, out);

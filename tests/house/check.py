@@ -38,7 +38,7 @@ FLOORS = {
         {"smoother"},
         {"association", "registration", "switching", "closures"},
         {"baselines", "landmarks"},
-        {"selection", "maps"},
+        {"selection", "maps", "initialization"},
         {"objects"},
         {"hybrid.h"},
     ],

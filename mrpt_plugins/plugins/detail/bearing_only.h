@@ -4,15 +4,12 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <optional>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "libhybrid/initialization/pending_landmarks.h"
+#include "libhybrid/initialization/placed_landmarks.h"
 #include "libhybrid/landmarks/class_model.h"
-#include "libhybrid/landmarks/pending_landmarks.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace hybrid {
@@ -40,23 +37,7 @@ class BearingOnlyKnownIds : public MappingPlugin {
 
  private:
   using Measurement = GaussianSumInitializer::Measurement;
-  struct Sighting {
-    Measurement measurement;
-    Key choice;  // 0: right, 1: false
-    Handle factor;
-  };
-  struct Placed {
-    std::vector<Sighting> sightings;
-    std::optional<Handle> class_prior;
-  };
-  /// State changes of the last contribution, kept until it is applied or refused.
-  struct Change {
-    std::vector<std::pair<std::int64_t, Sighting>> sightings;
-    std::vector<PlacedLandmark> placed;
-    std::map<std::int64_t, Placed> taken_out;
-  };
 
-  bool is_misplaced(const Placed& landmark, const Assignment& assignment) const;
   void take(const DetectionFrame& seen, const Detection& detection, const Frame& frame,
             const MapView& map, Contribution& out);
   void add_sighting(std::int64_t id, const Measurement& measurement, Contribution& out);
@@ -69,11 +50,7 @@ class BearingOnlyKnownIds : public MappingPlugin {
   double least_depth_ = 0.5, greatest_depth_ = 100;
   int depths_ = 16;
   PendingLandmarks unplaced_;
-  std::map<std::int64_t, Placed> placed_;
-  std::map<std::int64_t, std::vector<Measurement>> restarts_;  // measurements of landmarks to be
-                                                               // placed again
-  std::set<std::int64_t> touched_;                             // sighted since the last revision
-  Change change_;
+  PlacedLandmarks placed_;
   std::uint64_t choices_ = 0;  // discrete variables made so far
 };
 

@@ -10,7 +10,7 @@
 
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/range.h"
-#include "libhybrid/landmarks/gaussian_sum_initializer.h"
+#include "libhybrid/initialization/gaussian_sum_initializer.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "tests/mrpt_plugins/plugins/beacon_world.h"
 #include "tests/support/random.h"
@@ -94,6 +94,30 @@ TEST(BeaconRanges, TellsWhichBeaconEveryHiddenRangeCameFrom) {
     if (d.estimated_id == static_cast<std::int64_t>(d.measurement)) ++right;
   }
   EXPECT_GT(static_cast<double>(right), 0.95 * static_cast<double>(hidden));
+}
+
+/// The sensor takes one beacon for another at first; some ranges are to beacons that it does not
+/// name, and are associated again with the beacon where it really is.
+TEST_P(RangeOrBearing, ABeaconInTheWrongPlaceIsPlacedAgain) {
+  World world(GetParam());
+  Mapper mapper = make_mapper("BeaconRanges", GetParam());
+  std::size_t hidden = 0;
+  for (int i = 0; i < 60; ++i) {
+    Keyframe keyframe = world.with_ranges(i, 0.2);
+    auto& ranges =
+        dynamic_cast<mrpt::obs::CObservationBeaconRanges&>(*keyframe.observations[0]).sensedData;
+    for (const auto& m : ranges) hidden += m.beaconID < 0 ? 1 : 0;
+    if (i < 20) ranges[0].sensedDistance = ranges[3].sensedDistance;
+    mapper.add(keyframe);
+    if (i != 19) continue;
+    ASSERT_NE(mapper.landmarks().find(0), nullptr);
+    const LandmarkEstimate early = mapper.result().landmarks.front();
+    ASSERT_LT((early.position - world.beacons[3]).norm(), 2.0) << "not where it was to be";
+  }
+  mapper.finish();
+  expect_beacons(mapper.result(), world, GetParam() ? 0.5 : 0.2);
+  EXPECT_TRUE(mapper.warnings().empty());
+  EXPECT_EQ(mapper.decisions().size(), hidden);
 }
 
 TEST(BeaconRanges, FalseRangesAreCountedOrFoundOut) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/pending_landmarks.h"
+#include "libhybrid/initialization/pending_landmarks.h"
 
 #include <algorithm>
 #include <utility>

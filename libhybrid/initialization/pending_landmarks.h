@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
+#include "libhybrid/initialization/gaussian_sum_initializer.h"
 #include "libhybrid/landmarks/contribution.h"
-#include "libhybrid/landmarks/gaussian_sum_initializer.h"
 
 namespace HYBRID_API hybrid {
 

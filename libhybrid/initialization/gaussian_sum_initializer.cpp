@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/gaussian_sum_initializer.h"
+#include "libhybrid/initialization/gaussian_sum_initializer.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

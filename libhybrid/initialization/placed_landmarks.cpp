@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/initialization/placed_landmarks.h"
+
+#include <algorithm>
+
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+
+void PlacedLandmarks::place(PlacedLandmark landmark, std::optional<std::size_t> class_prior) {
+  change_.placed.emplace_back(std::move(landmark), class_prior);
+}
+
+void PlacedLandmarks::measure(std::int64_t id, const Measurement& measurement, Key choice,
+                              std::size_t factor) {
+  change_.measured.push_back({id, {measurement, choice, {}}, factor});
+}
+
+void PlacedLandmarks::applied(const AddedHandles& handles) {
+  for (const auto& [landmark, class_prior] : change_.placed) {
+    if (class_prior) placed_[landmark.id].class_prior = handles.discrete[*class_prior];
+  }
+  for (Change::Measured& measured : change_.measured) {
+    measured.taken.factor = handles.hybrid[measured.factor];
+    placed_[measured.id].measurements.push_back(std::move(measured.taken));
+    touched_.insert(measured.id);
+  }
+  change_ = {};
+}
+
+void PlacedLandmarks::refused() {
+  for (auto& [landmark, class_prior] : change_.placed) {
+    restarts_[landmark.id] = std::move(landmark.measurements);
+  }
+  for (auto& [id, landmark] : change_.taken_out) {
+    restarts_.erase(id);
+    placed_[id] = std::move(landmark);
+  }
+  change_ = {};
+}
+
+/// Whether more than half of the latest measurements, as many as an initialiser holds, are false.
+bool PlacedLandmarks::is_misplaced(const Placed& landmark, const Assignment& assignment,
+                                   const BankOptions& options) {
+  const std::vector<Taken>& all = landmark.measurements;
+  const auto count = std::min(all.size(), static_cast<std::size_t>(options.max_measurements));
+  if (count < static_cast<std::size_t>(options.min_measurements)) return false;
+  const auto wrong =
+      std::count_if(all.end() - static_cast<std::ptrdiff_t>(count), all.end(), [&](const Taken& t) {
+        return assignment.contains(t.choice) && assignment.at(t.choice) != 0;
+      });
+  return 2 * static_cast<std::size_t>(wrong) > count;
+}
+
+Contribution PlacedLandmarks::take_out(const MapView& map, const BankOptions& options,
+                                       const std::function<bool(std::int64_t)>& may_leave) {
+  Contribution out;
+  if (!map.keeps_all) {  // measurements outside the window are final
+    placed_.clear();
+    return out;
+  }
+  for (const std::int64_t id : touched_) {
+    const auto it = placed_.find(id);
+    if (it == placed_.end()) continue;
+    const std::vector<Taken>& own = it->second.measurements;
+    if (!std::all_of(own.begin(), own.end(), [&](const Taken& taken) {
+          return map.holds(taken.measurement.real->keys().front());
+        })) {
+      placed_.erase(it);  // what has left the graph stays as it is
+      continue;
+    }
+    if (!is_misplaced(it->second, map.assignment, options)) continue;
+    if (may_leave && !may_leave(id)) continue;
+    std::vector<Measurement>& measurements = restarts_[id];
+    for (const Taken& taken : own) {
+      out.delta.remove.push_back(taken.factor);
+      measurements.push_back(taken.measurement);
+    }
+    if (it->second.class_prior) out.delta.remove.push_back(*it->second.class_prior);
+    out.delta.remove_values.push_back(position_key(id));
+    out.forgotten.push_back(id);
+    change_.taken_out[id] = std::move(it->second);
+    placed_.erase(it);
+  }
+  touched_.clear();
+  return out;
+}
+
+std::vector<PlacedLandmarks::Measurement> PlacedLandmarks::restart(std::int64_t id) {
+  const auto it = restarts_.find(id);
+  if (it == restarts_.end()) return {};
+  std::vector<Measurement> measurements = std::move(it->second);
+  restarts_.erase(it);
+  return measurements;
+}
+
+}  // namespace hybrid
