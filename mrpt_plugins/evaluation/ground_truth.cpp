@@ -81,6 +81,23 @@ std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path) {
   return poses;
 }
 
+bool is_numbered_path(const std::string& path) {
+  return TextReader(path).next()->size() == 4;
+}
+
+std::vector<mrpt::poses::CPose3D> read_numbered_path(const std::string& path) {
+  std::vector<mrpt::poses::CPose3D> poses;
+  TextReader table(path);
+  while (const auto row = table.next()) {
+    row->expect(4, "step x y yaw");
+    if (row->id(0) != static_cast<std::int64_t>(poses.size())) {
+      row->fail(0, fmt::format("step {} is expected here", poses.size()));
+    }
+    poses.emplace_back(row->coordinate(1), row->coordinate(2), 0, row->coordinate(3), 0, 0);
+  }
+  return poses;
+}
+
 std::vector<TimedPose> read_tum(const std::string& path) {
   std::vector<TimedPose> poses;
   TextReader table(path);

@@ -33,6 +33,12 @@ std::vector<LandmarkTruth> read_true_landmarks(const std::string& path);
 /// step i of the log.
 std::vector<mrpt::poses::CPose3D> read_true_path(const std::string& path);
 
+/// Whether a file is one for read_numbered_path(): its first row has four numbers.
+bool is_numbered_path(const std::string& path);
+/// MRPT's `_GT.txt`: rows `step x y yaw` [m, rad], of steps 0, 1 and so on; those after the last
+/// row are not known.
+std::vector<mrpt::poses::CPose3D> read_numbered_path(const std::string& path);
+
 /// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times not
 /// decreasing.
 std::vector<TimedPose> read_tum(const std::string& path);

@@ -62,27 +62,6 @@ std::size_t end_of_stretch(const std::vector<double>& travelled, std::size_t sta
 
 }  // namespace
 
-std::vector<PosePair> pair_by_index(const Trajectory& estimate, const Trajectory& truth,
-                                    const std::vector<std::size_t>& rows) {
-  const std::size_t expected = rows.empty() ? truth.size() : rows.size();
-  if (estimate.size() != expected) {
-    throw std::invalid_argument(
-        fmt::format("{} estimated poses cannot be paired with {} {}", estimate.size(), expected,
-                    rows.empty() ? "poses of the ground truth" : "rows of the ground truth"));
-  }
-  std::vector<PosePair> pairs;
-  pairs.reserve(estimate.size());
-  for (std::size_t i = 0; i < estimate.size(); ++i) {
-    const std::size_t row = rows.empty() ? i : rows[i];
-    if (row >= truth.size()) {
-      throw std::invalid_argument(fmt::format(
-          "pose {} asks for row {} of a ground truth of {} rows", i, row, truth.size()));
-    }
-    pairs.push_back({estimate[i].pose, truth[row].pose});
-  }
-  return pairs;
-}
-
 std::vector<PosePair> pair_by_time(const Trajectory& estimate, const Trajectory& truth,
                                    double max_difference) {
   std::vector<PosePair> pairs;

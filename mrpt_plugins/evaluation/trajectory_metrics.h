@@ -16,11 +16,6 @@ struct PosePair {
   mrpt::poses::CPose3D truth;
 };
 
-/// Pairs estimate i with truth rows[i], or with truth i when `rows` is empty. Throws
-/// std::invalid_argument when lengths differ or a row does not exist.
-std::vector<PosePair> pair_by_index(const Trajectory& estimate, const Trajectory& truth,
-                                    const std::vector<std::size_t>& rows = {});
-
 /// Pairs every estimate with the truth nearest in time, if at most `max_difference` seconds away.
 /// Other estimates are left out. `truth` must be sorted by time.
 std::vector<PosePair> pair_by_time(const Trajectory& estimate, const Trajectory& truth,

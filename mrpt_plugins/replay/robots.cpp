@@ -33,6 +33,7 @@ constexpr RobotKey kKeys[] = {
     {"truth_path", "log", true, "its true path, as in [log]"},
     {"truth_associations", "log", true, "what its measurements saw, as in [log]"},
     {"truth_modes", "log", true, "its true modes of motion, as in [log]"},
+    {"truth_step", "log", false, "step of its log that the first row of truth_path is of"},
     {"truth_point", "log", false, "place on it of what gave the true positions, as in [log]"},
     {"start", "map", false, "its first pose in the map, as in [map]"},
     {"start_sigma_m", "map", false, "as in [map]"},

@@ -67,7 +67,12 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   robot.rawlog = file_path(log, "rawlog", "the log; - is standard input");
   robot.truth_path = file_path(log, "truth_path",
                                "true path of the robot, MRPT's _ground_truth_robot_path.txt, "
-                               "TUM (.tum) or `time x y z` (.xyz); empty: unknown");
+                               "_GT.txt, TUM (.tum) or `time x y z` (.xyz); empty: unknown");
+  robot.truth_step = static_cast<std::size_t>(
+      log.get("truth_step", 0,
+              "step of the log that the first row of a true path without times is of: 1 where a "
+              "frame before the first action was not counted, as MRPT's reader of pairs does",
+              IniRange{0, 1e9}));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "
                              "as the antenna [m]",

@@ -19,6 +19,8 @@ namespace HYBRID_API hybrid {
 struct RobotSettings {
   std::string name;  ///< empty where there is but one
   std::string rawlog, truth_path, truth_associations, truth_modes;
+  std::size_t truth_step =
+      0;  ///< of the log, that the first row of a true path without times is of
   Eigen::Vector3d truth_point = Eigen::Vector3d::Zero();  ///< on the robot [m]
   SourceOptions source;
   StartOptions start;

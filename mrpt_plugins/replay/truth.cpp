@@ -35,7 +35,9 @@ Truth::Truth(const std::string& path_file, const std::string& map_file,
     } else if (has_times_) {
       truth_.path = read_tum(path_file);
     } else {
-      for (const auto& pose : read_true_path(path_file)) {
+      may_end_early_ = is_numbered_path(path_file);
+      for (const auto& pose :
+           may_end_early_ ? read_numbered_path(path_file) : read_true_path(path_file)) {
         truth_.path.push_back({static_cast<double>(truth_.path.size()), pose});
       }
     }
@@ -100,6 +102,11 @@ std::string Truth::warning(const Trajectory& dead_reckoning,
 mrpt::poses::CPose3D Truth::origin_of_map(const Trajectory& estimate,
                                           const std::vector<std::size_t>& log_rows) const {
   const bool all = content_ == TruthContent::kPositions;
+  if (!has_times_ && log_rows.front() < first_step_) {  // the first pose has no true one
+    const std::vector<PosePair> later = pairs(estimate, log_rows).poses;
+    if (!later.empty())
+      return later.front().truth + (mrpt::poses::CPose3D() - later.front().estimate);
+  }
   const std::vector<PosePair> known =
       (all ? pairs(estimate, log_rows) : pairs({estimate.front()}, {log_rows.front()})).poses;
   if (known.empty()) {
@@ -116,24 +123,31 @@ Truth::Pairs Truth::pairs(const Trajectory& estimate,
                           const std::vector<std::size_t>& log_rows) const {
   Pairs out;
   if (has_times_) {
-    for (const TimedPose& pose : estimate) {
+    for (std::size_t i = 0; i < estimate.size(); ++i) {
+      const TimedPose& pose = estimate[i];
       const auto pair =
           pair_by_time({{pose.time, pose.pose + T_robot_point_}}, truth_.path, kMaxTimeDifference);
       if (pair.empty()) continue;
       out.times.push_back(pose.time);
       out.poses.push_back(pair.front());
+      out.indices.push_back(i);
     }
     return out;
   }
   const std::size_t last = *std::max_element(log_rows.begin(), log_rows.end());
-  if (last >= truth_.path.size()) {
+  if (last >= first_step_ + truth_.path.size() && !may_end_early_) {
     throw Error(
         fmt::format("{}: has {} poses, but the log has a frame for row {}: this is the truth of "
                     "another log",
                     path_file_, truth_.path.size(), last));
   }
-  for (const TimedPose& pose : estimate) out.times.push_back(pose.time);
-  out.poses = pair_by_index(estimate, truth_.path, log_rows);
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const std::size_t row = log_rows[i] - first_step_;
+    if (log_rows[i] < first_step_ || row >= truth_.path.size()) continue;
+    out.times.push_back(estimate[i].time);
+    out.poses.push_back({estimate[i].pose, truth_.path[row].pose});
+    out.indices.push_back(i);
+  }
   return out;
 }
 
@@ -173,6 +187,7 @@ std::vector<Truth> read_truths(const ReplaySettings& settings) {
   for (const RobotSettings& robot : settings.robots) {
     const std::string map = truths.empty() ? settings.truth_map : "";
     truths.emplace_back(robot.truth_path, map, robot.truth_point);
+    truths.back().begin_at(robot.truth_step);
     if (!robot.truth_associations.empty()) {
       truths.back().read_associations(robot.truth_associations);
     }
@@ -196,13 +211,19 @@ GroundTruth joint_truth(const std::vector<Truth>& truths) {
 
 namespace {
 
+/// The covariances of the poses that have a true one.
+std::vector<Eigen::MatrixXd> covariances_of(const Truth::Pairs& pairs, const RobotPart& part) {
+  std::vector<Eigen::MatrixXd> out;
+  for (const std::size_t i : pairs.indices) out.push_back(part.covariances[i]);
+  return out;
+}
+
 /// Mean NEES of the poses, where all have a covariance and a true orientation.
-std::optional<double> pose_nees(const Truth& truth, const std::vector<PosePair>& pairs,
+std::optional<double> pose_nees(TruthContent content, const std::vector<PosePair>& pairs,
                                 const std::vector<Eigen::MatrixXd>& covariances) {
-  if (truth.content() == TruthContent::kPositions) return std::nullopt;
   const bool complete = std::all_of(covariances.begin(), covariances.end(),
                                     [](const auto& P) { return P.rows() > 0; });
-  if (!complete || pairs.size() != covariances.size()) return std::nullopt;
+  if (!complete || content == TruthContent::kPositions) return std::nullopt;
   return mean_nees(pairs, covariances);
 }
 
@@ -233,23 +254,20 @@ void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart
   std::vector<PosePair> estimate, reckoned;
   std::vector<Eigen::MatrixXd> covariances;
   TruthContent content = TruthContent::kPoses;
-  bool all_known = true;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (truths[i].get().path.empty() || parts[i].result.trajectory.empty()) continue;
-    const std::vector<PosePair> pairs =
-        truths[i].pairs(parts[i].result.trajectory, parts[i].log_rows).poses;
-    append(estimate, pairs);
+    const Truth::Pairs pairs = truths[i].pairs(parts[i].result.trajectory, parts[i].log_rows);
+    append(estimate, pairs.poses);
     append(reckoned, truths[i].pairs(parts[i].result.dead_reckoning, parts[i].log_rows).poses);
-    append(covariances, parts[i].covariances);
+    append(covariances, covariances_of(pairs, parts[i]));
     if (truths[i].content() == TruthContent::kPositions) content = TruthContent::kPositions;
-    all_known = all_known && pose_nees(truths[i], pairs, parts[i].covariances).has_value();
   }
   if (estimate.empty()) return;
   summary.trajectory = trajectory_report(estimate, content);
   summary.dead_reckoning = trajectory_report(reckoned, content);
   summary.trajectory->relative.clear();  // stretches do not lead from robot to robot
   summary.dead_reckoning->relative.clear();
-  if (all_known) summary.nees_pose = mean_nees(estimate, covariances);
+  summary.nees_pose = pose_nees(content, estimate, covariances);
   move(landmarks, alignment(estimate));
 }
 
@@ -258,11 +276,11 @@ void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart
 TruthSummary compare_path(const Truth& truth, const RobotPart& part) {
   TruthSummary summary;
   if (truth.get().path.empty() || part.result.trajectory.empty()) return summary;
-  const auto pairs = truth.pairs(part.result.trajectory, part.log_rows).poses;
-  summary.trajectory = trajectory_report(pairs, truth.content());
+  const Truth::Pairs pairs = truth.pairs(part.result.trajectory, part.log_rows);
+  summary.trajectory = trajectory_report(pairs.poses, truth.content());
   summary.dead_reckoning = trajectory_report(
       truth.pairs(part.result.dead_reckoning, part.log_rows).poses, truth.content());
-  summary.nees_pose = pose_nees(truth, pairs, part.covariances);
+  summary.nees_pose = pose_nees(truth.content(), pairs.poses, covariances_of(pairs, part));
   return summary;
 }
 

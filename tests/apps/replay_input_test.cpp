@@ -107,6 +107,22 @@ TEST_F(ReplayTest, MissingOrMalformedTruthFails) {
   expect_failure(demo + " --truth-path " + write("short.txt", "0 0 0 0 0 0\n"), "short.txt");
 }
 
+TEST_F(ReplayTest, ANumberedTruthBeginsAtTheStepThatIsGivenAndMayEndEarly) {
+  const auto rmse_at = [&](const std::string& step) {
+    const auto summary =
+        summary_of("-c " + config("uwb_demo.ini") + " --set log.truth_step=" + step);
+    return summary["truth"]["trajectory"]["rmse_m"].get<double>();
+  };
+  const double right = rmse_at("1");
+  EXPECT_LT(right, 0.3);
+  EXPECT_GT(rmse_at("0"), 2 * right);
+  const auto truth = summary_of("-c " + config("uwb_demo.ini"))["truth"];
+  EXPECT_GT(truth["nees_pose"], 0.3);
+  EXPECT_LT(truth["nees_pose"], 3);
+  EXPECT_LT(truth["trajectory"]["aligned"]["rmse_m"].get<double>(),
+            0.5 * truth["dead_reckoning"]["aligned"]["rmse_m"].get<double>());
+}
+
 TEST_F(ReplayTest, ATruthOfAnotherLogWhoseTimesFitIsTold) {
   const std::string told = "is it the truth of another log?";
   const auto warnings = [&](const std::string& arguments) {

@@ -36,6 +36,9 @@ class Truth {
   Truth(const std::string& path_file, const std::string& map_file,
         const Eigen::Vector3d& point = Eigen::Vector3d::Zero());
 
+  /// The step of the log that the first row of a path without times is of.
+  void begin_at(std::size_t step) { first_step_ = step; }
+
   /// Reads what measurements without an id saw. Throws Error for a missing or malformed file.
   void read_associations(const std::string& file) { associations_ = read_true_associations(file); }
 
@@ -69,6 +72,7 @@ class Truth {
   struct Pairs {
     std::vector<double> times;
     std::vector<PosePair> poses;
+    std::vector<std::size_t> indices;  ///< of the poses in the trajectory
   };
   Pairs pairs(const Trajectory& estimate, const std::vector<std::size_t>& log_rows) const;
 
@@ -81,7 +85,9 @@ class Truth {
   AssociationTruth associations_;
   std::string path_file_, map_file_;
   std::vector<std::string> landmark_classes_;  // one per landmark, empty where unknown
-  bool has_times_ = false;                     // else row i belongs to step i of the log
+  bool has_times_ = false;                     // else row i belongs to step first_step_ + i
+  std::size_t first_step_ = 0;
+  bool may_end_early_ = false;  // steps after the last row are not known
   TruthContent content_ = TruthContent::kPoses;
   mrpt::poses::CPose3D T_robot_point_;  // what the positions are those of
 };

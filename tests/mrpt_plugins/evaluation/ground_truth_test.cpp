@@ -62,6 +62,18 @@ TEST(GroundTruth, RobotPath) {
       "8 columns; expected: x y z yaw pitch roll (a TUM trajectory is told by a name in .tum)");
 }
 
+TEST(GroundTruth, APathOfNumberedSteps) {
+  const auto path = read_text(read_numbered_path, "0 0 0 0\n1 2 3 0.1\n");
+  ASSERT_EQ(path.size(), 2U);
+  EXPECT_EQ(path[1].x(), 2);
+  EXPECT_EQ(path[1].z(), 0);
+  EXPECT_NEAR(path[1].yaw(), 0.1, 1e-12);
+  EXPECT_TRUE(read_text(is_numbered_path, "0 0 0 0\n"));
+  EXPECT_FALSE(read_text(is_numbered_path, "0 0 0 0 0 0\n"));
+  expect_error(read_numbered_path, "0 0 0 0\n2 0 0 0\n", ":2:1: step 1 is expected here");
+  expect_error(read_numbered_path, "0 0 0\n", "3 columns; expected: step x y yaw");
+}
+
 TEST(GroundTruth, Tum) {
   const auto poses = read_text(read_tum, "# t x y z q\n1.5 1 2 3 0 0 0.6 0.8\n2 0 0 0 0 0 0 1\n");
   ASSERT_EQ(poses.size(), 2U);

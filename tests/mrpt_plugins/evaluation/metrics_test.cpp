@@ -93,19 +93,6 @@ TEST(TrajectoryMetrics, AlignedErrorsDoNotDependOnTheFrame) {
   EXPECT_NEAR(trajectory_report(pairs).aligned.rmse_m, before, 1e-12);
 }
 
-TEST(TrajectoryMetrics, PairsByIndexAndRow) {
-  const Trajectory estimate = {{0, CPose3D(1, 0, 0, 0, 0, 0)}, {1, CPose3D(2, 0, 0, 0, 0, 0)}};
-  const Trajectory truth = {{0, CPose3D(5, 0, 0, 0, 0, 0)},
-                            {1, CPose3D(6, 0, 0, 0, 0, 0)},
-                            {2, CPose3D(7, 0, 0, 0, 0, 0)}};
-  EXPECT_THROW(pair_by_index(estimate, truth), std::invalid_argument);
-  EXPECT_THROW(pair_by_index(estimate, truth, {0, 3}), std::invalid_argument);
-  const auto pairs = pair_by_index(estimate, truth, {0, 2});
-  ASSERT_EQ(pairs.size(), 2u);
-  EXPECT_EQ(pairs[1].truth.x(), 7);
-  EXPECT_EQ(pairs[1].estimate.x(), 2);
-}
-
 TEST(TrajectoryMetrics, PairsByNearestTime) {
   const Trajectory truth = {{10, CPose3D(1, 0, 0, 0, 0, 0)}, {20, CPose3D(2, 0, 0, 0, 0, 0)}};
   const Trajectory estimate = {{5, {}}, {9, {}}, {14, {}}, {16, {}}, {22, {}}, {30, {}}};
