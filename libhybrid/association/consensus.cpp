@@ -79,7 +79,7 @@ bool hang_together(const IdentityHypotheses& h, int p, int q) {
   return 2 * block(p, q).norm() > std::sqrt(block(p, p).norm() * block(q, q).norm());
 }
 
-/// Pairs that hang together, directly or by others.
+/// Pairs whose differences are correlated, directly or through others.
 std::vector<std::vector<int>> correlated_groups(const IdentityHypotheses& h,
                                                 std::vector<int> pairs) {
   std::vector<std::vector<int>> groups;

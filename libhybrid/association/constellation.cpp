@@ -187,7 +187,7 @@ class PlaceSearch {
     return out;
   }
 
-  /// -log of what a pair is worth besides where it lies.
+  /// -log of the likelihood of a pair apart from its position.
   double gain(int i, int j) const { return q_.log_density - q_.class_log_likelihood_ratio(i, j); }
 
   void follow(std::vector<Pair> pairs) {

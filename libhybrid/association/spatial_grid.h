@@ -22,7 +22,7 @@ class SpatialGrid {
   /// Adds point `id`, a number from 0, or moves it. Coordinates beyond x and y do not count.
   void put(int id, double x, double y);
   void remove(int id);
-  /// The middle of the cell that a point lies in.
+  /// The middle of the cell of a point.
   std::array<double, 2> middle(int id) const {
     const Place& place = place_[id];
     return {cell_ * (static_cast<double>(place.x) + 0.5),

@@ -13,9 +13,9 @@ namespace HYBRID_API hybrid {
 struct BlockPattern {
   std::vector<int> dims;                   ///< tangent dimension of each block, positive
   std::vector<std::pair<int, int>> edges;  ///< off-diagonal blocks (i, j), i < j, sorted, unique
-  /// A block that is known by itself (one with a prior), -1: none. It is eliminated last: whatever
-  /// hangs on it by a long chain then has pivots of the size of its own factors, and not the little
-  /// that the chain leaves of the prior, which rounding may lose.
+  /// A block that is known by itself (one with a prior), -1: none. It is eliminated last: blocks
+  /// that a long chain connects to it then have pivots of the size of their own factors, and not
+  /// the little that the chain leaves of the prior, which rounding may lose.
   int anchor = -1;
 
   int size() const { return static_cast<int>(dims.size()); }
@@ -39,7 +39,7 @@ struct BlockOrdering {
 };
 
 /// Whether the elimination tree may be as tall as a chain is long. Covariances cost its height; but
-/// along a chain that hangs on the anchor each pivot is then that of one link.
+/// along a chain that ends at the anchor each pivot is then that of one link.
 enum class Trees { kLow, kAnyHeight };
 
 /// Fill-reducing order of whole blocks: approximate minimum degree and, where the factorisation is

@@ -49,13 +49,13 @@ ChoiceComparison::ChoiceComparison(const IncrementalSmoother& smoother,
 }
 
 double ChoiceComparison::cost(const std::vector<int>& values) const {
-  SegmentTransforms swings;
+  SegmentTransforms motions;
   Estimate start{poses_, {}};
   for (std::size_t c = 0; c < choices_.size(); ++c) {
     start.assignment.set(choices_[c]->discrete_keys()[0].key, values[c]);
-    swings.add(*choices_[c], values[c], poses_);
+    motions.add(*choices_[c], values[c], poses_);
   }
-  for (Key key : poses_.keys()) start.values.update(key, swings(key, poses_.at<SE2>(key)));
+  for (Key key : poses_.keys()) start.values.update(key, motions(key, poses_.at<SE2>(key)));
   SolverOptions options;
   options.threads = 1;
   options.max_iterations = 20;

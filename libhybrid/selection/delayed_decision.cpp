@@ -106,7 +106,7 @@ void DelayedDecisionSmoother::take_in(Delta delta, UpdateReport& report) {
 /// involve a new variable. If not, open choices may not be the only connection of the poses on both
 /// sides.
 bool DelayedDecisionSmoother::is_chained(const Delta& delta) const {
-  const auto hangs = [&](Key pose) {
+  const auto has_step = [&](Key pose) {
     const auto holds = [&](const auto& factor) {
       return is_step(factor->keys()) && factor->keys()[1] == pose;
     };
@@ -114,7 +114,7 @@ bool DelayedDecisionSmoother::is_chained(const Delta& delta) const {
            std::any_of(delta.hybrid.begin(), delta.hybrid.end(), holds);
   };
   for (Key key : delta.values.keys()) {
-    if (delta.values.type(key) == Variable<SE2>::type() && !hangs(key)) return false;
+    if (delta.values.type(key) == Variable<SE2>::type() && !has_step(key)) return false;
   }
   const auto is_new = [&](Key key) { return delta.values.contains(key); };
   const auto harmless = [&](const auto& factor) {
@@ -279,17 +279,17 @@ void DelayedDecisionSmoother::take(const Group& group) {
   }
   if (chosen.empty()) return;
   std::sort(chosen.begin(), chosen.end());
-  SegmentTransforms swings;
+  SegmentTransforms motions;
   Delta holds;
   for (const auto& [choice, value] : chosen) {
-    swings.add(*choices_[choice].factor, value, smoother_.values());
+    motions.add(*choices_[choice].factor, value, smoother_.values());
     holds.discrete.push_back(only(choices_[choice].key, value));
   }
   IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
   double* x = estimate.numbers.data();
   for (Key key : estimate.keys) {
     const VariableType type = smoother_.values().type(key);
-    if (type == Variable<SE2>::type()) swings(key, SE2::load(x)).store(x);
+    if (type == Variable<SE2>::type()) motions(key, SE2::load(x)).store(x);
     x += type.size;
   }
   attempts_.attempt({chosen[0].first, kTakeBest}, [&] {

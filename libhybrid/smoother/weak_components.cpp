@@ -30,8 +30,8 @@ void IncrementalSmoother::enter_left_out() {
   }
 }
 
-/// Eliminates what is new. Where variables hang on weak components alone, these enter the tree, for
-/// good.
+/// Eliminates what is new. Where weak components alone determine variables, these enter the tree,
+/// for good.
 bool IncrementalSmoother::eliminate_new(UpdateReport& report) {
   if (eliminate(report)) return true;
   if (couple_weak_ || tree_is_whole()) return false;

@@ -73,7 +73,7 @@ struct WindowReport : UpdateReport {
 /// variables that have left integrated out (by Laplace, exactly where the problem is linear) and
 /// the discrete ones at their last values. So it is comparable across departures: a departure adds
 /// log det(Lambda / 2 pi) / 2, with Lambda the information about what leaves given the rest. What
-/// the priors do not say of it stands in a table over no variable. The cost is that of the factors
+/// the priors do not say of it is in a table over no variable. The cost is that of the factors
 /// and priors in the window alone.
 ///
 /// A variable that has left and that a new factor holds enters again: a continuous one as a new

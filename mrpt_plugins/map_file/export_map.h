@@ -11,7 +11,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// Where a map lies on the globe.
+/// The place of a map on the globe.
 struct MapOrigin {
   double latitude = 0, longitude = 0;  ///< of its origin, WGS 84 [deg]
   double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]

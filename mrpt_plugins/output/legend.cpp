@@ -97,7 +97,7 @@ void path_legend(Legend& legend, const MapResult& result, const GroundTruth& tru
   if (!result.robots.empty()) {
     // Dead reckoning of several is not drawn.
   } else if (is_hidden(result.dead_reckoning, result.trajectory, extent)) {
-    legend.note("Dead reckoning lies under the estimate.");
+    legend.note("Dead reckoning is hidden by the estimate.");
     legend.gap(10);
   } else if (!result.dead_reckoning.empty()) {
     legend.line("dead reckoning", map_style::kDeadReckoning);
