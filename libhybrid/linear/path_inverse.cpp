@@ -28,7 +28,12 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     const auto& node = factor_->supernode(s);
     front.setZero(node.height, dim);
     front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
-    for (int d = 0; d < dim; ++d) {
+    int d = 0;
+    for (; d + 3 <= dim; d += 3) {
+      substitute3(factor_->panel(node), node.stride, node.height, node.columns,
+                  front.col(d).data());
+    }
+    for (; d < dim; ++d) {
       substitute(factor_->panel(node), node.stride, node.height, node.columns, front.col(d).data());
     }
     path.y.middleRows(row, node.columns) = front.topRows(node.columns);

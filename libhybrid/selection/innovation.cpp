@@ -59,8 +59,8 @@ Innovation InnovationPredictor::predict(const ContinuousFactor& factor) {
   int column = 0;
   for (int block : at.blocks) {
     const int dim = system.dim(block);
-    parts.emplace_back(inverse_.columns(system.start(block), dim) *
-                       at.J.middleCols(column, dim).transpose());
+    parts.emplace_back(inverse_.columns(system.start(block), dim)
+                           .lazyProduct(at.J.middleCols(column, dim).transpose()));
     column += dim;
   }
   Innovation result{at.b, Eigen::MatrixXd::Zero(factor.rows(), factor.rows())};
@@ -68,8 +68,8 @@ Innovation InnovationPredictor::predict(const ContinuousFactor& factor) {
     const int shared = inverse_.shared_rows(system.start(at.blocks[0]), system.start(at.blocks[1]));
     parts[0].bottomRows(shared) += parts[1].bottomRows(shared);
     const auto alone = parts[1].topRows(parts[1].rows() - shared);
-    result.APAt.noalias() += parts[0].transpose() * parts[0];
-    result.APAt.noalias() += alone.transpose() * alone;
+    result.APAt += parts[0].transpose().lazyProduct(parts[0]);
+    result.APAt += alone.transpose().lazyProduct(alone);
   } else {
     result.APAt = propagate(at.J, at.blocks, at.J, at.blocks, system,
                             [&](int i, int j) { return covariance(i, j); });

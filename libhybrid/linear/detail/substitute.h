@@ -36,4 +36,44 @@ inline void substitute(const double* L, int stride, int height, int columns, dou
   }
 }
 
+/// The same for three right-hand sides, one after the other in memory, which read L together.
+inline void substitute3(const double* L, int stride, int height, int columns, double* w) {
+  constexpr int kWidth = 4;
+  double* __restrict p = w;
+  double* __restrict q = w + height;
+  double* __restrict s = q + height;
+  int k = 0;
+  for (; k + kWidth <= columns; k += kWidth) {
+    const double* a = L + static_cast<std::ptrdiff_t>(k) * stride;
+    const double *b = a + stride, *c = b + stride, *d = c + stride;
+    const auto solve = [&](double* x) {
+      x[k] /= a[k];
+      x[k + 1] = (x[k + 1] - a[k + 1] * x[k]) / b[k + 1];
+      x[k + 2] = (x[k + 2] - a[k + 2] * x[k] - b[k + 2] * x[k + 1]) / c[k + 2];
+      x[k + 3] =
+          (x[k + 3] - a[k + 3] * x[k] - b[k + 3] * x[k + 1] - c[k + 3] * x[k + 2]) / d[k + 3];
+    };
+    solve(p);
+    solve(q);
+    solve(s);
+    const double p0 = p[k], p1 = p[k + 1], p2 = p[k + 2], p3 = p[k + 3];
+    const double q0 = q[k], q1 = q[k + 1], q2 = q[k + 2], q3 = q[k + 3];
+    const double s0 = s[k], s1 = s[k + 1], s2 = s[k + 2], s3 = s[k + 3];
+    for (int r = k + kWidth; r < height; ++r) {
+      p[r] -= a[r] * p0 + b[r] * p1 + c[r] * p2 + d[r] * p3;
+      q[r] -= a[r] * q0 + b[r] * q1 + c[r] * q2 + d[r] * q3;
+      s[r] -= a[r] * s0 + b[r] * s1 + c[r] * s2 + d[r] * s3;
+    }
+  }
+  for (; k < columns; ++k) {
+    const double* a = L + static_cast<std::ptrdiff_t>(k) * stride;
+    const double p0 = p[k] /= a[k], q0 = q[k] /= a[k], s0 = s[k] /= a[k];
+    for (int r = k + 1; r < height; ++r) {
+      p[r] -= a[r] * p0;
+      q[r] -= a[r] * q0;
+      s[r] -= a[r] * s0;
+    }
+  }
+}
+
 }  // namespace hybrid

@@ -9,23 +9,25 @@
 namespace hybrid {
 namespace {
 
-TEST(Substitute, IsTheTriangularSolveAndItsUpdate) {
-  std::srand(3);
-  for (const int columns : {1, 2, 3, 4, 5, 8, 11}) {
-    for (const int below : {0, 1, 6}) {
-      const int height = columns + below;
-      Eigen::MatrixXd L = Eigen::MatrixXd::Random(height + 2, columns);  // two rows of padding
-      L.diagonal().array() += 3.0;
-      Eigen::VectorXd w = Eigen::VectorXd::Random(height + 1);
-      const double behind = w[height];
-      Eigen::VectorXd x = w.head(columns);
-      L.topRows(columns).triangularView<Eigen::Lower>().solveInPlace(x);
-      const Eigen::VectorXd rest = w.segment(columns, below) - L.middleRows(columns, below) * x;
-      substitute(L.data(), height + 2, height, columns, w.data());
-      EXPECT_LT((w.head(columns) - x).norm(), 1e-12) << columns << ' ' << below;
-      EXPECT_LT((w.segment(columns, below) - rest).norm(), 1e-12) << columns << ' ' << below;
-      EXPECT_EQ(w[height], behind);
+TEST(Substitute, ThreeRightHandSidesTogetherGiveTheSameBitsAsOneByOne) {
+  constexpr int kHeight = 23, kStride = 26;
+  for (int columns = 1; columns <= 9; ++columns) {
+    Eigen::MatrixXd panel = Eigen::MatrixXd::Random(kStride, columns);
+    for (int j = 0; j < columns; ++j) panel(j, j) = 2.0 + j;
+    const Eigen::MatrixXd start = Eigen::MatrixXd::Random(kHeight, 3);
+    Eigen::MatrixXd one = start, three = start;
+    for (int d = 0; d < 3; ++d) {
+      substitute(panel.data(), kStride, kHeight, columns, one.col(d).data());
     }
+    substitute3(panel.data(), kStride, kHeight, columns, three.data());
+    EXPECT_EQ(one, three) << columns;
+    const Eigen::MatrixXd top = panel.topRows(columns).triangularView<Eigen::Lower>();
+    EXPECT_LT((top * three.topRows(columns) - start.topRows(columns)).norm(), 1e-12);
+    const auto below = panel.middleRows(columns, kHeight - columns);
+    EXPECT_LT((three.bottomRows(kHeight - columns) + below * three.topRows(columns) -
+               start.bottomRows(kHeight - columns))
+                  .norm(),
+              1e-12);
   }
 }
 
