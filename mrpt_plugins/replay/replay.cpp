@@ -128,7 +128,7 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   } else if (source.status() != LogStatus::kComplete) {
     summary.status = "partial";
     summary.message = source.message();
-  } else if (result.landmarks.empty() && refused.empty()) {
+  } else if (result.landmarks.empty() && mapper.measurements() == 0 && refused.empty()) {
     summary.status = "empty";
     summary.message = "no landmark was mapped: " + why_nothing_mapped(summary.observations);
   } else if (!refused.empty()) {
