@@ -59,9 +59,9 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
   }
   for (const RobotSummary& robot : summary.robots) {
     if (!robot.truth || !robot.truth->trajectory) continue;
-    say("{}{} {:.4f} m", &robot == &summary.robots.front() ? " (" : ", ", robot.name,
-        robot.truth->trajectory->unaligned.rmse_m);
-    if (&robot == &summary.robots.back()) say(")");
+    print_to(file, "{}{} {:.4f} m", &robot == &summary.robots.front() ? " (" : ", ", robot.name,
+             robot.truth->trajectory->unaligned.rmse_m);
+    if (&robot == &summary.robots.back()) print_to(file, ")");
   }
   if (summary.truth && summary.truth->landmarks && summary.truth->landmarks->matched > 0) {
     print_to(file, ", landmarks mean {:.4f} m", summary.truth->landmarks->mean_m);

@@ -64,6 +64,19 @@ TEST_F(Robots, HaveAFolderEach) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out" / "map.png"));
 }
 
+TEST_F(Robots, AStreamHoldsNothingButLinesOfJson) {
+  const Ran ran = run_shell(HYBRID_BINARY_DIR "/bin/hybrid-replay --no-pictures --stream -c " +
+                            team("BearingRangeKnownIds") + " -o " + at("out") + " 2> " + at("err"));
+  ASSERT_EQ(ran.code, 0) << ran.text;
+  std::istringstream lines(ran.text);
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  }
+  EXPECT_GT(count, 100U);
+  EXPECT_NE(read("err").find("(anna 0."), std::string::npos) << read("err");
+}
+
 TEST_F(Robots, ALogAloneIsASingleRobotWhateverItIsCalled) {
   const auto alone = summary_of(at("team_anna.rawlog"));
   EXPECT_FALSE(alone.contains("robots"));
