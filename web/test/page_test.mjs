@@ -74,12 +74,12 @@ await test('a landmark shows what a camera saw, with a ring where its estimate i
   const data = JSON.parse(gunzipSync(Buffer.from(packed.trim(), 'base64')));
   assert.deepEqual(data.photographs.list, []);  // the log has no images
   // A camera at the height of the landmarks that looks ahead: u = c - f y / x by the estimate, seen from the robot.
-  const k = 40, f = 150, c = 160, jpeg = await blank();
+  const { sightings: s, poses, landmarks } = data;
+  const one = s.k.findIndex((at, i) => at > 20 && s.now[i] !== null && Math.abs(s.yaw[i]) < 0.4);
+  const k = s.k[one], f = 150, c = 160, jpeg = await blank();
   data.photographs.list = [k, k + 100].map(at => ({ k: at, sensor: 'left', size: [320, 240], jpeg,
     camera: { f: [f, f], c: [c, 120], T: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0] } }));
   writeFileSync(file, unphotographed.replace(packed, () => gzipSync(JSON.stringify(data)).toString('base64')));
-  const { sightings: s, poses, landmarks } = data;
-  const one = s.k.findIndex((at, i) => at === k && s.now[i] !== null && Math.abs(s.yaw[i]) < 0.5);
   const mark = landmarks.find(l => l.id === s.now[one]);
   const [dx, dy] = [mark.at[0] - poses.x[k], mark.at[1] - poses.y[k]], [cos, sin] = [Math.cos(poses.yaw[k]), Math.sin(poses.yaw[k])];
   const u = c - f * (-sin * dx + cos * dy) / (cos * dx + sin * dy);
