@@ -160,7 +160,7 @@ class Mapper {
   std::size_t row_ = 0;       // of the log, of the newest keyframe
   std::size_t refusals_ = 0;  // contributions refused so far
   std::size_t measurements_ = 0;
-  double plugin_ms_ = 0;      // time of the plugins for the newest keyframe
+  double plugin_ms_ = 0;  // time of the plugins for the newest keyframe
   double objective_ = 0;
   std::optional<std::vector<MapChange>> events_;  // if recorded
 };
