@@ -32,9 +32,10 @@ class ProgressLine {
   }
   /// Time since construction [s].
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  /// Estimated time left, as "12 s left", by the share of the work that is done; "" at the start.
+  /// Estimated time left, as "12 s left", by the share of the work that is done; "" before a
+  /// hundredth is done, from which nothing can be told.
   std::string time_left(double share) const {
-    return share > 0 ? fmt::format("{:.0f} s left", elapsed() * (1 - share) / share) : "";
+    return share >= 0.01 ? fmt::format("{:.0f} s left", elapsed() * (1 - share) / share) : "";
   }
   void show(const std::string& text) {
     complain("{}", terminal_ ? "\r\033[K" + text : text + "\n");

@@ -161,7 +161,7 @@ void draw(const std::vector<Bin>& bins, const std::string& file) {
       "{} landmarks at the end, tentative ones included; {} keyframes per point; processor time",
       bins.back().landmarks, bins.front().ms.size());
   spec.x.label = "sightings so far";
-  spec.y.label = "time per keyframe [ms]";
+  spec.y.label = "time per keyframe (ms)";
   spec.series = {mean, p95};
   write_file(file, png(render(spec)));
 }

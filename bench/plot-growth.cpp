@@ -66,7 +66,7 @@ int main(int argc, char** argv) try {
   plot.title = "Time per step of the incremental smoother";
   plot.subtitle = "processor time, means over stretches of the run";
   plot.x = {"poses so far", hybrid::Scale::kLog};
-  plot.y = {"time per step [ms]", hybrid::Scale::kLog};
+  plot.y = {"time per step (ms)", hybrid::Scale::kLog};
   for (const std::string& file : files) hybrid::read_rows(file, plot.series);
   std::filesystem::create_directories(output);
   hybrid::write_file(output + "/growth.png", hybrid::png(hybrid::render(plot)));

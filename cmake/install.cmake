@@ -44,6 +44,11 @@ configure_package_config_file(cmake/hybridConfig.cmake.in ${PROJECT_BINARY_DIR}/
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/hybridConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/hybridConfig.cmake ${PROJECT_BINARY_DIR}/hybridConfigVersion.cmake
         DESTINATION ${HYBRID_INSTALL_CMAKEDIR} COMPONENT libhybrid-dev)
+# For builds without CMake. Paths are relative to the file, so that the installation may move.
+file(RELATIVE_PATH HYBRID_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" HYBRID_PC_PREFIX "${HYBRID_PC_PREFIX}")
+configure_file(cmake/hybrid.pc.in ${PROJECT_BINARY_DIR}/hybrid.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/hybrid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT libhybrid-dev)
 install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
 

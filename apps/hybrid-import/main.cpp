@@ -48,8 +48,10 @@ int main(int argc, char** argv) {
     if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
     hybrid::note_interrupts();
     hybrid::ProgressLine line;
-    hybrid::watch_steps([&line](std::size_t steps, double seconds) {
-      if (line.is_due()) line.show(fmt::format("{} steps, {:.0f} s of the log", steps, seconds));
+    hybrid::watch_steps([&line](const hybrid::ImportProgress& so_far) {
+      if (!line.is_due()) return;
+      line.show(fmt::format("{:3.0f} %  {} steps, {:.0f} s of the log  {}", 100 * so_far.share,
+                            so_far.steps, so_far.seconds, line.time_left(so_far.share)));
     });
     const hybrid::ImportReport report = convert(output);
     hybrid::watch_steps({});

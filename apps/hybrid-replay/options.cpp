@@ -58,7 +58,10 @@ void take_robots(const std::vector<std::string>& logs, const std::vector<std::st
     if (name.empty()) name = std::filesystem::path(file).stem().string();
     const bool twice = std::any_of(request.robots.begin(), request.robots.end(),
                                    [&n = name](const RequestedRobot& r) { return r.name == n; });
-    if (twice) throw CLI::ValidationError("--rawlog", "two logs are of robot " + name);
+    if (twice) {
+      throw CLI::ValidationError(
+          "--rawlog", "two logs are of robot " + name + "; NAME=FILE gives each a name of its own");
+    }
     request.robots.push_back({name, file, ""});
   }
   for (const std::string& text : truth_paths) {

@@ -130,6 +130,12 @@ bool TextReader::skip_bytes(std::uint64_t count) {
   return true;
 }
 
+double TextReader::share() const {
+  if (!file_ || file_->size() == 0) return 1;
+  return std::min(1.0,
+                  static_cast<double>(bytes_ - rest_.size()) / static_cast<double>(file_->size()));
+}
+
 void TextReader::fail(const std::string& what) const {
   throw Error(at_place(*name_, line_, last_, last_.size(), what));
 }

@@ -43,6 +43,8 @@ class TextReader {
   const std::string& name() const { return *name_; }
   /// Number of lines read so far.
   std::size_t line() const { return line_; }
+  /// Share of the file that has been returned, 0 to 1; 1 for text and where the size is unknown.
+  double share() const;
 
   /// The next line that holds more than blanks and comments; false at the end.
   bool next(TextRow& row);

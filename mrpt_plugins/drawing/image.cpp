@@ -3,6 +3,8 @@
 
 #include "mrpt_plugins/drawing/image.h"
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -12,21 +14,43 @@ namespace {
 
 constexpr int kCompression = 6;  // of 0 to 9: half the size of OpenCV's default, in tens of ms
 
-}  // namespace
-
-std::string png(const Image& image) {
+/// The pixels of a picture, which stay its own.
+cv::Mat pixels_of(const Image& image) {
   const auto expected = static_cast<std::size_t>(image.width) * image.height * 3;
   if (image.width <= 0 || image.height <= 0 || image.rgb.size() != expected) {
     throw std::runtime_error("a picture without pixels cannot be encoded");
   }
-  const cv::Mat rgb(image.height, image.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(image.rgb.data()));
+  return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
+}
+
+std::string encoded(const Image& image, const char* ending, const std::vector<int>& settings) {
   cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  cv::cvtColor(pixels_of(image), bgr, cv::COLOR_RGB2BGR);
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression}))
-    throw std::runtime_error("cannot encode a PNG");
+  if (!cv::imencode(ending, bgr, bytes, settings)) {
+    throw std::runtime_error("cannot encode a picture");
+  }
   return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace
+
+std::string png(const Image& image) {
+  return encoded(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, kCompression});
+}
+
+std::string jpeg(const Image& image, int quality) {
+  return encoded(image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+Image shrunk(const Image& image, int width) {
+  if (image.width <= width) return image;
+  const int height = std::max(
+      1, static_cast<int>(std::lround(static_cast<double>(image.height) * width / image.width)));
+  Image out{width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height * 3)};
+  cv::Mat small(height, width, CV_8UC3, out.rgb.data());
+  cv::resize(pixels_of(image), small, small.size(), 0, 0, cv::INTER_AREA);
+  return out;
 }
 
 }  // namespace hybrid

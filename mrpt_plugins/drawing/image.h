@@ -20,5 +20,10 @@ struct Image {
 
 /// The picture as the bytes of a PNG file; throws std::runtime_error if it cannot be encoded.
 std::string png(const Image& image);
+/// The same of a JPEG file of a quality of 0 to 100.
+std::string jpeg(const Image& image, int quality);
+
+/// The picture made so small that it is at most `width` pixels wide, with its own proportions.
+Image shrunk(const Image& image, int width);
 
 }  // namespace hybrid

@@ -100,7 +100,8 @@ void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
   }
 }
 
-/// Draws the notes beside the points: on the right, or on the left where the frame has no room.
+/// Draws the notes beside the points: below on the right, or on the left and above where the frame
+/// has no room.
 void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points, const Series& s) {
   TextStyle note;
   note.size = 12;
@@ -108,10 +109,12 @@ void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points
   for (std::size_t i = 0; i < s.notes.size(); ++i) {
     if (!box.contains(points[i])) continue;
     const double offset = s.marker_radius + 6;
-    const double width = Canvas::text_extent(s.notes[i], note).x();
-    const bool left = points[i].x() + offset + width > box.right;
+    const Eigen::Vector2d extent = Canvas::text_extent(s.notes[i], note);
+    const bool left = points[i].x() + offset + extent.x() > box.right;
+    const bool above = points[i].y() + offset + extent.y() > box.bottom;
     note.horizontal = left ? Align::kEnd : Align::kStart;
-    canvas.text(points[i] + Pixel(left ? -offset : offset, offset), s.notes[i], note);
+    canvas.text(points[i] + Pixel(left ? -offset : offset, above ? -offset : offset), s.notes[i],
+                note);
   }
 }
 

@@ -276,6 +276,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   Steps steps(options, log);
   double first = 0;
   while (table.next()) {
+    log.used(table.share());
     const double time = table.time();
     if (!std::isfinite(steps.time())) first = time;
     if (time < steps.time()) table.fail("time", "time goes backwards");

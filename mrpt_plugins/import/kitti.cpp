@@ -102,6 +102,7 @@ ImportReport import_kitti(const KittiOptions& options, const std::string& output
       frame->detections.push_back(std::move(s.detection));
     }
     step.observations.push_back(frame);
+    log.used(odometry.share());
     log.add(step);
     motion = odometry.next(dropped);
   } while (motion);

@@ -75,6 +75,8 @@ class Poses {
     return CPose3D(scale_ * pose.x(), scale_ * pose.y(), 0, pose.yaw(), 0, 0);
   }
 
+  double share() const { return table_.share(); }
+
  private:
   double scale_;
   TextReader table_;
@@ -223,6 +225,7 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
       frame->detections.push_back(d);
     }
     step.observations.push_back(frame);
+    log.used(poses.share());
     log.add(step);
   }
   log.note_end(options.labels);

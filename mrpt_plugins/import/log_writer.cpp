@@ -22,7 +22,7 @@
 namespace hybrid {
 namespace {
 
-std::function<void(std::size_t, double)> step_watcher;
+std::function<void(const ImportProgress&)> step_watcher;
 
 constexpr int kCompression = 6;
 
@@ -71,7 +71,7 @@ FileWriter& LogWriter::side_file(std::string_view suffix, const std::string& hea
   return file;
 }
 
-void watch_steps(std::function<void(std::size_t steps, double seconds)> watcher) {
+void watch_steps(std::function<void(const ImportProgress&)> watcher) {
   step_watcher = std::move(watcher);
 }
 
@@ -112,7 +112,7 @@ void LogWriter::add(const ImportedStep& step) {
   last_time_ = step.time;
   report_.observations += step.observations.size();
   ++report_.steps;
-  if (step_watcher) step_watcher(report_.steps, last_time_ - first_time_);
+  if (step_watcher) step_watcher({report_.steps, last_time_ - first_time_, share_});
 }
 
 void LogWriter::true_landmark(std::int64_t id, const Eigen::Vector3d& position,

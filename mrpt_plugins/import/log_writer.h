@@ -59,6 +59,9 @@ class LogWriter {
   /// Counts something dropped.
   void drop(const std::string& reason, std::size_t count = 1) { report_.dropped[reason] += count; }
 
+  /// Tells how much of the input the next step has used, 0 to 1, for a progress display.
+  void used(double share) { share_ = share; }
+
   /// Adds a remark for the user.
   void note(const std::string& text) { report_.notes.push_back(text); }
   /// Adds a remark if the last line of an input file has no newline: a number in it may be cut off.
@@ -87,12 +90,20 @@ class LogWriter {
   std::map<std::string_view, FileWriter> side_files_;  // by suffix
   ImportReport report_;
   double first_time_ = 0, last_time_ = 0;
+  double share_ = 0;  // of the input that has been used
   bool has_truth_ = false;
 };
 
-/// Sets a function that is called at every step written by this process, with the number of steps
-/// and the time since the start of the log [s], for a progress display. Empty: none.
-void watch_steps(std::function<void(std::size_t steps, double seconds)> watcher);
+/// How far an import has come.
+struct ImportProgress {
+  std::size_t steps = 0;  ///< written so far
+  double seconds = 0;     ///< from the first of them to the last
+  double share = 0;       ///< of the input that has been used, 0 to 1
+};
+
+/// Sets a function that is called at every step written by this process, for a progress display.
+/// Empty: none.
+void watch_steps(std::function<void(const ImportProgress&)> watcher);
 
 /// An empty frame of a planar detector, with its noise at close range and its pose on the robot.
 CObservationClassedBearingRange::Ptr planar_detections(const std::string& label,

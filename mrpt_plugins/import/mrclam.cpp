@@ -99,6 +99,7 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
   TextReader table(robot_file(options, "Measurement", ""));
   while (const auto row = table.next()) {
     row->expect(4, "time barcode range bearing");
+    log.used(table.share());
     const double time = row->time(0);
     if (time < frame.time()) row->fail("time goes backwards");
     if (!frame.is_of(time)) frame.begin(time);

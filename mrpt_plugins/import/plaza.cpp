@@ -159,6 +159,7 @@ ImportReport import_plaza(const PlazaOptions& options, const std::string& output
       const Eigen::Matrix3d stated = planar_part(motion->covariance);
       motion->covariance = planar_to_6d(factor.asDiagonal() * stated * factor.asDiagonal());
     }
+    log.used(static_cast<double>(i + 1) / static_cast<double>(graph.poses.size()));
     log.add({static_cast<double>(i) * options.period, motion, {seen}, pose.truth});
   }
   log.note_end(options.graph);

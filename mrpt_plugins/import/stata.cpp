@@ -99,6 +99,7 @@ class Frames {
   }
 
   std::int64_t number() const { return count_ - 1; }
+  double share() const { return table_.share(); }
 
  private:
   TextReader table_;
@@ -147,6 +148,7 @@ ImportReport import_stata(const StataOptions& options, const std::string& output
       if (id != ids.end()) d.true_landmark_id = *id++;
     }
     step.observations.push_back(seen);
+    log.used(frames.share());
     log.add(step);
   }
   detections.finish();

@@ -195,6 +195,7 @@ ImportReport import_victoria_park(const VictoriaParkOptions& options, const std:
       if (tree.id) d.landmark_id = static_cast<std::int32_t>(*tree.id);
       frame->detections.push_back(d);
     }
+    log.used(static_cast<double>(log.steps() + 1) / static_cast<double>(scans.size()));
     log.add({scan.time, scan.motion, {frame}, {}});
   }
   add_gps(options, scans, log);

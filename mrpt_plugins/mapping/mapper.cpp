@@ -164,6 +164,7 @@ void Mapper::add_sightings(const Keyframe& keyframe, Delta& delta) {
        sightings_.met(robot_, motion, backend_->values(), is_3d_,
                       [this](Key key) { return backend_->holds(key); })) {
     delta.continuous.push_back(std::move(factor));
+    ++measurements_;
   }
 }
 

@@ -93,6 +93,9 @@ class Mapper {
   /// What exactly was wrong with the first of them, by step of the log.
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool is_3d() const { return is_3d_; }
+  /// Number of factors that the plugins, and robots that met, have put into the map, without those
+  /// taken back: 0 where the path is dead reckoning.
+  std::size_t measurements() const { return measurements_; }
   /// Names of the classes of landmarks; empty if they have none, or none was seen yet.
   std::vector<std::string> class_names() const;
 
@@ -156,7 +159,8 @@ class Mapper {
   std::size_t updates_ = 0, updates_by_local_search_ = 0;
   std::size_t row_ = 0;       // of the log, of the newest keyframe
   std::size_t refusals_ = 0;  // contributions refused so far
-  double plugin_ms_ = 0;      // time of the plugins for the newest keyframe
+  std::size_t measurements_ = 0;
+  double plugin_ms_ = 0;  // time of the plugins for the newest keyframe
   double objective_ = 0;
   std::optional<std::vector<MapChange>> events_;  // if recorded
 };

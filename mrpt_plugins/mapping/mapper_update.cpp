@@ -191,8 +191,11 @@ void Mapper::keep(const BackendReport& report) {
   if (events_) events_->push_back({report.objectives, report.flipped, {}, {}, {}, {}});
 }
 
-/// Adds the reasons of a contribution to the last recorded change.
+/// Counts the factors of a contribution, and adds its reasons to the last recorded change.
 void Mapper::keep(const Contribution& contribution) {
+  const Delta& own = contribution.delta;
+  const std::size_t added = own.continuous.size() + own.discrete.size() + own.hybrid.size();
+  measurements_ = std::max(measurements_ + added, own.remove.size()) - own.remove.size();
   if (!events_) return;
   MapChange& change = events_->back();
   for (const Landmark& landmark : contribution.landmarks) change.born.push_back(landmark.id);

@@ -21,6 +21,7 @@
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/log_contents.h"
+#include "mrpt_plugins/mrpt_version.h"
 
 namespace HYBRID_API hybrid {
 
@@ -43,7 +44,7 @@ struct Frame {
 /// INI. Option -p loads a library of your own. A plugin does not depend on files, windows or the
 /// solver.
 class MappingPlugin : public mrpt::rtti::CObject {
-  DEFINE_VIRTUAL_MRPT_OBJECT(MappingPlugin)
+  HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(MappingPlugin, hybrid)
 
  public:
   /// Reads the parameters from the section named like the class. Every key is declared with its

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libhybrid/export.h"
+#include "mrpt_plugins/mrpt_version.h"
 
 namespace HYBRID_API hybrid {
 
@@ -45,7 +46,7 @@ class CObservationClassedBearingRange : public mrpt::obs::CObservation {
   std::vector<std::string> class_names;
   std::vector<Detection> detections;
 
-  void getSensorPose(mrpt::poses::CPose3D& pose) const override { pose = sensor_pose; }
+  HYBRID_DEFINE_SENSOR_POSE(sensor_pose)
   void setSensorPose(const mrpt::poses::CPose3D& pose) override { sensor_pose = pose; }
   void getDescriptionAsText(std::ostream& out) const override;
   bool exportTxtSupported() const override { return true; }

@@ -132,7 +132,7 @@ Image reliability_image(const Calibration& calibration, const std::string& title
   PlotSpec plot;
   plot.title = title;
   plot.subtitle =
-      fmt::format("{} {}, Brier score {:.3f}, log loss {:.3f}, calibration error {:.3f}",
+      fmt::format("{} {}, Brier score {:.2g}, log loss {:.2g}, calibration error {:.2g}",
                   calibration.predictions, names.things, calibration.brier, calibration.log_loss,
                   calibration.expected_error);
   plot.x = {names.claimed, Scale::kLinear, {{0.0, 1.0}}};

@@ -3,17 +3,19 @@
 
 #include <fmt/format.h>
 #include <mrpt/opengl/CFBORender.h>
-#include <mrpt/opengl/CText.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "mrpt_plugins/drawing/canvas.h"
 #include "mrpt_plugins/drawing/labels.h"
+#include "mrpt_plugins/drawing/mrpt_image.h"
 #include "mrpt_plugins/output/detail/legend.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/scene_layout.h"
+#include HYBRID_MRPT_SCENE(CCamera)
+#include HYBRID_MRPT_SCENE(CText)
 
 namespace hybrid {
 namespace {
@@ -40,30 +42,23 @@ Image render_scene(const MapResult& result, const GroundTruth& truth, const Scen
   const auto scene = make_scene(result, truth);
   auto viewport = scene->getViewport();
   for (const auto& object : *viewport) {
-    if (std::dynamic_pointer_cast<mrpt::opengl::CText>(object)) object->setVisibility(false);
+    if (std::dynamic_pointer_cast<mrpt_scene::CText>(object)) object->setVisibility(false);
   }
   const auto distance = static_cast<float>(view.distance);
   viewport->setViewportClipDistances(0.02f * distance, 20 * distance);
   mrpt::opengl::CFBORender::Parameters parameters(width, height);
   parameters.deviceIndexToUse = device;
   mrpt::opengl::CFBORender renderer(parameters);
-  auto& camera = renderer.getCamera(*scene);
+  mrpt_scene::CCamera camera;
   camera.setPointingAt(view.target.x(), view.target.y(), view.target.z());
   camera.setZoomDistance(distance);
   camera.setAzimuthDegrees(static_cast<float>(view.azimuth_deg));
   camera.setElevationDegrees(static_cast<float>(view.elevation_deg));
   camera.setProjectiveFOVdeg(static_cast<float>(SceneView::kFieldOfViewDeg));
+  set_camera(renderer, *scene, camera);
   mrpt::img::CImage picture(width, height, mrpt::img::CH_RGB);
   renderer.render_RGB(*scene, picture);
-  Image image{static_cast<int>(picture.getWidth()), static_cast<int>(picture.getHeight()), {}};
-  image.rgb.reserve(static_cast<std::size_t>(image.width) * image.height * 3);
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const std::uint8_t* bgr = picture.ptr<std::uint8_t>(x, y);
-      image.rgb.insert(image.rgb.end(), {bgr[2], bgr[1], bgr[0]});
-    }
-  }
-  return image;
+  return image_of(picture);
 }
 
 /// Draws texts over the rendered picture: ids, names of the axes, start and end.

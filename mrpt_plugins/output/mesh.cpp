@@ -25,15 +25,15 @@ Vector3d on_sphere(double longitude, double latitude) {
 }  // namespace
 
 Mesh::Mesh(Color color, double opacity)
-    : triangles_(mrpt::opengl::CSetOfTriangles::Create()),
+    : triangles_(mrpt_scene::CSetOfTriangles::Create()),
       color_(color.red, color.green, color.blue,
              static_cast<std::uint8_t>(std::lround(255 * opacity))) {
   triangles_->setColor_u8(color_);
 }
 
 void Mesh::triangle(const Vertex& a, const Vertex& b, const Vertex& c) {
-  mrpt::opengl::TTriangle t(to_float(a.point), to_float(b.point), to_float(c.point),
-                            to_float(a.normal), to_float(b.normal), to_float(c.normal));
+  mrpt_scene::TTriangle t(to_float(a.point), to_float(b.point), to_float(c.point),
+                          to_float(a.normal), to_float(b.normal), to_float(c.normal));
   for (auto& vertex : t.vertices) vertex.setColor(color_);
   triangles_->insertTriangle(t);
 }

@@ -3,12 +3,12 @@
 
 #pragma once
 
-#include <mrpt/opengl/CSetOfTriangles.h>
-
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/drawing/style.h"
+#include "mrpt_plugins/mrpt_version.h"
+#include HYBRID_MRPT_SCENE(CSetOfTriangles)
 
 namespace HYBRID_API hybrid {
 
@@ -27,7 +27,7 @@ class Mesh {
   void marker(const Eigen::Vector3d& center, Marker shape, double radius,
               const Eigen::Vector3d& toward = Eigen::Vector3d::UnitZ());
 
-  mrpt::opengl::CSetOfTriangles::Ptr object() const { return triangles_; }
+  mrpt_scene::CSetOfTriangles::Ptr object() const { return triangles_; }
 
  private:
   struct Vertex {
@@ -41,7 +41,7 @@ class Mesh {
   void prism(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector3d& center,
              const Eigen::Matrix3d& frame, double half_height, double top_scale);
 
-  mrpt::opengl::CSetOfTriangles::Ptr triangles_;
+  mrpt_scene::CSetOfTriangles::Ptr triangles_;
   mrpt::img::TColor color_;
 };
 

@@ -3,10 +3,6 @@
 
 #include "mrpt_plugins/output/scene.h"
 
-#include <mrpt/opengl/CGridPlaneXY.h>
-#include <mrpt/opengl/CSetOfLines.h>
-#include <mrpt/opengl/CText.h>
-#include <mrpt/opengl/stock_objects.h>
 #include <mrpt/serialization/CArchive.h>
 
 #include <Eigen/Eigenvalues>
@@ -15,9 +11,14 @@
 #include <map>
 
 #include "mrpt_plugins/bridge/gzip_writer.h"
+#include "mrpt_plugins/mrpt_version.h"
 #include "mrpt_plugins/output/map_style.h"
 #include "mrpt_plugins/output/mesh.h"
 #include "mrpt_plugins/output/scene_layout.h"
+#include HYBRID_MRPT_SCENE(CGridPlaneXY)
+#include HYBRID_MRPT_SCENE(CSetOfLines)
+#include HYBRID_MRPT_SCENE(CText)
+#include HYBRID_MRPT_SCENE(stock_objects)
 
 namespace hybrid {
 namespace {
@@ -32,21 +33,20 @@ std::vector<Vector3d> positions(const Trajectory& path) {
   return out;
 }
 
-void add_ground(mrpt::opengl::COpenGLScene& scene, const SceneLayout& layout) {
+void add_ground(MrptScene& scene, const SceneLayout& layout) {
   const auto& e = layout.ground;
-  auto grid = mrpt::opengl::CGridPlaneXY::Create(
+  auto grid = mrpt_scene::CGridPlaneXY::Create(
       static_cast<float>(e.low.x()), static_cast<float>(e.high.x()), static_cast<float>(e.low.y()),
       static_cast<float>(e.high.y()), static_cast<float>(e.low.z()),
       static_cast<float>(layout.grid_step));
   grid->setColor_u8(165, 165, 165);
   scene.insert(grid);
   const auto length = static_cast<float>(layout.axis_length);
-  scene.insert(mrpt::opengl::stock_objects::CornerXYZSimple(length, 2));
+  scene.insert(mrpt_scene::stock_objects::CornerXYZSimple(length, 2));
 }
 
 /// Truth as beads around the estimate, so that both stay visible.
-void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const GroundTruth& truth,
-               double r) {
+void add_paths(MrptScene& scene, const MapResult& result, const GroundTruth& truth, double r) {
   Mesh beads(palette::kTruth);
   for (const Trajectory& known : true_paths(truth)) {
     for (const auto& bead : dashes(positions(known), 2.5 * r, 13 * r)) beads.tube(bead, 1.8 * r);
@@ -74,8 +74,7 @@ void add_paths(mrpt::opengl::COpenGLScene& scene, const MapResult& result, const
 }
 
 /// Adds ellipsoids before the solids inside them: a solid added later would be hidden by them.
-void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
-                    const SceneLayout& layout) {
+void add_ellipsoids(MrptScene& scene, const MapResult& result, const SceneLayout& layout) {
   for (const LandmarkEstimate& l : result.landmarks) {
     if (!l.position.allFinite() || !l.covariance.allFinite() || !(l.covariance.trace() > 0)) {
       continue;
@@ -90,8 +89,8 @@ void add_ellipsoids(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
   }
 }
 
-void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
-                   const GroundTruth& truth, const SceneLayout& layout) {
+void add_landmarks(MrptScene& scene, const MapResult& result, const GroundTruth& truth,
+                   const SceneLayout& layout) {
   Mesh crosses(map_style::kTrueLandmark);
   for (const TrueLandmark& l : truth.landmarks) {
     crosses.marker(l.position, Marker::kPlus, 2 * layout.landmark_radius);
@@ -99,7 +98,7 @@ void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
   scene.insert(crosses.object());
   const Vector3d toward = (layout.view.eye() - layout.view.target).normalized();
   std::map<std::array<std::uint8_t, 3>, Mesh> solids;  // by colour
-  auto stems = mrpt::opengl::CSetOfLines::Create();
+  auto stems = mrpt_scene::CSetOfLines::Create();
   stems->setColor_u8(150, 150, 150);
   for (const LandmarkEstimate& l : result.landmarks) {
     if (!l.position.allFinite()) continue;
@@ -115,14 +114,13 @@ void add_landmarks(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
   for (const auto& [color, mesh] : solids) scene.insert(mesh.object());
 }
 
-void add_texts(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
-               const SceneLayout& layout) {
+void add_texts(MrptScene& scene, const MapResult& result, const SceneLayout& layout) {
   for (const LandmarkEstimate& l : result.landmarks) {
     if (!l.position.allFinite()) continue;
     std::string text = std::to_string(l.id);
     if (l.class_index)
       text += ' ' + result.class_names.at(static_cast<std::size_t>(*l.class_index));
-    auto label = mrpt::opengl::CText::Create(text);
+    auto label = mrpt_scene::CText::Create(text);
     label->setFont("sans", 14);
     label->setColor_u8(40, 40, 40);
     label->setLocation(l.position.x(), l.position.y(),
@@ -133,16 +131,13 @@ void add_texts(mrpt::opengl::COpenGLScene& scene, const MapResult& result,
 
 }  // namespace
 
-mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth) {
+MrptScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth) {
   const SceneLayout layout = scene_layout(result, truth);
-  auto scene = mrpt::opengl::COpenGLScene::Create();
+  auto scene = MrptScene::Create();
   auto viewport = scene->getViewport();
   viewport->setCustomBackgroundColor({1, 1, 1, 1});
-  auto& light = viewport->lightParameters();
-  light.ambient = {0.6f, 0.6f, 0.6f, 1};
-  light.diffuse = {0.55f, 0.55f, 0.55f, 1};
-  light.specular = {0.05f, 0.05f, 0.05f, 1};
-  light.direction = {0.1f, 0.64f, -0.76f};  // from above, behind the camera
+  const mrpt::math::TVector3Df from_above_and_behind_the_camera(0.1f, 0.64f, -0.76f);
+  set_light(viewport->lightParameters(), 0.6f, 0.55f, 0.05f, from_above_and_behind_the_camera);
   add_ground(*scene, layout);
   add_paths(*scene, result, truth, layout.path_radius);
   add_ellipsoids(*scene, result, layout);

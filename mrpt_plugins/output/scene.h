@@ -3,20 +3,22 @@
 
 #pragma once
 
-#include <mrpt/opengl/COpenGLScene.h>
-
 #include <string>
 
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/mapping/map_result.h"
+#include "mrpt_plugins/mrpt_version.h"
+#include HYBRID_MRPT_SCENE(HYBRID_MRPT_SCENE_CLASS)
 
 namespace HYBRID_API hybrid {
+
+using MrptScene = mrpt_scene::HYBRID_MRPT_SCENE_CLASS;
 
 /// The map as an MRPT scene (metres): ground grid, paths as tubes, landmarks as solids coloured and
 /// shaped by class with covariance ellipsoids (3 standard deviations, enlarged as in map_image) and
 /// ids as text. Only one renderer can render a scene.
-mrpt::opengl::COpenGLScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth = {});
+MrptScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth = {});
 
 /// Writes the scene as `name` (.3Dscene) for SceneViewer3D.
 void save_scene(const OutputDirectory& out, const std::string& name, const MapResult& result,

@@ -11,6 +11,7 @@
 #include <mrpt/obs/CSensoryFrame.h>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/mrpt_version.h"
 
 namespace hybrid {
 namespace {
@@ -38,7 +39,7 @@ std::vector<TPoint3Df> points_of(const CPointsMap& map) {
 std::vector<TPoint3Df> points_of(const CObservation& observation) {
   CSimplePointsMap map;
   map.insertionOptions.minDistBetweenLaserPoints = 0;
-  map.insertionOptions.disableDeletion = true;
+  keep_all_points(map.insertionOptions);
   map.insertObservation(observation);
   return points_of(map);
 }
@@ -54,13 +55,13 @@ LoggedObservation convert(const CObservation::Ptr& observation, bool points) {
 }
 
 LoggedMotion motion_in(const CActionCollection& actions) {
-  for (std::size_t i = 0; i < actions.size(); ++i) {
-    if (const auto* motion = dynamic_cast<const CActionRobotMovement3D*>(&actions.get(i))) {
+  for (const auto& action : actions) {
+    if (const auto* motion = dynamic_cast<const CActionRobotMovement3D*>(action.get())) {
       return motion->poseChange;
     }
   }
-  for (std::size_t i = 0; i < actions.size(); ++i) {
-    const auto* motion = dynamic_cast<const CActionRobotMovement2D*>(&actions.get(i));
+  for (const auto& action : actions) {
+    const auto* motion = dynamic_cast<const CActionRobotMovement2D*>(action.get());
     if (motion == nullptr || !motion->poseChange) continue;
     const auto [covariance, mean] = motion->poseChange->getCovarianceAndMean();
     return mrpt::poses::CPosePDFGaussian(mean, covariance);
@@ -70,7 +71,8 @@ LoggedMotion motion_in(const CActionCollection& actions) {
 
 LogObject convert(const CActionCollection& actions) {
   LoggedActions out;
-  if (actions.size() > 0) out.time = actions.get(0).timestamp;
+  const auto first = actions.begin();
+  if (first != actions.end() && first->get() != nullptr) out.time = first->get()->timestamp;
   out.motion = motion_in(actions);
   return out;
 }

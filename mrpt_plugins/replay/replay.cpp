@@ -81,7 +81,7 @@ Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, const Team& te
     const StepRecord& step = mapper.add(*keyframe);
     place.added(keyframes, mapper);
     ++keyframes;
-    std::string line = report.watch(mapper, step);
+    std::string line = report.watch(mapper, step, *keyframe);
     if (progress) {
       progress(
           {source.progress(), keyframes, step.landmarks, step.objective_after, std::move(line)});
@@ -128,7 +128,7 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   } else if (source.status() != LogStatus::kComplete) {
     summary.status = "partial";
     summary.message = source.message();
-  } else if (result.landmarks.empty() && refused.empty()) {
+  } else if (result.landmarks.empty() && mapper.measurements() == 0 && refused.empty()) {
     summary.status = "empty";
     summary.message = "no landmark was mapped: " + why_nothing_mapped(summary.observations);
   } else if (!refused.empty()) {
@@ -302,7 +302,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   const Plugins plugins = settings.plugins;
   Mapper mapper = make_mapper(settings, is_3d);
   place.enter(mapper);
-  RunReport report(request, out);
+  RunReport report(request, settings.robots.front().rawlog, out);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
   const auto [last, signal] =

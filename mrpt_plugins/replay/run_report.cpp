@@ -11,8 +11,9 @@
 
 namespace hybrid {
 
-RunReport::RunReport(const ReplayRequest& request, const OutputDirectory& out)
-    : version_(request.provenance.version), page_(request.report), out_(out) {
+RunReport::RunReport(const ReplayRequest& request, const std::string& rawlog,
+                     const OutputDirectory& out)
+    : version_(request.provenance.version), page_(request.report), out_(out), photographs_(rawlog) {
   if (request.stream) lines_.emplace();
   if (!request.events && !request.report) return;
   events_ = out.open("events.jsonl");
@@ -29,7 +30,8 @@ void RunReport::begin(Mapper& mapper, const std::string& title) {
   recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2);
 }
 
-std::string RunReport::watch(Mapper& mapper, const StepRecord& step) {
+std::string RunReport::watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe) {
+  if (page_) photographs_.add(step.keyframe, keyframe.observations);
   if (recorder_) recorder_->keyframe(mapper, step);
   return lines_ ? lines_->line(mapper, step) : "";
 }
@@ -44,7 +46,8 @@ void RunReport::write(const MapResult& result, const Truth& truth,
                       const std::vector<std::size_t>& log_rows,
                       const nlohmann::ordered_json& summary) const {
   if (!page_) return;
-  MapReport report{result, truth.get(), recorder_->record(), summary, {}, {}, {}};
+  const nlohmann::ordered_json photographs = photographs_.json();
+  MapReport report{result, truth.get(), recorder_->record(), photographs, summary, {}, {}, {}};
   if (!truth.get().path.empty()) {
     Truth::Pairs pairs = truth.pairs(result.trajectory, log_rows);
     report.times = std::move(pairs.times);

@@ -16,6 +16,7 @@
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/replay/detail/robots.h"
+#include "mrpt_plugins/report/photographs.h"
 
 namespace hybrid {
 namespace {
@@ -253,6 +254,9 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
       auto& asked = robot.source.reader.request.classes;
       asked.insert(asked.end(), classes.begin(), classes.end());
     }
+  }
+  if (request.report) {
+    settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
   }
   choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
   return settings;

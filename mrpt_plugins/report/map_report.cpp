@@ -120,6 +120,7 @@ Json map_report_json(const MapReport& report) {
               {"steps", steps_json(result.steps)},
               {"errors", errors_json(report)},
               {"modes", {{"names", result.mode_names}, {"of", result.motion_modes}}},
+              {"photographs", report.photographs},
               {"summary", report.summary}};
   out.update(history_json(report.record, result.is_3d));
   return out;

@@ -36,13 +36,13 @@ std::string gzipped(const std::string& text) {
   return out;
 }
 
+}  // namespace
+
 std::string base64(const std::string& bytes) {
   std::string out(BASE64_ENCODE_RAW_LENGTH(bytes.size()), '\0');
   base64_encode_raw(out.data(), bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
   return out;
 }
-
-}  // namespace
 
 std::string report_page(const nlohmann::ordered_json& data) {
   const std::string text = data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

@@ -30,6 +30,20 @@ endforeach()
 # What the libraries show, and that neither holds a copy of the other.
 run(${Python3_EXECUTABLE} -B ${SOURCE_DIR}/../exports.py ${prefix}/lib)
 
+# A program that is built without CMake, by pkg-config.
+find_program(PKG_CONFIG pkg-config)
+if(PKG_CONFIG)
+  set(ENV{PKG_CONFIG_PATH} ${prefix}/lib/pkgconfig)
+  execute_process(COMMAND ${PKG_CONFIG} --cflags --libs hybrid OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE)
+  separate_arguments(flags)
+  if(SANITIZE)
+    list(APPEND flags -fsanitize=${SANITIZE})
+  endif()
+  run(${CXX} -std=c++17 ${HYBRID_SOURCE_DIR}/examples/first_graph.cpp -o ${WORK_DIR}/first_graph ${flags}
+      -Wl,-rpath,${prefix}/lib)
+  run(${WORK_DIR}/first_graph)
+endif()
+
 # The Python package finds the installed libraries by itself.
 if(PYTHON)
   set(first ${HYBRID_SOURCE_DIR}/python/examples/first_graph.py)

@@ -43,6 +43,7 @@ FLOORS = {
         {"hybrid.h"},
     ],
     "mrpt_plugins": [
+        {"mrpt_version.h"},
         {"observations"},
         {"bridge", "drawing"},
         {"rawlog"},
@@ -69,8 +70,9 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b")
 MACHINE_PATH = re.compile(r"(?<![\w.}/~-])/(work|home|root|Users)/")
 MACRO = re.compile(r"^\s*#\s*define\b")
-# MRPT registers classes with macros only, and ours joins two of them; the other names an attribute.
-OUR_MACRO = re.compile(r"^#define (HYBRID_REGISTER_PLUGIN\(|HYBRID_API\b)")
+# MRPT registers classes with macros only, and ours joins two of them; another names an attribute. Those for what differs
+# between the versions of MRPT are in mrpt_plugins/mrpt_version.h.
+OUR_MACRO = re.compile(r"^#define (HYBRID_REGISTER_PLUGIN\(|HYBRID_API\b|HYBRID_(DEFINE|MRPT)_)")
 PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
 
 NOT_OURS = {".git", "compile_commands.json"}

@@ -9,7 +9,7 @@ type Num = number | null;
 export interface Coordinates { x: number[]; y: number[]; z?: number[] }
 /** null: a gap. */
 export interface Path { x: Num[]; y: Num[]; z?: Num[] }
-export interface Poses extends Coordinates { t: number[]; yaw: number[] }
+export interface Poses extends Coordinates { t: number[]; yaw: number[]; pitch?: number[]; roll?: number[] }
 
 export interface Landmark {
   id: Id;
@@ -78,6 +78,15 @@ export interface RawSnapshot {
   landmarks: number[][];
 }
 
+/** What a camera saw at a keyframe, in base 64; T is the 3x4 pose of the camera on the robot, in rows. */
+export interface Photograph {
+  k: number;
+  sensor: string;
+  size: [number, number];  // pixels
+  camera: { f: [number, number]; c: [number, number]; T: number[] } | null;
+  jpeg: string;
+}
+
 export interface MapData {
   kind: 'map';
   title: string;
@@ -99,6 +108,8 @@ export interface MapData {
   beliefs: { k: number[]; id: Id[]; p: number[][] };
   lives: [number, Id, number][];
   snapshots: { origin: number[]; unit: number; list: RawSnapshot[] };
+  /** One of `every` photographs of the log; `unreadable` of them could not be shown. */
+  photographs: { list: Photograph[]; every: number; unreadable: number };
 }
 
 export interface GraphData {

@@ -5,6 +5,7 @@ import { Id, MapData } from './data';
 import { el, facts, link, percent, show } from './dom';
 import { History, mostProbable } from './history';
 import { classColor } from './palette';
+import { figureOf, shownOf } from './photograph';
 import { Plot, Series } from './plots';
 import { State } from './state';
 import { Table } from './table';
@@ -12,12 +13,14 @@ import { Table } from './table';
 /** What is known of one landmark, and how it came to be known. */
 export class LandmarkView {
   readonly root = el('div', { class: 'pane' });
+  private picture = el('div', {});
   private plots: [Plot, (keyframe: number) => number][] = [];  // and where a keyframe is on the axis
 
   constructor(private data: MapData, private history: History, private state: State,
               private explain: (sighting: number) => void) {
     state.listen((view, changed) => {
       if (changed.has('landmark')) this.render();
+      else if (changed.has('keyframe') || changed.has('sighting')) this.photograph();
       if (changed.has('keyframe')) for (const [plot, at] of this.plots) plot.mark(at(view.keyframe));
     });
     this.render();
@@ -34,9 +37,20 @@ export class LandmarkView {
       return;
     }
     this.root.replaceChildren(
-        el('h2', {}, `Landmark ${id}`), this.summary(id), this.probabilities(id), this.beliefs(id),
+        el('h2', {}, `Landmark ${id}`), this.summary(id), this.picture, this.probabilities(id), this.beliefs(id),
         this.innovations(id), this.sightings(id));
     for (const [plot, at] of this.plots) plot.mark(at(this.state.view.keyframe));
+    this.photograph();
+  }
+
+  /** What a camera saw when the landmark was sighted; nothing where the log has no images. */
+  private photograph() {
+    const { landmark, keyframe, sighting } = this.state.view;
+    const shown = landmark === null ? null : shownOf(this.data, this.history, landmark, keyframe, sighting);
+    const { unreadable } = this.data.photographs;
+    this.picture.replaceChildren(
+        ...(shown ? [figureOf(this.data, shown, this.history.position(landmark!), k => this.go(k))] : []),
+        ...(unreadable ? [el('p', { class: 'hint' }, `${unreadable} images of the log could not be read.`)] : []));
   }
 
   private list(): HTMLElement {

@@ -9,6 +9,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, statSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { gunzipSync, gzipSync } from 'node:zlib';
 import { withPage } from './browser.mjs';
 
 const [bin, scratch] = process.argv.slice(2);
@@ -66,6 +67,51 @@ await test('a landmark that is pressed shows the probabilities of landmarks.json
     assert.ok(facts.includes(String(Number(landmark.position[0].toPrecision(4)))));
     clean(faults);
   }));
+
+await test('a landmark shows what a camera saw, with a ring where its estimate is seen', async () => {
+  const unphotographed = readFileSync(page(classed), 'utf8'), file = join(scratch, 'photographs.html');
+  const [, packed] = /<script[^>]*id="?data"?[^>]*>([\s\S]*?)<\/script>/.exec(unphotographed);
+  const data = JSON.parse(gunzipSync(Buffer.from(packed.trim(), 'base64')));
+  assert.deepEqual(data.photographs.list, []);  // the log has no images
+  // A camera at the height of the landmarks that looks ahead: u = c - f y / x by the estimate, seen from the robot.
+  const { sightings: s, poses, landmarks } = data;
+  const one = s.k.findIndex((at, i) => at > 20 && s.now[i] !== null && Math.abs(s.yaw[i]) < 0.4);
+  const k = s.k[one], f = 150, c = 160, jpeg = await blank();
+  data.photographs.list = [k, k + 100].map(at => ({ k: at, sensor: 'left', size: [320, 240], jpeg,
+    camera: { f: [f, f], c: [c, 120], T: [0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0] } }));
+  writeFileSync(file, unphotographed.replace(packed, () => gzipSync(JSON.stringify(data)).toString('base64')));
+  const mark = landmarks.find(l => l.id === s.now[one]);
+  const [dx, dy] = [mark.at[0] - poses.x[k], mark.at[1] - poses.y[k]], [cos, sin] = [Math.cos(poses.yaw[k]), Math.sin(poses.yaw[k])];
+  const u = c - f * (-sin * dx + cos * dy) / (cos * dx + sin * dy);
+  await withPage(file, desktop, async (p, faults) => {
+    await p.evaluate(([id, at]) => window.report.state.set({ landmark: id, keyframe: at }), [mark.id, k]);
+    assert.ok((await p.textContent('#pane-0 section:has(.photograph)')).includes(`left at keyframe ${k}, a sighting`));
+    const line = p.locator('.photograph .line');  // heights are unknown in the plane
+    assert.ok(Math.abs(Number(await line.getAttribute('data-u')) - u) < 0.2);
+    const box = await p.locator('.photograph').boundingBox(), at = await line.boundingBox();
+    assert.ok(Math.abs(at.x + at.width / 2 - box.x - box.width * u / 320) < 2);
+    assert.ok(await p.locator('.photograph img').evaluate(i => i.complete && i.naturalWidth === 320));
+    clean(faults);
+  });
+  await withPage(page(classed), desktop, async p => {
+    await p.evaluate(id => window.report.state.set({ landmark: id }), mark.id);
+    assert.equal(await p.locator('.photograph').count(), 0);
+  });
+});
+
+/** A JPEG of 320 x 240 pixels, in base 64. */
+async function blank() {
+  let text = '';
+  await withPage(page(classed), desktop, async p => {
+    text = await p.evaluate(() => {
+      const canvas = Object.assign(document.createElement('canvas'), { width: 320, height: 240 }), pen = canvas.getContext('2d');
+      pen.fillStyle = '#7aa37a';
+      pen.fillRect(0, 0, 320, 240);
+      return canvas.toDataURL('image/jpeg').split(',')[1];
+    });
+  });
+  return text;
+}
 
 await test('drag moves the map, the wheel zooms about the mouse, a double click shows all', () =>
   withPage(page(classed), desktop, async (p, faults) => {

@@ -26,6 +26,8 @@ class KittiOdometry {
   /// Motions so far.
   std::size_t count() const { return count_; }
   bool is_3d() const { return is_3d_; }
+  /// Share of the file that has been read.
+  double share() const { return table_.share(); }
 
  private:
   std::optional<OdometryIncrement> next_in_plane(DropReport& dropped);

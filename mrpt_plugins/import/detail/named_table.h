@@ -90,6 +90,9 @@ class NamedTable {
     return true;
   }
 
+  /// Share of the file that has been read.
+  double share() const { return table_.share(); }
+
   std::string word(const std::string& name) const {
     return std::string((*row_)[columns_.at(name)]);
   }

@@ -16,6 +16,7 @@
 #include "mrpt_plugins/replay/replay_request.h"
 #include "mrpt_plugins/report/detail/keyframe_lines.h"
 #include "mrpt_plugins/report/detail/run_recorder.h"
+#include "mrpt_plugins/report/photographs.h"
 
 namespace hybrid {
 
@@ -23,13 +24,13 @@ namespace hybrid {
 /// report.html.
 class RunReport {
  public:
-  /// Asked for by `request`; `out` must live as long as this.
-  RunReport(const ReplayRequest& request, const OutputDirectory& out);
+  /// Asked for by `request`; `out` must live as long as this. `rawlog` is the log of the robot.
+  RunReport(const ReplayRequest& request, const std::string& rawlog, const OutputDirectory& out);
 
   /// Before the first keyframe.
   void begin(Mapper& mapper, const std::string& title);
   /// After every keyframe; returns it as a line of JSON, "" where none is asked for.
-  std::string watch(Mapper& mapper, const StepRecord& step);
+  std::string watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe);
   /// Once the mapper has solved to convergence; closes events.jsonl.
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
@@ -44,6 +45,7 @@ class RunReport {
   const OutputDirectory& out_;
   std::unique_ptr<FileWriter> events_;
   std::optional<RunRecorder> recorder_;  // where anything is asked for
+  Photographs photographs_;
 };
 
 }  // namespace hybrid

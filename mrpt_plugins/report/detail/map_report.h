@@ -17,6 +17,7 @@ struct MapReport {
   const MapResult& result;
   const GroundTruth& truth;
   const RunRecord& record;
+  const nlohmann::ordered_json& photographs;  ///< of Photographs
   const nlohmann::ordered_json& summary;      ///< the content of summary.json
   std::vector<double> times;                  ///< of the pairs [s]
   std::vector<PosePair> estimated, reckoned;  ///< with the truth; empty where that is not known

@@ -233,6 +233,16 @@ TEST_F(TextFiles, AreOfBoundedSize) {
   EXPECT_EQ(read_file(write("empty", "")), "");
 }
 
+TEST_F(TextFiles, TellHowMuchOfThemIsRead) {
+  TextReader reader(write("a", "123\n\n5678\n"));
+  EXPECT_EQ(reader.share(), 0);
+  reader.next();
+  EXPECT_EQ(reader.share(), 0.4);
+  reader.next();
+  EXPECT_EQ(reader.share(), 1);
+  EXPECT_EQ(TextReader("1\n2\n", "text", {}).share(), 1);
+}
+
 TEST_F(TextFiles, TellWhetherTheyEndWithinALine) {
   EXPECT_TRUE(ends_in_line(write("a", "1\n2")));
   EXPECT_FALSE(ends_in_line(write("a", "1\n2\n")));

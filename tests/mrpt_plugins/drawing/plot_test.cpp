@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -87,6 +88,37 @@ TEST(Plot, DrawsEverySeriesInItsColourAndSkipsWhatHasNoPlace) {
   EXPECT_EQ(count(one, {0, 0, 255}), 0);
   EXPECT_GT(count(two, {0, 0, 255}), 100);
   EXPECT_EQ(png(one).substr(1, 3), "PNG");
+}
+
+/// The last row of pixels most of which are dark: the lower edge of the frame.
+int lower_edge(const Image& image) {
+  for (int y = image.height - 1; y >= 0; --y) {
+    int dark = 0;
+    for (int x = 0; x < image.width; ++x) {
+      if (image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x)] < 100) ++dark;
+    }
+    if (2 * dark > image.width) return y;
+  }
+  return -1;
+}
+
+TEST(Plot, NotesStayInsideOfTheFrame) {
+  PlotSpec plot;
+  plot.width = plot.height = 600;
+  plot.x.range = plot.y.range = {{-0.02, 1.02}};
+  Series points;
+  points.x = {0, 0.5, 1};
+  points.y = {0, 0, 0};
+  points.marker = Marker::kCircle;
+  plot.series = {points};
+  const Image without = render(plot);
+  plot.series[0].notes = {"n = 87971", "n = 5", "n = 42006"};
+  const Image with = render(plot);
+  EXPECT_NE(with.rgb, without.rgb);
+  const int edge = lower_edge(without);
+  ASSERT_GT(edge, 300);
+  const auto from = static_cast<std::ptrdiff_t>(3) * (edge - 2) * without.width;
+  EXPECT_TRUE(std::equal(with.rgb.begin() + from, with.rgb.end(), without.rgb.begin() + from));
 }
 
 TEST(Plot, RefusesWhatCannotBeDrawn) {

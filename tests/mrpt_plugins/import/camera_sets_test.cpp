@@ -45,6 +45,7 @@ class CameraSets : public ImportTest {
 TEST_F(CameraSets, KittiBoxesBecomeRangesWithHonestNoise) {
   const KittiOptions options = kitti();
   const ImportReport report = import_kitti(options, log());
+  expect_progress(2, 37.0 / 68.0);  // the motion is the first of two rows
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_NEAR(all[1].odometry->covariance(0, 0), 0.01, 1e-6);
@@ -158,6 +159,7 @@ TEST_F(CameraSets, KittiTrackingKeepsIdsOfWhatStands) {
   options.poses = poses(4);
   options.noise = {0, 0, 1};
   const ImportReport report = import_kitti_tracking(options, log());
+  expect_progress(4);
   const auto all = steps();
   ASSERT_EQ(all.size(), 4U);
   ASSERT_EQ(seen(all[2]).detections.size(), 2U);
@@ -199,6 +201,7 @@ TEST_F(CameraSets, StataTurnsTheCameraAndDrawsTheSameNoise) {
   StataOptions options;
   options.folder = folder.string();
   const ImportReport report = import_stata(options, log());
+  expect_progress(2);
   auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   const auto& cup = seen(all[0]).detections.at(0);

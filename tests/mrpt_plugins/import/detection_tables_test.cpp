@@ -32,6 +32,7 @@ class Tables : public ImportTest {
 TEST_F(Tables, InterpolateOdometryAndCountWhatIsLeftOut) {
   const DetectionTablesOptions options = tables();
   const ImportReport report = import_detection_tables(options, log());
+  expect_progress(2);
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].time, 0.5);

@@ -5,11 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/import/log_writer.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 #include "tests/support/scratch_folder.h"
@@ -19,6 +21,23 @@ namespace hybrid {
 /// The files an importer reads and writes.
 class ImportTest : public ScratchFolder {
  protected:
+  ImportTest() {
+    watch_steps([this](const ImportProgress& so_far) {
+      if (so_far.steps == 1) shares_.clear();
+      shares_.push_back(so_far.share);
+    });
+  }
+  ~ImportTest() override { watch_steps({}); }
+
+  /// Expects that the last import told at each of its steps how much of the input it had used.
+  void expect_progress(std::size_t count, double end = 1) const {
+    ASSERT_EQ(shares_.size(), count);
+    EXPECT_GE(shares_.front(), 0);
+    EXPECT_LT(shares_.front(), end);
+    EXPECT_TRUE(std::is_sorted(shares_.begin(), shares_.end()));
+    EXPECT_NEAR(shares_.back(), end, 1e-9);
+  }
+
   std::string log() const { return at("out.rawlog"); }
 
   std::vector<LogStep> steps() const {
@@ -45,6 +64,9 @@ class ImportTest : public ScratchFolder {
     EXPECT_FALSE(std::filesystem::exists(log()));
     EXPECT_FALSE(std::filesystem::exists(log() + ".part"));
   }
+
+ private:
+  std::vector<double> shares_;  // of the input, at each step of the last import
 };
 
 }  // namespace hybrid

@@ -45,6 +45,7 @@ class PlanarSets : public ImportTest {
 
 TEST_F(PlanarSets, VictoriaParkFollowsTheCarAndTheReference) {
   const ImportReport report = import_victoria_park(victoria(), log());
+  expect_progress(3);
   const auto all = steps();
   ASSERT_EQ(all.size(), 3U);
   ASSERT_TRUE(all[1].odometry && all[2].odometry);
@@ -89,6 +90,7 @@ TEST_F(PlanarSets, VictoriaParkCorrectsTheSteeringButNotTheWayOfTheReference) {
 
 TEST_F(PlanarSets, MrclamMergesTimesAndDropsRobots) {
   const ImportReport report = import_mrclam(mrclam(), log());
+  expect_progress(report.steps);
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(seen(all[0]).detections.size(), 1U);
@@ -130,6 +132,7 @@ TEST_F(PlanarSets, PlazaKeepsAmbiguousRangesWithoutABeacon) {
                            "L0 L1 Weights 0.5 0.5 Binary B Observation 6.4 Sigma 0.5\n");
   options.identities = known;
   import_plaza(options, log());
+  expect_progress(2);
   const auto all = steps();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_NEAR(all[1].odometry->covariance(1, 1), 4 * 0.02, 1e-3);

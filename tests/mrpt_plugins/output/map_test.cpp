@@ -215,7 +215,7 @@ TEST_F(SceneFileTest, ReloadsWithTheSameObjects) {
   OutputDirectory out(folder_);
   save_scene(out, "scene.3Dscene", map, truth_of(map));
   out.publish({{"status", "ok"}});
-  mrpt::opengl::COpenGLScene scene;
+  MrptScene scene;
   ASSERT_TRUE(scene.loadFromFile((folder_ / "scene.3Dscene").string()));
   const auto written = make_scene(map, truth_of(map));
   EXPECT_GT(scene.getViewport()->size(), 12u);

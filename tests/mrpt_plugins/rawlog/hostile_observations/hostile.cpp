@@ -20,12 +20,14 @@
 #include <thread>
 #include <vector>
 
+#include "mrpt_plugins/mrpt_version.h"
+
 namespace hostile {
 
 /// Serialised as a text, which is what parsing an empty one led to.
 class Observation : public mrpt::obs::CObservation {
  public:
-  void getSensorPose(mrpt::poses::CPose3D&) const override {}
+  HYBRID_DEFINE_SENSOR_POSE(mrpt::poses::CPose3D())
   void setSensorPose(const mrpt::poses::CPose3D&) override {}
   std::uint8_t serializeGetVersion() const override { return 0; }
   void serializeTo(mrpt::serialization::CArchive& out) const override { out << sensorLabel; }

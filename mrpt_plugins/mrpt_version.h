@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/version.h>
+
+#include "libhybrid/export.h"
+
+// All that differs between MRPT 2.5 and MRPT 3 in what this project uses. The CMake variable
+// HYBRID_MRPT chooses the version and with it the packages that are found.
+
+#if MRPT_VERSION >= 0x30000
+
+/// The header of a class of scenes, for #include.
+#define HYBRID_MRPT_SCENE(name) <mrpt/viz/name.h>
+/// Name of the class of whole scenes, without namespace, and of its header.
+#define HYBRID_MRPT_SCENE_CLASS Scene
+/// RTTI of an abstract class.
+#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) \
+  DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace)
+/// Overrides mrpt::obs::CObservation::getSensorPose() with a member or expression.
+#define HYBRID_DEFINE_SENSOR_POSE(value)                \
+  mrpt::poses::CPose3D getSensorPose() const override { \
+    return value;                                       \
+  }
+
+namespace mrpt::viz {}
+namespace HYBRID_API hybrid {
+namespace mrpt_scene = mrpt::viz;
+
+/// Sets the one light of a viewport: strength of what is lit from all sides, diffusely and shining,
+/// from 0 to 1, and the direction in which it shines.
+template <class LightParameters, class Direction>
+void set_light(LightParameters& parameters, float ambient, float diffuse, float specular,
+               const Direction& direction) {
+  parameters.ambient = ambient;
+  parameters.lights.resize(1);
+  parameters.lights[0].diffuse = diffuse;
+  parameters.lights[0].specular = specular;
+  parameters.lights[0].direction = direction;
+}
+
+/// Lets a map of points keep those that later scans see through, as MRPT 3 always does.
+template <class InsertionOptions>
+void keep_all_points(InsertionOptions&) {}
+
+/// Sets the camera of a CFBORender.
+template <class Renderer, class Scene, class Camera>
+void set_camera(Renderer& renderer, const Scene&, const Camera& camera) {
+  renderer.setCamera(camera);
+}
+
+}  // namespace hybrid
+
+#else
+
+#define HYBRID_MRPT_SCENE(name) <mrpt/opengl/name.h>
+#define HYBRID_MRPT_SCENE_CLASS COpenGLScene
+#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) DEFINE_VIRTUAL_MRPT_OBJECT(Class)
+#define HYBRID_DEFINE_SENSOR_POSE(value)                          \
+  void getSensorPose(mrpt::poses::CPose3D& pose) const override { \
+    pose = value;                                                 \
+  }
+
+namespace mrpt::opengl {}
+namespace HYBRID_API hybrid {
+namespace mrpt_scene = mrpt::opengl;
+
+template <class LightParameters, class Direction>
+void set_light(LightParameters& parameters, float ambient, float diffuse, float specular,
+               const Direction& direction) {
+  parameters.ambient = {ambient, ambient, ambient, 1};
+  parameters.diffuse = {diffuse, diffuse, diffuse, 1};
+  parameters.specular = {specular, specular, specular, 1};
+  parameters.direction = direction;
+}
+
+template <class InsertionOptions>
+void keep_all_points(InsertionOptions& options) {
+  options.disableDeletion = true;
+}
+
+template <class Renderer, class Scene, class Camera>
+void set_camera(Renderer& renderer, const Scene& scene, const Camera& camera) {
+  renderer.setCamera(scene, camera);
+}
+
+}  // namespace hybrid
+
+#endif
