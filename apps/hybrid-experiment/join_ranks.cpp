@@ -33,6 +33,14 @@ int launched() {
 
 #ifdef HYBRID_MPI
 
+/// Whether the launcher told this process how to find the others. Without that, Open MPI would end
+/// it.
+bool has_address() {
+  const auto names = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"};
+  return std::any_of(names.begin(), names.end(),
+                     [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
 /// All functions are called by the main thread.
 class MpiChannel : public Channel {
  public:
@@ -121,8 +129,10 @@ std::unique_ptr<Channel> join_ranks() {
   const int processes = launched();
   if (processes == 1) return nullptr;
 #ifdef HYBRID_MPI
-  auto channel = std::make_unique<MpiChannel>();
-  if (channel->size() > 1) return channel;
+  if (has_address()) {
+    auto channel = std::make_unique<MpiChannel>();
+    if (channel->size() > 1) return channel;
+  }
   throw Error(
       fmt::format("{} processes were started that do not find each other: under Slurm, use "
                   "srun --mpi=pmix, or mpirun inside the job",

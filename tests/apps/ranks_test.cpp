@@ -146,28 +146,28 @@ Ran run_and_kill(const std::string& command, const std::string& launcher, const 
 }
 
 TEST_F(RanksTest, ADeadOneLosesOnlyItsTrial) {
-  const std::string ini = config("outlier_rates = 0.4\ntrials = 150\nrank_silence = 5");
+  const std::string ini = config("outlier_rates = 0.4\ntrials = 40\nrank_silence = 20");
   const std::string run = command(ini, "out");
   const Ran ran = run_and_kill(run, mpirun(3, "--enable-recovery"), folder / "out/results.csv", 2);
   EXPECT_NE(ran.text.find("rank 2 on "), std::string::npos) << ran.text;
   EXPECT_NE(ran.text.find("1 trials unfinished; run again"), std::string::npos) << ran.text;
-  EXPECT_EQ(rows("out").size(), 600U);
+  EXPECT_EQ(rows("out").size(), 160U);
   EXPECT_NE(read("out/summary.json").find("\"unfinished\": 1"), std::string::npos);
   // The same command, here without ranks, completes it.
   const Ran again = run_app(run);
   EXPECT_EQ(again.code, 0) << again.text;
-  EXPECT_NE(again.text.find("599 of 600 trials have been run before"), std::string::npos);
+  EXPECT_NE(again.text.find("159 of 160 trials have been run before"), std::string::npos);
 }
 
 TEST_F(RanksTest, GoOnAfterMpirunHasEndedAll) {
-  const std::string ini = config("outlier_rates = 0.4\ntrials = 150");
+  const std::string ini = config("outlier_rates = 0.4\ntrials = 40");
   const std::string run = command(ini, "out");
   const Ran ran = run_and_kill(run, mpirun(3), folder / "out/results.csv", 1);
   EXPECT_NE(ran.code, 0) << ran.text;
   const std::string before = read("out/results.csv");
   const Ran again = run_app(run, mpirun(2));
   EXPECT_EQ(again.code, 0) << again.text;
-  EXPECT_EQ(rows("out").size(), 600U);
+  EXPECT_EQ(rows("out").size(), 160U);
   const std::string after = read("out/results.csv");
   std::istringstream lines(before.substr(0, before.rfind('\n') + 1));
   for (std::string line; std::getline(lines, line);) {
