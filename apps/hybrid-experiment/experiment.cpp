@@ -6,8 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -15,6 +18,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-experiment/progress.h"
+#include "apps/hybrid-experiment/trial_runner.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/write_file.h"
@@ -23,7 +27,6 @@
 #include "mrpt_plugins/experiment/ledger.h"
 #include "mrpt_plugins/experiment/plots.h"
 #include "mrpt_plugins/experiment/pose_graph_trial.h"
-#include "mrpt_plugins/experiment/processes.h"
 #include "mrpt_plugins/experiment/replay_trial.h"
 #include "mrpt_plugins/experiment/statistics.h"
 #include "mrpt_plugins/output/figures.h"
@@ -87,49 +90,21 @@ void check_settings(const fs::path& folder, const ExperimentPlan& plan, const st
   write_file(folder / kSettings, text + fmt::format("{}={}\n", kVersion, versions));
 }
 
-std::string to_text(const TrialResult& result) {
-  nlohmann::json json;
-  json["status"] = result.status;
-  json["metrics"] = result.metrics;
-  json["reliability"] = result.reliability;
-  json["message"] = result.message;
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-TrialResult to_result(const ProcessEnd& end, double time_limit) {
-  TrialResult result;
-  if (end.kind == ProcessEnd::Kind::kDone) {
-    const auto json = nlohmann::json::parse(end.text);
-    result.status = json.at("status").get<std::string>();
-    for (const auto& [name, value] : json.at("metrics").items()) {
-      if (value.is_number()) result.metrics[name] = value.get<double>();
-    }
-    result.reliability = json.at("reliability").get<std::string>();
-    result.message = json.at("message").get<std::string>();
-    return result;
-  }
-  result.message = end.text;
-  if (end.machine) {
-    result.status = "unfinished";
-    return result;
-  }
-  result.status = end.kind == ProcessEnd::Kind::kThrew     ? "failed"
-                  : end.kind == ProcessEnd::Kind::kTimeout ? "timeout"
-                                                           : "crashed";
-  if (result.status == "timeout") {
-    result.metrics["seconds"] = result.metrics["cpu_s"] = time_limit;
-  }
-  return result;
+/// Settings and versions that must agree between the ranks.
+std::string greeting_of(const ExperimentPlan& plan, const Provenance& provenance) {
+  std::string text = "version=" + provenance.version + "\n";
+  for (const auto& [name, value] : plan.fingerprint) text += fmt::format("{}={}\n", name, value);
+  return text;
 }
 
 class Experiment {
  public:
   Experiment(const ExperimentPlan& plan, const Provenance& provenance, const fs::path& folder,
              Ledger& ledger)
-      : plan_(plan), provenance_(provenance), folder_(folder), ledger_(ledger) {}
+      : plan_(plan), runner_(plan, provenance, folder), ledger_(ledger) {}
 
-  /// Runs missing trials, and with `retry` those that failed, until the program is interrupted.
-  void run(bool summary_only, bool retry) {
+  /// The trials without a result, and with `retry` those that failed.
+  std::vector<Trial> missing(bool retry) const {
     std::vector<Trial> all = trials_of(plan_), missing;
     std::copy_if(all.begin(), all.end(), std::back_inserter(missing), [&](const Trial& trial) {
       if (!ledger_.contains(trial)) return true;
@@ -139,16 +114,44 @@ class Experiment {
     if (missing.size() < all.size()) {
       complain("{} of {} trials have been run before\n", all.size() - missing.size(), all.size());
     }
-    if (!missing.empty() && !summary_only) {
-      Progress progress(missing.size());
-      // Trials on one file run in sequence, so that only one graph is in memory.
-      for (std::size_t begin = 0; begin < missing.size() && interrupted() == 0;) {
-        std::size_t end = begin;
-        while (end < missing.size() && same_file(missing[begin], missing[end])) ++end;
-        run_block({missing.begin() + begin, missing.begin() + end}, progress);
-        begin = end;
-      }
+    return missing;
+  }
+
+  /// Runs trials on this machine until the program is interrupted.
+  void run(const std::vector<Trial>& trials) {
+    Progress progress(trials.size());
+    const auto cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    // Trials on one file run in sequence, so that only one graph is in memory.
+    for (std::size_t begin = 0; begin < trials.size() && interrupted() == 0;) {
+      std::size_t end = begin;
+      while (end < trials.size() && same_file(trials[begin], trials[end])) ++end;
+      runner_.prepare(trials[begin]);
+      runner_.run(
+          {trials.begin() + begin, trials.begin() + end}, plan_.jobs > 0 ? plan_.jobs : cores,
+          [&](const Trial& trial, const TrialResult& result) { record(trial, result, progress); },
+          [] { return interrupted() != 0; });
+      begin = end;
     }
+  }
+
+  /// Runs trials on the other ranks until the program is interrupted.
+  void run(const std::vector<Trial>& trials, Workers& workers, const std::string& greeting) {
+    Progress progress(trials.size());
+    std::vector<std::string> names;
+    for (const Trial& trial : trials) names.push_back(trial.key());
+    Workers::Events events;
+    events.done = [&](std::size_t i, const std::string& text) {
+      record(trials[i], result_of_text(text), progress);
+    };
+    events.lost = [&](std::size_t i, const std::string& why) {
+      TrialResult result;
+      result.status = "unfinished";
+      result.message = why;
+      record(trials[i], result, progress);
+    };
+    events.refused = [&](const std::string& why) { progress.message(why); };
+    events.stop = [] { return interrupted() != 0; };
+    workers.run(names, greeting, plan_.rank_silence, events);
   }
 
  private:
@@ -156,33 +159,16 @@ class Experiment {
     return a.graph == b.graph && a.variant == b.variant;
   }
 
-  void run_block(const std::vector<Trial>& trials, Progress& progress) {
-    std::optional<PreparedGraph> graph;
-    if (!plan_.replay) {
-      graph = prepare_graph(plan_.graphs.at(trials.front().source), trials.front().variant);
+  void record(const Trial& trial, const TrialResult& result, Progress& progress) {
+    ledger_.append(trial, result);
+    if (!result.finished() || result.status == "failed" || result.status == "crashed") {
+      progress.message(fmt::format("{}: {}: {}", trial.key(), result.status, result.message));
     }
-    const auto cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    run_processes(
-        trials.size(), plan_.jobs > 0 ? plan_.jobs : cores, plan_.time_limit,
-        [&](std::size_t i) {
-          return to_text(graph ? run_pose_graph_trial(*graph, trials[i], plan_.method_options)
-                               : run_replay_trial(plan_, trials[i], provenance_, folder_));
-        },
-        [&](std::size_t i, const ProcessEnd& end) {
-          const TrialResult result = to_result(end, plan_.time_limit);
-          ledger_.append(trials[i], result);
-          if (!result.finished() || result.status == "failed" || result.status == "crashed") {
-            progress.message(
-                fmt::format("{}: {}: {}", trials[i].key(), result.status, result.message));
-          }
-          progress.ended(trials[i].key());
-        },
-        [] { return interrupted() != 0; });
+    progress.ended(trial.key());
   }
 
   const ExperimentPlan& plan_;
-  const Provenance& provenance_;
-  fs::path folder_;
+  TrialRunner runner_;
   Ledger& ledger_;
 };
 
@@ -255,8 +241,9 @@ nlohmann::ordered_json summary_json(const ExperimentPlan& plan, const Provenance
 
 }  // namespace
 
-int run_experiment(const Options& options) {
-  note_interrupts();
+int run_experiment(const Options& options, Channel* ranks) {
+  std::optional<Workers> workers;
+  if (ranks != nullptr) workers.emplace(*ranks);
   IniFile ini{fs::path(options.config)};
   apply(options, ini);
   const ExperimentPlan plan = read_plan(ini);
@@ -271,7 +258,12 @@ int run_experiment(const Options& options) {
   provenance.configuration = ini.settings();
   warn_of_inputs(provenance);
 
-  Experiment(plan, provenance, out.folder(), ledger).run(options.summary_only, options.retry);
+  Experiment experiment(plan, provenance, out.folder(), ledger);
+  const std::vector<Trial> missing = experiment.missing(options.retry);
+  if (!missing.empty() && !options.summary_only) {
+    workers ? experiment.run(missing, *workers, greeting_of(plan, provenance))
+            : experiment.run(missing);
+  }
   const std::map<std::string, std::size_t> counts = counts_of(plan, ledger);
   if (const int signal = interrupted(); signal != 0) {
     const auto missing = counts.find("missing");
@@ -299,6 +291,38 @@ int run_experiment(const Options& options) {
              (out.folder() / "results.csv").string());
   }
   return code;
+}
+
+int serve_experiment(const Options& options, Channel& ranks) {
+  std::optional<IniFile> ini;
+  ExperimentPlan plan;
+  std::map<std::string, Trial> trials;
+  std::optional<TrialRunner> runner;
+  const auto greeting = [&] {
+    ini.emplace(fs::path(options.config));
+    apply(options, *ini);
+    plan = read_plan(*ini);
+    for (const Trial& trial : trials_of(plan)) trials.emplace(trial.key(), trial);
+    runner.emplace(plan, options.provenance, options.output);
+    return greeting_of(plan, options.provenance);
+  };
+  const auto run = [&](const std::string& name, const AtWork& at_work) {
+    const auto trial = trials.find(name);
+    if (trial == trials.end()) throw Error("there is no trial " + name + " in " + options.config);
+    // In another thread, so that this one can tell that it is at work.
+    auto prepared = std::async(std::launch::async, [&] { runner->prepare(trial->second); });
+    while (prepared.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) at_work();
+    prepared.get();
+    std::optional<std::string> text;
+    runner->run(
+        {trial->second}, 1,
+        [&](const Trial&, const TrialResult& result) { text = result_text(result); },
+        [&] { return !at_work(); });
+    return text;
+  };
+  serve(ranks, greeting, run);
+  const int signal = interrupted();
+  return signal == 0 ? kExitOk : kExitInterrupted + signal;
 }
 
 }  // namespace hybrid

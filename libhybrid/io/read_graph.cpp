@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/escaped.h"
@@ -93,6 +94,22 @@ Eigen::MatrixXd nearest_definite(const Eigen::MatrixXd& m) {
   return 0.5 * (near + near.transpose());
 }
 
+/// The letter of the key of each vertex by its number; 0 for a vertex that no line has named.
+class Letters {
+ public:
+  char& operator[](std::uint64_t number) {
+    if (number >= kDense) return sparse_[number];
+    if (number >= dense_.size()) dense_.resize(number + 1);
+    return dense_[number];
+  }
+
+ private:
+  static constexpr std::uint64_t kDense = std::uint64_t{1} << 24;  // at most 16 MiB
+
+  std::vector<char> dense_;
+  std::unordered_map<std::uint64_t, char> sparse_;
+};
+
 class Parser {
  public:
   Parser(const std::string& name, const ReadGraphOptions& options, ReadRows read)
@@ -149,8 +166,9 @@ class Parser {
   /// The key of vertex `number`, word `at` of the row, which must be a pose (key_letter::kPose) or
   /// a landmark (key_letter::kLandmark) throughout the file.
   Key key(char letter, std::uint64_t number, const TextRow& row, std::size_t at) {
-    const auto [it, is_new] = letters_.emplace(number, letter);
-    if (it->second != letter) {
+    char& known = letters_[number];
+    if (known == 0) known = letter;
+    if (known != letter) {
       row.fail(at, "vertex " + std::to_string(number) + " is both a pose and a landmark");
     }
     return Key(letter, number);
@@ -187,10 +205,16 @@ class Parser {
                      measured, noise(information, row)});
   }
 
+  /// Most edges of a file have the information of the one before.
   Noise noise(const Eigen::MatrixXd& information, const TextRow& row) {
     std::string why;
     try {
-      return Noise::information(information);
+      const bool same = noise_ && noise_->dim() == information.rows();
+      if (!same || information != information_) {
+        noise_ = Noise::information(information);
+        information_ = information;
+      }
+      return *noise_;
     } catch (const Error& error) {
       why = error.what();
     }
@@ -296,11 +320,10 @@ class Parser {
   }
   void fix(const TextRow& row) {
     for (std::size_t i = 1; i < row.size(); ++i) {
-      const auto it = letters_.find(id(row, i));
-      if (it == letters_.end()) {
-        row.fail(i, "FIX names unknown vertex " + std::to_string(id(row, i)));
-      }
-      graph_.fixed.push_back(Key(it->second, it->first));
+      const std::uint64_t number = id(row, i);
+      const char letter = letters_[number];
+      if (letter == 0) row.fail(i, "FIX names unknown vertex " + std::to_string(number));
+      graph_.fixed.push_back(Key(letter, number));
     }
   }
 
@@ -310,8 +333,10 @@ class Parser {
   PoseGraph graph_;
   int dimension_ = 0;
   std::optional<bool> hypotheses_;
-  std::unordered_map<std::uint64_t, char> letters_;
+  Letters letters_;
   std::vector<TextRow> fixed_;
+  Eigen::MatrixXd information_;  // of noise_
+  std::optional<Noise> noise_;   // the newest
 };
 
 void read_rows(TextReader& text, const Visit& visit) {

@@ -101,6 +101,23 @@ GraphPlan read_graph_plan(IniFile& ini, const std::string& name, const fs::path&
   return graph;
 }
 
+std::vector<ReplayPlan::Log> read_logs(IniSection& section, const fs::path& directory) {
+  std::vector<ReplayPlan::Log> logs;
+  std::vector<std::string> names;
+  for (const std::string& file : section.get(
+           "rawlogs", std::vector<std::string>{},
+           "logs, each a trial of its own; empty: that of the config, or the simulated one")) {
+    logs.push_back({fs::path(file).stem().string(), data_path(file, directory)});
+    names.push_back(logs.back().name);
+    if (!fs::is_regular_file(logs.back().path)) {
+      section.fail("rawlogs", fmt::format("there is no file '{}'", logs.back().path));
+    }
+  }
+  check_names(section, "rawlogs", names);
+  if (logs.empty()) logs.push_back({});
+  return logs;
+}
+
 ReplayPlan read_replay_plan(IniFile& ini, const std::string& name) {
   IniSection section = ini.section(name, "A replay; paths are relative to this file");
   ReplayPlan replay;
@@ -115,6 +132,11 @@ ReplayPlan read_replay_plan(IniFile& ini, const std::string& name) {
       section.fail(key, fmt::format("there is no file '{}'", path));
     }
   }
+  replay.logs = read_logs(section, ini.directory());
+  if (!replay.simulate.empty() && !replay.logs.front().path.empty()) {
+    section.fail("rawlogs", "are given, and 'simulate' makes others; keep one of them");
+  }
+  replay.maps = section.get("maps", false, "whether every trial writes OUT/maps/TRIAL.hmap");
   return replay;
 }
 
@@ -178,9 +200,9 @@ void read_methods(IniSection& experiment, ExperimentPlan& plan) {
 
 /// The settings except those that only add or leave out trials, and the hashes of the files.
 std::map<std::string, std::string> fingerprint_of(const IniFile& ini, ExperimentPlan& plan) {
-  static const std::set<std::string> kFree = {"jobs",          "trials",   "methods",
-                                              "outlier_rates", "graphs",   "title",
-                                              "data_dir",      "variants", "success_ate"};
+  static const std::set<std::string> kFree = {"jobs",          "rank_silence", "trials", "methods",
+                                              "outlier_rates", "graphs",       "title",  "data_dir",
+                                              "variants",      "success_ate"};
   std::map<std::string, std::string> settings;
   for (const auto& [section, keys] : ini.settings()) {
     for (const auto& [key, value] : keys) {
@@ -205,6 +227,11 @@ std::map<std::string, std::string> fingerprint_of(const IniFile& ini, Experiment
   for (const ReplayPlan& replay : plan.replays) {
     add(replay.name, replay.config);
     add(replay.name, replay.simulate);
+    for (const ReplayPlan::Log& log : replay.logs) {
+      if (log.path.empty()) continue;
+      files.add_input(log.path);
+      settings[replay.name + "/" + log.name] = "sha256 " + sha256_of_file(log.path);
+    }
   }
   plan.inputs = std::move(files.inputs);
   return settings;
@@ -236,6 +263,10 @@ ExperimentPlan read_plan(IniFile& ini) {
   plan.time_limit = experiment.get("time_limit", 300.0, "seconds after which a trial is ended",
                                    kPositiveDuration);
   plan.jobs = experiment.get("jobs", 0, "trials at a time; 0: one per core", IniRange{0, 1024});
+  plan.rank_silence = experiment.get(
+      "rank_silence", 60.0,
+      "under mpirun or srun: seconds after which a rank that says nothing is given up",
+      kPositiveDuration);
   read_sources(ini, experiment, plan);
   if (plan.replay) {
     plan.fields =
@@ -285,8 +316,10 @@ std::vector<Trial> trials_of(const ExperimentPlan& plan) {
     }
   }
   for (std::size_t r = 0; r < plan.replays.size(); ++r) {
-    for (std::uint64_t s = 0; s < (plan.replays[r].simulate.empty() ? 1 : seeds); ++s) {
-      add(r, plan.replays[r].name, "", 0.0, plan.first_seed + s);
+    for (const ReplayPlan::Log& log : plan.replays[r].logs) {
+      for (std::uint64_t s = 0; s < (plan.replays[r].simulate.empty() ? 1 : seeds); ++s) {
+        add(r, plan.replays[r].name, log.name, 0.0, plan.first_seed + s);
+      }
     }
   }
   return trials;

@@ -29,9 +29,16 @@ struct GraphPlan {
 
 /// A replay of an experiment.
 struct ReplayPlan {
+  struct Log {
+    std::string name;  ///< of the file, without its extension
+    std::string path;
+  };
+
   std::string name;
-  std::string config;    ///< INI of hybrid-replay
-  std::string simulate;  ///< INI of hybrid-simulate, run first with every seed; empty: none
+  std::string config;     ///< INI of hybrid-replay
+  std::string simulate;   ///< INI of hybrid-simulate, run first with every seed; empty: none
+  std::vector<Log> logs;  ///< one trial each; one without a name: the log of the INI
+  bool maps = false;      ///< whether every trial writes a map file
 };
 
 /// Settings of a variant of a replay, which takes the place of a method.
@@ -69,6 +76,7 @@ struct ExperimentPlan {
   double time_limit = 0;  ///< seconds
   double success_ate = 0.1;
   int jobs = 0;
+  double rank_silence = 0;  ///< seconds after which a rank that says nothing is given up
   std::vector<Provenance::Input> inputs;  ///< files read
   /// Settings that affect the result of a trial without being in its key, by section.key, and
   /// hashes of the files read, by graph/file.

@@ -81,6 +81,10 @@ double drawn(double value, double floor = std::numeric_limits<double>::lowest())
   return std::isfinite(value) ? std::max(floor, value) : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::string replay_name(const std::string& replay, const std::string& log) {
+  return log.empty() ? replay : replay + "/" + log;
+}
+
 }  // namespace
 
 Image side_by_side(const std::vector<Image>& images) {
@@ -159,9 +163,11 @@ Image replay_image(const ExperimentPlan& plan, const std::string& metric,
   plot.height = 700;
   std::vector<std::string> names;
   for (const ReplayPlan& replay : plan.replays) {
-    names.push_back(replay.name);
-    plot.subtitle +=
-        fmt::format("{} {} = {}", names.size() == 1 ? "" : ",", names.size(), replay.name);
+    for (const ReplayPlan::Log& log : replay.logs) {
+      names.push_back(replay_name(replay.name, log.name));
+      plot.subtitle +=
+          fmt::format("{} {} = {}", names.size() == 1 ? "" : ",", names.size(), names.back());
+    }
   }
   plot.x.range = {{0.5, static_cast<double>(names.size()) + 0.5}};
   const std::size_t m = place(metrics, metric);
@@ -175,7 +181,8 @@ Image replay_image(const ExperimentPlan& plan, const std::string& metric,
     for (const PointSummary& point : points) {
       if (point.method != plan.methods[i]) continue;
       const Quartiles& q = point.metrics.at(m);
-      series.x.push_back(static_cast<double>(place(names, point.graph) + 1) + shift);
+      series.x.push_back(
+          static_cast<double>(place(names, replay_name(point.graph, point.variant)) + 1) + shift);
       series.y.push_back(drawn(q.median));
       series.lower.push_back(drawn(q.q1));
       series.upper.push_back(drawn(q.q3));

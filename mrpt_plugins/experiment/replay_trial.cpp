@@ -34,6 +34,14 @@ void simulate_log(const std::string& config, std::uint64_t seed, const fs::path&
   write_simulation(simulate(scenario), scenario, log.string());
 }
 
+/// The map file of a trial, which does not exist: a trial that is run again starts a new map.
+fs::path new_map(const fs::path& output, const std::string& key) {
+  const fs::path map = output / "maps" / (folder_name(key) + ".hmap");
+  fs::create_directories(map.parent_path());
+  for (const char* journal : {"", "-journal", "-wal", "-shm"}) fs::remove(map.string() + journal);
+  return map;
+}
+
 /// Replays; throws MachineFault if a fault of the machine made it fail.
 ReplayOutcome replay_or_fault(const ReplayRequest& request) {
   try {
@@ -85,6 +93,10 @@ TrialResult run_replay_trial(const ExperimentPlan& plan, const Trial& trial,
     request.truth_map = (folder / "simulated_ground_truth.txt").string();
     request.truth_path = (folder / "simulated_ground_truth_robot_path.txt").string();
   }
+  for (const ReplayPlan::Log& given : planned.logs) {
+    if (given.name == trial.variant && !given.path.empty()) request.rawlog = given.path;
+  }
+  if (planned.maps) request.map = new_map(output, trial.key()).string();
   for (const ReplayVariant& variant : plan.replay_variants) {
     if (variant.name == trial.method) request.settings = variant.settings;
   }

@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace hybrid {
 namespace {
@@ -57,6 +58,42 @@ TEST(ReadGraph, ToroHasItsOwnOrderOfInformation) {
   Eigen::Matrix3d information;
   information << 10, 1, 2, 1, 20, 3, 2, 3, 30;
   EXPECT_TRUE(graph.poses2[0].noise.information().isApprox(information, 1e-12));
+}
+
+TEST(ReadGraph, EveryEdgeHasItsOwnNoise) {
+  // Also after one of another size, and after an equal one.
+  const std::string a = " 4 0 0 4 0 9\n", b = " 4 0 0 4 0 16\n", point = " 4 0 4\n";
+  const PoseGraph graph =
+      parse_graph("EDGE_SE2 0 1 1 0 0" + a + "EDGE_SE2 1 2 1 0 0" + a + "EDGE_SE2_XY 1 7 1 0" +
+                      point + "EDGE_SE2 2 3 1 0 0" + b + "EDGE_SE2_XY 2 7 1 0" + point +
+                      "EDGE_SE2_XY 3 7 1 0 4 0 5\n" + "EDGE_SE2 3 4 1 0 0" + a,
+                  "file");
+  const auto last = [](const Noise& noise) {
+    return noise.information()(noise.dim() - 1, noise.dim() - 1);
+  };
+  std::vector<double> poses, points;
+  for (const auto& edge : graph.poses2) poses.push_back(last(edge.noise));
+  for (const auto& edge : graph.points2)
+    points.push_back(std::round(1e9 * last(edge.noise)) * 1e-9);
+  EXPECT_EQ(poses, (std::vector<double>{9, 9, 16, 9}));
+  EXPECT_EQ(points, (std::vector<double>{4, 4, 5}));
+}
+
+TEST(ReadGraph, VerticesMayHaveAnyNumber) {
+  const std::string largest = std::to_string(kLargestVertexId);
+  const PoseGraph graph = parse_graph("FIX 16777215 16777216 " + largest +
+                                          "\nEDGE_SE2 16777215 16777216 1 0 0 1 0 0 1 0 1\n"
+                                          "EDGE_SE2_XY 16777216 " +
+                                          largest + " 1 0 1 0 1\n",
+                                      "file");
+  EXPECT_EQ(graph.fixed, (std::vector<Key>{Key('x', 16777215), Key('x', 16777216),
+                                           Key('l', std::uint64_t(kLargestVertexId))}));
+  EXPECT_NE(
+      error_of("EDGE_SE2 0 " + largest + " 1 0 0 1 0 0 1 0 1\nVERTEX_XY " + largest + " 0 0\n")
+          .find("is both a pose and a landmark"),
+      std::string::npos);
+  EXPECT_NE(error_of("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 2\n").find("FIX names unknown vertex 2"),
+            std::string::npos);
 }
 
 TEST(ReadGraph, SpatialG2oAndToroAgree) {

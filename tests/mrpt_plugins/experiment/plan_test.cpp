@@ -3,6 +3,7 @@
 
 #include "mrpt_plugins/experiment/plan.h"
 
+#include <filesystem>
 #include <set>
 
 #include "libhybrid/core/error.h"
@@ -18,10 +19,12 @@ class PlanTest : public ScratchFolder {
     write("b_1.g2o", "VERTEX_SE2 0 0 0 0\n");
     write("b_2.g2o", "VERTEX_SE2 0 0 0 0\n");
   }
-  ExperimentPlan plan(const std::string& experiment, const std::string& rest = "") const {
-    IniFile ini("[experiment]\ndata_dir = " + folder.string() + "\n" + experiment + "\n" + rest,
-                "test.ini");
+  static ExperimentPlan plan_of(const std::string& text) {
+    IniFile ini(text, "test.ini");
     return read_plan(ini);
+  }
+  ExperimentPlan plan(const std::string& experiment, const std::string& rest = "") const {
+    return plan_of("[experiment]\ndata_dir = " + folder.string() + "\n" + experiment + "\n" + rest);
   }
   void expect_error(const std::string& experiment, const std::string& rest,
                     const std::string& part) const {
@@ -46,6 +49,39 @@ TEST_F(PlanTest, CountsTrials) {
   EXPECT_EQ(keys.size(), trials.size());
   EXPECT_EQ(trials.front().key(), "a//lm/0/10");
   EXPECT_EQ(trials.back().key(), "b/2/gnc/0.5/12");
+}
+
+TEST_F(PlanTest, ReplaysEveryLog) {
+  write("map.ini", "[input]\n");
+  write("monday.rawlog", "1");
+  write("tuesday.rawlog", "2");
+  const auto replays = [&](const std::string& section) {
+    return plan_of(
+        "[experiment]\nkind = replay\nreplays = fleet\nmethods = a b\ntrials = 3\n"
+        "first_seed = 4\n[fleet]\nconfig = " +
+        at("map.ini") + "\n" + section + "[a]\n[b]\n");
+  };
+  const std::string logs = "rawlogs = " + at("monday.rawlog") + " " + at("tuesday.rawlog") + "\n";
+  const ExperimentPlan both = replays(logs);
+  std::vector<std::string> keys;
+  for (const Trial& trial : trials_of(both)) keys.push_back(trial.key());
+  EXPECT_EQ(keys, (std::vector<std::string>{"fleet/monday/a/0/4", "fleet/monday/b/0/4",
+                                            "fleet/tuesday/a/0/4", "fleet/tuesday/b/0/4"}));
+  EXPECT_EQ(trials_of(replays("")).front().key(), "fleet//a/0/4");
+  // Another log adds trials; another content of a log makes others.
+  const ExperimentPlan one = replays("rawlogs = " + at("monday.rawlog") + "\n");
+  for (const auto& [name, value] : one.fingerprint) EXPECT_EQ(both.fingerprint.at(name), value);
+  write("monday.rawlog", "3");
+  EXPECT_NE(replays(logs).fingerprint, both.fingerprint);
+  write("simulate.ini", "");
+  const std::string start = "kind = replay\nreplays = r\n";
+  const std::string config = "[r]\nconfig = " + at("map.ini") + "\n";
+  expect_error(start, config + "rawlogs = " + at("absent.rawlog"), "absent.rawlog");
+  expect_error(start, config + "simulate = " + at("simulate.ini") + "\n" + logs, "'simulate'");
+  std::filesystem::create_directories(folder / "other");
+  write("other/monday.rawlog", "5");
+  expect_error(start, config + "rawlogs = " + at("monday.rawlog") + " " + at("other/monday.rawlog"),
+               "'monday' twice");
 }
 
 TEST_F(PlanTest, FingerprintSeesSettingsAndContents) {
