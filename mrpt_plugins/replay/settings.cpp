@@ -37,8 +37,8 @@ std::string file_path(IniSection& section, const std::string& key, const std::st
 }
 
 /// What an INI says of its own log alone.
-constexpr const char* kOfTheLog[] = {"truth_path", "truth_map", "truth_associations",
-                                     "truth_modes"};
+constexpr const char* kOfTheLog[] = {"truth_path", "truth_map", "truth_movers",
+                                     "truth_associations", "truth_modes"};
 
 bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code unknown;
@@ -87,6 +87,9 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   robot.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
       file_path(log, "truth_map", "true landmarks, MRPT's _ground_truth.txt; empty: unknown");
+  settings.truth_movers = file_path(
+      log, "truth_movers",
+      "where things that move were, `step,id,x,y,z`, those with one robot; empty: unknown");
   robot.truth_associations =
       file_path(log, "truth_associations",
                 "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");
