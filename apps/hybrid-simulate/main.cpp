@@ -14,13 +14,15 @@
 namespace {
 
 constexpr const char* kAbout =
-    "Simulates a robot among classed landmarks: writes an MRPT rawlog and, beside it, the true "
-    "landmarks and the true path.";
+    "Simulates a robot among classed landmarks, and things that move: writes an MRPT rawlog and, "
+    "beside it, the true landmarks and the true path.";
 
 constexpr const char* kFooter =
     "\nWritten together: F.rawlog, F_ground_truth.txt, F_ground_truth_robot_path.txt and, where "
     "the\n"
-    "robot slips, F_ground_truth_modes.txt; those of an older F.rawlog go.\n"
+    "robot slips, F_ground_truth_modes.txt, where things move, F_ground_truth_movers.csv; those "
+    "of\n"
+    "an older F.rawlog go.\n"
     "With sections [robot.NAME] in the INI, a log F_NAME.rawlog and its truth for each robot.\n"
     "\nExit code: 0 all well; 1 failure, nothing written.";
 

@@ -19,6 +19,7 @@ struct AssociationDecision {
   /// Which measurement it was, where a file may tell the true id: number of the pose, and number
   /// among the measurements made there.
   std::size_t pose = 0, measurement = 0;
+  std::optional<std::int64_t> mover = std::nullopt;  ///< the thing that it is of, if that moves
 };
 
 }  // namespace hybrid

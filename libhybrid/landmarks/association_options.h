@@ -4,6 +4,7 @@
 #pragma once
 
 #include "libhybrid/export.h"
+#include "libhybrid/movers/point_sighting.h"
 
 namespace HYBRID_API hybrid {
 
@@ -28,6 +29,7 @@ struct AssociationOptions {
   bool merge = true;                   ///< find landmarks that are one, close loops by consensus
   int recent = 30;          ///< keyframes: landmarks seen within may be merged into others
   double merge_odds = 100;  ///< evidence that a merge needs
+  MotionPrior motion = {};  ///< of things that move and are no landmarks
 };
 
 }  // namespace hybrid

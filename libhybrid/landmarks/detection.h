@@ -15,7 +15,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// Detections from which on a tracklet tells whether its thing stands still.
+/// Detections from which on a tracklet tells how its thing moves.
 inline constexpr std::size_t kFewestForMotion = 3;
 
 /// One sighting of a landmark. In the frame of the sensor the point lies at from_polar(range, yaw,
@@ -27,7 +27,14 @@ struct Detection {
   std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
   /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  bool moving = false;  ///< Followed for a while, it was not at rest: no landmark.
+  bool moving = false;  ///< Its thing moves, as far as is known: no landmark.
+  double delay = 0;     ///< Time of the detection after that of its frame [s].
+  /// How its thing moves, seen from the sensor as it stands at the time of the frame [m/s].
+  struct Velocity {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  };
+  std::optional<Velocity> velocity = std::nullopt;  ///< Where it was measured.
   /// The true ids of the detections that this one stands for; empty where it is a single one.
   std::vector<std::optional<std::int64_t>> members = {};
 };

@@ -50,22 +50,29 @@ Eigen::MatrixXd from_motion(const Eigen::Vector3d& q, const Eigen::Matrix3d& R,
 }  // namespace
 
 void DetectionTracker::Track::take(const Eigen::VectorXd& point, const Eigen::MatrixXd& covariance,
-                                   double step) {
+                                   double t) {
   const Eigen::MatrixXd W = covariance.inverse();
   information += W;
   information_mean += W * point;
-  information_steps += step * W;
-  information_steps2 += step * step * W;
-  information_mean_steps += step * W * point;
-  steps += step;
+  information_time += t * W;
+  information_time2 += t * t * W;
+  information_mean_time += t * W * point;
+  seconds += t;
 }
 
-double DetectionTracker::Track::motion_chi_square() const {
-  const Eigen::MatrixXd gain = information_steps * covariance();
-  const Eigen::MatrixXd of_motion = information_steps2 - gain * information_steps;
-  const Eigen::VectorXd pull = information_mean_steps - gain * information_mean;
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(of_motion);
-  return pull.dot(ldlt.solve(pull));
+std::optional<Detection::Velocity> DetectionTracker::Track::velocity() const {
+  if (members.size() < kFewestForMotion) return std::nullopt;
+  const Eigen::MatrixXd gain = information_time * covariance();
+  const Eigen::MatrixXd of_motion = information_time2 - gain * information_time;
+  const Eigen::LLT<Eigen::MatrixXd> llt(of_motion);
+  constexpr double kLeast = 1e-9;  // of the spread of times that is not rounding, as a share
+  const auto dim = of_motion.rows();
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  if (!(of_motion.trace() > kLeast * information_time2.trace())) return std::nullopt;
+  Detection::Velocity out;
+  out.mean.head(dim) = llt.solve(information_mean_time - gain * information_mean);
+  out.covariance.topLeftCorner(dim, dim) = llt.solve(Eigen::MatrixXd::Identity(dim, dim));
+  return out;
 }
 
 void DetectionTracker::move(const Eigen::Isometry3d& motion, const SE3::Jacobian& covariance) {
@@ -135,6 +142,7 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     sensor.first.detections.clear();
     sensor.T_now_first = frame.T_robot_sensor;
   }
+  sensor.seconds = frame.time - sensor.first.time;
   std::vector<Seen> seen;
   for (const Detection& d : frame.detections) seen.push_back(place(sensor, frame, d));
   const std::vector<int> column = match(sensor, seen, frame.detections);
@@ -144,11 +152,12 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     if (column[i] < 0) {
       const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(dim, dim);
       const Eigen::VectorXd none = Eigen::VectorXd::Zero(dim);
-      sensor.tracks.push_back({zero, none, zero, zero, none, d.id, {}, {}, 0});
+      sensor.tracks.push_back({zero, none, zero, zero, none, d.id, {}, {}, 0, 0});
     }
     Track& track =
         column[i] < 0 ? sensor.tracks.back() : sensor.tracks[static_cast<std::size_t>(column[i])];
-    track.take(seen[i].point, seen[i].covariance, sensor.frames);
+    track.take(seen[i].point, seen[i].covariance, sensor.seconds);
+    track.steps += sensor.frames;
     track.members.push_back(d.true_id);
     if (d.class_probabilities.empty()) continue;
     track.class_evidence.resize(d.class_probabilities.size());
@@ -156,15 +165,6 @@ void DetectionTracker::take(const DetectionFrame& frame) {
       track.class_evidence[s] += std::log(std::max(d.class_probabilities[s], kLeastScore));
     }
   }
-}
-
-/// Whether a thing without an id has moved beyond what noise explains. What its detections have in
-/// common for all of the time does not move it, what they have in common for a while does.
-bool DetectionTracker::moves(const Track& track) const {
-  if (track.id || track.members.size() < kFewestForMotion) return false;
-  const int dim = static_cast<int>(track.information_mean.size());
-  return track.motion_chi_square() / std::sqrt(inflation(track)) >
-         chi_square_quantile(options_.still, dim);
 }
 
 Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& track) const {
@@ -178,11 +178,18 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
   const Eigen::Vector3d first = padded_point(p);
   const Eigen::Vector3d now = R.col(0) * first.x() + R.col(1) * first.y() + R.col(2) * first.z() +
                               sensor.T_now_first.translation();
-  P += rest * from_motion(now, R.transpose(), sensor.motion_covariance).topLeftCorner(dim, dim);
+  const Eigen::MatrixXd drift =
+      from_motion(now, R.transpose(), sensor.motion_covariance).topLeftCorner(dim, dim);
+  P += rest * drift;
   Detection out;
   out.id = track.id;
   out.members = track.members;
-  out.moving = moves(track);
+  out.delay = track.seconds / n;
+  out.velocity = track.velocity();
+  if (out.velocity) {  // what detections have in common for a while is motion to them
+    out.velocity->covariance *= std::sqrt(inflation(track));
+    out.velocity->covariance.topLeftCorner(dim, dim) += drift / (sensor.seconds * sensor.seconds);
+  }
   if (dim == 2) {
     Eigen::Matrix2d J;
     const Eigen::Vector2d z = to_polar(Eigen::Vector2d(p), &J);

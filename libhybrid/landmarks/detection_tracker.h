@@ -19,12 +19,11 @@ struct DetectionTrackerOptions {
   /// it does not average out: how the shape of a thing is seen, how a sensor is calibrated.
   double common = 0.25;
   double gate = 0.99999;  ///< chi-square probability within which a detection continues a track
-  double still = 0.9999;  ///< the same within which a thing counts as standing
 };
 
 /// Follows what is seen from one keyframe to the next by odometry, over which far less is lost
-/// between two frames than between two keyframes, and hands each thing on as one detection. What
-/// moved meanwhile is marked.
+/// between two frames than between two keyframes, and hands each thing on as one detection, with
+/// the mean time of its detections and, where these are enough, the velocity that they show.
 class DetectionTracker {
  public:
   explicit DetectionTracker(const DetectionTrackerOptions& options = {}) : options_(options) {}
@@ -46,16 +45,18 @@ class DetectionTracker {
   struct Track {  // one thing, in the frame of the sensor at its first frame
     Eigen::MatrixXd information;
     Eigen::VectorXd information_mean;
-    Eigen::MatrixXd information_steps, information_steps2;  // times the frame, and its square
-    Eigen::VectorXd information_mean_steps;
+    Eigen::MatrixXd information_time, information_time2;  // times the time, and its square
+    Eigen::VectorXd information_mean_time;
     std::optional<std::int64_t> id;
     std::vector<double> class_evidence;  // sum of log p(scores | class)
     std::vector<std::optional<std::int64_t>> members;
-    double steps = 0;  // sum over its detections of the frames since the first
+    double steps = 0;    // sum over its detections of the frames since the first
+    double seconds = 0;  // the same of the time
 
-    void take(const Eigen::VectorXd& point, const Eigen::MatrixXd& covariance, double step);
-    /// vT P^-1 v of a steady motion v per frame.
-    double motion_chi_square() const;
+    void take(const Eigen::VectorXd& point, const Eigen::MatrixXd& covariance, double seconds);
+    /// The steady velocity that fits its detections best, and its covariance as if their noise was
+    /// independent; none for too few.
+    std::optional<Detection::Velocity> velocity() const;
     Eigen::MatrixXd covariance() const { return information.inverse(); }
     Eigen::VectorXd mean() const { return covariance() * information_mean; }
   };
@@ -65,7 +66,8 @@ class DetectionTracker {
     Eigen::Isometry3d T_then_now = Eigen::Isometry3d::Identity();  // motion of the robot since then
     SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();       // of that
     int frames = 0;
-    double reach = 0;  // how far it has come [m]
+    double seconds = 0;  // between the first frame and the last one
+    double reach = 0;    // how far it has come [m]
     std::vector<Track> tracks;
   };
   struct Seen {
@@ -83,7 +85,6 @@ class DetectionTracker {
     const auto n = static_cast<double>(track.members.size());
     return (1 - options_.common) + options_.common * n;
   }
-  bool moves(const Track& track) const;
 
   std::map<std::string, Sensor> sensors_;  // by label
 };

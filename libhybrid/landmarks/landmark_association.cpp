@@ -31,7 +31,8 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       options_(options),
       classes_(std::move(classes)),
       merging_(options),
-      loops_(options) {}
+      loops_(options),
+      things_(options.motion) {}
 
 void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
   for (const KnownLandmark& landmark : known.landmarks) {
@@ -55,6 +56,7 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
   Contribution out;
   remember();
   ++keyframe_;
+  things_are_decided_ = false;
   decide_old(map, keyframe_ - options_.window, out);
   landmarks_.place_some(map.values, kPlacedPerFrame);
   for (const DetectionFrame& seen : frame.detections) {
@@ -90,10 +92,13 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     if (!detection.class_probabilities.empty() && classes_.names().size() > 1) {
       sighting.phi = classes_.likelihood(detection.class_probabilities, seen.class_names);
     }
-    const int s = landmarks_.note(std::move(sighting));
-    noted.push_back(s);
+    noted.push_back(landmarks_.note(std::move(sighting)));
+  }
+  follow(noted, frame, coverage, map);
+  for (const int s : noted) {
+    const Detection& detection = landmarks_.sighting(s).detection;
     if (detection.moving) {
-      ++out.dropped["detection dropped: its thing moves"];
+      ++out.dropped[kMoving];
       continue;
     }
     if (options_.use_ids && take_identified(s, frame, map, out)) continue;
@@ -231,7 +236,9 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
     const int s = open.sightings[i], t = open.tracks[value][i];
     if (!map.holds(landmarks_.sighting(s).pose)) continue;  // its variable has left with its pose
     landmarks_.detach(s, out);
-    if (t >= 0) {
+    if (landmarks_.sighting(s).detection.moving) {
+      ++out.dropped[kMoving];
+    } else if (t >= 0) {
       landmarks_.attach(s, t, map.is_3d, out);
     } else {
       create(s, isometry_at(map.values, landmarks_.sighting(s).pose), map, out);
@@ -318,6 +325,7 @@ std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& m
     const int t = it == now.end() ? sighting.track : it->second;
     AssociationDecision decision{std::nullopt, sighting.detection.true_id};
     if (t >= 0 && landmarks_.track(t).alive) decision.estimated_id = t;
+    decision.mover = things_.mover_of(static_cast<int>(s));
     if (sighting.detection.members.empty()) out.push_back(decision);
     for (const auto& true_id : sighting.detection.members) {
       decision.true_id = true_id;

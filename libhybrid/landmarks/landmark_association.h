@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "libhybrid/landmarks/landmark_merging.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/loop_closing.h"
+#include "libhybrid/movers/thing_tracker.h"
 
 namespace HYBRID_API hybrid {
 
@@ -52,6 +54,9 @@ class LandmarkAssociation {
 
   /// What became of every detection so far, in order, for evaluation.
   std::vector<AssociationDecision> decisions(const MapView& map) const;
+  /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which
+  /// they were in sight.
+  std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const;
   /// Counts of what was done, by name.
   std::map<std::string, double> statistics() const;
   std::vector<std::string> class_names() const { return classes_.names(); }
@@ -59,6 +64,7 @@ class LandmarkAssociation {
  private:
   /// log odds of existence of a landmark that is given up.
   static constexpr double kDeadOdds = -3.0;
+  static constexpr const char* kMoving = "detection dropped: its thing moves";
 
   struct OpenFrame {  // a frame whose matching is not decided
     int keyframe;
@@ -91,6 +97,10 @@ class LandmarkAssociation {
   void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
               Contribution& out);
   void decide(const OpenFrame& open, const MapView& map, Contribution& out);
+  ThingTracker::Locate locate(const MapView& map) const;
+  void follow(const std::vector<int>& noted, const KeyframeView& frame,
+              const SensorCoverage& coverage, const MapView& map);
+  void withdraw_movers(const MapView& map, Contribution& out);
   void decide_old(const MapView& map, int before, Contribution& out);
   void judge_existence(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
                        const std::vector<int>& sightings, Contribution& out);
@@ -112,6 +122,11 @@ class LandmarkAssociation {
   LandmarkTracks landmarks_;
   LandmarkMerging merging_;
   LoopClosing loops_;
+  ThingTracker things_;
+  std::optional<Key> followed_from_;  // pose of the last frame that `things_` has seen
+  Eigen::MatrixXd since_followed_;    // tangent covariance of the motion since the frame before it
+  std::set<int> to_withdraw_;         // sightings of movers that landmarks still have
+  bool things_are_decided_ = false;   // by all sightings, once no more come
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
   std::vector<Doubt> doubts_;
   std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution

@@ -38,6 +38,11 @@ class LandmarkMapper {
   const LandmarkRegistry& landmarks() const { return landmarks_; }
   const IncrementalSmoother& smoother() const { return smoother_; }
   const LandmarkAssociation& association() const { return association_; }
+  /// Things that move, which are no landmarks, at those of the `times` (in order, [s], as those of
+  /// the frames of detections) at which they were in sight.
+  std::vector<Mover> movers(const std::vector<double>& times) const {
+    return association_.movers(times, view());
+  }
   /// What became of every detection so far.
   std::vector<AssociationDecision> decisions() const { return association_.decisions(view()); }
 

@@ -74,6 +74,9 @@ Contribution LandmarkAssociation::revise(const MapView& map) {
     doubts_.clear();
     return out;
   }
+  Contribution out;
+  withdraw_movers(map, out);
+  if (!out.empty()) return out;
   if (!options_.merge || !map.keeps_all) return {};
   return next_merge(map, false);
 }
@@ -192,6 +195,11 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     decide_old(map, keyframe_, out);
     return out;
   }
+  if (!things_are_decided_) things_.decide(locate(map));
+  things_are_decided_ = true;
+  Contribution withdrawn;
+  withdraw_movers(map, withdrawn);
+  if (!withdrawn.empty()) return withdrawn;
   if (options_.merge && map.keeps_all) {
     landmarks_.place_all(map.values);
     Contribution out = next_merge(map, true);

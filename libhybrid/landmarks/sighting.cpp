@@ -11,6 +11,7 @@
 #include "libhybrid/factors/bearing.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
+#include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
 
@@ -76,6 +77,30 @@ Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const Detect
   const Eigen::Isometry3d T_map_sensor = compose(T_map_robot, frame.T_robot_sensor);
   return rotated(T_map_sensor, direction(detection.yaw, detection.pitch)) * detection.range +
          T_map_sensor.translation();
+}
+
+PointSighting point_sighting(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
+                             const Detection& d, bool is_3d) {
+  PointSighting out;
+  out.time = frame.time + d.delay;
+  out.point = sighted_point(T_map_robot, frame, d);
+  const Eigen::Matrix3d R = compose(T_map_robot, frame.T_robot_sensor).linear();
+  if (is_3d) {
+    Eigen::Matrix3d J;
+    from_polar(Eigen::Vector3d(d.range, d.yaw, d.pitch), &J);
+    out.covariance = R * J * d.covariance * J.transpose() * R.transpose();
+  } else {
+    Eigen::Matrix2d J;
+    from_polar(Eigen::Vector2d(d.range, d.yaw), &J);
+    J = R.topLeftCorner<2, 2>() * J;
+    out.covariance.topLeftCorner<2, 2>() = J * d.covariance.topLeftCorner<2, 2>() * J.transpose();
+    out.point.z() = 0;
+  }
+  if (!d.velocity) return out;
+  out.has_velocity = true;
+  out.velocity = R * d.velocity->mean;
+  out.velocity_covariance = R * d.velocity->covariance * R.transpose();
+  return out;
 }
 
 }  // namespace hybrid

@@ -12,6 +12,7 @@
 #include "libhybrid/core/loss.h"
 #include "libhybrid/factors/factor.h"
 #include "libhybrid/landmarks/detection.h"
+#include "libhybrid/movers/point_sighting.h"
 
 namespace HYBRID_API hybrid {
 
@@ -38,5 +39,9 @@ Key position_key(std::int64_t id);
 /// Where the detection puts its landmark in the map [m].
 Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
                               const Detection& detection);
+
+/// The same with its time, its velocity if measured, and the covariance of the detection alone.
+PointSighting point_sighting(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
+                             const Detection& detection, bool is_3d);
 
 }  // namespace hybrid

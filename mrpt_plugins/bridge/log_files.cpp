@@ -8,8 +8,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::array kSuffixes{kTrueMapSuffix, kTruePathSuffix, kTruePositionsSuffix,
-                               kTrueAssociationsSuffix, kTrueModesSuffix};
+constexpr std::array kSuffixes{kTrueMapSuffix,          kTruePathSuffix,   kTruePositionsSuffix,
+                               kTrueAssociationsSuffix, kTrueMoversSuffix, kTrueModesSuffix};
 
 }  // namespace
 

@@ -19,6 +19,7 @@ inline constexpr std::string_view kTrueMapSuffix = "_ground_truth.txt";
 inline constexpr std::string_view kTruePathSuffix = "_ground_truth_robot_path.txt";
 inline constexpr std::string_view kTruePositionsSuffix = "_ground_truth_robot_path.xyz";
 inline constexpr std::string_view kTrueAssociationsSuffix = "_ground_truth_associations.csv";
+inline constexpr std::string_view kTrueMoversSuffix = "_ground_truth_movers.csv";
 inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
 
 /// A rawlog and its ground truth files. commit() shows all of them at once and removes the ground

@@ -219,8 +219,13 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
       auto d = detection_of(label.point, false);
       set_noise(options.detector, d);
       d.class_scores = scores_of(label.class_index, options.class_accuracy, random);
-      if (tracks.at(label.track).stands(scale, options.still_rms)) {
+      const Track& track = tracks.at(label.track);
+      if (track.stands(scale, options.still_rms)) {
         d.landmark_id = static_cast<std::int32_t>(label.track);
+      } else if (track.count >= kMinSightings) {
+        d.true_landmark_id = static_cast<std::int32_t>(label.track);
+        const auto place = pose->composePoint({label.point.x(), label.point.y(), 0});
+        log.true_mover(label.track, {place.x, place.y, 0});
       }
       frame->detections.push_back(d);
     }

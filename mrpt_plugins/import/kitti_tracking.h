@@ -27,14 +27,15 @@ struct KittiTrackingOptions {
   /// half a second, so that keyframes closer in time add no information.
   DetectorNoise detector{0.2, 0, 0.004, 0.06};
   double still_rms = 1.0;  ///< RMS distance to the mean above which an object counts as moving and
-                           ///< has no true id [m].
+                           ///< has no id [m].
   double class_accuracy = 1.0;  ///< Share of detections with the true class; the others get a
                                 ///< random one.
 };
 
-/// Converts a sequence into a planar log with one step per frame. True ids are the track numbers of
-/// static objects; detections of moving ones are in the log without an id. The true map holds the
-/// mean positions of the static objects.
+/// Converts a sequence into a planar log with one step per frame. Ids are the track numbers of
+/// static objects; detections of moving ones are in the log without an id, but for their true one.
+/// The true map holds the mean positions of the static objects, and the truth of movers the places
+/// of the others. Tracks of fewer than three labels are of neither.
 ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const std::string& output);
 
 }  // namespace hybrid

@@ -134,6 +134,12 @@ void LogWriter::true_association(std::size_t index, std::int64_t true_id) {
       .write(fmt::format("{},{},{}\n", report_.steps, index, true_id));
 }
 
+void LogWriter::true_mover(std::int64_t true_id, const Eigen::Vector3d& position) {
+  side_file(kTrueMoversSuffix, "step,id,x,y,z\n")
+      .write(fmt::format("{},{},{:.6f},{:.6f},{:.6f}\n", report_.steps, true_id, position.x(),
+                         position.y(), position.z()));
+}
+
 void LogWriter::note_end(const std::string& input) {
   if (ends_in_line(input)) note(input + ": its last line has no end; is the file cut off?");
 }

@@ -45,7 +45,7 @@ struct ImportReport {
 /// Writes F.rawlog as actions and sensory frames, step by step, and the ground truth beside it:
 /// F_ground_truth_robot_path.txt (one row per step), F_ground_truth.txt (landmarks, class last),
 /// F_ground_truth_robot_path.xyz (timed positions, where orientations are unknown) and
-/// F_ground_truth_associations.csv. finish() makes all of them appear together. Throws Error that
+/// F_ground_truth_associations.csv and F_ground_truth_movers.csv. finish() makes all of them appear together. Throws Error that
 /// names the file on write errors.
 class LogWriter {
  public:
@@ -76,6 +76,10 @@ class LogWriter {
 
   /// True landmark id of measurement `index` of the step that is added next.
   void true_association(std::size_t index, std::int64_t true_id);
+
+  /// A true position [m], in the frame of the true path, of a thing that moves, at the step that is
+  /// added next.
+  void true_mover(std::int64_t true_id, const Eigen::Vector3d& position);
 
   /// Steps added so far.
   std::size_t steps() const { return report_.steps; }

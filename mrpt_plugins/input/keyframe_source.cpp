@@ -184,6 +184,7 @@ std::optional<Keyframe> KeyframeSource::read() {
     for (const auto& observation : step->observations) {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (!frame) continue;
+      if (frame->time == 0) frame->time = step->time;
       auto robots = take_robots(*frame, options_.detections.robots);
       if (robots) keyframe.robots.push_back(std::move(*robots));
       keyframe.detections.push_back(std::move(*frame));

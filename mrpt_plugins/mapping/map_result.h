@@ -3,12 +3,15 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/movers/mover.h"
 #include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
@@ -23,6 +26,12 @@ struct LandmarkEstimate {
   std::optional<int> class_index;           ///< most probable class, into MapResult::class_names
   std::vector<double> class_probabilities;  ///< one per class name; empty when there are no classes
   int sightings = 0;
+};
+
+/// One thing that moves: no landmark, but a trajectory of its own.
+struct MoverEstimate : Mover {
+  std::vector<std::size_t> keyframes;  ///< of the states
+  std::optional<int> class_index;      ///< most probable class, into MapResult::class_names
 };
 
 /// Work of the solver for one keyframe, one line of steps.csv.
@@ -64,6 +73,7 @@ struct MapResult {
   Trajectory dead_reckoning;
   std::vector<RobotPath> robots;  ///< empty where there is but one without a name
   std::vector<LandmarkEstimate> landmarks;
+  std::vector<MoverEstimate> movers;
   std::vector<StepRecord> steps;
   std::vector<CalibrationEstimate> calibration;
   std::vector<std::string> mode_names;  ///< of motion; empty when motion has no modes
@@ -85,11 +95,15 @@ struct TrueLandmark {
   std::optional<int> class_index;
 };
 
-/// The ground truth; either part may be empty.
+/// Where things that really move were, by true id and step of the log [m].
+using TrueMovers = std::map<std::int64_t, std::map<std::size_t, Eigen::Vector3d>>;
+
+/// The ground truth; each part may be empty.
 struct GroundTruth {
   Trajectory path;
   std::vector<Trajectory> others;  ///< paths of the other robots, where there are several
   std::vector<TrueLandmark> landmarks;
+  TrueMovers movers;
 };
 
 }  // namespace hybrid

@@ -124,6 +124,7 @@ class Mapper {
   Robot& robot() { return robots_[robot_]; }
   const Robot& robot() const { return robots_[robot_]; }
   void add_modes(MapResult& result) const;
+  void add_movers(MapResult& result) const;
   std::vector<Contribution> observe(const Keyframe& keyframe, const Motion& motion);
   std::vector<Contribution> ask(const std::function<Contribution(std::size_t)>& question);
   MapView view() const;

@@ -3,6 +3,7 @@
 
 // The result of a mapper.
 
+#include <algorithm>
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
@@ -63,6 +64,7 @@ MapResult Mapper::result() const {
   result.dead_reckoning = dead_reckoning_;
   result.steps = steps_;
   add_modes(result);
+  add_movers(result);
   for (const Robot& robot : robots_) {
     for (CalibrationEstimate& estimate : robot.calibrator.estimates(*backend_)) {
       result.calibration.push_back(std::move(estimate));
@@ -95,6 +97,31 @@ MapResult Mapper::result() const {
     result.landmarks.push_back(std::move(out));
   }
   return result;
+}
+
+/// The movers that all plugins follow, each with a number of its own.
+void Mapper::add_movers(MapResult& result) const {
+  std::vector<std::pair<double, std::size_t>> keyframes;
+  for (std::size_t i = 0; i < steps_.size(); ++i) keyframes.emplace_back(steps_[i].time, i);
+  std::sort(keyframes.begin(), keyframes.end());
+  std::vector<double> times;
+  for (const auto& [time, i] : keyframes) times.push_back(time);
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  for (const auto& plugin : plugins_) {
+    for (Mover& mover : plugin->movers(times, view())) {
+      MoverEstimate out{std::move(mover), {}, std::nullopt};
+      for (const MoverState& state : out.states) {
+        const auto at = std::lower_bound(keyframes.begin(), keyframes.end(),
+                                         std::make_pair(state.time, std::size_t{0}));
+        out.keyframes.push_back(at->second);
+      }
+      const std::vector<double>& p = out.class_probabilities;
+      if (p.size() == result.class_names.size() && !p.empty()) {
+        out.class_index = static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
+      }
+      result.movers.push_back(std::move(out));
+    }
+  }
 }
 
 void Mapper::add_modes(MapResult& result) const {

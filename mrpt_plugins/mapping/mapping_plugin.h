@@ -17,6 +17,7 @@
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/known_map.h"
+#include "libhybrid/movers/mover.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
@@ -92,6 +93,12 @@ class MappingPlugin : public mrpt::rtti::CObject {
 
   /// Names of the values of the class variables that this plugin makes; empty if it makes none.
   virtual std::vector<std::string> class_names() const { return {}; }
+
+  /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which they
+  /// were in sight.
+  virtual std::vector<Mover> movers(const std::vector<double>& /*times*/, const MapView&) const {
+    return {};
+  }
 
   /// Attribution of every detection so far at the present estimate, for evaluation; empty if the
   /// plugin uses the ids of the log.

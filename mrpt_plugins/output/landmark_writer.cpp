@@ -9,18 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "mrpt_plugins/output/detail/csv_field.h"
+
 namespace hybrid {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// A CSV field, quoted only if necessary.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
 
 void check_classes(const MapResult& result) {
   const std::size_t classes = result.class_names.size();

@@ -153,6 +153,9 @@ void map_legend(Legend& legend, const MapResult& result, const GroundTruth& trut
   legend.gap(12);
   legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
   class_legend(legend, result);
+  if (!result.movers.empty()) {
+    legend.line(fmt::format("moving ({})", result.movers.size()), map_style::kMover);
+  }
   if (!truth.landmarks.empty()) {
     legend.marker("true position", Marker::kPlus, 13, map_style::kTrueLandmark);
   }

@@ -100,6 +100,20 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   }
 }
 
+/// The trajectories of things that move, with a dot where each was seen last.
+void draw_movers(Canvas& canvas, const Axes& axes, const MapResult& result, LabelPlacer& labels) {
+  for (const MoverEstimate& mover : result.movers) {
+    std::vector<Pixel> path;
+    for (const MoverState& s : mover.states) {
+      path.push_back(axes.pixel(s.position.x(), s.position.y()));
+    }
+    if (path.empty()) continue;
+    canvas.polyline(path, map_style::kMover);
+    canvas.marker(path.back(), Marker::kCircle, 4, map_style::kMover.color);
+    labels.avoid(path);
+  }
+}
+
 /// From the newest pose to the landmarks that it sees.
 void draw_rays(Canvas& canvas, const Axes& axes, const MapResult& result,
                const std::vector<std::int64_t>& seen) {
@@ -170,6 +184,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   draw_ellipses(canvas, axes, result, frame.magnification);
   draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
+  draw_movers(canvas, axes, result, labels);
   const std::size_t ids = draw_landmarks(canvas, axes, result, truth, labels);
   canvas.unclip();
 

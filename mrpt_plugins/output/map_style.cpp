@@ -83,6 +83,9 @@ Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   for (const Trajectory& path : true_paths(truth)) extent.add(path);
   for (const LandmarkEstimate& l : result.landmarks) extent.add(l.position);
   for (const TrueLandmark& l : truth.landmarks) extent.add(l.position);
+  for (const MoverEstimate& mover : result.movers) {
+    for (const MoverState& state : mover.states) extent.add(state.position);
+  }
   Extent reckoned;
   if (result.robots.empty()) reckoned.add(result.dead_reckoning);
   if (extent.empty()) extent = reckoned;

@@ -20,6 +20,7 @@ constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashe
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
 constexpr Stroke kSight{{106, 81, 163}, 2, LineStyle::kDashed};
 constexpr Color kTrueLandmark{110, 110, 110};
+constexpr Stroke kMover{{200, 30, 120}, 2, LineStyle::kSolid};
 /// Motions of modes other than the first, drawn over the estimate.
 inline Stroke mode_stroke(int mode) {
   return {mode_color(static_cast<std::size_t>(mode)), 7, LineStyle::kSolid};

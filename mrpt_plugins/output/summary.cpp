@@ -50,6 +50,21 @@ Json to_json(const AssociationReport& a) {
           {"unlabelled_rejected", a.unlabelled_rejected}};
 }
 
+Json to_json(const MoverReport& m) {
+  Json out = {{"things", m.things},
+              {"sightings", m.sightings},
+              {"kept_out", m.kept_out},
+              {"followed", m.followed},
+              {"false_sightings", m.false_sightings},
+              {"states", m.states}};
+  if (m.sightings > 0) out["kept_out_share"] = m.kept_out_share();
+  if (m.states > 0) {
+    out["mean_m"] = m.mean_m;
+    out["max_m"] = m.max_m;
+  }
+  return out;
+}
+
 Json to_json(const StepStatistics& s) {
   return {{"total_s", s.total_s}, {"mean_ms", s.mean_ms}, {"p50_ms", s.p50_ms},
           {"p95_ms", s.p95_ms},   {"p99_ms", s.p99_ms},   {"max_ms", s.max_ms}};
@@ -69,6 +84,7 @@ Json to_json(const TruthSummary& t) {
     if (t.associations->labelled > 0) out["association_accuracy"] = t.associations->accuracy();
     out["associations"] = to_json(*t.associations);
   }
+  if (t.movers) out["movers"] = to_json(*t.movers);
   if (t.nees_pose) out["nees_pose"] = *t.nees_pose;
   if (t.loop_precision) out["loop_precision"] = *t.loop_precision;
   if (t.loop_recall) out["loop_recall"] = *t.loop_recall;
@@ -142,6 +158,7 @@ Json summary_json(const Summary& s) {
   out["mode"] = s.mode;
   out["keyframes"] = s.keyframes;
   out["landmarks"] = s.landmarks;
+  out["movers"] = s.movers;
   out["objective"] = s.objective;
   out["cost"] = s.cost;
   out["solver_s"] = s.solver_s;

@@ -13,6 +13,7 @@
 #include "libhybrid/solvers/certificate.h"
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
+#include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
@@ -40,6 +41,7 @@ struct TruthSummary {
   std::optional<LandmarkErrors> landmarks_aligned;  ///< after the alignment of the trajectory
   std::optional<double> class_accuracy;             ///< fraction of the matched landmarks
   std::optional<AssociationReport> associations;
+  std::optional<MoverReport> movers;     ///< in the frame of the landmarks once aligned
   std::optional<double> nees_pose;       ///< mean over poses and degrees of freedom
   std::optional<double> nees_landmark;   ///< the same over landmarks
   std::optional<ModeScore> modes;        ///< of motion
@@ -62,6 +64,7 @@ struct Summary {
   std::string mode;
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;
+  std::size_t movers = 0;
   double objective = 0;
   double cost = 0;
   double solver_s = 0;

@@ -37,6 +37,9 @@ class BearingRangeAssociation : public MappingPlugin {
   std::vector<AssociationDecision> decisions(const MapView& map) const override {
     return association_.decisions(map);
   }
+  std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const override {
+    return association_.movers(times, map);
+  }
   std::map<std::string, double> statistics() const override { return association_.statistics(); }
   std::vector<std::string> class_names() const override { return association_.class_names(); }
 

@@ -77,6 +77,19 @@ AssociationOptions read_association_options(IniSection& section) {
   o.merge_odds = section.get("merge_odds", o.merge_odds,
                              "evidence needed for a merge, and over one that contradicts it",
                              IniRange{1, 1e12});
+  MotionPrior& motion = o.motion;
+  motion.moving = section.get("moving_share", motion.moving,
+                              "probability that a thing moves before any sighting: one for all, or "
+                              "one for each class in the order of class_names; 0: nothing moves",
+                              kProbability);
+  if (motion.moving.empty()) section.fail("moving_share", "needs a probability");
+  motion.speed = section.get("moving_speed", motion.speed,
+                             "of things that move, the standard deviation of each component of the "
+                             "velocity [m/s]",
+                             IniRange{1e-3, 1e4});
+  motion.acceleration = section.get("moving_acceleration", motion.acceleration,
+                                    "by which each component of it changes within a second [m/s]",
+                                    IniRange{1e-4, 1e4});
   return o;
 }
 

@@ -146,6 +146,7 @@ Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& 
   summary.mode = mapper.backend().mode();
   summary.keyframes = result.trajectory.size();
   summary.landmarks = result.landmarks.size();
+  summary.movers = result.movers.size();
   summary.objective = last.objective_after;
   summary.cost = last.cost;
   summary.steps = step_statistics(result.steps);
@@ -243,7 +244,7 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
   const RobotSettings& first = settings.robots.front();
   add_log(first);
   for (const std::string& path : {request.config, first.truth_path, settings.truth_map,
-                                  first.truth_associations, first.truth_modes}) {
+                                  settings.truth_movers, first.truth_associations, first.truth_modes}) {
     provenance.add_input(path);
   }
   for (std::size_t i = 1; i < settings.robots.size(); ++i) {

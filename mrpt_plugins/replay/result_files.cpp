@@ -12,6 +12,7 @@
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/mode_writer.h"
+#include "mrpt_plugins/output/mover_writer.h"
 #include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
@@ -31,6 +32,7 @@ std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& 
                                    const Backend& backend) {
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
+  if (!result.movers.empty()) out.write("movers.csv", movers_csv(result));
   out.write("steps.csv", steps_csv(result.steps));
   const ExportedGraph graph =
       export_graph(backend.graph(), {backend.values(), backend.assignment()});

@@ -68,7 +68,7 @@ void leave_out_truth(IniFile& ini, const std::string& section_name, bool with_ma
                      const std::string& advice) {
   IniSection section = ini.section(section_name);
   std::vector<std::string> keys(std::begin(kTruths), std::end(kTruths));
-  if (with_map) keys.emplace_back("truth_map");
+  if (with_map) keys.insert(keys.end(), {"truth_map", "truth_movers"});
   std::string left_out;
   for (const std::string& key : keys) {
     if (section.is_overridden(key) || !section.has(key) || section.path(key, "", "").empty()) {

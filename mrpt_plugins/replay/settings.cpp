@@ -82,6 +82,9 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
   robot.truth_point = Eigen::Map<const Eigen::Vector3d>(point.data());
   settings.truth_map =
       file_path(log, "truth_map", "true landmarks, MRPT's _ground_truth.txt; empty: unknown");
+  settings.truth_movers = file_path(
+      log, "truth_movers",
+      "where things that move were, `step,id,x,y,z`, those with one robot; empty: unknown");
   robot.truth_associations =
       file_path(log, "truth_associations",
                 "what measurements without an id saw, `step,measurement,true_id`; empty: unknown");

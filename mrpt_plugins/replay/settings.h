@@ -30,7 +30,7 @@ struct RobotSettings {
 
 /// Everything a replay needs, from INI and command line.
 struct ReplaySettings {
-  std::string title, truth_map;
+  std::string title, truth_map, truth_movers;
   double match_radius = 1.0;  ///< between a landmark of the map and a true one [m]
   std::vector<RobotSettings> robots;
   bool sightings = true;   ///< of robots by robots are used

@@ -12,6 +12,7 @@
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
+#include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/evaluation/same_motion.h"
 
 namespace hybrid {
@@ -47,6 +48,10 @@ Truth::Truth(const std::string& path_file, const std::string& map_file,
     truth_.landmarks.push_back({row.id, row.position, std::nullopt});
     landmark_classes_.push_back(std::move(row.class_name));
   }
+}
+
+void Truth::read_movers(const std::string& file) {
+  truth_.movers = read_true_movers(file);
 }
 
 void Truth::label(std::vector<AssociationDecision>& decisions,
@@ -87,6 +92,12 @@ void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
     const auto p = origin->inverseComposePoint(
         {landmark.position.x(), landmark.position.y(), landmark.position.z()});
     landmark.position = {p.x, p.y, p.z};
+  }
+  for (auto& [id, places] : truth_.movers) {
+    for (auto& [step, place] : places) {
+      const auto p = origin->inverseComposePoint({place.x(), place.y(), place.z()});
+      place = {p.x, p.y, p.z};
+    }
   }
 }
 
@@ -192,6 +203,7 @@ std::vector<Truth> read_truths(const ReplaySettings& settings) {
       truths.back().read_associations(robot.truth_associations);
     }
   }
+  if (!settings.truth_movers.empty()) truths.front().read_movers(settings.truth_movers);
   return truths;
 }
 
@@ -227,13 +239,32 @@ std::optional<double> pose_nees(TruthContent content, const std::vector<PosePair
   return mean_nees(pairs, covariances);
 }
 
-/// Moves landmarks, not their covariances.
-void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& T) {
-  for (LandmarkEstimate& landmark : landmarks) {
-    const auto p =
-        T.composePoint({landmark.position.x(), landmark.position.y(), landmark.position.z()});
-    landmark.position = {p.x, p.y, p.z};
+/// What is compared with the truth once the paths are aligned.
+struct Mapped {
+  std::vector<LandmarkEstimate> landmarks;
+  std::vector<MoverEstimate> movers;
+};
+
+/// Moves positions, not their covariances.
+void move(Mapped& mapped, const mrpt::poses::CPose3D& T) {
+  const auto moved = [&T](const Eigen::Vector3d& at) {
+    const auto p = T.composePoint({at.x(), at.y(), at.z()});
+    return Eigen::Vector3d(p.x, p.y, p.z);
+  };
+  for (LandmarkEstimate& landmark : mapped.landmarks) landmark.position = moved(landmark.position);
+  for (MoverEstimate& mover : mapped.movers) {
+    for (MoverState& state : mover.states) state.position = moved(state.position);
   }
+}
+
+/// Takes those decisions out that are about things which really move.
+std::vector<AssociationDecision> about_standing(const std::vector<AssociationDecision>& decisions,
+                                                const TrueMovers& movers) {
+  std::vector<AssociationDecision> out;
+  for (const AssociationDecision& d : decisions) {
+    if (!d.true_id || movers.count(*d.true_id) == 0) out.push_back(d);
+  }
+  return out;
 }
 
 template <class T>
@@ -241,14 +272,14 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-/// The errors of the paths of all robots together, and the alignment of the landmarks.
+/// The errors of the paths of all robots together, and the alignment of what was mapped.
 void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
-                   TruthSummary& summary, std::vector<LandmarkEstimate>& landmarks) {
+                   TruthSummary& summary, Mapped& mapped) {
   if (parts.size() == 1) {
     summary = compare_path(truths.front(), parts.front());
     if (truths.front().get().path.empty()) return;
     const RobotPart& part = parts.front();
-    move(landmarks, alignment(truths.front().pairs(part.result.trajectory, part.log_rows).poses));
+    move(mapped, alignment(truths.front().pairs(part.result.trajectory, part.log_rows).poses));
     return;
   }
   std::vector<PosePair> estimate, reckoned;
@@ -268,7 +299,7 @@ void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart
   summary.trajectory->relative.clear();  // stretches do not lead from robot to robot
   summary.dead_reckoning->relative.clear();
   summary.nees_pose = pose_nees(content, estimate, covariances);
-  move(landmarks, alignment(estimate));
+  move(mapped, alignment(estimate));
 }
 
 }  // namespace
@@ -288,19 +319,25 @@ TruthSummary compare(const std::vector<Truth>& truths, const std::vector<RobotPa
                      const Mapper& mapper, double radius) {
   TruthSummary summary;
   const std::vector<LandmarkEstimate>& found = parts.front().result.landmarks;
-  std::vector<LandmarkEstimate> aligned = found;
+  Mapped aligned{found, parts.front().result.movers};
   compare_paths(truths, parts, summary, aligned);
   std::vector<AssociationDecision> decisions = mapper.decisions();
   for (std::size_t i = 0; i < parts.size(); ++i) {
     truths[i].label(decisions, parts[i].rows_by_keyframe);
   }
+  const TrueMovers& movers = truths.front().get().movers;
+  if (!movers.empty() && !decisions.empty()) {
+    summary.movers =
+        mover_report(decisions, aligned.movers, movers, parts.front().rows_by_keyframe);
+    decisions = about_standing(decisions, movers);
+  }
   if (!decisions.empty()) summary.associations = association_report(decisions);
   const auto& landmarks = truths.front().get().landmarks;
   if (landmarks.empty()) return summary;
   const auto matching = decisions.empty() ? match_by_id(found, landmarks)
-                                          : match_by_distance(aligned, landmarks, radius);
+                                          : match_by_distance(aligned.landmarks, landmarks, radius);
   summary.landmarks = landmark_errors(matching, found, landmarks);
-  summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
+  summary.landmarks_aligned = landmark_errors(matching, aligned.landmarks, landmarks);
   summary.class_accuracy = class_accuracy(matching, found, landmarks);
   summary.nees_landmark = landmark_nees(matching, found, landmarks);
   return summary;

@@ -106,6 +106,17 @@ Scenario::Slip read_slip(IniFile& ini) {
   return slip;
 }
 
+Scenario::Movers read_movers(IniFile& ini) {
+  IniSection s = ini.section("movers", "Things that move; adds F_ground_truth_movers.csv");
+  Scenario::Movers movers;
+  movers.count = s.get("count", 0, "How many", IniRange{0, 10000});
+  movers.speed = s.get("speed", 1.0, "At first, in a random direction [m/s]", IniRange{0, 1e3});
+  movers.acceleration =
+      s.get("acceleration", 0.2, "By which each component changes within a second [m/s]",
+            IniRange{0, 1e3});
+  return movers;
+}
+
 /// The confusion matrix, given in full or by its diagonal with equal other entries.
 std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classes) {
   IniSection s = ini.section("detector", "What classes the detector reports");
@@ -181,6 +192,7 @@ Scenario read_scenario(IniFile& ini) {
   scenario.path = read_path(ini);
   scenario.odometry = read_odometry(ini, scenario.is_3d);
   scenario.slip = read_slip(ini);
+  scenario.movers = read_movers(ini);
   scenario.sensor = read_sensor(ini, scenario.is_3d);
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;

@@ -58,6 +58,13 @@ struct Scenario {
     double sigma_yaw = 0;
   } slip;
 
+  /// Things that move among the landmarks.
+  struct Movers {
+    int count = 0;
+    double speed = 0;         ///< at first, in a random direction [m/s]
+    double acceleration = 0;  ///< by which each component changes within a second [m/s]
+  } movers;
+
   struct Sensor {
     mrpt::poses::CPose3D pose;
     double min_range = 0, max_range = 0, fov_yaw = 0, fov_pitch = 0;

@@ -31,7 +31,7 @@ mrpt::system::TTimeStamp stamp(const Scenario& scenario, std::size_t frame) {
 }
 
 std::int32_t reported_id(const SimulatedDetection& d, const Scenario& scenario) {
-  if (!scenario.sensor.known_ids) return mrpt::obs::INVALID_LANDMARK_ID;
+  if (!scenario.sensor.known_ids || d.moves) return mrpt::obs::INVALID_LANDMARK_ID;
   return d.robot != mrpt::obs::INVALID_LANDMARK_ID ? d.robot : static_cast<std::int32_t>(d.true_id);
 }
 
@@ -163,6 +163,17 @@ std::string path_table(const Simulation& simulation) {
   return text;
 }
 
+std::string mover_table(const Simulation& simulation) {
+  std::string text = "step,id,x,y,z\n";
+  for (const SimulatedMover& mover : simulation.movers) {
+    for (std::size_t i = 0; i < mover.path.size(); ++i) {
+      const auto& p = mover.path[i];
+      text += fmt::format("{},{},{:.9f},{:.9f},{:.9f}\n", i, mover.id, p[0], p[1], p[2]);
+    }
+  }
+  return text;
+}
+
 std::string mode_table(const Simulation& simulation) {
   std::string text = "% 0 normal, 1 slip: how each frame was reached\n";
   for (const SimulatedFrame& frame : simulation.frames) text += frame.slips ? "1\n" : "0\n";
@@ -178,6 +189,7 @@ std::vector<std::string> write_simulation(const Simulation& simulation, const Sc
   write_text(files, kTrueMapSuffix, landmark_table(simulation, scenario));
   write_text(files, kTruePathSuffix, path_table(simulation));
   if (scenario.slip.start > 0) write_text(files, kTrueModesSuffix, mode_table(simulation));
+  if (!simulation.movers.empty()) write_text(files, kTrueMoversSuffix, mover_table(simulation));
   return files.commit();
 }
 

@@ -112,7 +112,7 @@ std::optional<mrpt::math::TPoint3D> place_of(const Scenario::Other& other, doubl
 }
 
 std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor, double time,
-                                       const std::vector<SimulatedLandmark>& landmarks,
+                                       const Simulation& world, std::size_t frame,
                                        const Scenario& scenario, Random& random) {
   const auto& s = scenario.sensor;
   std::vector<SimulatedDetection> detections;
@@ -130,10 +130,17 @@ std::vector<SimulatedDetection> detect(const mrpt::poses::CPose3D& T_map_sensor,
     return true;
   };
   const std::vector<double> any(s.confusion.size(), 1.0);
-  for (const SimulatedLandmark& landmark : landmarks) {
+  for (const SimulatedLandmark& landmark : world.landmarks) {
     const auto& p = landmark.position;
     if (see({p[0], p[1], p[2]}, s.confusion[landmark.class_index])) {
       detections.back().true_id = landmark.id;
+    }
+  }
+  for (const SimulatedMover& mover : world.movers) {
+    const auto& p = mover.path[frame];
+    if (see({p[0], p[1], p[2]}, s.confusion[mover.class_index])) {
+      detections.back().true_id = mover.id;
+      detections.back().moves = true;
     }
   }
   for (const Scenario::Other& other : scenario.others) {
@@ -171,6 +178,7 @@ Simulation simulate(const Scenario& scenario) {
     simulation.landmarks = place_landmarks(scenario.world, places);
   }
   simulation.path = robot_path(scenario.path, scenario.is_3d);
+  simulation.movers = draw_movers(scenario, simulation.path.size(), random);
   SlipState slip;
   for (std::size_t i = 0; i < simulation.path.size(); ++i) {
     SimulatedFrame frame;
@@ -180,9 +188,9 @@ Simulation simulate(const Scenario& scenario) {
       frame.motion =
           noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, slip, random);
     }
-    frame.detections = detect(simulation.path[i] + scenario.sensor.pose,
-                              static_cast<double>(i) * scenario.path.period, simulation.landmarks,
-                              scenario, random);
+    frame.detections =
+        detect(simulation.path[i] + scenario.sensor.pose,
+               static_cast<double>(i) * scenario.path.period, simulation, i, scenario, random);
     simulation.frames.push_back(std::move(frame));
   }
   return simulation;

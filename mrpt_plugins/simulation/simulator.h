@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/simulation/moving_things.h"
 #include "mrpt_plugins/simulation/scenario.h"
 
 namespace HYBRID_API hybrid {
@@ -19,6 +20,7 @@ struct SimulatedLandmark {
 struct SimulatedDetection {
   double range = 0, yaw = 0, pitch = 0;
   std::int64_t true_id = -1;  ///< -1: spurious.
+  bool moves = false;         ///< true_id is that of a mover, which no sensor tells
   std::int32_t robot = -1;    ///< id of the robot that it is, else -1
   std::size_t reported_class = 0;
 };
@@ -33,6 +35,7 @@ struct SimulatedFrame {
 
 struct Simulation {
   std::vector<SimulatedLandmark> landmarks;
+  std::vector<SimulatedMover> movers;
   std::vector<mrpt::poses::CPose3D> path;
   std::vector<SimulatedFrame> frames;
 };
@@ -46,8 +49,8 @@ std::vector<float> class_scores(const std::vector<std::vector<double>>& confusio
                                 std::size_t reported_class);
 
 /// Writes F.rawlog (`log_path`), F_ground_truth.txt, F_ground_truth_robot_path.txt and, if wheels
-/// may slip, F_ground_truth_modes.txt; all appear together. Returns the paths. Throws Error naming
-/// the file that fails.
+/// may slip, F_ground_truth_modes.txt and, if things move, F_ground_truth_movers.csv; all appear
+/// together. Returns the paths. Throws Error naming the file that fails.
 std::vector<std::string> write_simulation(const Simulation& simulation, const Scenario& scenario,
                                           const std::string& log_path);
 

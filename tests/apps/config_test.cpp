@@ -55,7 +55,8 @@ TEST_F(Configuration, AbsurdNumbersAreRefusedByName) {
 }
 
 TEST_F(Configuration, AFolderInPlaceOfAFileIsNamedByItsKey) {
-  for (const char* key : {"rawlog", "truth_path", "truth_map", "truth_associations"}) {
+  for (const char* key :
+       {"rawlog", "truth_path", "truth_map", "truth_movers", "truth_associations"}) {
     const std::string text = refusal(std::string("log.") + key + "=" + at(""));
     EXPECT_NE(text.find(std::string("] ") + key), std::string::npos) << text;
     EXPECT_NE(text.find("is a folder, not a file"), std::string::npos) << text;

@@ -37,6 +37,7 @@ FLOORS = {
         {"marginals"},
         {"smoother"},
         {"association", "registration", "switching", "closures"},
+        {"movers"},
         {"baselines", "landmarks"},
         {"selection", "maps", "initialization"},
         {"objects"},

@@ -42,6 +42,9 @@ class Truth {
   /// Reads what measurements without an id saw. Throws Error for a missing or malformed file.
   void read_associations(const std::string& file) { associations_ = read_true_associations(file); }
 
+  /// Reads where things that move were. Throws Error for a missing or malformed file.
+  void read_movers(const std::string& file);
+
   /// Gives the true ids that the file of associations knows; `log_rows` is that of each keyframe.
   void label(std::vector<AssociationDecision>& decisions,
              const std::vector<std::size_t>& log_rows) const;

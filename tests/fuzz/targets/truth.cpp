@@ -9,6 +9,7 @@
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/evaluation/mode_truth.h"
+#include "mrpt_plugins/evaluation/mover_truth.h"
 #include "tests/fuzz/targets/fuzz_input.h"
 
 using namespace hybrid;
@@ -18,7 +19,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string objects =
       folder.write("odom.txt", "0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n");
   fuzz::Input input(data, size);
-  const std::size_t reader = input.choose(10);
+  const std::size_t reader = input.choose(11);
   const char* name = reader == 1 ? "a.tum" : reader == 9 ? "det_cup.txt" : "a.txt";
   const std::string path = folder.write(name, input.rest());
   fuzz::allow_error([&] {
@@ -41,6 +42,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         return void(read_true_poses(path, "", {Key('x', 0), Key('x', 1)}));
       case 8:
         return void(read_true_poses(path, path, {Key('x', 0)}));
+      case 10:
+        return void(read_true_movers(path));
       default:
         return void(read_object_sequence(std::filesystem::path(path).parent_path()));
     }

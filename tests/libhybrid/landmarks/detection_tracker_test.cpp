@@ -81,7 +81,7 @@ TEST(DetectionTracker, AThingIsHandedOnOnce) {
       const Detection& d = out[0].detections[k];
       EXPECT_EQ(d.members.size(), static_cast<std::size_t>(kFrames));
       for (const auto& id : d.members) EXPECT_EQ(*id, static_cast<std::int64_t>(k));
-      EXPECT_FALSE(d.moving);
+      EXPECT_FALSE(d.velocity);  // without times
       const Eigen::Vector3d p = sighted_point(robot, out[0], d);
       EXPECT_LT((p - (k == 0 ? near : far)).norm(), 3 * kSigma);
       // A quarter of the variance is common to all.
@@ -91,7 +91,7 @@ TEST(DetectionTracker, AThingIsHandedOnOnce) {
   }
 }
 
-TEST(DetectionTracker, WhatMovesIsMarked) {
+TEST(DetectionTracker, VelocitiesAreThoseOfTheThings) {
   Drive drive;
   DetectionTracker tracker;
   Eigen::Isometry3d robot = Eigen::Isometry3d::Identity();
@@ -101,18 +101,27 @@ TEST(DetectionTracker, WhatMovesIsMarked) {
       robot = compose(robot, drive.step);
     }
     DetectionFrame frame = drive.frame();
+    frame.time = 50 + 0.1 * i;
     frame.detections = {drive.seen(robot, {12, 4, 0}), drive.seen(robot, {10, 0.05 * i, 0})};
     tracker.take(frame);
   }
   const std::vector<DetectionFrame> out = tracker.release();
   ASSERT_GE(out[0].detections.size(), 2U);
-  EXPECT_FALSE(out[0].detections[0].moving);
-  EXPECT_EQ(out[0].detections[0].members.size(), static_cast<std::size_t>(kFrames));
-  std::size_t marked = 0;  // it may be lost in between
-  for (std::size_t k = 1; k < out[0].detections.size(); ++k) {
-    if (out[0].detections[k].moving) marked += out[0].detections[k].members.size();
+  EXPECT_EQ(out[0].time, 50);
+  // In the frame of the sensor as it stands at first, when the robot was at the origin.
+  const Eigen::Matrix3d R = drive.T_robot_sensor.linear();
+  for (const Detection& d : out[0].detections) {
+    if (d.members.size() < kFewestForMotion) continue;  // the second one may be lost in between
+    ASSERT_TRUE(d.velocity);
+    const bool stands = &d == &out[0].detections.front();
+    const Eigen::Vector3d error = R * d.velocity->mean - Eigen::Vector3d(0, stands ? 0 : 0.5, 0);
+    const Eigen::Matrix3d P = R * d.velocity->covariance * R.transpose();
+    EXPECT_LT(error.x() * error.x(), 16 * P(0, 0));
+    EXPECT_LT(error.y() * error.y(), 16 * P(1, 1));
+    EXPECT_LT(P(1, 1), 0.3 * 0.3);
   }
-  EXPECT_GE(marked, static_cast<std::size_t>(kFrames) / 2);
+  EXPECT_EQ(out[0].detections[0].members.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_NEAR(out[0].detections[0].delay, 0.1 * (kFrames - 1) / 2, 1e-6);
 }
 
 // However near two things with ids are, each keeps its own.

@@ -5,6 +5,7 @@
 
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/import/kitti.h"
+#include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
 #include "mrpt_plugins/import/stata.h"
 #include "tests/mrpt_plugins/import/import_files.h"
@@ -169,7 +170,12 @@ TEST_F(CameraSets, KittiTrackingKeepsIdsOfWhatStands) {
   EXPECT_GT(standing.yaw, 0);  // to the left
   EXPECT_NEAR(standing.std_yaw, std::hypot(0.004, 0.06 / standing.range), 1e-6);
   EXPECT_EQ(seen(all[2]).detections[1].landmark_id, mrpt::obs::INVALID_LANDMARK_ID);
+  EXPECT_EQ(seen(all[2]).detections[1].true_landmark_id, 4);
   EXPECT_GT(seen(all[2]).detections[1].class_scores.at(1), 0.8);
+  const TrueMovers movers = read_true_movers(at("out_ground_truth_movers.csv"));
+  ASSERT_EQ(movers.size(), 1U);
+  ASSERT_EQ(movers.at(4).size(), 4U);
+  EXPECT_NEAR(movers.at(4).at(3).x(), 3 + 23, 1e-6);  // the robot drives as fast
   EXPECT_EQ(report.dropped.at("label dropped: behind the camera"), 4U);
   EXPECT_EQ(report.dropped.at("label dropped: DontCare"), 4U);
   const auto map = read_true_landmarks(at("out_ground_truth.txt"));

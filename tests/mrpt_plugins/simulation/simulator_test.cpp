@@ -54,7 +54,7 @@ class Simulated {
 TEST(Simulator, CommittedLogsComeOutByteForByte) {
   const std::string root = HYBRID_SOURCE_DIR;
   for (const std::string name :
-       {"classed_demo", "classed_demo_3d", "slip_demo", "calibration_demo"}) {
+       {"classed_demo", "classed_demo_3d", "slip_demo", "calibration_demo", "movers_demo"}) {
     IniFile ini{std::filesystem::path(root + "/config/simulate_" + name + ".ini")};
     const Scenario scenario = read_scenario(ini);
     ini.reject_unknown();
@@ -64,6 +64,7 @@ TEST(Simulator, CommittedLogsComeOutByteForByte) {
     std::vector<std::string> suffixes{".rawlog", "_ground_truth.txt",
                                       "_ground_truth_robot_path.txt"};
     if (name == "slip_demo") suffixes.emplace_back("_ground_truth_modes.txt");
+    if (name == "movers_demo") suffixes.emplace_back("_ground_truth_movers.csv");
     ASSERT_EQ(files.size(), suffixes.size());
     for (const std::string& suffix : suffixes) {
       const std::string stem = log.path().substr(0, log.path().size() - 7);
@@ -72,6 +73,34 @@ TEST(Simulator, CommittedLogsComeOutByteForByte) {
     }
     EXPECT_LT(std::filesystem::file_size(root + "/rawlogs/" + name + ".rawlog"), 300'000U);
   }
+}
+
+TEST(Simulator, MoversKeepTheirSpeedWithinTheWalls) {
+  const Scenario scenario = scenario_of(
+      "[world]\nlandmarks = 4\nmin_corner = -12 -5 0\nmax_corner = 12 20 0\n"
+      "[movers]\ncount = 3\nspeed = 2\nacceleration = 0\n[path]\nlaps = 3\n");
+  const Simulation s = simulate(scenario);
+  ASSERT_EQ(s.movers.size(), 3U);
+  std::size_t seen = 0;
+  for (std::size_t m = 0; m < s.movers.size(); ++m) {
+    const SimulatedMover& mover = s.movers[m];
+    EXPECT_EQ(mover.id, static_cast<std::int64_t>(4 + m));
+    ASSERT_EQ(mover.path.size(), s.frames.size());
+    for (std::size_t i = 1; i < mover.path.size(); ++i) {
+      const auto& a = mover.path[i - 1];
+      const auto& b = mover.path[i];
+      EXPECT_LE(std::hypot(b[0] - a[0], b[1] - a[1]), 2 * scenario.path.period + 1e-6);
+      EXPECT_LE(std::abs(b[0]), 12 + 1e-6);
+      EXPECT_TRUE(b[1] >= -5 - 1e-6 && b[1] <= 20 + 1e-6);
+    }
+  }
+  for (const SimulatedFrame& frame : s.frames) {
+    for (const SimulatedDetection& d : frame.detections) {
+      EXPECT_EQ(d.moves, d.true_id >= 4);
+      seen += d.moves;
+    }
+  }
+  EXPECT_GT(seen, 0U);
 }
 
 TEST(Simulator, WheelsSlipAndErrAsStated) {

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+// The third part of the class: things that move.
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/landmarks/landmark_association.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+/// Tangent covariance of the motion from a pose to that of the keyframe, perturbed from the right;
+/// where the former pose has left the graph, that of the keyframe's pose.
+Eigen::MatrixXd motion_covariance(const KeyframeView& frame, Key before, const MapView& map) {
+  if (!map.holds(before)) return map.joint_covariance({});
+  const Eigen::MatrixXd joint = map.joint_covariance({before});
+  const Eigen::Index n = joint.rows() / 2;
+  const Eigen::Isometry3d T_now_before =
+      between(frame.T_map_robot, isometry_at(map.values, before));
+  Eigen::MatrixXd J(n, 2 * n);
+  J.leftCols(n).setIdentity();
+  if (map.is_3d) {
+    J.rightCols(n) = -adjoint(T_now_before);
+  } else {
+    J.rightCols(n) = -to_se2(T_now_before).adjoint();
+  }
+  return J * joint * J.transpose();
+}
+
+/// The covariance that a point of the map has from that of the pose it was seen from.
+Eigen::Matrix3d from_pose(const Eigen::Vector3d& point, const Eigen::Isometry3d& T_map_robot,
+                          const Eigen::MatrixXd& covariance, bool is_3d) {
+  const Eigen::Matrix3d R = T_map_robot.linear();
+  const Eigen::Vector3d q = R.transpose() * (point - T_map_robot.translation());
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, is_3d ? 6 : 3);
+  if (is_3d) {
+    J.leftCols<3>().setIdentity();
+    J.rightCols<3>() << 0, q.z(), -q.y(), -q.z(), 0, q.x(), q.y(), -q.x(), 0;
+  } else {
+    J.topLeftCorner<2, 2>().setIdentity();
+    J.col(2) << -q.y(), q.x(), 0;
+  }
+  return R * (J * covariance * J.transpose()) * R.transpose();
+}
+
+}  // namespace
+
+ThingTracker::Locate LandmarkAssociation::locate(const MapView& map) const {
+  return [this, &map](int s) {
+    const Sighting& sighting = landmarks_.sighting(s);
+    return point_sighting(isometry_at(map.values, sighting.pose), *sighting.sensor,
+                          sighting.detection, map.is_3d);
+  };
+}
+
+/// Follows the things of a frame, and marks the sightings of those that move.
+void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeView& frame,
+                                 const SensorCoverage& coverage, const MapView& map) {
+  if (!things_.is_on() || noted.empty()) return;
+  const bool is_next = followed_from_ && *followed_from_ != frame.pose;
+  if (is_next) since_followed_ = motion_covariance(frame, *followed_from_, map);
+  std::vector<ThingSighting> seen;
+  for (const int s : noted) {
+    const Sighting& sighting = landmarks_.sighting(s);
+    ThingSighting thing{
+        s,
+        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.detection, map.is_3d),
+        {},
+        sighting.phi};
+    if (options_.use_ids) thing.id = sighting.detection.id;
+    if (since_followed_.size() > 0) {
+      thing.seen.covariance +=
+          from_pose(thing.seen.point, frame.T_map_robot, since_followed_, map.is_3d);
+    }
+    seen.push_back(std::move(thing));
+  }
+  ThingTracker::Look look{coverage.detection_probability(options_.detection_probability),
+                          coverage.space_in_view(),
+                          map.is_3d,
+                          {}};
+  if (classes_.names().size() > 1) look.class_prior = classes_.prior();
+  things_.take(seen, look, locate(map));
+  followed_from_ = frame.pose;
+  for (const int s : noted) landmarks_.sighting(s).detection.moving = things_.moves(s);
+}
+
+/// Takes the sightings of things that turned out to move from their landmarks. What is undecided
+/// of a frame, and of a landmark with undecided sightings, waits for the decision.
+void LandmarkAssociation::withdraw_movers(const MapView& map, Contribution& out) {
+  std::set<int> undecided, emptied;
+  for (const OpenFrame& open : open_) {
+    undecided.insert(open.sightings.begin(), open.sightings.end());
+  }
+  for (const int s : things_.take_changed()) {
+    Sighting& sighting = landmarks_.sighting(s);
+    sighting.detection.moving = things_.moves(s);
+    to_withdraw_.insert(s);
+  }
+  std::set<int> waiting;
+  for (const int s : to_withdraw_) {
+    const Sighting& sighting = landmarks_.sighting(s);
+    const int t = sighting.track;
+    if (!sighting.detection.moving || t < 0 || !map.keeps_all || !map.holds(sighting.pose))
+      continue;
+    waiting.insert(s);  // until it is seen to be done
+    if (undecided.count(s) != 0 || landmarks_.track(t).open > 0) continue;
+    landmarks_.detach(s, out);
+    ++out.dropped[kMoving];
+    if (map.explain) out.events.decisions.push_back({s, std::nullopt, true});
+    if (landmarks_.track(t).sightings.empty()) emptied.insert(t);
+  }
+  to_withdraw_ = std::move(waiting);
+  for (const int t : emptied) landmarks_.remove(t, out);
+}
+
+std::vector<Mover> LandmarkAssociation::movers(const std::vector<double>& times,
+                                               const MapView& map) const {
+  return things_.movers(times, locate(map));
+}
+
+}  // namespace hybrid

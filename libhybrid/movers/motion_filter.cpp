@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/movers/motion_filter.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace hybrid {
+namespace {
+
+/// log N(r; 0, S).
+template <class Vector, class Matrix>
+double log_gaussian(const Vector& r, const Matrix& S) {
+  const Eigen::LLT<Matrix> llt(S);
+  double log_det = 0;
+  for (Eigen::Index i = 0; i < r.size(); ++i) log_det += std::log(llt.matrixLLT()(i, i));
+  return -0.5 * r.dot(llt.solve(r)) - log_det -
+         0.5 * static_cast<double>(r.size()) * std::log(2 * M_PI);
+}
+
+/// log(exp(a) + exp(b)).
+double log_sum(double a, double b) {
+  const double top = std::max(a, b);
+  return top + std::log1p(std::exp(std::min(a, b) - top));
+}
+
+/// log p of a measured velocity where it is noise alone; 0 where none was measured.
+template <int D>
+double log_at_rest(const PointSighting& seen) {
+  if (!seen.has_velocity) return 0;
+  const Eigen::Matrix<double, D, 1> v = seen.velocity.head<D>();
+  const Eigen::Matrix<double, D, D> R = seen.velocity_covariance.topLeftCorner<D, D>();
+  return log_gaussian(v, R);
+}
+
+/// Takes a measurement z = H x of covariance R into a state; returns log p(z).
+template <class State, class H, class Z, class R>
+double update(State& state, const H& h, const Z& z, const R& noise) {
+  const R S = h * state.covariance * h.transpose() + noise;
+  const Z innovation = z - h * state.mean;
+  const double log_p = log_gaussian(innovation, S);
+  const auto gain = (state.covariance * h.transpose() * S.inverse()).eval();
+  state.mean += gain * innovation;
+  // Joseph's form stays symmetric and positive definite.
+  using Covariance = typename State::Covariance;
+  const Covariance rest = Covariance::Identity() - gain * h;
+  state.covariance =
+      (rest * state.covariance * rest.transpose() + gain * noise * gain.transpose()).eval();
+  return log_p;
+}
+
+}  // namespace
+
+template <int D>
+VelocityState<D>::VelocityState(const PointSighting& seen, const MotionPrior& prior) {
+  mean.setZero();
+  covariance.setZero();
+  mean.template head<D>() = seen.point.head<D>();
+  covariance.template topLeftCorner<D, D>() = seen.covariance.topLeftCorner<D, D>();
+  covariance.template bottomRightCorner<D, D>().diagonal().setConstant(prior.speed * prior.speed);
+}
+
+template <int D>
+typename VelocityState<D>::Covariance VelocityState<D>::transition(double dt) {
+  Covariance F = Covariance::Identity();
+  F.template topRightCorner<D, D>().diagonal().setConstant(dt);
+  return F;
+}
+
+template <int D>
+void VelocityState<D>::predict(double dt, const MotionPrior& prior) {
+  if (!(dt > 0)) return;
+  const Covariance F = transition(dt);
+  const double q = prior.acceleration * prior.acceleration;
+  mean = (F * mean).eval();
+  covariance = (F * covariance * F.transpose()).eval();
+  for (int i = 0; i < D; ++i) {
+    covariance(i, i) += q * dt * dt * dt / 3;
+    covariance(i, D + i) += q * dt * dt / 2;
+    covariance(D + i, i) += q * dt * dt / 2;
+    covariance(D + i, D + i) += q * dt;
+  }
+}
+
+template <int D>
+double VelocityState<D>::take(const PointSighting& seen) {
+  if (!seen.has_velocity) {
+    const Eigen::Matrix<double, D, 2 * D> H = Eigen::Matrix<double, D, 2 * D>::Identity();
+    const Eigen::Matrix<double, D, 1> z = seen.point.head<D>();
+    const Eigen::Matrix<double, D, D> R = seen.covariance.topLeftCorner<D, D>();
+    return update(*this, H, z, R);
+  }
+  Mean z;
+  z << seen.point.head<D>(), seen.velocity.head<D>();
+  Covariance R = Covariance::Zero();
+  R.template topLeftCorner<D, D>() = seen.covariance.topLeftCorner<D, D>();
+  R.template bottomRightCorner<D, D>() = seen.velocity_covariance.topLeftCorner<D, D>();
+  const Covariance H = Covariance::Identity();
+  return update(*this, H, z, R);
+}
+
+template <int D>
+double VelocityState<D>::take_velocity(const PointSighting& seen) {
+  if (!seen.has_velocity) return 0;
+  Eigen::Matrix<double, D, 2 * D> H = Eigen::Matrix<double, D, 2 * D>::Zero();
+  H.template rightCols<D>().setIdentity();
+  const Eigen::Matrix<double, D, 1> z = seen.velocity.head<D>();
+  const Eigen::Matrix<double, D, D> R = seen.velocity_covariance.topLeftCorner<D, D>();
+  return update(*this, H, z, R);
+}
+
+template <int D>
+MotionFilter<D>::MotionFilter(const PointSighting& first, const MotionPrior& prior)
+    : prior_(prior),
+      time_(first.time),
+      standing_(first.point.head<D>()),
+      standing_covariance_(first.covariance.topLeftCorner<D, D>()),
+      moving_(first, prior) {
+  standing_evidence_ = log_at_rest<D>(first);
+  moving_evidence_ = moving_.take_velocity(first);
+}
+
+/// log p of a sighting of the thing where it stands.
+template <int D>
+double MotionFilter<D>::log_standing(const PointSighting& seen) const {
+  const Covariance R = seen.covariance.topLeftCorner<D, D>();
+  return log_gaussian(Point(seen.point.head<D>() - standing_),
+                      Covariance(R + standing_covariance_)) +
+         log_at_rest<D>(seen);
+}
+
+template <int D>
+void MotionFilter<D>::take(const PointSighting& seen, double births) {
+  moving_.predict(seen.time - time_, prior_);
+  moving_evidence_ += moving_.take(seen);
+  time_ = std::max(time_, seen.time);
+  const Covariance R = seen.covariance.topLeftCorner<D, D>();
+  const double same = log_standing(seen);
+  const double another = std::log(births) + log_at_rest<D>(seen);
+  standing_evidence_ += log_sum(same, another);
+  if (same < another) {
+    standing_ = seen.point.head<D>();
+    standing_covariance_ = R;
+    return;
+  }
+  const Covariance gain = standing_covariance_ * (standing_covariance_ + R).inverse();
+  standing_ += gain * (seen.point.head<D>() - standing_);
+  standing_covariance_ = (gain * R).eval();
+}
+
+template <int D>
+double MotionFilter<D>::log_density(const PointSighting& seen, double moving) const {
+  VelocityState<D> state = moving_;
+  state.predict(seen.time - time_, prior_);
+  const double odds = log_odds_of_motion(evidence(), moving);
+  // log of the probabilities that it moves and that it stands.
+  const double moves = -log_sum(0, -odds), stands = -log_sum(0, odds);
+  return log_sum(stands + log_standing(seen), moves + state.take(seen));
+}
+
+double log_odds_of_motion(double evidence, double moving) {
+  return evidence + std::log(moving) - std::log1p(-moving);
+}
+
+template struct VelocityState<2>;
+template struct VelocityState<3>;
+template class MotionFilter<2>;
+template class MotionFilter<3>;
+
+}  // namespace hybrid

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/evaluation/mover_truth.h"
+
+#include <algorithm>
+
+#include "libhybrid/io/text_reader.h"
+
+namespace hybrid {
+
+TrueMovers read_true_movers(const std::string& path) {
+  TrueMovers truth;
+  TextReader table(path);
+  auto row = table.next();
+  if (row && (*row)[0] == "step") row = table.next();
+  for (; row; row = table.next()) {
+    row->expect(5, "step,id,x,y,z");
+    const auto step = static_cast<std::size_t>(row->id(0));
+    const Eigen::Vector3d position(row->coordinate(2), row->coordinate(3), row->coordinate(4));
+    if (!truth[row->id(1)].emplace(step, position).second) {
+      row->fail("this thing has a place at this step already");
+    }
+  }
+  return truth;
+}
+
+MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
+                         const std::vector<MoverEstimate>& movers, const TrueMovers& truth,
+                         const std::vector<std::size_t>& rows) {
+  MoverReport report;
+  report.things = movers.size();
+  std::map<std::int64_t, std::map<std::int64_t, std::size_t>> votes;  // by mover and true id
+  for (const AssociationDecision& d : decisions) {
+    if (!d.true_id) continue;
+    if (truth.count(*d.true_id) == 0) {
+      if (d.mover) ++report.false_sightings;
+      continue;
+    }
+    ++report.sightings;
+    if (!d.estimated_id) ++report.kept_out;
+    if (!d.mover) continue;
+    ++report.followed;
+    ++votes[*d.mover][*d.true_id];
+  }
+  double sum = 0;
+  for (const MoverEstimate& mover : movers) {
+    const auto own = votes.find(mover.id);
+    if (own == votes.end()) continue;
+    const auto most =
+        std::max_element(own->second.begin(), own->second.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto& places = truth.at(most->first);
+    for (std::size_t k = 0; k < mover.states.size(); ++k) {
+      const std::size_t keyframe = mover.keyframes[k];
+      if (keyframe >= rows.size()) continue;
+      const auto place = places.find(rows[keyframe]);
+      if (place == places.end()) continue;
+      const double error = (mover.states[k].position - place->second).norm();
+      sum += error;
+      report.max_m = std::max(report.max_m, error);
+      ++report.states;
+    }
+  }
+  if (report.states > 0) report.mean_m = sum / static_cast<double>(report.states);
+  return report;
+}
+
+}  // namespace hybrid
