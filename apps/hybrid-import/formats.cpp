@@ -75,6 +75,8 @@ CLI::App* add_mrclam(CLI::App& app, Convert& convert) {
   format->add_option("--robot", options->robot, "whose log")->check(CLI::Range(1, 5));
   format->add_flag("--keep-robots", options->keep_robots,
                    "keep sightings of other robots, robot N under the id -100 - N");
+  format->add_option("--delay", options->delay,
+                     "of the camera behind the velocity commands [s]; without: as the log tells");
   add_detector(*format, options->detector);
   add_walk(*format, options->walk);
   return format;

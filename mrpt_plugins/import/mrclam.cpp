@@ -5,12 +5,16 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <utility>
+#include <vector>
 
+#include "libhybrid/association/sensor_delay.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/import/detail/planar_truth.h"
 
 namespace hybrid {
@@ -50,13 +54,66 @@ void add_landmarks(const std::string& path, LogWriter& log) {
   }
 }
 
+struct Measurement {
+  double time = 0;
+  std::int64_t barcode = 0;
+  CObservationClassedBearingRange::Detection detection;
+};
+
+std::vector<Measurement> read_measurements(const MrclamOptions& options) {
+  std::vector<Measurement> measurements;
+  TextReader table(robot_file(options, "Measurement", ""));
+  while (const auto row = table.next()) {
+    row->expect(4, "time barcode range bearing");
+    Measurement m{row->time(0), row->id(1), {}};
+    if (!measurements.empty() && m.time < measurements.back().time) {
+      row->fail("time goes backwards");
+    }
+    m.detection.range = static_cast<float>(row->coordinate(2));
+    m.detection.yaw = static_cast<float>(row->coordinate(3));
+    set_noise(options.detector, m.detection);
+    measurements.push_back(m);
+  }
+  return measurements;
+}
+
+VelocityOdometry commands(const MrclamOptions& options) {
+  return {robot_file(options, "Odometry", "_changes"), read_command, options.walk};
+}
+
+/// The delay of the camera by what it saw, whatever the barcodes say.
+SensorDelay estimate_delay(const MrclamOptions& options,
+                           const std::vector<Measurement>& measurements) {
+  constexpr double kSample = 0.02, kMargin = 2;  // s
+  std::vector<TimedSightings> frames;
+  for (const Measurement& m : measurements) {
+    if (frames.empty() || frames.back().time != m.time) frames.push_back({m.time, {}, {}});
+    const auto& [range, yaw] = std::pair(m.detection.range, m.detection.yaw);
+    MeasuredPoint seen{Eigen::Vector2d(range, yaw), Eigen::Matrix2d::Zero()};
+    seen.covariance.diagonal() << std::pow(m.detection.std_range, 2),
+        std::pow(m.detection.std_yaw, 2);
+    frames.back().seen.push_back(seen);
+  }
+  std::vector<OdometryPose> path;
+  VelocityOdometry odometry = commands(options);
+  mrpt::poses::CPose3D pose;
+  for (std::size_t i = 0; !frames.empty(); ++i) {
+    const double time = frames.front().time - kMargin + kSample * static_cast<double>(i);
+    pose = pose + odometry.move_to(time).mean;
+    path.push_back({time, to_se3(pose)});
+    if (time > frames.back().time + kMargin) break;
+  }
+  return estimate_sensor_delay(path, frames);
+}
+
 /// Collects the measurements of one time and adds them to the log.
 class Frame {
  public:
-  Frame(const MrclamOptions& options, LogWriter& log)
+  Frame(const MrclamOptions& options, double delay, LogWriter& log)
       : options_(options),
+        delay_(delay),
         log_(log),
-        odometry_(robot_file(options, "Odometry", "_changes"), read_command, options.walk),
+        odometry_(commands(options)),
         truth_(robot_file(options, "Groundtruth", "_10th")) {}
 
   /// Ends the last frame and starts one at `time`.
@@ -70,7 +127,7 @@ class Frame {
     if (!seen_) return;
     const auto truth = truth_.at(time_);
     if (truth) {
-      log_.add({time_, odometry_.move_to(time_), {seen_}, truth});
+      log_.add({time_, odometry_.move_to(time_ - delay_), {seen_}, truth});
     } else {
       log_.drop("detection dropped: no true pose at its time", seen_->detections.size());
     }
@@ -78,11 +135,11 @@ class Frame {
   }
 
   bool is_of(double time) const { return seen_ && time == time_; }
-  double time() const { return time_; }
   CObservationClassedBearingRange& detections() { return *seen_; }
 
  private:
   const MrclamOptions& options_;
+  double delay_;
   LogWriter& log_;
   VelocityOdometry odometry_;
   PlanarTruth truth_;
@@ -90,24 +147,33 @@ class Frame {
   CObservationClassedBearingRange::Ptr seen_;
 };
 
+/// The delay to correct, with a note for the user.
+double delay_of(const MrclamOptions& options, const std::vector<Measurement>& measurements,
+                LogWriter& log) {
+  if (options.delay) return *options.delay;
+  const SensorDelay delay = estimate_delay(options, measurements);
+  if (!delay.is_significant()) {
+    log.note("the log tells of no delay of the camera; none is corrected");
+    return 0;
+  }
+  log.note(fmt::format("the camera is {:.3f} +- {:.3f} s behind the velocity commands: corrected",
+                       delay.seconds, delay.sigma));
+  return delay.seconds;
+}
+
 }  // namespace
 
 ImportReport import_mrclam(const MrclamOptions& options, const std::string& output) {
   LogWriter log(output);
   const auto subject_of = read_barcodes(options.folder + "/Barcodes.dat");
-  Frame frame(options, log);
-  TextReader table(robot_file(options, "Measurement", ""));
-  while (const auto row = table.next()) {
-    row->expect(4, "time barcode range bearing");
-    log.used(table.share());
-    const double time = row->time(0);
-    if (time < frame.time()) row->fail("time goes backwards");
-    if (!frame.is_of(time)) frame.begin(time);
-    CObservationClassedBearingRange::Detection d;
-    d.range = static_cast<float>(row->coordinate(2));
-    d.yaw = static_cast<float>(row->coordinate(3));
-    set_noise(options.detector, d);
-    const auto subject = subject_of.find(row->id(1));
+  const std::vector<Measurement> measurements = read_measurements(options);
+  Frame frame(options, delay_of(options, measurements, log), log);
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Measurement& m = measurements[i];
+    log.used(static_cast<double>(i) / static_cast<double>(measurements.size()));
+    if (!frame.is_of(m.time)) frame.begin(m.time);
+    CObservationClassedBearingRange::Detection d = m.detection;
+    const auto subject = subject_of.find(m.barcode);
     if (subject == subject_of.end()) {
       log.drop("detection dropped: barcode of nothing listed");
       continue;

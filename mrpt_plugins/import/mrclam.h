@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "mrpt_plugins/import/detector_noise.h"
@@ -20,6 +21,9 @@ struct MrclamOptions {
   int robot = 1;  ///< 1 to 5
   /// Keep sightings of other robots, robot N under the id -100 - N: none of a landmark.
   bool keep_robots = false;
+  /// How far the camera is behind the velocity commands [s]; none: as the log itself tells, 0 where
+  /// it does not (see estimate_sensor_delay).
+  std::optional<double> delay;
   DetectorNoise detector{0.04, 0.04, 0.009, 0.02};
   OdometryWalk walk{0.06, 0.03, 0.06, 0.12, 1e-3};
 };

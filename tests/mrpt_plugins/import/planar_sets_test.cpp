@@ -116,6 +116,46 @@ TEST_F(PlanarSets, MrclamMergesTimesAndDropsRobots) {
   EXPECT_EQ(std::min(detections[0].landmark_id, detections[1].landmark_id), -102);
 }
 
+// Commands to turn to and fro come 0.3 s before the camera shows the turn.
+TEST_F(PlanarSets, MrclamCorrectsTheDelayOfTheCamera) {
+  MrclamOptions options = mrclam();
+  constexpr double kDelay = 0.3, kHold = 2.3, kEnd = 120;  // s
+  const auto turn = [](double t) { return std::fmod(t, 2 * kHold) < kHold ? 0.4 : -0.4; };
+  std::string commands, truth, measurements;
+  double yaw = 0;
+  const double step = 0.01;
+  for (int i = 0; step * i < kEnd; ++i) {
+    const double t = step * i;
+    if (i % 10 == 0) commands += std::to_string(t) + " 0 " + std::to_string(turn(t)) + "\n";
+    if (i % 50 == 0) truth += std::to_string(t) + " 0 0 " + std::to_string(yaw) + "\n";
+    if (i % 25 == 0 && t > 1 && t < kEnd - 2) {
+      measurements += std::to_string(t) + " 63 2.5 " + std::to_string(0.5 - yaw) + "\n";
+    }
+    yaw += step * turn(t - kDelay < 0 ? 0 : t - kDelay);
+  }
+  write("Robot1_Odometry.dat", commands);
+  write("Robot1_Groundtruth.dat", truth);
+  write("Robot1_Measurement.dat", measurements);
+  // How far what is seen turns otherwise than the odometry tells [rad].
+  const auto worst = [&] {
+    double error = 0, before = 0;
+    const auto all = steps();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double now = seen(all[i]).detections.at(0).yaw;
+      if (i > 0) error = std::max(error, std::abs(before - now - all[i].odometry->mean.yaw()));
+      before = now;
+    }
+    return error;
+  };
+  const ImportReport report = import_mrclam(options, log());
+  ASSERT_EQ(report.notes.size(), 1U);
+  EXPECT_EQ(report.notes[0].rfind("the camera is 0.30", 0), 0U) << report.notes[0];
+  EXPECT_LT(worst(), 0.02);
+  options.delay = 0;
+  EXPECT_TRUE(import_mrclam(options, log()).notes.empty());
+  EXPECT_GT(worst(), 0.1);
+}
+
 TEST_F(PlanarSets, PlazaKeepsAmbiguousRangesWithoutABeacon) {
   const std::string head =
       "Variable Pose SE2 X0 0 0 0\nVariable Pose SE2 X1 1 0 0\n"
