@@ -26,7 +26,7 @@ RunReport::RunReport(const ReplayRequest& request, const OutputDirectory& out)
 void RunReport::begin(Mapper& mapper, const std::string& title) {
   if (!recorder_) return;
   mapper.keep_events();
-  recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2);
+  recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2, mapper.robot_names());
 }
 
 std::string RunReport::watch(Mapper& mapper, const StepRecord& step) {
@@ -40,16 +40,18 @@ void RunReport::finish(Mapper& mapper, const MapResult& result, double objective
   events_->close();
 }
 
-void RunReport::write(const MapResult& result, const Truth& truth,
-                      const std::vector<std::size_t>& log_rows,
+void RunReport::write(const MapResult& result, const std::vector<RobotPart>& parts,
+                      const std::vector<Truth>& truths,
                       const nlohmann::ordered_json& summary) const {
   if (!page_) return;
-  MapReport report{result, truth.get(), recorder_->record(), summary, {}, {}, {}};
-  if (!truth.get().path.empty()) {
-    Truth::Pairs pairs = truth.pairs(result.trajectory, log_rows);
-    report.times = std::move(pairs.times);
-    report.estimated = std::move(pairs.poses);
-    report.reckoned = truth.pairs(result.dead_reckoning, log_rows).poses;
+  const GroundTruth truth = joint_truth(truths);
+  MapReport report{result, truth, recorder_->record(), summary, {}};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    Truth::Pairs pairs = truths[i].pairs(part.result.trajectory, part.log_rows);
+    report.paths.push_back({part.name, std::move(pairs.times), std::move(pairs.poses),
+                            truths[i].pairs(part.result.dead_reckoning, part.log_rows).poses});
   }
   out_.write("report.html", report_page(map_report_json(report)));
 }

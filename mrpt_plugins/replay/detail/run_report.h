@@ -34,8 +34,8 @@ class RunReport {
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
   /// Writes report.html, where that is asked for.
-  void write(const MapResult& result, const Truth& truth, const std::vector<std::size_t>& log_rows,
-             const nlohmann::ordered_json& summary) const;
+  void write(const MapResult& result, const std::vector<RobotPart>& parts,
+             const std::vector<Truth>& truths, const nlohmann::ordered_json& summary) const;
 
  private:
   std::string version_;
