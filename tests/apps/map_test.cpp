@@ -199,7 +199,7 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   ASSERT_EQ(both.sessions.size(), 2u);
   ASSERT_EQ(both.sessions[0].keyframes.size(), first.sessions[0].keyframes.size());
   EXPECT_TRUE(both.sessions[0].keyframes.back().T_map_robot.isApprox(
-      first.sessions[0].keyframes.back().T_map_robot, 0));
+      first.sessions[0].keyframes.back().T_map_robot, 1e-12));
 }
 
 TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {

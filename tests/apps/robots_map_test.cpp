@@ -103,7 +103,8 @@ TEST_F(RobotsInAMap, AreToldAndExportedEach) {
   }
   EXPECT_FALSE(std::filesystem::exists(folder / "ex" / "trajectory_1.tum"));
   std::vector<std::string> lines;
-  for (const Json& feature : Json::parse(read("ex/map.geojson")).at("features")) {
+  const Json globe = Json::parse(read("ex/map.geojson"));
+  for (const Json& feature : globe.at("features")) {
     if (feature["geometry"]["type"] == "LineString")
       lines.push_back(feature["properties"]["robot"]);
   }
@@ -136,7 +137,6 @@ TEST_F(RobotsInAMap, OneIsRemoved) {
 
 TEST_F(RobotsInAMap, FindTheirPlacesInIt) {
   cut_in_two();
-  summary_of("-c " + team("BearingRangeKnownIds"));
   replay(logs("first"), "first");
   const std::string map = read("a.hmap");
   const Json summary = replay(logs("second") + " --map-mode localize", "second");
@@ -146,8 +146,9 @@ TEST_F(RobotsInAMap, FindTheirPlacesInIt) {
     const std::string name = kNames[i];
     ASSERT_TRUE(summary.at("robots").at(i).at("localized_at").is_number()) << name;
     EXPECT_LT(summary["robots"][i]["localized_at"], 40) << name;
-    EXPECT_LT(distance("second/" + name + "/trajectory.tum", "out/" + name + "/trajectory.tum"),
-              0.3);
+    // Poses that both logs have, as the one that made the map has them.
+    EXPECT_LT(distance("second/" + name + "/trajectory.tum", "first/" + name + "/trajectory.tum"),
+              0.15);
     EXPECT_TRUE(std::filesystem::exists(folder / "second" / name / "trajectory_covariances.csv"));
   }
   EXPECT_EQ(summary["landmarks"], info()["landmarks"]);
@@ -164,8 +165,8 @@ TEST_F(RobotsInAMap, ContinueIt) {
   EXPECT_EQ(after["sessions"][1]["robots"][2]["keyframes"], summary["robots"][2]["keyframes"]);
   EXPECT_EQ(after["landmarks"], whole);
   for (const std::string name : kNames) {
-    EXPECT_LT(distance("second/" + name + "/trajectory.tum", "out/" + name + "/trajectory.tum"),
-              0.3);
+    EXPECT_LT(distance("second/" + name + "/trajectory.tum", "first/" + name + "/trajectory.tum"),
+              0.15);
   }
   // One of them alone, with other settings, is a log that the map has.
   const std::string before = read("a.hmap");
@@ -178,8 +179,8 @@ TEST_F(RobotsInAMap, ContinueIt) {
   EXPECT_EQ(read("a.hmap"), before);
 }
 
-TEST_F(RobotsInAMap, OneIsFoundThroughAnother) {
-  // Bert is short of sight in the second log: only the others find themselves in the map.
+TEST_F(RobotsInAMap, OneWithoutAPlaceIsLeftOut) {
+  // Bert is short of sight in the second log.
   cut_in_two();
   replay("--rawlog anna=" + at("anna_first.rawlog") + " --set plugins.classes=BearingRangeKnownIds",
          "first");
