@@ -223,7 +223,7 @@ export class MapView {
     }
     c.setLineDash([]);
     if (on('estimate')) this.drawPath(k);
-    if (on('sight rays')) this.drawRays(k);
+    if (on('sight rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
     if (on('ellipses')) this.drawEllipses();
     if (on('landmarks')) this.drawLandmarks(k);
     for (const robot of this.shown()) this.drawRobot(robot, k);
