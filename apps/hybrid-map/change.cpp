@@ -13,6 +13,7 @@
 #include "apps/hybrid-map/commands.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/escaped.h"
 #include "libhybrid/maps/join_maps.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/map_file/map_file.h"
@@ -31,6 +32,28 @@ MapRecord whole_map(const std::string& file) {
   }
   if (map.landmarks.empty()) throw Error(file + ": holds no landmark");
   return map;
+}
+
+/// Removes the keyframes of a robot from all sessions. Throws Error where that cannot be.
+void remove_keyframes(const std::string& file, const std::string& robot, MapRecord& map) {
+  bool known = false;
+  for (MapSession& session : map.sessions) {
+    const auto it = std::find(session.robots.begin(), session.robots.end(), robot);
+    if (it == session.robots.end()) continue;
+    known = true;
+    if (!session.complete) {
+      throw Error(
+          fmt::format("{}: session {} was interrupted; resume it or remove all of it with "
+                      "--session {}",
+                      file, session.id, session.id));
+    }
+    const auto number = static_cast<std::size_t>(it - session.robots.begin());
+    auto& all = session.keyframes;
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [&](const MapKeyframe& k) { return k.robot == number; }),
+              all.end());
+  }
+  if (!known) throw Error(fmt::format("{}: has no robot {}", file, escaped(robot)));
 }
 
 }  // namespace
@@ -90,8 +113,8 @@ int join(const Options& options) {
 
 int prune(const Options& options) {
   const std::string& name = options.maps[0];
-  if (options.sessions.empty() && !options.vanished) {
-    throw Error(name + ": nothing to remove: name a --session, or --vanished");
+  if (options.sessions.empty() && options.robots.empty() && !options.vanished) {
+    throw Error(name + ": nothing to remove: name a --session, a --robot, or --vanished");
   }
   read_map(name);  // throws if the map is missing, so that none is created
   MapFile file(name);
@@ -106,6 +129,7 @@ int prune(const Options& options) {
       it->keyframes.clear();
     }
   }
+  for (const std::string& robot : options.robots) remove_keyframes(name, robot, map);
   std::vector<std::int64_t> gone;
   for (const MapLandmark& l : map.landmarks) {
     if (options.vanished && !exists(l)) gone.push_back(l.id);

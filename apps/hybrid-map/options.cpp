@@ -39,7 +39,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   CLI::App* to = one_map(
       command("export",
               "writes landmarks.csv, landmarks.json, landmarks.pcd, trajectory_N.tum for each "
-              "session, map.geojson where the origin is known, map.png, summary.json"));
+              "session (trajectory_N_NAME.tum for each of several robots), map.geojson where the "
+              "origin is known, map.png, summary.json"));
   to->add_option("-o,--output", o.output, "folder, created if absent")
       ->type_name("OUT")
       ->required();
@@ -60,6 +61,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   CLI::App* prune = one_map(command("prune", "removes sessions or landmarks from a map"));
   prune->add_option("--session", o.sessions,
                     "session whose keyframes go; of one that is complete the landmarks stay");
+  prune->add_option("--robot", o.robots, "robot whose keyframes go from all sessions");
   prune->add_flag("--vanished", o.vanished, "landmarks that are more likely gone than there");
   if (!parse_command_line(app, argc, argv, exit_code)) return std::nullopt;
   o.provenance = provenance_of(argc, argv);

@@ -19,9 +19,10 @@ struct Options {
   std::string output;          ///< folder of export, map file of join
   std::vector<double> origin;  ///< latitude, longitude, direction [deg]
   bool pictures = true;
-  std::vector<int> sessions;  ///< to remove
-  bool vanished = false;      ///< remove landmarks that no longer exist
-  double odds = 1e4;          ///< odds of a common place required to join
+  std::vector<int> sessions;        ///< to remove
+  std::vector<std::string> robots;  ///< whose keyframes to remove
+  bool vanished = false;            ///< remove landmarks that no longer exist
+  double odds = 1e4;                ///< odds of a common place required to join
   Provenance provenance;
 };
 

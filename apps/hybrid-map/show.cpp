@@ -28,6 +28,7 @@ std::size_t existing(const MapRecord& map) {
 }
 
 Json describe(const MapRecord& map) {
+  const std::vector<MapWay> ways = ways_of(map);
   Json out = {
       {"dimension", map.dim()},           {"classes", map.class_names},
       {"landmarks", existing(map)},       {"vanished", map.landmarks.size() - existing(map)},
@@ -37,15 +38,31 @@ Json describe(const MapRecord& map) {
     for (const auto& [path, sha256] : s.inputs) {
       inputs.push_back({{"path", path}, {"sha256", sha256}});
     }
+    Json robots = Json::array();
+    for (const MapWay& way : ways) {
+      if (way.session != s.id || way.robot.empty()) continue;
+      robots.push_back({{"name", way.robot}, {"keyframes", way.poses.size()}});
+    }
     out["sessions"].push_back({{"session", s.id},
                                {"mode", s.mode},
                                {"complete", s.complete},
                                {"keyframes", s.keyframes.size()},
+                               {"robots", std::move(robots)},
                                {"version", s.version},
                                {"command", s.command},
                                {"inputs", std::move(inputs)}});
   }
   return out;
+}
+
+/// "", or which robots a session was of, with their keyframes.
+std::string robots_text(const MapRecord& map, const MapSession& session) {
+  std::string text;
+  for (const MapWay& way : ways_of(map)) {
+    if (way.session != session.id || way.robot.empty()) continue;
+    text += fmt::format("{}{} {}", text.empty() ? " (" : ", ", way.robot, way.poses.size());
+  }
+  return text.empty() ? "" : text + ")";
 }
 
 }  // namespace
@@ -63,8 +80,9 @@ int info(const Options& options) {
   }
   say(", {} classes\n", map.class_names.size());
   for (const MapSession& s : map.sessions) {
-    say("session {}: {}, {} keyframes{}, {}\n", s.id, s.mode, s.keyframes.size(),
-        s.complete ? "" : ", interrupted", s.inputs.empty() ? "-" : s.inputs.front().first);
+    say("session {}: {}, {} keyframes{}{}, {}\n", s.id, s.mode, s.keyframes.size(),
+        robots_text(map, s), s.complete ? "" : ", interrupted",
+        s.inputs.empty() ? "-" : s.inputs.front().first);
   }
   return kExitOk;
 }
@@ -87,8 +105,9 @@ int export_map(const Options& options) {
   out.write("landmarks.csv", landmarks_csv(result));
   out.write("landmarks.json", landmarks_json(result));
   out.write("landmarks.pcd", pcd_text(map));
-  for (const MapSession& s : map.sessions) {
-    out.write(fmt::format("trajectory_{}.tum", s.id), tum_text(trajectory_of(s)));
+  for (const MapWay& way : ways_of(map)) {
+    const std::string whose = way.robot.empty() ? "" : "_" + way.robot;
+    out.write(fmt::format("trajectory_{}{}.tum", way.session, whose), tum_text(way.poses));
   }
   const std::vector<double>& o = options.origin.empty() ? map.origin : options.origin;
   if (!o.empty()) out.write("map.geojson", geojson_text(map, {o[0], o[1], o[2]}));

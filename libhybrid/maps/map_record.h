@@ -22,12 +22,13 @@ struct MapLandmark : KnownLandmark {
 
 /// A keyframe of a stored map.
 struct MapKeyframe {
-  std::size_t row = 0;  ///< step of the log
-  double time = 0;      ///< [s]
+  std::size_t row = 0;    ///< step of the log
+  double time = 0;        ///< [s]
+  std::size_t robot = 0;  ///< in MapSession::robots
   Eigen::Isometry3d T_map_robot = Eigen::Isometry3d::Identity();
 };
 
-/// One run over one log.
+/// One run over one log, or over those of several robots.
 struct MapSession {
   int id = 0;
   std::string mode;           ///< build, extend, localize or join
@@ -36,7 +37,8 @@ struct MapSession {
   std::string command;        ///< its name and arguments
   std::string configuration;  ///< settings in effect, JSON
   std::vector<std::pair<std::string, std::string>> inputs;  ///< files and their SHA-256
-  std::vector<MapKeyframe> keyframes;
+  std::vector<std::string> robots;     ///< their names; empty where there is but one without a name
+  std::vector<MapKeyframe> keyframes;  ///< of all robots, in the order of time
 };
 
 /// All that a map file holds.

@@ -50,9 +50,16 @@ class Globe {
 
 }  // namespace
 
-Trajectory trajectory_of(const MapSession& session) {
-  Trajectory out;
-  for (const MapKeyframe& k : session.keyframes) out.push_back({k.time, to_mrpt(k.T_map_robot)});
+std::vector<MapWay> ways_of(const MapRecord& map) {
+  std::vector<MapWay> out;
+  for (const MapSession& session : map.sessions) {
+    const std::size_t first = out.size();
+    for (const std::string& robot : session.robots) out.push_back({session.id, robot, {}});
+    if (session.robots.empty()) out.push_back({session.id, "", {}});
+    for (const MapKeyframe& k : session.keyframes) {
+      out[first + k.robot].poses.push_back({k.time, to_mrpt(k.T_map_robot)});
+    }
+  }
   return out;
 }
 
@@ -62,9 +69,16 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
   out.is_3d = map.is_3d;
   out.in_known_map = true;
   out.class_names = map.class_names;
-  for (const MapSession& session : map.sessions) {
-    for (const TimedPose& pose : trajectory_of(session)) out.trajectory.push_back(pose);
+  const std::vector<MapWay> ways = ways_of(map);
+  for (const MapWay& way : ways) {
+    RobotPath path{way.robot.empty() ? fmt::format("session {}", way.session) : way.robot, {}};
+    for (const TimedPose& pose : way.poses) {
+      path.keyframes.push_back(out.trajectory.size());
+      out.trajectory.push_back(pose);
+    }
+    out.robots.push_back(std::move(path));
   }
+  if (ways.size() == 1 && ways.front().robot.empty()) out.robots.clear();
   for (const MapLandmark& l : map.landmarks) {
     if (!exists(l)) continue;
     LandmarkEstimate landmark;
@@ -95,14 +109,17 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
                         {"geometry", {{"type", "Point"}, {"coordinates", globe(l.position)}}},
                         {"properties", std::move(properties)}});
   }
-  for (const MapSession& session : map.sessions) {
-    if (session.keyframes.size() < 2) continue;
+  for (const MapWay& way : ways_of(map)) {
+    if (way.poses.size() < 2) continue;
     Json line = Json::array();
-    for (const MapKeyframe& k : session.keyframes)
-      line.push_back(globe(k.T_map_robot.translation()));
+    for (const TimedPose& pose : way.poses) line.push_back(globe(point_of(pose.pose)));
+    const auto session = std::find_if(map.sessions.begin(), map.sessions.end(),
+                                      [&](const MapSession& s) { return s.id == way.session; });
+    Json properties = {{"session", way.session}, {"mode", session->mode}};
+    if (!way.robot.empty()) properties["robot"] = way.robot;
     features.push_back({{"type", "Feature"},
                         {"geometry", {{"type", "LineString"}, {"coordinates", std::move(line)}}},
-                        {"properties", {{"session", session.id}, {"mode", session.mode}}}});
+                        {"properties", std::move(properties)}});
   }
   const Json all = {{"type", "FeatureCollection"}, {"features", std::move(features)}};
   return all.dump(1) + "\n";

@@ -17,13 +17,21 @@ struct MapOrigin {
   double direction = 0;                ///< of its x axis, counter-clockwise from east [deg]
 };
 
-/// The keyframes of a session.
-Trajectory trajectory_of(const MapSession& session);
+/// The keyframes of one robot in one session.
+struct MapWay {
+  int session = 0;
+  std::string robot;  ///< empty where it has no name
+  Trajectory poses;
+};
 
-/// The landmarks that exist and the keyframes of all sessions, one after the other.
+/// Those of all sessions and robots, in this order.
+std::vector<MapWay> ways_of(const MapRecord& map);
+
+/// The landmarks that exist, and all ways; each robot has one colour, and where there are several
+/// sessions each of robots without a name.
 MapResult result_of(const MapRecord& map, const std::string& title);
 
-/// Landmarks that exist as points and the way of each session as a line (RFC 7946).
+/// Landmarks that exist as points, and each way as a line (RFC 7946).
 std::string geojson_text(const MapRecord& map, const MapOrigin& origin);
 
 /// Landmarks that exist as a point cloud: x y z [m], number of the class (-1: none), id.

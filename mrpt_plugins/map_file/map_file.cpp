@@ -77,9 +77,9 @@ int pragma(SQLite::Database& database, const char* name) {
 void check(SQLite::Database& database) {
   const int id = pragma(database, "application_id"), version = pragma(database, "user_version");
   if (id != map_schema::kApplicationId) throw Error("is no map: a SQLite database of another kind");
-  if (version != map_schema::kVersion) {
+  if (version < 1 || version > map_schema::kVersion) {
     throw Error(
-        fmt::format("is a map of format {}, this program reads format {}; use the version "
+        fmt::format("is a map of format {}, this program reads formats 1 to {}; use the version "
                     "that wrote it",
                     version, map_schema::kVersion));
   }
@@ -152,6 +152,7 @@ template <class Work>
 void MapFile::transaction(const Work& work) {
   about_map(file_, [&] {
     SQLite::Transaction all(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    if (pragma(*database_, "user_version") == 1) database_->exec(map_schema::kFromVersion1);
     work();
     all.commit();
   });

@@ -21,7 +21,7 @@ class Database;
 namespace HYBRID_API hybrid {
 
 /// Reads a map file, a SQLite database as docs/map_format.md says. Throws Error that names the file
-/// where it is missing, no map, damaged, of another version of the format, or contradicts itself.
+/// where it is missing, no map, damaged, of a later version of the format, or contradicts itself.
 MapRecord read_map(const std::filesystem::path& file);
 
 /// A landmark of a session that is not complete.

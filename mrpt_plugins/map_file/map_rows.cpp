@@ -6,6 +6,7 @@
 #include <SQLiteCpp/Statement.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <tuple>
@@ -70,9 +71,21 @@ void read_sessions(Database& database, MapRecord& out) {
     session_of(inputs.getColumn(0).getInt())
         .inputs.emplace_back(inputs.getColumn(1).getString(), inputs.getColumn(2).getString());
   }
+  const bool knows_robots = database.execAndGet("PRAGMA user_version").getInt() > 1;
+  if (knows_robots) {
+    Statement robots(database, "SELECT session, number, name FROM robot ORDER BY session, number");
+    while (robots.executeStep()) {
+      MapSession& session = session_of(robots.getColumn(0).getInt());
+      if (robots.getColumn(1).getInt64() != number(session.robots.size())) {
+        throw Error(fmt::format("session {} lacks robot {}", session.id, session.robots.size()));
+      }
+      session.robots.push_back(robots.getColumn(2).getString());
+    }
+  }
   Statement keyframes(database,
-                      "SELECT session, number, row, time, x, y, z, qx, qy, qz, qw FROM keyframe "
-                      "ORDER BY session, number");
+                      fmt::format("SELECT session, number, row, time, x, y, z, qx, qy, qz, qw, {} "
+                                  "FROM keyframe ORDER BY session, number",
+                                  knows_robots ? "robot" : "0"));
   while (keyframes.executeStep()) {
     const auto real = [&](int column) { return keyframes.getColumn(column).getDouble(); };
     MapSession& session = session_of(keyframes.getColumn(0).getInt());
@@ -89,6 +102,12 @@ void read_sessions(Database& database, MapRecord& out) {
                               session.keyframes.size(), session.id));
     }
     k.T_map_robot = Eigen::Translation3d(real(4), real(5), real(6)) * q.normalized();
+    const std::int64_t robot = keyframes.getColumn(11).getInt64();
+    if (robot < 0 || robot >= std::max<std::int64_t>(1, number(session.robots.size()))) {
+      throw Error(fmt::format("keyframe {} of session {} is of a robot {} that is not there",
+                              session.keyframes.size(), session.id, robot));
+    }
+    k.robot = static_cast<std::size_t>(robot);
     session.keyframes.push_back(k);
   }
 }
@@ -252,17 +271,21 @@ void write_session(Database& database, const MapSession& session) {
   for (std::size_t i = 0; i < session.inputs.size(); ++i) {
     run(input, session.id, number(i), session.inputs[i].first, session.inputs[i].second);
   }
+  Statement robot(database, "INSERT INTO robot VALUES (?, ?, ?)");
+  for (std::size_t i = 0; i < session.robots.size(); ++i) {
+    run(robot, session.id, number(i), session.robots[i]);
+  }
 }
 
 void write_keyframes(Database& database, int session,
                      const std::vector<std::pair<std::size_t, MapKeyframe>>& keyframes) {
   Statement row(database,
-                "INSERT OR REPLACE INTO keyframe VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+                "INSERT OR REPLACE INTO keyframe VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   for (const auto& [n, k] : keyframes) {
     const Eigen::Vector3d p = k.T_map_robot.translation();
     const Eigen::Quaterniond q(k.T_map_robot.linear());
     run(row, session, number(n), number(k.row), k.time, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
-        q.w());
+        q.w(), number(k.robot));
   }
 }
 
@@ -283,8 +306,8 @@ void write_drafts(Database& database, const std::vector<DraftLandmark>& landmark
 }
 
 void write_rows(Database& database, const MapRecord& record) {
-  for (const char* table : {"draft", "prior", "landmark_class", "landmark", "keyframe", "input",
-                            "class", "session", "map"}) {
+  for (const char* table : {"draft", "prior", "landmark_class", "landmark", "keyframe", "robot",
+                            "input", "class", "session", "map"}) {
     database.exec(fmt::format("DELETE FROM {}", table));
   }
   write_kind(database, record);

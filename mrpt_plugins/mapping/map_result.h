@@ -41,6 +41,7 @@ struct StepRecord : UpdateWork {
   double plugin_ms = 0;       ///< wall time of the plugins, association included
   double cost = 0;            ///< half the weighted squared error of the continuous factors
   std::size_t landmarks = 0;  ///< in the map after the step
+  std::size_t robot = 0;      ///< of several, the one whose keyframe it is
 };
 
 /// Estimated parameters of the robot: the pose of a sensor, or scale and drift of odometry.

@@ -33,7 +33,7 @@ Mapper::Mapper(std::vector<RobotOptions> robots,
                std::unique_ptr<Backend> backend, bool is_3d, Loss loss)
     : sightings_(loss), plugins_(std::move(plugins)), backend_(std::move(backend)), is_3d_(is_3d) {
   if (robots.size() > 1 && !backend_->keeps_all()) {
-    throw SettingsError("several robots need [solver] mode = incremental or batch, not " +
+    throw SettingsError("several robots need [solver] mode = bounded, incremental or batch, not " +
                         backend_->mode());
   }
   const std::size_t modes = robots.front().motion.modes.size();
@@ -198,7 +198,8 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
 StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report) const {
   return {report,        static_cast<int>(steps_.size()) - 1,
           keyframe.time, plugin_ms_,
-          report.cost,   landmarks_.size()};
+          report.cost,   landmarks_.size(),
+          robot_};
 }
 
 BackendReport Mapper::finish() {

@@ -73,6 +73,10 @@ class Mapper {
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }
   /// Time of a pose [s].
   double time_of(std::size_t pose) const { return steps_[pose].time; }
+  /// Of which robot a pose is.
+  std::size_t robot_of(std::size_t pose) const { return steps_[pose].robot; }
+  /// Names of the robots; empty where there is but one without a name.
+  std::vector<std::string> robot_names() const;
   /// Tangent covariance of each pose, 3x3 or 6x6, at the present estimate; empty if not known.
   std::vector<Eigen::MatrixXd> pose_covariances() const;
 

@@ -53,6 +53,13 @@ std::vector<std::string> Mapper::class_names() const {
   return {};
 }
 
+std::vector<std::string> Mapper::robot_names() const {
+  std::vector<std::string> names;
+  for (const Robot& robot : robots_) names.push_back(robot.options.name);
+  if (names.front().empty()) names.clear();
+  return names;
+}
+
 MapResult Mapper::result() const {
   MapResult result;
   result.is_3d = is_3d_;

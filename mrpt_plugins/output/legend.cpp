@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 #include "mrpt_plugins/drawing/axes.h"
@@ -91,8 +92,11 @@ namespace {
 void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
                  const Stroke& truth_stroke, const Extent& extent) {
   legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
+  std::set<std::string> named;
   for (const DrawnPath& robot : drawn_paths(result)) {
-    if (!robot.poses.empty()) legend.line(robot.name, robot.stroke);
+    if (!robot.poses.empty() && named.insert(robot.name).second) {
+      legend.line(robot.name, robot.stroke);
+    }
   }
   if (!result.robots.empty()) {
     // Dead reckoning of several is not drawn.

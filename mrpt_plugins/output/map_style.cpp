@@ -21,8 +21,11 @@ std::vector<DrawnPath> drawn_paths(const MapResult& result) {
   std::vector<DrawnPath> out;
   for (std::size_t i = 0; i < result.robots.size(); ++i) {
     const RobotPath& robot = result.robots[i];
+    // A robot that comes again keeps its colour.
+    const auto first = std::find_if(result.robots.begin(), result.robots.end(),
+                                    [&](const RobotPath& r) { return r.name == robot.name; });
     Stroke stroke = map_style::kEstimate;
-    stroke.color = colors[i % colors.size()];
+    stroke.color = colors[static_cast<std::size_t>(first - result.robots.begin()) % colors.size()];
     if (!robot.keyframes.empty()) {
       out.push_back({robot.name, part_of(result.trajectory, robot), stroke});
     }

@@ -176,10 +176,14 @@ Json summary_json(const Summary& s) {
   out["warnings"] = s.warnings;
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
-  if (s.uses_map) out["localized_at"] = s.localized_at ? Json(*s.localized_at) : Json();
+  const auto localized = [](const std::optional<std::size_t>& at) {
+    return at ? Json(*at) : Json();
+  };
+  if (s.uses_map && s.robots.size() < 2) out["localized_at"] = localized(s.localized_at);
   if (s.truth) out["truth"] = to_json(*s.truth);
   for (const RobotSummary& robot : s.robots) {
     Json entry = {{"name", robot.name}, {"rawlog", robot.rawlog}, {"keyframes", robot.keyframes}};
+    if (s.uses_map) entry["localized_at"] = localized(robot.localized_at);
     if (robot.truth) entry["truth"] = to_json(*robot.truth);
     out["robots"].push_back(std::move(entry));
   }

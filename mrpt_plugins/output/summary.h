@@ -53,7 +53,8 @@ struct TruthSummary {
 struct RobotSummary {
   std::string name, rawlog;
   std::size_t keyframes = 0;
-  std::optional<TruthSummary> truth;  ///< errors of its path
+  std::optional<TruthSummary> truth;        ///< errors of its path
+  std::optional<std::size_t> localized_at;  ///< its keyframe, where there is a map; else unused
 };
 
 /// The content of a replay's summary.json.
@@ -79,7 +80,7 @@ struct Summary {
   std::vector<CalibrationEstimate> calibration;
   std::map<std::string, std::size_t> modes;  ///< mode of motion -> number of motions
   bool uses_map = false;                     ///< the log is localised in a given map
-  std::optional<std::size_t> localized_at;   ///< keyframe; none: not localised in the map
+  std::optional<std::size_t> localized_at;   ///< keyframe; none: not localised; of one robot only
   std::optional<TruthSummary> truth;
   std::vector<RobotSummary> robots;  ///< where there are several
 };

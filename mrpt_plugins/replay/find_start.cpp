@@ -12,12 +12,14 @@
 
 namespace hybrid {
 
-std::optional<FoundStart> find_start(const ReplayRequest& request, const MapRecord& map,
-                                     double odds) {
+std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
+                                     const MapRecord& map, double odds) {
   const auto ini = open_config(request);
   ReplaySettings settings = read_settings(*ini, request);
+  settings.robots = {std::move(settings.robots[robot])};
   LogMerge source = open_logs(settings);
   Mapper mapper = make_mapper(settings, source.is_3d());
+  if (!map.class_names.empty()) mapper.adopt({map.class_names, {}, {}});
   Localizer localizer(map, odds);
   return about({settings.robots.front().rawlog}, [&]() -> std::optional<FoundStart> {
     for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {

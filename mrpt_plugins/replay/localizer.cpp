@@ -8,6 +8,7 @@
 #include <functional>
 #include <utility>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/sensor_view.h"
@@ -176,7 +177,12 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) const {
   for (const Landmark* l : landmarks) {
     if (l->class_key) classes.push_back(*l->class_key);
   }
-  Uncertainty known = backend.uncertainty({}, classes);
+  Uncertainty known;
+  try {
+    known = backend.uncertainty({}, classes);
+  } catch (const Error&) {
+    return std::nullopt;  // linearised too far from the estimate to tell; later ones will
+  }
   question.class_log_likelihood_ratio.setZero(static_cast<Eigen::Index>(landmarks.size()),
                                               static_cast<Eigen::Index>(there_.size()));
   for (std::size_t i = 0; i < landmarks.size(); ++i) {

@@ -8,7 +8,6 @@
 #include <algorithm>
 
 #include "mrpt_plugins/bridge/about_file.h"
-#include "mrpt_plugins/bridge/detail/standard_input.h"
 
 namespace hybrid {
 
@@ -25,55 +24,46 @@ MapPlace::MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
   if (mode != "bounded" && mode != "incremental") {
     throw Error(options_.file + ": a map file needs [solver] mode = bounded or incremental");
   }
-  run_.emplace(options_, provenance(), request.resume, is_3d);
-  if (run_->map().landmarks.empty()) return;
-  if (const auto given = given_start(options_.start, is_3d)) {
-    given_ = true;
-    found_ = FoundStart{*given, 0};
-  } else if (is_standard_input(settings.robots.front().rawlog)) {
-    throw Error(options_.file +
-                ": the place in it is found by reading the log before, which standard input does "
-                "not allow; give [map] start");
-  } else {
-    found_ = find_start(with_chosen_plugins(request, settings), run_->map(), options_.odds);
-  }
+  std::vector<std::string> logs;
+  for (const RobotSettings& robot : settings.robots) logs.push_back(robot.rawlog);
+  run_.emplace(options_, provenance(), logs, request.resume, is_3d);
 }
 
-std::optional<KnownStart> MapPlace::start() const {
-  return found_ ? std::make_optional(found_->start) : std::nullopt;
+const MapRecord& MapPlace::map() const {
+  static const MapRecord none;
+  return run_ ? run_->map() : none;
 }
 
-void MapPlace::enter(Mapper& mapper) {
-  if (!run_ || lost()) return;
+void MapPlace::enter(Mapper& mapper, bool found) {
+  if (!run_) return;
+  lost_ = !found && !run_->map().landmarks.empty();
+  if (lost_) return;
   about(std::vector<std::string>{options_.file}, [&] {
-    if (found_) mapper.adopt(known_map(run_->map()));
-    run_->begin();
+    if (found) mapper.adopt(known_map(run_->map()));
+    run_->begin(mapper.robot_names());
     return 0;
   });
 }
 
-void MapPlace::added(std::size_t keyframe, Mapper& mapper) {
-  if (!run_ || lost()) return;
-  if (found_ && !given_ && keyframe == found_->keyframe) mapper.forget_start();
-  run_->added(mapper);
+void MapPlace::added(const Mapper& mapper) {
+  if (writes()) run_->added(mapper);
 }
 
 void MapPlace::pause(const Mapper& mapper) {
-  if (run_ && !lost()) run_->pause(mapper);
+  if (writes()) run_->pause(mapper);
 }
 
 void MapPlace::tell(MapResult& result, Summary& summary) const {
   if (!run_) return;
   summary.uses_map = true;
-  if (found_) summary.localized_at = found_->keyframe;
-  if (lost() && summary.status == "ok") {
+  if (lost_ && summary.status == "ok") {
     summary.status = "partial";
     summary.message = fmt::format(
         "not found in {}: no place of it stands out, so the frame is that of the first pose and "
         "the map is as it was",
         options_.file);
   }
-  if (!run_->localizes() || lost()) return;
+  if (!localizes()) return;
   const auto& known = run_->map().landmarks;
   auto& all = result.landmarks;
   all.erase(std::remove_if(all.begin(), all.end(),
@@ -87,7 +77,7 @@ void MapPlace::tell(MapResult& result, Summary& summary) const {
 
 void MapPlace::finish(const Mapper& mapper, const MapResult& result,
                       const std::function<void()>& show) {
-  if (run_ && !lost()) {
+  if (writes()) {
     run_->finish(mapper, result, show);
   } else {
     show();

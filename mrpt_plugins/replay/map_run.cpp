@@ -80,7 +80,8 @@ MapRecord record_of(const Mapper& mapper, const MapResult& result) {
   return out;
 }
 
-MapRun::MapRun(const MapOptions& options, const Provenance& provenance, bool resume, bool is_3d)
+MapRun::MapRun(const MapOptions& options, const Provenance& provenance,
+               const std::vector<std::string>& logs, bool resume, bool is_3d)
     : options_(options), session_(session_of(provenance)), is_3d_(is_3d) {
   session_.mode = options_.mode;
   if (options_.localizes()) {
@@ -91,7 +92,7 @@ MapRun::MapRun(const MapOptions& options, const Provenance& provenance, bool res
     map_ = file_->record();
   }
   try {
-    choose_mode(resume);
+    choose_mode(logs, resume);
   } catch (const Error& e) {
     throw Error(options_.file + ": " + e.what());
   }
@@ -110,7 +111,22 @@ bool MapRun::same_run(const MapSession& other) const {
          std::count(here.begin(), here.end(), "") == 0;
 }
 
-void MapRun::choose_mode(bool resume) {
+/// Throws Error where a log is in the map already.
+void MapRun::refuse_again(const std::vector<std::string>& logs) const {
+  for (const auto& [path, sha256] : session_.inputs) {
+    if (sha256.empty() || std::find(logs.begin(), logs.end(), path) == logs.end()) continue;
+    for (const MapSession& s : map_.sessions) {
+      const bool known =
+          std::any_of(s.inputs.begin(), s.inputs.end(),
+                      [&own = sha256](const auto& input) { return input.second == own; });
+      if (!known) continue;
+      throw Error(fmt::format("session {} mapped {} already: what it measured would count twice",
+                              s.id, path));
+    }
+  }
+}
+
+void MapRun::choose_mode(const std::vector<std::string>& logs, bool resume) {
   auto& sessions = map_.sessions;
   if (!sessions.empty() && map_.is_3d != is_3d_) {
     throw Error(fmt::format("is a map {}, but the log is {}; [map] dimension = {} may help",
@@ -147,25 +163,18 @@ void MapRun::choose_mode(bool resume) {
   if (session_.mode != "build" && map_.landmarks.empty()) {
     throw Error(fmt::format("holds no landmark to {} from; build it first", session_.mode));
   }
-  if (session_.mode != "extend") return;
-  for (const MapSession& s : sessions) {
-    if (same_run(s)) {
-      throw Error(
-          fmt::format("session {} mapped this log already: what it measured would count "
-                      "twice",
-                      s.id));
-    }
-  }
+  if (session_.mode == "extend" && !resumed_) refuse_again(logs);
 }
 
-void MapRun::begin() {
+void MapRun::begin(const std::vector<std::string>& robots) {
   if (!file_) return;
   begun_ = true;
+  session_.robots = robots;
   if (!resumed_) session_.id = file_->begin(session_, is_3d_);
 }
 
 MapKeyframe MapRun::keyframe(const Mapper& mapper, std::size_t i) const {
-  return {mapper.log_rows()[i], mapper.time_of(i),
+  return {mapper.log_rows()[i], mapper.time_of(i), mapper.robot_of(i),
           isometry_at(mapper.backend().values(), Key(key_letter::kPose, i))};
 }
 

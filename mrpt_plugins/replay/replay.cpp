@@ -72,14 +72,15 @@ std::optional<Keyframe> next_keyframe(LogMerge& source, int& signal) {
 }
 
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
-Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, const Team& team,
+Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, Team& team,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
                RunReport& report) {
   int signal = 0;
   std::size_t keyframes = 0;
   while (const auto keyframe = next_keyframe(source, signal)) {
     const StepRecord& step = mapper.add(*keyframe);
-    place.added(keyframes, mapper);
+    team.added(keyframe->robot, mapper);
+    place.added(mapper);
     ++keyframes;
     std::string line = report.watch(mapper, step, *keyframe);
     if (progress) {
@@ -93,7 +94,6 @@ Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, const Team& te
     throw Error(source.message().empty() ? "the log holds no frame to map" : source.message());
   }
   if (signal != 0) place.pause(mapper);
-  team.settle(mapper);
   return {mapper.finish(), signal};
 }
 
@@ -172,8 +172,9 @@ Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& 
   return summary;
 }
 
-/// Says which robots were left out.
+/// Says when the place of a single robot was known, and which robots were left out.
 void tell(const Team& team, Summary& summary) {
+  if (team.is_in_map()) summary.localized_at = team.known_at(0);
   if (team.message().empty()) return;
   if (summary.status == "ok") summary.status = "partial";
   summary.message += (summary.message.empty() ? "" : "; ") + team.message();
@@ -217,10 +218,11 @@ bool is_empty(const TruthSummary& truth) {
 /// What the summary says of each of several robots.
 std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
                                           const std::vector<RobotPart>& parts,
-                                          const std::vector<Truth>& truths) {
+                                          const std::vector<Truth>& truths, const Team& team) {
   std::vector<RobotSummary> out;
   for (std::size_t i = 0; i < parts.size() && !parts.front().name.empty(); ++i) {
-    RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}};
+    RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}, {}};
+    if (team.is_in_map()) robot.localized_at = team.known_at(i);
     TruthSummary truth = compare_path(truths[i], parts[i]);
     truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);
     if (!is_empty(truth)) robot.truth = std::move(truth);
@@ -243,8 +245,9 @@ Provenance provenance(const ReplayRequest& request, const ReplaySettings& settin
   };
   const RobotSettings& first = settings.robots.front();
   add_log(first);
-  for (const std::string& path : {request.config, first.truth_path, settings.truth_map,
-                                  settings.truth_movers, first.truth_associations, first.truth_modes}) {
+  for (const std::string& path :
+       {request.config, first.truth_path, settings.truth_map, settings.truth_movers,
+        first.truth_associations, first.truth_modes}) {
     provenance.add_input(path);
   }
   for (std::size_t i = 1; i < settings.robots.size(); ++i) {
@@ -287,23 +290,23 @@ ReplayOutcome replay(const ReplayRequest& request,
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
-  if (request.report && settings.robots.size() > 1) {
-    throw Error("--report shows the run of one robot; there are several");
-  }
-  const Team team(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
   Film film(request.video, out);
-  Movie movie = make_movie(request, settings);
   LogMerge source = open_logs(settings);
   const bool is_3d = source.is_3d();
   MapPlace place(
       request, settings, [&] { return provenance(request, settings, ini); }, is_3d);
-  if (const auto start = place.start()) settings.robots.front().options.motion.start = start;
+  Team team(request, settings, place.map(), is_3d);
+  if (!team.message().empty()) {  // robots were left out
+    truths = read_truths(settings);
+    source = open_logs(settings);
+  }
+  Movie movie = make_movie(request, settings);
   const Plugins plugins = settings.plugins;
   Mapper mapper = make_mapper(settings, is_3d);
-  place.enter(mapper);
-  RunReport report(request, settings.robots.front().rawlog, out);
+  place.enter(mapper, team.is_in_map());
+  RunReport report(request, settings, out);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
   const auto [last, signal] =
@@ -327,7 +330,7 @@ ReplayOutcome replay(const ReplayRequest& request,
     summary.truth->modes = mode_score(settings.robots.front().truth_modes, parts.front());
   }
   if (is_empty(*summary.truth)) summary.truth.reset();
-  summary.robots = robot_summaries(settings, parts, truths);
+  summary.robots = robot_summaries(settings, parts, truths, team);
   summary.provenance = provenance(request, settings, ini);
   const auto warn = [&](const std::vector<std::string>& warnings) {
     summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
@@ -342,14 +345,14 @@ ReplayOutcome replay(const ReplayRequest& request,
   }
   warn(write_map(out, result, mapper.backend()));
   write_paths(out, parts, truths);
-  if (place.localizes()) write_covariances(out, parts.front());
+  if (place.localizes()) write_covariances(out, parts);
   summary.total_s = seconds_since(start);
   if (request.pictures) {
     warn(write_pictures(out, result, truth));
     write_error_plots(out, parts, truths);
   }
   warn(write_extras(request, out, result, truth, mapper, movie, film));
-  report.write(result, truths.front(), mapper.log_rows(), summary_json(summary));
+  report.write(result, parts, truths, summary_json(summary));
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
   if (signal != 0) {

@@ -61,9 +61,11 @@ void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts
   }
 }
 
-void write_covariances(const OutputDirectory& out, const RobotPart& part) {
-  out.write("trajectory_covariances.csv",
-            covariances_csv(part.result.trajectory, part.covariances, part.result.is_3d));
+void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts) {
+  for (const RobotPart& part : parts) {
+    out.write(file_of(part, "trajectory_covariances.csv"),
+              covariances_csv(part.result.trajectory, part.covariances, part.result.is_3d));
+  }
 }
 
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,

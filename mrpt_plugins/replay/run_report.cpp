@@ -11,9 +11,10 @@
 
 namespace hybrid {
 
-RunReport::RunReport(const ReplayRequest& request, const std::string& rawlog,
+RunReport::RunReport(const ReplayRequest& request, const ReplaySettings& settings,
                      const OutputDirectory& out)
-    : version_(request.provenance.version), page_(request.report), out_(out), photographs_(rawlog) {
+    : version_(request.provenance.version), page_(request.report), out_(out) {
+  for (const RobotSettings& robot : settings.robots) rawlogs_.push_back(robot.rawlog);
   if (request.stream) lines_.emplace();
   if (!request.events && !request.report) return;
   events_ = out.open("events.jsonl");
@@ -27,11 +28,11 @@ RunReport::RunReport(const ReplayRequest& request, const std::string& rawlog,
 void RunReport::begin(Mapper& mapper, const std::string& title) {
   if (!recorder_) return;
   mapper.keep_events();
-  recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2);
+  recorder_->begin(version_, title, mapper.is_3d() ? 3 : 2, mapper.robot_names());
 }
 
 std::string RunReport::watch(Mapper& mapper, const StepRecord& step, const Keyframe& keyframe) {
-  if (page_) photographs_.add(step.keyframe, keyframe.observations);
+  if (page_) photographs_.add(step.keyframe, keyframe.observations, rawlogs_[keyframe.robot]);
   if (recorder_) recorder_->keyframe(mapper, step);
   return lines_ ? lines_->line(mapper, step) : "";
 }
@@ -42,17 +43,19 @@ void RunReport::finish(Mapper& mapper, const MapResult& result, double objective
   events_->close();
 }
 
-void RunReport::write(const MapResult& result, const Truth& truth,
-                      const std::vector<std::size_t>& log_rows,
+void RunReport::write(const MapResult& result, const std::vector<RobotPart>& parts,
+                      const std::vector<Truth>& truths,
                       const nlohmann::ordered_json& summary) const {
   if (!page_) return;
   const nlohmann::ordered_json photographs = photographs_.json();
-  MapReport report{result, truth.get(), recorder_->record(), photographs, summary, {}, {}, {}};
-  if (!truth.get().path.empty()) {
-    Truth::Pairs pairs = truth.pairs(result.trajectory, log_rows);
-    report.times = std::move(pairs.times);
-    report.estimated = std::move(pairs.poses);
-    report.reckoned = truth.pairs(result.dead_reckoning, log_rows).poses;
+  const GroundTruth truth = joint_truth(truths);
+  MapReport report{result, truth, recorder_->record(), photographs, summary, {}};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    Truth::Pairs pairs = truths[i].pairs(part.result.trajectory, part.log_rows);
+    report.paths.push_back({part.name, std::move(pairs.times), std::move(pairs.poses),
+                            truths[i].pairs(part.result.dead_reckoning, part.log_rows).poses});
   }
   out_.write("report.html", report_page(map_report_json(report)));
 }

@@ -54,14 +54,14 @@ std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step) {
     if (told != text) changed.push_back(std::move(now));
     told = std::move(text);
   }
-  const Json out = {{"keyframe", step.keyframe},
-                    {"time", step.time},
-                    {"pose", pose_json(pose_at(mapper.backend().values(), pose), mapper.is_3d())},
-                    {"landmarks", step.landmarks},
-                    {"objective", step.objective_after},
-                    {"cost", step.cost},
-                    {"changed", changed},
-                    {"removed", removed}};
+  Json out = {{"keyframe", step.keyframe}, {"time", step.time}};
+  if (const auto robots = mapper.robot_names(); !robots.empty()) out["robot"] = robots[step.robot];
+  out["pose"] = pose_json(pose_at(mapper.backend().values(), pose), mapper.is_3d());
+  out["landmarks"] = step.landmarks;
+  out["objective"] = step.objective_after;
+  out["cost"] = step.cost;
+  out["changed"] = std::move(changed);
+  out["removed"] = std::move(removed);
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -59,17 +59,25 @@ double median_interval(const Trajectory& path) {
   return *middle;
 }
 
-/// The true path, with gaps where it was not known, as without satellites.
+/// Adds a true path, with gaps before it and where it was not known, as without satellites.
+void add_path(const Trajectory& known, std::vector<Eigen::Vector3d>& path) {
+  const Eigen::Vector3d gap = Eigen::Vector3d::Constant(std::nan(""));
+  if (!path.empty()) path.push_back(gap);
+  const std::size_t every = 1 + known.size() / kMostTruePoses;
+  const double longest = kGap * median_interval(known);
+  for (std::size_t i = 0; i < known.size(); i += every) {
+    const bool lost =
+        i > 0 && known[i].time - known[i - every].time > longest * static_cast<double>(every);
+    if (lost) path.push_back(gap);
+    path.push_back(point_of(known[i].pose));
+  }
+}
+
+/// The true paths and landmarks.
 Json truth_json(const GroundTruth& truth, bool is_3d) {
   std::vector<Eigen::Vector3d> path;
-  const std::size_t every = 1 + truth.path.size() / kMostTruePoses;
-  const double longest = kGap * median_interval(truth.path);
-  for (std::size_t i = 0; i < truth.path.size(); i += every) {
-    const bool gap = i > 0 && truth.path[i].time - truth.path[i - every].time >
-                                  longest * static_cast<double>(every);
-    if (gap) path.push_back(Eigen::Vector3d::Constant(std::nan("")));
-    path.push_back(point_of(truth.path[i].pose));
-  }
+  add_path(truth.path, path);
+  for (const Trajectory& other : truth.others) add_path(other, path);
   Json landmarks = Json::array();
   for (const TrueLandmark& l : truth.landmarks) {
     landmarks.push_back({{"id", l.id},
@@ -83,25 +91,45 @@ double distance(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) {
   return (point_of(a) - point_of(b)).norm();
 }
 
-/// Errors of position over time: of the estimate as it is and after the best rigid motion onto the
-/// truth, and of odometry alone.
+/// Errors of position over time, of each robot: of the estimate as it is and after the best rigid
+/// motion of all paths onto the truth, and of odometry alone.
 Json errors_json(const MapReport& report) {
-  Json out = {{"t", Json::array()},
-              {"estimate", Json::array()},
-              {"aligned", Json::array()},
-              {"reckoned", Json::array()}};
-  if (report.estimated.empty()) return out;
-  const mrpt::poses::CPose3D T = alignment(report.estimated);
-  for (std::size_t i = 0; i < report.estimated.size(); ++i) {
-    const PosePair& pair = report.estimated[i];
-    out["t"].push_back(decimals(report.times[i] - report.result.trajectory.front().time, 3));
-    out["estimate"].push_back(decimals(distance(pair.estimate, pair.truth)));
-    out["aligned"].push_back(decimals(distance(T + pair.estimate, pair.truth)));
-    if (i >= report.reckoned.size()) continue;
-    out["reckoned"].push_back(
-        decimals(distance(report.reckoned[i].estimate, report.reckoned[i].truth)));
+  std::vector<PosePair> all;
+  for (const PathPairs& path : report.paths) {
+    all.insert(all.end(), path.estimated.begin(), path.estimated.end());
+  }
+  Json out = Json::array();
+  if (all.empty()) return out;
+  const mrpt::poses::CPose3D T = alignment(all);
+  for (const PathPairs& path : report.paths) {
+    Json own = {{"robot", path.robot},
+                {"t", Json::array()},
+                {"estimate", Json::array()},
+                {"aligned", Json::array()},
+                {"reckoned", Json::array()}};
+    for (std::size_t i = 0; i < path.estimated.size(); ++i) {
+      const PosePair& pair = path.estimated[i];
+      own["t"].push_back(decimals(path.times[i] - report.result.trajectory.front().time, 3));
+      own["estimate"].push_back(decimals(distance(pair.estimate, pair.truth)));
+      own["aligned"].push_back(decimals(distance(T + pair.estimate, pair.truth)));
+      if (i >= path.reckoned.size()) continue;
+      own["reckoned"].push_back(
+          decimals(distance(path.reckoned[i].estimate, path.reckoned[i].truth)));
+    }
+    out.push_back(std::move(own));
   }
   return out;
+}
+
+/// The robots, and which of them each pose is of; no names where there is but one without a name.
+Json robots_json(const MapResult& result) {
+  std::vector<std::string> names;
+  std::vector<std::size_t> of(result.robots.empty() ? 0 : result.trajectory.size());
+  for (const RobotPath& robot : result.robots) {
+    for (const std::size_t i : robot.keyframes) of[i] = names.size();
+    names.push_back(robot.name);
+  }
+  return {{"names", names}, {"of", of}};
 }
 
 }  // namespace
@@ -113,6 +141,7 @@ Json map_report_json(const MapReport& report) {
               {"title", result.title},
               {"dimension", result.is_3d ? 3 : 2},
               {"classes", result.class_names},
+              {"robots", robots_json(result)},
               {"poses", pose_columns(result.trajectory, result.is_3d)},
               {"reckoned", pose_columns(result.dead_reckoning, result.is_3d)},
               {"landmarks", landmarks_json(result)},

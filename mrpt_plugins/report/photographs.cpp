@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -29,35 +30,37 @@ Json matrix_json(const Eigen::Isometry3d& T) {
   return out;
 }
 
-}  // namespace
-
-Photographs::Photographs(const std::string& rawlog) {
+/// The folder of the images that a log only names.
+std::filesystem::path images_of(const std::string& rawlog) {
   const std::filesystem::path log(rawlog);
+  const auto own = log.parent_path() / (log.stem().string() + "_Images");
   std::error_code error;
-  folder_ = log.parent_path() / (log.stem().string() + "_Images");
-  if (!std::filesystem::is_directory(folder_, error)) folder_ = log.parent_path() / "Images";
-}
-
-void Photographs::add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations) {
-  for (const auto& observation : observations) {
-    const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(observation.get());
-    if (image == nullptr || count_++ % every_ != 0) continue;
-    keep(keyframe, *image);
-    while (bytes_ > kMostBytes && kept_.size() > 1) thin();
-  }
+  return std::filesystem::is_directory(own, error) ? own : log.parent_path() / "Images";
 }
 
 /// The pixels; nothing where they cannot be read. A log may name a file of its folder only.
-std::optional<Image> Photographs::image_in(const mrpt::img::CImage& image) const {
+std::optional<Image> image_in(const mrpt::img::CImage& image, const std::string& rawlog) {
   try {
     if (!image.isExternallyStored()) return image_of(image);
     const std::filesystem::path name = image.getExternalStorageFile();
     if (name != name.filename() || name == "..") return std::nullopt;
     mrpt::img::CImage loaded;
-    if (!loaded.loadFromFile((folder_ / name).string())) return std::nullopt;
+    if (!loaded.loadFromFile((images_of(rawlog) / name).string())) return std::nullopt;
     return image_of(loaded);
   } catch (const std::exception&) {
     return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void Photographs::add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations,
+                      const std::string& rawlog) {
+  for (const auto& observation : observations) {
+    const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(observation.get());
+    if (image == nullptr || count_++ % every_ != 0) continue;
+    keep(keyframe, *image, rawlog);
+    while (bytes_ > kMostBytes && kept_.size() > 1) thin();
   }
 }
 
@@ -76,8 +79,9 @@ std::optional<Photographs::Camera> Photographs::camera_of(
   return Camera{x * from.fx(), y * from.fy(), x * from.cx(), y * from.cy(), T};
 }
 
-void Photographs::keep(int keyframe, const mrpt::obs::CObservationImage& observation) {
-  std::optional<Image> image = image_in(observation.image);
+void Photographs::keep(int keyframe, const mrpt::obs::CObservationImage& observation,
+                       const std::string& rawlog) {
+  std::optional<Image> image = image_in(observation.image, rawlog);
   if (!image) {
     ++unreadable_;
     return;

@@ -7,7 +7,6 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -27,13 +26,12 @@ class Photographs {
   static constexpr int kWidth = 320;                  ///< Wider ones are made smaller [pixels].
   static constexpr std::size_t kMostBytes = 2000000;  ///< Of all together, as JPEG.
 
-  /// Images that a log only names are looked for where MRPT has them: beside F.rawlog in the folder
-  /// F_Images, or else Images.
-  explicit Photographs(const std::string& rawlog);
-
   /// Keeps the images among the observations of a keyframe. Each time they are too many, every
   /// other photograph goes, and of those to come only every second (fourth, eighth ..) is kept.
-  void add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations);
+  /// Images that the log only names are looked for where MRPT has them: beside F.rawlog in the
+  /// folder F_Images, or else Images.
+  void add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations,
+           const std::string& rawlog);
 
   /// For the page; web/src/data.ts has the types.
   nlohmann::ordered_json json() const;
@@ -53,11 +51,10 @@ class Photographs {
 
   static std::optional<Camera> camera_of(const mrpt::obs::CObservationImage& observation,
                                          const Image& small);
-  std::optional<Image> image_in(const mrpt::img::CImage& image) const;
-  void keep(int keyframe, const mrpt::obs::CObservationImage& observation);
+  void keep(int keyframe, const mrpt::obs::CObservationImage& observation,
+            const std::string& rawlog);
   void thin();
 
-  std::filesystem::path folder_;
   std::vector<Photograph> kept_;
   std::size_t bytes_ = 0;       // of those kept
   std::size_t count_ = 0;       // of all so far

@@ -41,12 +41,16 @@ void RunRecorder::tell(const Json& line) const {
   if (line_) line_(line);
 }
 
-void RunRecorder::begin(const std::string& version, const std::string& title, int dimension) {
-  tell({{"event", "run"},
-        {"schema", 1},
-        {"version", version},
-        {"title", title},
-        {"dimension", dimension}});
+void RunRecorder::begin(const std::string& version, const std::string& title, int dimension,
+                        const std::vector<std::string>& robots) {
+  robots_ = robots;
+  Json line = {{"event", "run"},
+               {"schema", 1},
+               {"version", version},
+               {"title", title},
+               {"dimension", dimension}};
+  if (!robots.empty()) line["robots"] = robots;
+  tell(line);
 }
 
 void RunRecorder::keyframe(Mapper& mapper, const StepRecord& step) {
@@ -56,13 +60,13 @@ void RunRecorder::keyframe(Mapper& mapper, const StepRecord& step) {
   believe();
   if (line_) {
     const auto pose = pose_at(mapper.backend().values(), pose_key(keyframe_));
-    tell({{"event", "keyframe"},
-          {"keyframe", keyframe_},
-          {"time", step.time},
-          {"pose", pose_json(pose, mapper.is_3d())},
-          {"landmarks", step.landmarks},
-          {"objective", step.objective_after},
-          {"cost", step.cost}});
+    Json line = {{"event", "keyframe"}, {"keyframe", keyframe_}, {"time", step.time}};
+    if (!robots_.empty()) line["robot"] = robots_[step.robot];
+    line["pose"] = pose_json(pose, mapper.is_3d());
+    line["landmarks"] = step.landmarks;
+    line["objective"] = step.objective_after;
+    line["cost"] = step.cost;
+    tell(line);
   }
   record_.concluded = static_cast<int>(record_.changes.size());
   if (snapshots_ && keyframe_ % every_ == 0) snap(mapper, keyframe_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <sqlite3.h>
+
 #include "mrpt_plugins/map_file/map_file.h"
 #include "tests/apps/map_runner.h"
 
@@ -56,8 +58,10 @@ TEST_F(MapTest, AMapGrowsWithALog) {
   EXPECT_GT(grown, summary_in("first")["landmarks"]);
   EXPECT_NEAR(grown, whole, 4);
   EXPECT_LT(distance("second/trajectory.tum", "whole/trajectory.tum", kBeforeSecond), 0.02);
-  expect_refusal("hybrid-replay " + replay_of("second.rawlog", "a.hmap", "again"), "a.hmap",
-                 "mapped this log already");
+  for (const char* const more : {"", " --set sensor.sigma_range=0.02"}) {
+    expect_refusal("hybrid-replay " + replay_of("second.rawlog", "a.hmap", "again") + more,
+                   "a.hmap", "already: what it measured would count twice");
+  }
 }
 
 TEST_F(MapTest, ARobotIsNotFoundInAnotherMap) {
@@ -145,7 +149,9 @@ TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
       {"text.hmap",
        {"no database at all, but long enough to be read as one by who does not look", "is no map"}},
       {"foreign.hmap", {changed(68, "\1\2\3\4"), "is no map"}},
-      {"later.hmap", {changed(63, "\7"), "format 7"}},
+      {"later.hmap",
+       {changed(63, "\7"), "is a map of format 7, this program reads formats 1 to 2"}},
+      {"before.hmap", {changed(63, std::string(1, '\0')), "is a map of format 0"}},
       {"damaged.hmap", {changed(3 * 4096, std::string(4096, '\x55')), "damaged"}},
       {"short.hmap", {map.substr(0, map.size() / 2), "damaged"}},
   };
@@ -157,6 +163,60 @@ TEST_F(MapTest, RefusesFilesThatAreNoMapsOrDamaged) {
     expect_refusal("hybrid-map join -o " + at("c.hmap") + " " + at("a.hmap") + " " + at(name), name,
                    content.second);
   }
+}
+
+/// Runs SQL on a file, not by way of the library.
+void run_sql(const std::string& file, const char* sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  char* message = nullptr;
+  EXPECT_EQ(sqlite3_exec(database, sql, nullptr, nullptr, &message), SQLITE_OK) << message;
+  sqlite3_free(message);
+  sqlite3_close(database);
+}
+
+int format_of(const std::string& file) {
+  return static_cast<unsigned char>(read_file(file)[63]);
+}
+
+TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  const auto before = info_of("a.hmap");
+  // What the second format has added.
+  run_sql(at("a.hmap"),
+          "DROP TABLE robot; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+  const std::string old = read("a.hmap");
+  EXPECT_EQ(info_of("a.hmap"), before);
+  EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "there") + " --map-mode localize").code,
+            0);
+  EXPECT_EQ(read("a.hmap"), old);
+  const MapRecord first = read_map(at("a.hmap"));
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "second")).code, 0);
+  EXPECT_EQ(format_of(at("a.hmap")), 2);
+  const MapRecord both = read_map(at("a.hmap"));
+  ASSERT_EQ(both.sessions.size(), 2u);
+  ASSERT_EQ(both.sessions[0].keyframes.size(), first.sessions[0].keyframes.size());
+  EXPECT_TRUE(both.sessions[0].keyframes.back().T_map_robot.isApprox(
+      first.sessions[0].keyframes.back().T_map_robot, 1e-12));
+}
+
+TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  run_sql(at("a.hmap"),
+          "DROP TABLE robot; ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
+  expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
+  EXPECT_EQ(format_of(at("a.hmap")), 1);
+  ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);
+  EXPECT_EQ(format_of(at("a.hmap")), 2);
+}
+
+TEST_F(MapTest, AKeyframeOfARobotThatIsNotThereIsAFault) {
+  ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
+  run_sql(at("a.hmap"), "UPDATE keyframe SET robot = 1 WHERE number = 7");
+  expect_refusal("hybrid-map check " + at("a.hmap"), "a.hmap",
+                 "keyframe 7 of session 1 is of a robot 1 that is not there");
 }
 
 TEST_F(MapTest, ExportsWhatOthersRead) {

@@ -61,6 +61,38 @@ TEST_F(MapFaults, AMapOutlivesBeingKilled) {
   }
 }
 
+TEST_F(MapFaults, AMapOfSeveralRobotsOutlivesBeingKilled) {
+  ASSERT_EQ(run_app("hybrid-simulate -c " HYBRID_SOURCE_DIR "/config/simulate_team_demo.ini -o " +
+                    at("team.rawlog"))
+                .code,
+            0);
+  const auto of_two = [this](const std::string& map, const std::string& out) {
+    return "hybrid-replay --no-pictures --set plugins.classes=BearingRangeKnownIds --rawlog " +
+           at("team_anna.rawlog") + " --rawlog " + at("team_bert.rawlog") + " --map " + at(map) +
+           " -o " + at(out);
+  };
+  const auto content_of_two = [this](const std::string& map) {
+    const Ran ran = run_app("hybrid-map export --no-pictures -o " + at("export") + " " + at(map));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return read("export/landmarks.csv") + read("export/trajectory_1_team_anna.tum") +
+           read("export/trajectory_1_team_bert.tum");
+  };
+  ASSERT_EQ(run_app(of_two("whole.hmap", "out")).code, 0);
+  const std::string whole = content_of_two("whole.hmap");
+  const long calls = count({"disk", "9"}, of_two("a.hmap", "counted"));
+  for (const long at_call : {calls / 3, calls / 2, 4 * calls / 5}) {
+    SCOPED_TRACE(at_call);
+    std::filesystem::remove(at("a.hmap"));
+    EXPECT_NE(run_with({"disk", "9", at_call}, of_two("a.hmap", "out")).code, 0);
+    const auto session = info_of("a.hmap")["sessions"][0];
+    ASSERT_FALSE(session["complete"]);
+    ASSERT_EQ(session["robots"].size(), 2u);
+    const Ran ran = run_app(of_two("a.hmap", "again") + " --resume");
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    EXPECT_EQ(content_of_two("a.hmap"), whole);
+  }
+}
+
 TEST_F(MapFaults, AMapOutlivesAFullDisk) {
   ASSERT_EQ(run_app(command("whole.hmap", "out")).code, 0);
   const std::string whole = content("whole.hmap");

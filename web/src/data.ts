@@ -86,18 +86,21 @@ export interface Photograph {
   camera: { f: [number, number]; c: [number, number]; T: number[] } | null;
   jpeg: string;
 }
+/** Errors of the positions of a robot over time. */
+export interface PathErrors { robot: string; t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] }
 
 export interface MapData {
   kind: 'map';
   title: string;
   dimension: number;
   classes: string[];
+  robots: { names: string[]; of: number[] };  // of each pose; no names where there is but one
   poses: Poses;
   reckoned: Poses;
   landmarks: Landmark[];
   truth: { path: Path; landmarks: { id: Id; at: number[]; class: number | null }[] };
   steps: Record<string, number[]>;
-  errors: { t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] };
+  errors: PathErrors[];
   modes: { names: string[]; of: number[] };
   summary: any;
   sightings: Sightings;
@@ -175,6 +178,19 @@ export function snapshotOf(data: MapData, index: number): Snapshot {
   const columns = raw.landmarks.map((axis, d) => sums(axis, origin[d], unit));
   sums(raw.ids, 0, 1).forEach((id, i) => places.set(id, columns.map(c => c[i])));
   return { k: raw.k, path, places };
+}
+
+/** Of which robot a pose is. */
+export const robotAt = (data: MapData, keyframe: number) => data.robots.of[keyframe] ?? 0;
+
+/** Numbers of the robots; one where they have no names. */
+export const robotsOf = (data: MapData) => [...(data.robots.names.length ? data.robots.names : ['']).keys()];
+
+/** The places of a column that are of one robot, where every n-th keyframe has one, the last one being keyframe `last`. */
+export function placesOf(data: MapData, robot: number, length: number, every = 1, last = length - 1): number[] {
+  const out: number[] = [];
+  for (let i = 0; i < length; ++i) if (robotAt(data, Math.min(i * every, last)) === robot) out.push(i);
+  return out;
 }
 
 /** Lists of numbers by an id. */

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-import { MapData } from './data';
+import { MapData, PathErrors } from './data';
 import { el, facts, percent, show } from './dom';
 import { chiSquareShares, histogramPlot } from './histogram';
-import { Plot } from './plots';
+import { robotColor } from './palette';
+import { Plot, Series } from './plots';
 import { State } from './state';
 
 /** Errors against the truth. */
@@ -14,7 +15,7 @@ export class ErrorView {
   private overTime: Plot[] = [];
 
   constructor(private data: MapData, private state: State) {
-    const { t, estimate, aligned, reckoned } = data.errors, truth = data.summary.truth;
+    const truth = data.summary.truth;
     if (!truth) {
       this.root.append(el('p', { class: 'hint' }, 'No truth is known for this log.'));
       this.addSightings();
@@ -27,6 +28,10 @@ export class ErrorView {
       rows.push(['path, greatest', `${show(path.max_m)} m (${show(path.aligned?.max_m)} m aligned)`]);
     }
     if (truth.dead_reckoning) rows.push(['dead reckoning, rmse', `${show(truth.dead_reckoning.rmse_m)} m`]);
+    for (const robot of data.errors.length > 1 ? data.summary.robots : []) {
+      const own = robot.truth?.trajectory;
+      if (own) rows.push([`path of ${robot.name}, rmse`, `${show(own.rmse_m)} m (${show(own.aligned?.rmse_m)} m aligned)`]);
+    }
     if (truth.landmarks) {
       rows.push(['landmarks', `${truth.landmarks.matched} right, ${truth.landmarks.spurious} spurious, ${truth.landmarks.missed} missed`]);
       rows.push(['landmarks, mean error', `${show(truth.landmarks.mean_m)} m`]);
@@ -37,26 +42,48 @@ export class ErrorView {
     if (truth.nees_landmark !== undefined) rows.push(['NEES of landmarks (1 is honest)', show(truth.nees_landmark)]);
     this.root.append(facts(rows));
     this.addSightings();
-    if (!t.length) return;
+    if (!data.errors.length) return;
     const times = data.poses.t;
     const nearest = (time: number) => {
       let best = 0;
       for (let i = 1; i < times.length; ++i) if (Math.abs(times[i] - time) < Math.abs(times[best] - time)) best = i;
       return best;
     };
-    for (const log of [false, true]) {
-      const plot = new Plot(log ? 'The same, logarithmic' : 'Error of position [m] over time [s]', 'time', t, [
-        { label: 'estimate', values: estimate, color: 'estimate' },
-        { label: 'estimate, aligned', values: aligned, color: 'truth', dash: [6, 3] },
-        { label: 'dead reckoning', values: reckoned, color: 'odometry', dash: [2, 3] }],
+    const add = (title: string, t: number[], series: Series[], log = false) => {
+      const plot = new Plot(title, 'time', t, series,
           { log, height: 200, press: time => this.state.set({ keyframe: nearest(time) }) });
       this.plots.push(plot);
       this.overTime.push(plot);
       this.root.append(plot.root);
+    };
+    if (data.errors.length > 1) {
+      this.addRobots(data.errors, add);
+    } else {
+      const { t, estimate, aligned, reckoned } = data.errors[0];
+      for (const log of [false, true]) {
+        add(log ? 'The same, logarithmic' : 'Error of position [m] over time [s]', t, [
+          { label: 'estimate', values: estimate, color: 'estimate' },
+          { label: 'estimate, aligned', values: aligned, color: 'truth', dash: [6, 3] },
+          { label: 'dead reckoning', values: reckoned, color: 'odometry', dash: [2, 3] }], log);
+      }
     }
     state.listen((view, changed) => {
       if (changed.has('keyframe')) for (const plot of this.overTime) plot.mark(this.data.poses.t[view.keyframe]);
     });
+  }
+  /** A curve for each robot, over the times of all. */
+  private addRobots(all: PathErrors[], add: (title: string, t: number[], series: Series[], log?: boolean) => void) {
+    const t = [...new Set(all.flatMap(e => e.t))].sort((a, b) => a - b);
+    const place = new Map(t.map((time, i) => [time, i]));
+    const series = (of: 'estimate' | 'aligned' | 'reckoned'): Series[] => all.map(errors => {
+      const values: (number | null)[] = t.map(() => null);
+      errors.t.forEach((time, i) => values[place.get(time)!] = errors[of][i] ?? null);
+      return { label: errors.robot, values, color: robotColor(this.data.robots.names.indexOf(errors.robot)), gaps: true };
+    });
+    add('Error of position [m] over time [s]', t, series('estimate'));
+    add('The same, logarithmic', t, series('estimate'), true);
+    add('After the best rigid motion of all paths onto the truth', t, series('aligned'));
+    add('By dead reckoning', t, series('reckoned'));
   }
   /** How far sightings are from where they were expected: honest noise gives the expected shares. */
   private addSightings() {

@@ -3,7 +3,7 @@
 
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
-import { MapData, Path } from './data';
+import { MapData, Path, placesOf, robotAt, robotsOf } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
@@ -15,6 +15,7 @@ import { MergeView } from './merge_view';
 import { OrbitView, spaceSwitch } from './orbit';
 import { SolverView } from './solver_view';
 import { State } from './state';
+import { robotColor } from './palette';
 import { Mark, Timeline } from './timeline';
 
 /** The report of a replay. */
@@ -63,14 +64,16 @@ export function mapPage(data: MapData) {
 
 function headline(data: MapData): string {
   const { summary } = data, truth = summary.truth?.trajectory;
-  return `${summary.keyframes} keyframes, ${summary.landmarks} landmarks` +
+  const robots = data.robots.names.length > 1 ? `${data.robots.names.length} robots, ` : '';
+  return `${robots}${summary.keyframes} keyframes, ${summary.landmarks} landmarks` +
       (truth ? `, path rmse ${show(truth.rmse_m)} m` : '') + (summary.status === 'ok' ? '' : `, ${summary.status}`);
 }
 
 function describe(data: MapData, history: History, k: number): string {
   const s = history.snapshot(k);
   const when = `${show(data.poses.t[k])} s`;
-  return `keyframe ${k} of ${history.last}, ${when}` + (s && s.k !== k ? `; map after ${s.k}` : '');
+  const whose = data.robots.names.length > 1 ? ` of ${data.robots.names[robotAt(data, k)]}` : '';
+  return `keyframe ${k} of ${history.last}${whose}, ${when}` + (s && s.k !== k ? `; map after ${s.k}` : '');
 }
 
 /** What happened when. */
@@ -108,9 +111,14 @@ function inSpace(data: MapData): OrbitView {
   const { poses, reckoned, truth, landmarks } = data;
   const known = (axis: (number | null)[]) => axis.filter(v => v !== null) as number[];
   const columns = (c: Path) => [known(c.x), known(c.y), c.z ? known(c.z) : known(c.x).map(() => 0)];
+  const own = (axes: number[][], robot: number) => {
+    const places = placesOf(data, robot, axes[0].length);
+    return axes.map(axis => places.map(i => axis[i]));
+  };
   const strands = [
-    { label: 'estimate', points: columns(poses), color: 'estimate', mode: 'line' as const },
-    { label: 'dead reckoning', points: columns(reckoned), color: 'odometry', mode: 'line' as const, alpha: 0.8 },
+    ...robotsOf(data).flatMap(robot => [
+      { label: data.robots.names[robot] ?? 'estimate', points: own(columns(poses), robot), color: robot ? robotColor(robot) : 'estimate', mode: 'line' as const },
+      { label: 'dead reckoning', points: own(columns(reckoned), robot), color: 'odometry', mode: 'line' as const, alpha: 0.8 }]),
     { label: 'landmarks', points: [0, 1, 2].map(d => landmarks.map(l => l.at[d] ?? 0)), color: 'merge', mode: 'points' as const },
   ];
   if (truth.path.x.length) strands.splice(2, 0, { label: 'truth', points: columns(truth.path), color: 'truth', mode: 'line' as const });

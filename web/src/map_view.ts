@@ -3,10 +3,10 @@
 
 import { quadtree, Quadtree } from 'd3-quadtree';
 import { boxOf, CanvasMap } from './canvas_map';
-import { Id, MapData, Snapshot } from './data';
+import { Id, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { History, mostProbable } from './history';
-import { classColor, classShape, themed, trace } from './palette';
+import { classColor, classShape, robotColor, themed, trace } from './palette';
 import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
@@ -23,6 +23,8 @@ export class MapView {
   private tree: Quadtree<Mark> = quadtree<Mark>();
   private marks: Mark[] = [];
   private snapshot: Snapshot | null = null;
+  private places: number[][] = [];  // of the poses of each robot, in the path that is shown
+  private hidden = new Set<number>();  // robots
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
 
@@ -63,6 +65,16 @@ export class MapView {
       box.checked = this.layers.get(layer)!;
       bar.append(el('label', {}, box, layer));
     }
+    const { names } = this.data.robots;
+    if (names.length > 1) {
+      names.forEach((name, robot) => {
+        const box = el('input', { type: 'checkbox', checked: true, change: () => {
+          if (box.checked) this.hidden.delete(robot); else this.hidden.add(robot);
+          this.map.redraw();
+        } });
+        bar.append(el('label', { 'data-robot': robot }, box, name));
+      });
+    }
     const slider = el('input', { type: 'range', min: 0, max: 4, step: 0.01, value: Math.log10(3),
       'aria-label': 'Size of the ellipses', title: 'size of the ellipses' });
     const text = el('span', { class: 'quiet' }, '3 σ');
@@ -88,7 +100,17 @@ export class MapView {
     const entry = (mark: HTMLElement, text: string) => el('div', {}, mark, text);
     const line = (name: string, dashed = false) =>
         el('i', { class: `line${dashed ? ' dashed' : ''}`, style: `color: var(--${name})` });
-    box.append(entry(line('estimate'), 'estimate'), entry(line('odometry', true), 'dead reckoning'));
+    const { names } = this.data.robots;
+    if (names.length > 1) {
+      names.forEach((name, robot) => {
+        const mark = line('estimate');
+        this.legendLines.push([mark, robot]);
+        box.append(entry(mark, name));
+      });
+    } else {
+      box.append(entry(line('estimate'), 'estimate'));
+    }
+    box.append(entry(line('odometry', true), 'dead reckoning'));
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
@@ -105,7 +127,9 @@ export class MapView {
     return box;
   }
   private legendMarks: [HTMLCanvasElement, number][] = [];
+  private legendLines: [HTMLElement, number][] = [];
   private drawMarks() {
+    for (const [line, robot] of this.legendLines) line.style.color = robotColor(robot);
     for (const [canvas, index] of this.legendMarks) {
       const c = canvas.getContext('2d')!;
       c.clearRect(0, 0, 32, 32);
@@ -128,6 +152,9 @@ export class MapView {
     } else {
       for (const l of this.data.landmarks) marks.push({ id: l.id, x: l.at[0], y: l.at[1] });
     }
+    const k = this.snapshot?.k, length = this.snapshot?.path[0].length ?? this.data.poses.x.length;
+    const every = k === undefined ? 1 : this.history.every(k);
+    this.places = robotsOf(this.data).map(robot => placesOf(this.data, robot, length, every, k));
     this.marks = marks;
     this.tree = quadtree<Mark>(marks, m => m.x, m => m.y);
     this.map.redraw();
@@ -189,14 +216,17 @@ export class MapView {
       c.strokeStyle = themed('odometry');
       c.lineWidth = 1.2;
       c.setLineDash([2, 3]);
-      this.map.line(this.data.reckoned.x, this.data.reckoned.y, 0, k + 1);
+      for (const robot of this.shown()) {
+        const places = placesOf(this.data, robot, k + 1);
+        this.map.line(places.map(i => this.data.reckoned.x[i]), places.map(i => this.data.reckoned.y[i]));
+      }
     }
     c.setLineDash([]);
     if (on('estimate')) this.drawPath(k);
-    if (on('sight rays')) this.drawRays(k);
+    if (on('sight rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
     if (on('ellipses')) this.drawEllipses();
     if (on('landmarks')) this.drawLandmarks(k);
-    this.drawRobot(k);
+    for (const robot of this.shown()) this.drawRobot(robot, k);
     if (on('ids')) this.drawIds();
   }
   private drawTrueLandmarks() {
@@ -214,22 +244,32 @@ export class MapView {
     }
     c.stroke();
   }
-  private drawPath(k: number) {
-    const c = this.map.context;
-    c.strokeStyle = themed('estimate');
-    c.lineWidth = 2;
-    if (!this.snapshot) {
-      this.map.line(this.data.poses.x, this.data.poses.y);
-      return;
-    }
-    const [x, y] = this.snapshot.path, every = this.history.every(k);
-    this.map.line(x, y, 0, Math.min(x.length, Math.ceil(k / every) + 1));
+  private shown(): number[] {
+    return robotsOf(this.data).filter(robot => !this.hidden.has(robot));
   }
-  /** Where the robot was at keyframe k, by the estimate that is shown. */
+  /** Coordinates of the path that is shown. */
+  private path(): ArrayLike<number>[] {
+    return this.snapshot?.path ?? [this.data.poses.x, this.data.poses.y];
+  }
+  private drawPath(k: number) {
+    const c = this.map.context, [x, y] = this.path();
+    const end = this.snapshot ? Math.ceil(k / this.history.every(k)) + 1 : x.length;
+    c.lineWidth = 2;
+    for (const robot of this.shown()) {
+      const places = this.places[robot].filter(i => i < end);
+      c.strokeStyle = robotColor(robot);
+      this.map.line(places.map(i => x[i]), places.map(i => y[i]));
+    }
+  }
+  /** Where its robot was at keyframe k, by the estimate that is shown. */
   private robot(k: number): [number, number] {
-    if (!this.snapshot) return [this.data.poses.x[k], this.data.poses.y[k]];
-    const [x, y] = this.snapshot.path, every = this.history.every(k);
-    const at = k === this.snapshot.k ? x.length - 1 : Math.min(x.length - 1, Math.round(k / every));
+    const [x, y] = this.path();
+    if (!this.snapshot) return [x[k], y[k]];
+    const every = this.history.every(k), wanted = k === this.snapshot.k ? x.length - 1 : k / every;
+    let at = 0, least = Infinity;
+    for (const i of this.places[robotAt(this.data, k)]) {
+      if (Math.abs(i - wanted) <= least) { at = i; least = Math.abs(i - wanted); }
+    }
     return [x[at], y[at]];
   }
   private place(id: Id): number[] | undefined {
@@ -311,10 +351,13 @@ export class MapView {
       c.stroke();
     }
   }
-  private drawRobot(k: number) {
+  /** A robot at its newest keyframe up to k, if it has one. */
+  private drawRobot(robot: number, k: number) {
+    while (k >= 0 && robotAt(this.data, k) !== robot) --k;
+    if (k < 0) return;
     const c = this.map.context, [x, y] = this.robot(k), yaw = this.data.poses.yaw[k];
     const px = this.map.px(x), py = this.map.py(y), r = 8;
-    c.fillStyle = themed('estimate');
+    c.fillStyle = robotColor(robot);
     c.strokeStyle = themed('panel');
     c.lineWidth = 1.5;
     c.beginPath();

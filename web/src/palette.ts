@@ -15,6 +15,12 @@ export function classColor(index: number | null): string {
   return index === null ? (isDark() ? '#c9d1d9' : '#3b4650') : colors[index % colors.length];
 }
 
+/** Of the path of a robot, as in the pictures: that of a single one is the first. */
+export function robotColor(index: number): string {
+  const colors = [themed('estimate'), ...[0, 2, 3, 4, 5].map(classColor)];
+  return colors[index % colors.length];
+}
+
 export function classShape(index: number | null): Shape {
   return index === null ? 'circle' : kShapes[index % kShapes.length];
 }

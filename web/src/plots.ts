@@ -14,6 +14,7 @@ export interface Series {
   fill?: boolean;
   points?: boolean;
   steps?: boolean;
+  gaps?: boolean;  // lines go on where a value is missing
   shown?: number[];  // in the legend, instead of the values
 }
 
@@ -65,7 +66,7 @@ export class Plot {
       fill: s.fill ? color(s.color) : undefined,
       points: { show: s.points ?? false, size: 5 },
       paths: s.steps ? uPlot.paths.stepped!({ align: 1 }) : undefined,
-      spanGaps: false,
+      spanGaps: s.gaps ?? false,
       value: (_: uPlot, v: number | null, __: number, at: number | null) => show(at !== null && s.shown ? s.shown[at] : v),
     }));
     const options: uPlot.Options = {

@@ -24,7 +24,7 @@ const sightings = { k: each(i => Math.floor(i / 10)), sensor: each(() => 0), sen
 const step = columns(() => random());
 const data = { schema: 1, kind: 'map', title: `${count} sightings`, dimension: 2, classes: ['a', 'b', 'c', 'd'], poses, reckoned: poses, landmarks: marks,
   truth: { path: { x: poses.x, y: poses.y }, landmarks: [] }, steps: { solver_ms: step, plugin_ms: step, objective: step, cost: step, flips: step, rounds: step, landmarks: step, relinearized: step },
-  errors: { t: poses.t, estimate: step, aligned: step, reckoned: step }, modes: { names: [], of: [] }, summary: { status: 'ok', keyframes, landmarks },
+  robots: { names: [], of: [] }, errors: [{ robot: '', t: poses.t, estimate: step, aligned: step, reckoned: step }], modes: { names: [], of: [] }, summary: { status: 'ok', keyframes, landmarks },
   sightings, associations: [], decisions: [], merges: [], changes: { k: columns(k => k), objectives: step.map(v => [v + 1, v]), flips: step.map(() => []), refusals: [] },
   beliefs: { k: sightings.k, id: sightings.now, p: each(() => [0.7, 0.1, 0.1, 0.1]) }, lives: marks.map(m => [0, m.id, 1]), snapshots: { origin: [0, 0], unit: 1, list: [] },
   photographs: { list: [], every: 1, unreadable: 0 } };

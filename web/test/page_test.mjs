@@ -39,6 +39,12 @@ run('hybrid-replay', '-c', ini, '-o', unknown, '--no-pictures', '--report');
 run('hybrid-replay', '-c', join(source, 'config/classed_demo_3d.ini'), '-o', space, '--no-pictures', '--report');
 const page = folder => join(folder, 'report.html');
 
+run('hybrid-simulate', '-c', join(source, 'config/simulate_team_demo.ini'), '-o', join(scratch, 'team.rawlog'));
+const team = join(scratch, 'team'), robots = ['anna', 'bert', 'carl'];
+const teamIni = join(scratch, 'team.ini');
+writeFileSync(teamIni, '[plugins]\nclasses = BearingRangeKnownIds\n' + robots.map((name, i) =>
+    `[robot.${name}]\nid = ${-101 - i}\nrawlog = team_${name}.rawlog\ntruth_path = team_${name}_ground_truth_robot_path.txt\n`).join(''));
+run('hybrid-replay', '-c', teamIni, '-o', team, '--no-pictures', '--report');
 await test('the page without data holds at most 300 kB', () => {
   assert.ok(statSync(join(source, 'web/report_template.html')).size <= 300e3);
 });
@@ -50,6 +56,28 @@ await test('opens without a request and without a word on the console, and shows
       await p.click(`.tabs button:has-text("${tab}")`);
       await p.waitForTimeout(80);
     }
+    clean(faults);
+  }));
+
+await test('several robots have a colour, a box and a curve each', () =>
+  withPage(page(team), desktop, async (p, faults) => {
+    assert.match(await p.textContent('.head-line'), /^3 robots, /);
+    assert.deepEqual(await p.$$eval('.bar label[data-robot]', all => all.map(l => l.textContent)), robots);
+    const colors = await p.$$eval('.legend i.line:not(.dashed)', all => all.map(l => l.style.color));
+    assert.equal(new Set(colors).size, 3);
+    const { robots: of, poses } = await p.evaluate(() => window.report.data);
+    for (const [i, name] of robots.entries()) {
+      const rows = readFileSync(join(team, name, 'trajectory.tum'), 'utf8').split('\n').filter(l => l && l[0] !== '#');
+      const own = poses.x.filter((_, k) => of.of[k] === i);
+      assert.equal(own.length, rows.length);
+      assert.ok(Math.abs(own.at(-1) - Number(rows.at(-1).split(' ')[1])) < 1e-3);
+    }
+    await p.click('.tabs button:has-text("Errors")');
+    await p.waitForTimeout(80);
+    const labels = await p.$$eval('.u-legend', all => all.map(l => l.textContent));
+    assert.equal(labels.filter(l => robots.every(name => l.includes(name))).length, 4);
+    await p.click('.bar label[data-robot="1"]');
+    for (const k of [0, 40, 80]) await p.evaluate(n => window.report.state.set({ keyframe: n }), k);
     clean(faults);
   }));
 

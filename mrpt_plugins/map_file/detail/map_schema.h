@@ -7,8 +7,9 @@ namespace hybrid::map_schema {
 
 /// "HMAP" in ASCII: the application id in the header of the file.
 inline constexpr int kApplicationId = 0x484d4150;
-/// The user version in the header: raised with every change of the tables.
-inline constexpr int kVersion = 1;
+/// The user version in the header: raised with every change of the tables. Files of earlier
+/// versions are read, and changed by the first transaction.
+inline constexpr int kVersion = 2;
 
 /// The tables of docs/map_format.md.
 inline constexpr const char* kTables = R"(
@@ -26,6 +27,9 @@ CREATE TABLE keyframe (
   session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, row INTEGER NOT NULL,
   time REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
   qx REAL NOT NULL, qy REAL NOT NULL, qz REAL NOT NULL, qw REAL NOT NULL,
+  robot INTEGER NOT NULL DEFAULT 0, PRIMARY KEY (session, number)) WITHOUT ROWID;
+CREATE TABLE robot (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, name TEXT NOT NULL,
   PRIMARY KEY (session, number)) WITHOUT ROWID;
 CREATE TABLE landmark (
   id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES session(id),
@@ -46,6 +50,15 @@ CREATE TABLE prior (
 CREATE TABLE draft (
   landmark INTEGER PRIMARY KEY, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
   class INTEGER, sightings INTEGER NOT NULL);
+)";
+
+/// Makes a file of version 1, which knew of one robot a session, one of this version.
+inline constexpr const char* kFromVersion1 = R"(
+ALTER TABLE keyframe ADD COLUMN robot INTEGER NOT NULL DEFAULT 0;
+CREATE TABLE robot (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, name TEXT NOT NULL,
+  PRIMARY KEY (session, number)) WITHOUT ROWID;
+PRAGMA user_version = 2;
 )";
 
 }  // namespace hybrid::map_schema

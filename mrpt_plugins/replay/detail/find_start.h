@@ -12,15 +12,16 @@
 
 namespace hybrid {
 
-/// Where a log starts in a map, and after which keyframe that is known.
+/// Where a log starts in a map, and after which of its keyframes that is known.
 struct FoundStart {
   KnownStart start;
   std::size_t keyframe = 0;
 };
 
-/// Maps the log in a frame of its own until its landmarks say where in the map they are; nothing
-/// where they do not up to its end. `odds` is the evidence needed. Throws as replay does.
-std::optional<FoundStart> find_start(const ReplayRequest& request, const MapRecord& map,
-                                     double odds);
+/// Maps the log of one robot in a frame of its own until its landmarks say where in the map they
+/// are; nothing where they do not up to its end. `odds` is the evidence needed. Throws as replay
+/// does.
+std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
+                                     const MapRecord& map, double odds);
 
 }  // namespace hybrid

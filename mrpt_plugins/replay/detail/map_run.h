@@ -24,9 +24,11 @@ MapRecord record_of(const Mapper& mapper, const MapResult& result);
 /// A replay's session in a map file.
 class MapRun {
  public:
-  /// Reads the map and decides the mode. Throws Error, which names the file, where map, mode, log
-  /// and what is to be resumed do not go together; the file is then as it was.
-  MapRun(const MapOptions& options, const Provenance& provenance, bool resume, bool is_3d);
+  /// Reads the map and decides the mode; `logs` are those of the robots. Throws Error, which names
+  /// the file, where map, mode, logs and what is to be resumed do not go together; the file is then
+  /// as it was.
+  MapRun(const MapOptions& options, const Provenance& provenance,
+         const std::vector<std::string>& logs, bool resume, bool is_3d);
 
   /// build, extend or localize.
   const std::string& mode() const { return session_.mode; }
@@ -35,8 +37,8 @@ class MapRun {
   bool localizes() const { return session_.mode == "localize"; }
 
   /// Enters the session into the file, unless the mode leaves that as it is. From now on every
-  /// so many keyframes are written.
-  void begin();
+  /// so many keyframes are written. `robots` are the names of those that there are.
+  void begin(const std::vector<std::string>& robots);
   /// Tells that the mapper took one more keyframe in. Throws Error where an interrupted session
   /// does not come out as it was.
   void added(const Mapper& mapper);
@@ -48,7 +50,8 @@ class MapRun {
               const std::function<void()>& before_commit);
 
  private:
-  void choose_mode(bool resume);
+  void choose_mode(const std::vector<std::string>& logs, bool resume);
+  void refuse_again(const std::vector<std::string>& logs) const;
   bool same_run(const MapSession& other) const;
   void compare(const Mapper& mapper) const;
   MapKeyframe keyframe(const Mapper& mapper, std::size_t i) const;

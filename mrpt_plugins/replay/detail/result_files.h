@@ -24,8 +24,8 @@ std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& 
 void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
                  const std::vector<Truth>& truths);
 
-/// Writes trajectory_covariances.csv, of one robot.
-void write_covariances(const OutputDirectory& out, const RobotPart& part);
+/// Writes trajectory_covariances.csv; of several robots, each in a folder of its name.
+void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts);
 
 /// Draws map.png, map_3d.png, steps.png and scene.3Dscene; returns warnings for the user.
 std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,

@@ -24,8 +24,9 @@ namespace hybrid {
 /// report.html.
 class RunReport {
  public:
-  /// Asked for by `request`; `out` must live as long as this. `rawlog` is the log of the robot.
-  RunReport(const ReplayRequest& request, const std::string& rawlog, const OutputDirectory& out);
+  /// Asked for by `request`; `out` must live as long as this.
+  RunReport(const ReplayRequest& request, const ReplaySettings& settings,
+            const OutputDirectory& out);
 
   /// Before the first keyframe.
   void begin(Mapper& mapper, const std::string& title);
@@ -35,8 +36,8 @@ class RunReport {
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
   /// Writes report.html, where that is asked for.
-  void write(const MapResult& result, const Truth& truth, const std::vector<std::size_t>& log_rows,
-             const nlohmann::ordered_json& summary) const;
+  void write(const MapResult& result, const std::vector<RobotPart>& parts,
+             const std::vector<Truth>& truths, const nlohmann::ordered_json& summary) const;
 
  private:
   std::string version_;
@@ -45,6 +46,7 @@ class RunReport {
   const OutputDirectory& out_;
   std::unique_ptr<FileWriter> events_;
   std::optional<RunRecorder> recorder_;  // where anything is asked for
+  std::vector<std::string> rawlogs_;     // of the robots
   Photographs photographs_;
 };
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -12,6 +13,13 @@
 
 namespace hybrid {
 
+/// The poses of a robot with the true ones of the same instants.
+struct PathPairs {
+  std::string robot;                          ///< empty where there is but one
+  std::vector<double> times;                  ///< [s]
+  std::vector<PosePair> estimated, reckoned;  ///< by all measurements, and by odometry alone
+};
+
 /// A replay as its report shows it.
 struct MapReport {
   const MapResult& result;
@@ -19,8 +27,7 @@ struct MapReport {
   const RunRecord& record;
   const nlohmann::ordered_json& photographs;  ///< of Photographs
   const nlohmann::ordered_json& summary;      ///< the content of summary.json
-  std::vector<double> times;                  ///< of the pairs [s]
-  std::vector<PosePair> estimated, reckoned;  ///< with the truth; empty where that is not known
+  std::vector<PathPairs> paths;               ///< of the robots whose true path is known
 };
 
 /// The data of the page.

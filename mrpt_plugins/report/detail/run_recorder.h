@@ -29,8 +29,9 @@ class RunRecorder {
   /// `line` hears every event; empty: none. Without `snapshots`, none are kept.
   RunRecorder(Line line, bool snapshots) : line_(std::move(line)), snapshots_(snapshots) {}
 
-  /// The first line. `dimension` is 2 or 3.
-  void begin(const std::string& version, const std::string& title, int dimension);
+  /// The first line. `dimension` is 2 or 3; `robots` are their names, none of one without a name.
+  void begin(const std::string& version, const std::string& title, int dimension,
+             const std::vector<std::string>& robots);
   /// After each keyframe.
   void keyframe(Mapper& mapper, const StepRecord& step);
   /// After the last one, once the mapper has solved to convergence; `result` is its.
@@ -57,6 +58,7 @@ class RunRecorder {
   Line line_;
   bool snapshots_;
   RunRecord record_;
+  std::vector<std::string> robots_;
   int keyframe_ = 0;
   int every_ = 1;                                           // keyframes from snapshot to snapshot
   std::unordered_map<std::int64_t, std::size_t> numbers_;   // of sightings, by those of the plugin

@@ -72,8 +72,8 @@ TEST_F(PhotographsOf, TheirCameraIsThatOfTheSmallPicture) {
   seen->cameraParams.nrows = 960;
   seen->cameraParams.setIntrinsicParamsFromValues(1000, 1100, 640, 470);
   seen->cameraPose = mrpt::poses::CPose3D(0.5, 0, 1, -M_PI / 2, 0, -M_PI / 2);
-  Photographs photographs(at("a.rawlog"));
-  photographs.add(7, {seen});
+  Photographs photographs;
+  photographs.add(7, {seen}, at("a.rawlog"));
   const Json json = photographs.json();
   ASSERT_EQ(json["list"].size(), 1U);
   const Json& one = json["list"][0];
@@ -95,17 +95,17 @@ TEST_F(PhotographsOf, TheirCameraIsThatOfTheSmallPicture) {
 }
 
 TEST_F(PhotographsOf, ACameraThatNobodyCalibratedIsUnknown) {
-  Photographs photographs(at("a.rawlog"));
-  photographs.add(0, {observation(noise(100, 80, 1))});
+  Photographs photographs;
+  photographs.add(0, {observation(noise(100, 80, 1))}, at("a.rawlog"));
   const Json one = photographs.json()["list"][0];
   EXPECT_TRUE(one["camera"].is_null());
   EXPECT_EQ(one["size"], (std::vector<int>{100, 80}));  // small enough as it is
 }
 
 TEST_F(PhotographsOf, EveryOtherGoesWhereTheyAreTooMany) {
-  Photographs photographs(at("a.rawlog"));
+  Photographs photographs;
   const auto seen = observation(noise(320, 240, 1));
-  for (int k = 0; k < 200; ++k) photographs.add(k, {seen});
+  for (int k = 0; k < 200; ++k) photographs.add(k, {seen}, at("a.rawlog"));
   const Json json = photographs.json();
   std::size_t bytes = 0;
   const int every = json["every"];
@@ -123,13 +123,13 @@ TEST_F(PhotographsOf, ALogMayNameFilesOfItsFolderAlone) {
   const mrpt::img::CImage image = noise(60, 40, 3);
   ASSERT_TRUE(image.saveToFile(at("a_Images/one.png")));
   ASSERT_TRUE(image.saveToFile(at("outside.png")));
-  Photographs photographs(at("a.rawlog"));
+  Photographs photographs;
   for (const std::string name : {"one.png", "../outside.png", "missing.png", "..", ""}) {
     mrpt::img::CImage named;
     named.setExternalStorage(name);
-    photographs.add(0, {observation(named)});
+    photographs.add(0, {observation(named)}, at("a.rawlog"));
   }
-  photographs.add(0, {observation(noise(60, 40, 4)), CObservationImage::Create()});
+  photographs.add(0, {observation(noise(60, 40, 4)), CObservationImage::Create()}, at("a.rawlog"));
   const Json json = photographs.json();
   EXPECT_EQ(json["list"].size(), 2U);
   EXPECT_EQ(json["unreadable"], 5);
