@@ -61,9 +61,10 @@ Eigen::MatrixXd ContinuousMarginals::joint_covariance(const std::vector<Key>& ke
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       const int rows = system.dim(blocks[i]), columns = system.dim(blocks[j]);
-      auto block = joint.block(at[i], at[j], rows, columns);
-      block = inverse.block(system.start(blocks[i]), rows, system.start(blocks[j]), columns);
-      joint.block(at[j], at[i], columns, rows) = block.transpose();
+      const Eigen::MatrixXd block =
+          inverse.block(system.start(blocks[i]), rows, system.start(blocks[j]), columns);
+      joint.block(at[i], at[j], rows, columns) = block;
+      if (j < i) joint.block(at[j], at[i], columns, rows) = block.transpose();
     }
   }
   return joint;
