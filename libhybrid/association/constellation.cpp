@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
@@ -116,11 +118,12 @@ class PlaceSearch {
         ranked.push_back({0.5 * off - 0.5 * std::log(in_a * in_a + variance), p, q});
       }
     }
-    std::stable_sort(ranked.begin(), ranked.end(),
-                     [](const Ranked& x, const Ranked& y) { return x.cost < y.cost; });
-    if (ranked.size() > static_cast<std::size_t>(options_.hypotheses)) {
-      ranked.resize(static_cast<std::size_t>(options_.hypotheses));
-    }
+    const auto most = std::min(ranked.size(), static_cast<std::size_t>(options_.hypotheses));
+    std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(most),
+                      ranked.end(), [](const Ranked& x, const Ranked& y) {
+                        return std::tie(x.cost, x.p, x.q) < std::tie(y.cost, y.p, y.q);
+                      });
+    ranked.resize(most);
     std::vector<Pair> out;
     for (const Ranked& r : ranked) out.emplace_back(r.p, r.q);
     return out;
@@ -165,10 +168,11 @@ class PlaceSearch {
   /// All pairs under `T`, one to one, where a match beats two landmarks of their own.
   std::vector<Pair> match(const Fit& fit) const {
     const Jacobian covariance = fit.information.inverse();
-    MatchingProblem problem;
-    problem.matched.setConstant(static_cast<Eigen::Index>(q_.a.points.size()),
-                                static_cast<Eigen::Index>(q_.b.points.size()), kInfinity);
-    problem.unmatched.setZero(problem.matched.rows());
+    struct Candidate {
+      int i, j;
+      double cost;
+    };
+    std::vector<Candidate> candidates;
     for (const auto& [i, j] : pairs_) {
       const Residual d = residual(fit.T, {i, j});
       const Matrix S = d.R + d.J * covariance * d.J.transpose();
@@ -177,14 +181,37 @@ class PlaceSearch {
       if (chi_square > gate_) continue;
       const double cost = 0.5 * chi_square + 0.5 * std::log(S.determinant()) +
                           0.5 * kDim * std::log(2 * M_PI) + gain(i, j);
-      if (cost < 0) problem.matched(i, j) = cost;
+      if (cost < 0) candidates.push_back({i, j, cost});
+    }
+    // Landmarks without a candidate do not count.
+    std::vector<int> rows, columns;
+    for (const Candidate& c : candidates) {
+      rows.push_back(c.i);
+      columns.push_back(c.j);
+    }
+    const auto place_in = [](const std::vector<int>& all, int value) {
+      return std::lower_bound(all.begin(), all.end(), value) - all.begin();
+    };
+    make_unique(rows);
+    make_unique(columns);
+    MatchingProblem problem;
+    problem.matched.setConstant(static_cast<Eigen::Index>(rows.size()),
+                                static_cast<Eigen::Index>(columns.size()), kInfinity);
+    problem.unmatched.setZero(problem.matched.rows());
+    for (const Candidate& c : candidates) {
+      problem.matched(place_in(rows, c.i), place_in(columns, c.j)) = c.cost;
     }
     const std::vector<int> column = best_matching(problem).column;
     std::vector<Pair> out;
-    for (int i = 0; i < static_cast<int>(column.size()); ++i) {
-      if (column[i] >= 0) out.emplace_back(i, column[i]);
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      if (column[i] >= 0) out.emplace_back(rows[i], columns[static_cast<std::size_t>(column[i])]);
     }
     return out;
+  }
+
+  static void make_unique(std::vector<int>& all) {
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
   }
 
   /// -log of the likelihood of a pair apart from its position.
@@ -193,12 +220,15 @@ class PlaceSearch {
   void follow(std::vector<Pair> pairs) {
     Fit at = fit(q_.T_a_b, pairs);
     if (at.chi_square > chi_square_quantile(options_.gate, 2 * kDim)) return;
+    std::set<std::vector<Pair>> own;  // that this has come by
     for (int round = 0; round < kMaxMatchings; ++round) {
       std::vector<Pair> next = match(at);
       if (next.size() < 2) return;
       const bool same = next == pairs;
       pairs = std::move(next);
       if (same) break;
+      const bool mine = !own.insert(pairs).second;
+      if (!followed_.insert(pairs).second && !mine) return;  // it is known where they lead
       at = fit(at.T, pairs);
     }
     const bool known = std::any_of(answers_.begin(), answers_.end(),
@@ -236,6 +266,7 @@ class PlaceSearch {
   Jacobian information_;
   double log_det_prior_ = 0;
   std::vector<Pair> pairs_;
+  std::set<std::vector<Pair>> followed_;
   std::vector<ConstellationMatch<Pose>> answers_;
 };
 

@@ -7,8 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <unordered_map>
 
-#include "libhybrid/association/spatial_grid.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -106,7 +107,8 @@ class SeedSearch {
     }
     neighbours_.resize(q_.map.size());
     for (int i = 0; i < static_cast<int>(q_.map.size()); ++i) {
-      grid_.put(i, q_.map[i][0], q_.map[i][1]);
+      const auto [x, y] = cell_of(q_.map[i]);
+      for (int cell = 0; cell < 9; ++cell) near_[{x + cell / 3 - 1, y + cell % 3 - 1}].push_back(i);
       for (int j = 0; j < static_cast<int>(q_.map.size()); ++j) {
         const double d = (q_.map[i] - q_.map[j]).norm();
         if (i != j && d < 1.1 * reach) neighbours_[i].emplace_back(d, j);
@@ -192,19 +194,34 @@ class SeedSearch {
 
   /// What the best landmark of the map near a point is worth.
   double gain(int i, const Point& p, int anchor, double lever) const {
+    const auto near = near_.find(cell_of(p));
+    if (near == near_.end()) return 0;
     double best = 0;
     const double own = q_.here.covariances[i].trace() / kDim;
-    // What is known less well than landmarks are apart is told from no other.
-    const double wide = kSigmas * std::sqrt(lever * (own + relative_(widest(anchor), anchor)));
-    grid_.visit_near(p[0], p[1], std::min(wide, spacing_), [&](int j) {
+    for (const int j : near->second) {
       const double squared = (q_.map[j] - p).squaredNorm();
-      if (squared > spacing_ * spacing_ || !possible(i, j)) return;
+      if (squared > spacing_ * spacing_ || !possible(i, j)) continue;
       const double s2 = lever * (own + relative_(j, anchor)) + 1e-12;
       best = std::max(best, q_.class_log_likelihood_ratio(i, j) - log_density_ -
                                 0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * squared / s2);
-    });
+    }
     return best;
   }
+
+  /// Cells as wide as landmarks are apart; those of the plane go by x and y.
+  using Cell = std::pair<std::int64_t, std::int64_t>;
+  Cell cell_of(const Point& p) const {
+    const auto index = [this](double x) {
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / spacing_), -1e15, 1e15));
+    };
+    return {index(p[0]), index(p[1])};
+  }
+  struct HashOfCell {
+    std::size_t operator()(const Cell& cell) const {
+      return static_cast<std::size_t>(cell.first) * 0x9e3779b97f4a7c15u ^
+             static_cast<std::size_t>(cell.second);
+    }
+  };
 
   /// Whether two guesses put the landmarks to the same places, by how these are apart.
   bool same(const PlaceSeed<Pose>& a, const PlaceSeed<Pose>& b) const {
@@ -217,7 +234,8 @@ class SeedSearch {
   double log_density_;
   double spacing_ = 0;        // of landmarks [m]
   Eigen::MatrixXd relative_;  // variances of landmarks of the map relative to each other [m^2]
-  SpatialGrid grid_;
+  std::unordered_map<Cell, std::vector<int>, HashOfCell>
+      near_;  // landmarks of a cell and those about it
   std::vector<std::vector<std::pair<double, int>>> neighbours_;  // by distance
   std::vector<PlaceSeed<Pose>> seeds_;
   std::size_t guesses_ = 0;
