@@ -187,7 +187,7 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
   out.delay = track.seconds / n;
   out.velocity = track.velocity();
   if (out.velocity) {  // what detections have in common for a while is motion to them
-    out.velocity->covariance *= std::sqrt(inflation(track));
+    out.velocity->covariance *= inflation(track);
     out.velocity->covariance.topLeftCorner(dim, dim) += drift / (sensor.seconds * sensor.seconds);
   }
   if (dim == 2) {

@@ -55,12 +55,12 @@ double update(State& state, const H& h, const Z& z, const R& noise) {
 }  // namespace
 
 template <int D>
-VelocityState<D>::VelocityState(const PointSighting& seen, const MotionPrior& prior) {
+VelocityState<D>::VelocityState(const PointSighting& seen, double speed) {
   mean.setZero();
   covariance.setZero();
   mean.template head<D>() = seen.point.head<D>();
   covariance.template topLeftCorner<D, D>() = seen.covariance.topLeftCorner<D, D>();
-  covariance.template bottomRightCorner<D, D>().diagonal().setConstant(prior.speed * prior.speed);
+  covariance.template bottomRightCorner<D, D>().diagonal().setConstant(speed * speed);
 }
 
 template <int D>
@@ -71,10 +71,10 @@ typename VelocityState<D>::Covariance VelocityState<D>::transition(double dt) {
 }
 
 template <int D>
-void VelocityState<D>::predict(double dt, const MotionPrior& prior) {
+void VelocityState<D>::predict(double dt, double acceleration) {
   if (!(dt > 0)) return;
   const Covariance F = transition(dt);
-  const double q = prior.acceleration * prior.acceleration;
+  const double q = acceleration * acceleration;
   mean = (F * mean).eval();
   covariance = (F * covariance * F.transpose()).eval();
   for (int i = 0; i < D; ++i) {
@@ -114,13 +114,23 @@ double VelocityState<D>::take_velocity(const PointSighting& seen) {
 
 template <int D>
 MotionFilter<D>::MotionFilter(const PointSighting& first, const MotionPrior& prior)
-    : prior_(prior),
+    : acceleration_(prior.acceleration),
       time_(first.time),
       standing_(first.point.head<D>()),
       standing_covariance_(first.covariance.topLeftCorner<D, D>()),
-      moving_(first, prior) {
-  standing_evidence_ = log_at_rest<D>(first);
-  moving_evidence_ = moving_.take_velocity(first);
+      standing_evidence_(log_at_rest<D>(first)) {
+  for (const double speed : prior.speeds) {
+    Motion motion{VelocityState<D>(first, speed), 0};
+    motion.evidence = motion.state.take_velocity(first);
+    motions_.push_back(motion);
+  }
+}
+
+template <int D>
+double MotionFilter<D>::evidence() const {
+  double sum = motions_.front().evidence;
+  for (std::size_t k = 1; k < motions_.size(); ++k) sum = log_sum(sum, motions_[k].evidence);
+  return sum - std::log(static_cast<double>(motions_.size())) - standing_evidence_;
 }
 
 /// log p of a sighting of the thing where it stands.
@@ -134,8 +144,10 @@ double MotionFilter<D>::log_standing(const PointSighting& seen) const {
 
 template <int D>
 void MotionFilter<D>::take(const PointSighting& seen, double births) {
-  moving_.predict(seen.time - time_, prior_);
-  moving_evidence_ += moving_.take(seen);
+  for (Motion& motion : motions_) {
+    motion.state.predict(seen.time - time_, acceleration_);
+    motion.evidence += motion.state.take(seen);
+  }
   time_ = std::max(time_, seen.time);
   const Covariance R = seen.covariance.topLeftCorner<D, D>();
   const double same = log_standing(seen);
@@ -153,12 +165,17 @@ void MotionFilter<D>::take(const PointSighting& seen, double births) {
 
 template <int D>
 double MotionFilter<D>::log_density(const PointSighting& seen, double moving) const {
-  VelocityState<D> state = moving_;
-  state.predict(seen.time - time_, prior_);
-  const double odds = log_odds_of_motion(evidence(), moving);
-  // log of the probabilities that it moves and that it stands.
-  const double moves = -log_sum(0, -odds), stands = -log_sum(0, odds);
-  return log_sum(stands + log_standing(seen), moves + state.take(seen));
+  // Sums over the modes: of their probabilities so far, and of these times the densities.
+  double weights = std::log1p(-moving) + standing_evidence_;
+  double densities = weights + log_standing(seen);
+  const double share = std::log(moving / static_cast<double>(motions_.size()));
+  for (const Motion& motion : motions_) {
+    VelocityState<D> state = motion.state;
+    state.predict(seen.time - time_, acceleration_);
+    weights = log_sum(weights, share + motion.evidence);
+    densities = log_sum(densities, share + motion.evidence + state.take(seen));
+  }
+  return densities - weights;
 }
 
 double log_odds_of_motion(double evidence, double moving) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "libhybrid/movers/point_sighting.h"
 
@@ -18,12 +19,13 @@ struct VelocityState {
   Mean mean;
   Covariance covariance;
 
-  /// What is known of a thing that moves once it was seen, its velocity if measured left out.
-  VelocityState(const PointSighting& seen, const MotionPrior& prior);
+  /// What is known of a thing that moves once it was seen, its velocity if measured left out;
+  /// `speed` is the standard deviation of each component of that beforehand [m/s].
+  VelocityState(const PointSighting& seen, double speed);
   /// The transition over `dt` seconds.
   static Covariance transition(double dt);
-  /// The state after `dt` seconds.
-  void predict(double dt, const MotionPrior& prior);
+  /// The state after `dt` seconds, see MotionPrior::acceleration.
+  void predict(double dt, double acceleration);
   /// log p of the position (and, if measured, the velocity) of a sighting at the time of the state;
   /// takes it in.
   double take(const PointSighting& seen);
@@ -31,8 +33,8 @@ struct VelocityState {
   double take_velocity(const PointSighting& seen);
 };
 
-/// Whether one thing stands or moves, by what was seen of it: a switching system of two modes that
-/// do not change into each other, each with its exact marginal likelihood.
+/// Whether one thing stands or moves, by what was seen of it: a switching system of modes that do
+/// not change into each other, each with its exact marginal likelihood.
 template <int D>
 class MotionFilter {
  public:
@@ -47,7 +49,7 @@ class MotionFilter {
   double log_density(const PointSighting& seen, double moving) const;
 
   /// log p(sightings | it moves) - log p(sightings | it stands).
-  double evidence() const { return moving_evidence_ - standing_evidence_; }
+  double evidence() const;
 
  private:
   using Point = Eigen::Matrix<double, D, 1>;
@@ -55,12 +57,17 @@ class MotionFilter {
 
   double log_standing(const PointSighting& seen) const;
 
-  MotionPrior prior_;
+  struct Motion {  // one kind of motion
+    VelocityState<D> state;
+    double evidence;  // log p(sightings | it moves so)
+  };
+
+  double acceleration_;
   double time_;
   Point standing_;
   Covariance standing_covariance_;
-  VelocityState<D> moving_;
-  double standing_evidence_ = 0, moving_evidence_ = 0;
+  double standing_evidence_;
+  std::vector<Motion> motions_;
 };
 
 /// log odds that a thing moves: those of its prior and of the evidence.

@@ -38,11 +38,12 @@ std::vector<MoverState> smoothed(const std::vector<PointSighting>& sightings,
       std::remove_if(times.begin(), times.end(), [&](double t) { return t < first || t > last; }),
       times.end());
   std::vector<VelocityState<D>> predicted, filtered;
-  VelocityState<D> state(sightings.front(), prior);
+  VelocityState<D> state(sightings.front(),
+                         *std::max_element(prior.speeds.begin(), prior.speeds.end()));
   state.take_velocity(sightings.front());
   std::size_t next = 1;
   for (std::size_t k = 0; k < times.size(); ++k) {
-    if (k > 0) state.predict(times[k] - times[k - 1], prior);
+    if (k > 0) state.predict(times[k] - times[k - 1], prior.acceleration);
     predicted.push_back(state);
     for (; next < sightings.size() && sightings[next].time <= times[k]; ++next) {
       state.take(sightings[next]);

@@ -31,8 +31,9 @@ struct Mover {
 };
 
 /// The states at `times`, as far as they lie between the first and the last of the sightings, and
-/// all sightings taken into account (Kalman filter and Rauch-Tung-Striebel smoother). Sightings and
-/// times are in the order of time; there is at least one sighting.
+/// all sightings taken into account (Kalman filter and Rauch-Tung-Striebel smoother), at the
+/// highest of the speeds beforehand. Sightings and times are in the order of time; there is at
+/// least one sighting.
 std::vector<MoverState> smoothed_states(const std::vector<PointSighting>& sightings,
                                         const std::vector<double>& times, const MotionPrior& prior,
                                         bool is_3d);

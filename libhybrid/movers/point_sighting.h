@@ -24,7 +24,9 @@ struct PointSighting {
 /// What is known beforehand of things that move: they keep their velocity but for white noise of
 /// acceleration.
 struct MotionPrior {
-  double speed = 10;        ///< standard deviation of each component of the velocity [m/s]
+  /// Standard deviations of each component of the velocity, one for each kind of motion, all kinds
+  /// equally probable [m/s].
+  std::vector<double> speeds = {1.5, 10};
   double acceleration = 2;  ///< by which each component changes within a second [m/s]
   /// Probability that a thing moves: one for each class, or one for all.
   std::vector<double> moving = {0.1};

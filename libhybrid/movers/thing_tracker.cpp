@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kNewest = 50;
 /// A thing in view that was missed with less probability than this is gone.
 constexpr double kLost = 1e-3;
+/// Odds at which a thing counts as moving: two sightings of clutter often look like a mover.
+constexpr double kDecisiveOdds = 20;
 /// Most nats that the costs of sightings with ids differ by: the id decides.
 constexpr double kNamed = 1e6;
 
@@ -154,7 +156,7 @@ void ThingTracker::add(int t, const ThingSighting& sighting) {
 void ThingTracker::settle(int t, double evidence) {
   Thing& thing = things_[t];
   thing.log_odds = log_odds_of_motion(evidence, share_moving(class_belief(thing)));
-  if ((thing.log_odds > 0) == thing.moves) return;
+  if ((thing.log_odds > std::log(kDecisiveOdds)) == thing.moves) return;
   thing.moves = !thing.moves;
   changed_.push_back(t);
 }

@@ -8,6 +8,14 @@
 #include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
+namespace {
+
+Eigen::Vector3d moved(const mrpt::poses::CPose3D& T, const Eigen::Vector3d& at) {
+  const auto p = T.composePoint({at.x(), at.y(), at.z()});
+  return {p.x, p.y, p.z};
+}
+
+}  // namespace
 
 TrueMovers read_true_movers(const std::string& path) {
   TrueMovers truth;
@@ -26,14 +34,13 @@ TrueMovers read_true_movers(const std::string& path) {
 }
 
 MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
-                         const std::vector<MoverEstimate>& movers, const TrueMovers& truth,
-                         const std::vector<std::size_t>& rows) {
+                         const std::vector<MoverEstimate>& movers, const MoverTruth& truth) {
   MoverReport report;
   report.things = movers.size();
   std::map<std::int64_t, std::map<std::int64_t, std::size_t>> votes;  // by mover and true id
   for (const AssociationDecision& d : decisions) {
     if (!d.true_id) continue;
-    if (truth.count(*d.true_id) == 0) {
+    if (truth.movers.count(*d.true_id) == 0) {
       if (d.mover) ++report.false_sightings;
       continue;
     }
@@ -43,26 +50,33 @@ MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
     ++report.followed;
     ++votes[*d.mover][*d.true_id];
   }
-  double sum = 0;
+  double sum = 0, relative_sum = 0;
+  std::size_t relative = 0;
   for (const MoverEstimate& mover : movers) {
     const auto own = votes.find(mover.id);
     if (own == votes.end()) continue;
-    const auto most =
-        std::max_element(own->second.begin(), own->second.end(),
-                         [](const auto& a, const auto& b) { return a.second < b.second; });
-    const auto& places = truth.at(most->first);
+    const auto most = std::max_element(own->second.begin(), own->second.end(),
+                                       [](auto& a, auto& b) { return a.second < b.second; });
+    const auto& places = truth.movers.at(most->first);
     for (std::size_t k = 0; k < mover.states.size(); ++k) {
-      const std::size_t keyframe = mover.keyframes[k];
-      if (keyframe >= rows.size()) continue;
-      const auto place = places.find(rows[keyframe]);
+      if (mover.keyframes[k] >= truth.rows.size()) continue;
+      const auto place = places.find(truth.rows[mover.keyframes[k]]);
       if (place == places.end()) continue;
-      const double error = (mover.states[k].position - place->second).norm();
+      const Eigen::Vector3d& estimate = mover.states[k].position;
+      const double error = (moved(truth.T_truth_map, estimate) - place->second).norm();
       sum += error;
       report.max_m = std::max(report.max_m, error);
       ++report.states;
+      const auto pose = truth.poses.find(mover.states[k].time);
+      if (pose == truth.poses.end()) continue;
+      const mrpt::poses::CPose3D T_truth_estimate =
+          pose->second.truth + (mrpt::poses::CPose3D() - pose->second.estimate);
+      relative_sum += (moved(T_truth_estimate, estimate) - place->second).norm();
+      ++relative;
     }
   }
   if (report.states > 0) report.mean_m = sum / static_cast<double>(report.states);
+  if (relative > 0) report.relative_mean_m = relative_sum / static_cast<double>(relative);
   return report;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libhybrid/landmarks/association_decision.h"
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
 namespace HYBRID_API hybrid {
@@ -27,17 +28,26 @@ struct MoverReport {
   std::size_t followed = 0;         ///< of them, those that are of a mover
   std::size_t false_sightings = 0;  ///< measurements of things that really stand, but of a mover
   std::size_t states = 0;           ///< of movers, compared with the truth
-  double mean_m = 0, max_m = 0;     ///< errors of their positions
+  double mean_m = 0, max_m = 0;     ///< errors of their positions in the map
+  double relative_mean_m = 0;       ///< of those as seen from the robot, whose own error is out
 
   double kept_out_share() const {
     return static_cast<double>(kept_out) / static_cast<double>(sightings);
   }
 };
 
-/// `decisions` of all measurements; `rows` is the step of the log of each keyframe. A mover is
-/// compared with the true one that most of its measurements are of.
+/// What the movers of a map are compared with.
+struct MoverTruth {
+  const TrueMovers& movers;
+  std::vector<std::size_t> rows;     ///< step of the log of each keyframe
+  std::map<double, PosePair> poses;  ///< of the robot, by time; those that are known
+  /// From the map to the truth: what aligns the path.
+  mrpt::poses::CPose3D T_truth_map;
+};
+
+/// Compares a mover with the true one that most of its measurements are of; `decisions` are of all
+/// measurements.
 MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
-                         const std::vector<MoverEstimate>& movers, const TrueMovers& truth,
-                         const std::vector<std::size_t>& rows);
+                         const std::vector<MoverEstimate>& movers, const MoverTruth& truth);
 
 }  // namespace hybrid

@@ -61,6 +61,7 @@ Json to_json(const MoverReport& m) {
   if (m.states > 0) {
     out["mean_m"] = m.mean_m;
     out["max_m"] = m.max_m;
+    out["relative_mean_m"] = m.relative_mean_m;
   }
   return out;
 }

@@ -83,10 +83,12 @@ AssociationOptions read_association_options(IniSection& section) {
                               "one for each class in the order of class_names; 0: nothing moves",
                               kProbability);
   if (motion.moving.empty()) section.fail("moving_share", "needs a probability");
-  motion.speed = section.get("moving_speed", motion.speed,
-                             "of things that move, the standard deviation of each component of the "
-                             "velocity [m/s]",
-                             IniRange{1e-3, 1e4});
+  motion.speeds = section.get("moving_speeds", motion.speeds,
+                              "of things that move, the standard deviation of each component of "
+                              "the velocity, one for each kind of motion, such as walking and "
+                              "driving [m/s]",
+                              IniRange{1e-3, 1e4});
+  if (motion.speeds.empty()) section.fail("moving_speeds", "needs a speed");
   motion.acceleration = section.get("moving_acceleration", motion.acceleration,
                                     "by which each component of it changes within a second [m/s]",
                                     IniRange{1e-4, 1e4});

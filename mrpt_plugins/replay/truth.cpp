@@ -239,22 +239,25 @@ std::optional<double> pose_nees(TruthContent content, const std::vector<PosePair
   return mean_nees(pairs, covariances);
 }
 
-/// What is compared with the truth once the paths are aligned.
-struct Mapped {
-  std::vector<LandmarkEstimate> landmarks;
-  std::vector<MoverEstimate> movers;
-};
-
-/// Moves positions, not their covariances.
-void move(Mapped& mapped, const mrpt::poses::CPose3D& T) {
-  const auto moved = [&T](const Eigen::Vector3d& at) {
-    const auto p = T.composePoint({at.x(), at.y(), at.z()});
-    return Eigen::Vector3d(p.x, p.y, p.z);
-  };
-  for (LandmarkEstimate& landmark : mapped.landmarks) landmark.position = moved(landmark.position);
-  for (MoverEstimate& mover : mapped.movers) {
-    for (MoverState& state : mover.states) state.position = moved(state.position);
+/// Moves landmarks, not their covariances.
+void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& T) {
+  for (LandmarkEstimate& landmark : landmarks) {
+    const auto p =
+        T.composePoint({landmark.position.x(), landmark.position.y(), landmark.position.z()});
+    landmark.position = {p.x, p.y, p.z};
   }
+}
+
+/// The true movers, and where the robots really were.
+MoverTruth mover_truth(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
+                       const mrpt::poses::CPose3D& T_truth_map) {
+  MoverTruth out{truths.front().get().movers, parts.front().rows_by_keyframe, {}, T_truth_map};
+  const RobotPart& part = parts.front();  // the steps are those of its log
+  if (truths.front().content() == TruthContent::kPositions) return out;
+  if (truths.front().get().path.empty() || part.result.trajectory.empty()) return out;
+  const Truth::Pairs pairs = truths.front().pairs(part.result.trajectory, part.log_rows);
+  for (std::size_t i = 0; i < pairs.times.size(); ++i) out.poses[pairs.times[i]] = pairs.poses[i];
+  return out;
 }
 
 /// Takes those decisions out that are about things which really move.
@@ -272,14 +275,14 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-/// The errors of the paths of all robots together, and the alignment of what was mapped.
+/// The errors of the paths of all robots together, and the motion that aligns them.
 void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart>& parts,
-                   TruthSummary& summary, Mapped& mapped) {
+                   TruthSummary& summary, mrpt::poses::CPose3D& T_truth_map) {
   if (parts.size() == 1) {
     summary = compare_path(truths.front(), parts.front());
     if (truths.front().get().path.empty()) return;
     const RobotPart& part = parts.front();
-    move(mapped, alignment(truths.front().pairs(part.result.trajectory, part.log_rows).poses));
+    T_truth_map = alignment(truths.front().pairs(part.result.trajectory, part.log_rows).poses);
     return;
   }
   std::vector<PosePair> estimate, reckoned;
@@ -299,7 +302,7 @@ void compare_paths(const std::vector<Truth>& truths, const std::vector<RobotPart
   summary.trajectory->relative.clear();  // stretches do not lead from robot to robot
   summary.dead_reckoning->relative.clear();
   summary.nees_pose = pose_nees(content, estimate, covariances);
-  move(mapped, alignment(estimate));
+  T_truth_map = alignment(estimate);
 }
 
 }  // namespace
@@ -319,25 +322,27 @@ TruthSummary compare(const std::vector<Truth>& truths, const std::vector<RobotPa
                      const Mapper& mapper, double radius) {
   TruthSummary summary;
   const std::vector<LandmarkEstimate>& found = parts.front().result.landmarks;
-  Mapped aligned{found, parts.front().result.movers};
-  compare_paths(truths, parts, summary, aligned);
+  mrpt::poses::CPose3D T_truth_map;
+  compare_paths(truths, parts, summary, T_truth_map);
+  std::vector<LandmarkEstimate> aligned = found;
+  move(aligned, T_truth_map);
   std::vector<AssociationDecision> decisions = mapper.decisions();
   for (std::size_t i = 0; i < parts.size(); ++i) {
     truths[i].label(decisions, parts[i].rows_by_keyframe);
   }
   const TrueMovers& movers = truths.front().get().movers;
   if (!movers.empty() && !decisions.empty()) {
-    summary.movers =
-        mover_report(decisions, aligned.movers, movers, parts.front().rows_by_keyframe);
+    summary.movers = mover_report(decisions, parts.front().result.movers,
+                                  mover_truth(truths, parts, T_truth_map));
     decisions = about_standing(decisions, movers);
   }
   if (!decisions.empty()) summary.associations = association_report(decisions);
   const auto& landmarks = truths.front().get().landmarks;
   if (landmarks.empty()) return summary;
   const auto matching = decisions.empty() ? match_by_id(found, landmarks)
-                                          : match_by_distance(aligned.landmarks, landmarks, radius);
+                                          : match_by_distance(aligned, landmarks, radius);
   summary.landmarks = landmark_errors(matching, found, landmarks);
-  summary.landmarks_aligned = landmark_errors(matching, aligned.landmarks, landmarks);
+  summary.landmarks_aligned = landmark_errors(matching, aligned, landmarks);
   summary.class_accuracy = class_accuracy(matching, found, landmarks);
   summary.nees_landmark = landmark_nees(matching, found, landmarks);
   return summary;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -17,7 +18,8 @@ namespace {
 
 constexpr double kNeverBorn = 1e-300;
 constexpr double kSigma = 0.2;  // of a coordinate [m]
-const MotionPrior kPrior{3, 0.7, {0.1}};
+constexpr double kSpeed = 3;    // [m/s]
+const MotionPrior kPrior{{kSpeed}, 0.7, {0.1}};
 
 double log_gaussian(const Eigen::VectorXd& r, const Eigen::MatrixXd& S) {
   const Eigen::LLT<Eigen::MatrixXd> llt(S);
@@ -29,13 +31,13 @@ double log_gaussian(const Eigen::VectorXd& r, const Eigen::MatrixXd& S) {
 /// integral of a Wiener process and of the velocity at first.
 double of_positions(double a, double b) {
   const double m = std::min(a, b), M = std::max(a, b), q = std::pow(kPrior.acceleration, 2);
-  return kPrior.speed * kPrior.speed * a * b + q * (m * m * M / 2 - m * m * m / 6);
+  return kSpeed * kSpeed * a * b + q * (m * m * M / 2 - m * m * m / 6);
 }
 
 /// The same of the velocity at time a and the position at time b.
 double of_velocity_and_position(double a, double b) {
   const double q = std::pow(kPrior.acceleration, 2);
-  return kPrior.speed * kPrior.speed * b + q * (a >= b ? b * b / 2 : a * a / 2 + a * (b - a));
+  return kSpeed * kSpeed * b + q * (a >= b ? b * b / 2 : a * a / 2 + a * (b - a));
 }
 
 template <int D>
@@ -134,7 +136,7 @@ TEST(SmoothedStates, AreThePosteriorOfAllSightings) {
   ASSERT_EQ(states.size(), 4U);  // none before the first sighting, none after the last one
   const auto n = static_cast<Eigen::Index>(seen.size());
   // Of p0, the coordinate at the start: a broad prior that the first sighting outweighs.
-  constexpr double kBroad = 1e6;
+  constexpr double kBroad = 1e3;
   const auto since = [&](double t) { return t - seen[0].time; };
   Eigen::MatrixXd S(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -154,13 +156,13 @@ TEST(SmoothedStates, AreThePosteriorOfAllSightings) {
     const double q = kPrior.acceleration * kPrior.acceleration;
     Eigen::Matrix2d prior;
     prior << kBroad + of_positions(t, t), of_velocity_and_position(t, t),
-        of_velocity_and_position(t, t), kPrior.speed * kPrior.speed + q * t;
+        of_velocity_and_position(t, t), kSpeed * kSpeed + q * t;
     const Eigen::Matrix2d P = prior - gain * C.transpose();
     for (int k = 0; k < 2; ++k) {
       Eigen::VectorXd z(n);
-      for (Eigen::Index i = 0; i < n; ++i) z[i] = seen[i].point[k];
+      for (Eigen::Index i = 0; i < n; ++i) z[i] = seen[i].point[k] - seen[0].point[k];
       const Eigen::Vector2d mean = gain * z;
-      EXPECT_NEAR(state.position[k], mean[0], 1e-4);
+      EXPECT_NEAR(state.position[k] - seen[0].point[k], mean[0], 1e-4);
       EXPECT_NEAR(state.velocity[k], mean[1], 1e-4);
       EXPECT_NEAR(state.covariance(k, k), P(0, 0), 1e-4);
       EXPECT_NEAR(state.covariance(k, 3 + k), P(0, 1), 1e-4);

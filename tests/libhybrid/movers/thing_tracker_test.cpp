@@ -88,7 +88,7 @@ TEST(ThingTracker, WalkersAndCarsAreFollowed) {
     const std::vector<Mover> movers = square.tracker.movers({102.0, 103.0}, square.locate());
     ASSERT_GE(movers.size(), 2U);
     for (const Mover& mover : movers) {
-      EXPECT_GT(mover.probability, 0.5);
+      EXPECT_GT(mover.probability, 0.95);
       for (const MoverState& state : mover.states) {
         double nearest = 1e9;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -103,8 +103,8 @@ TEST(ThingTracker, WalkersAndCarsAreFollowed) {
 }
 
 TEST(ThingTracker, WhatCannotMoveIsNotFollowed) {
-  EXPECT_FALSE(ThingTracker({10, 2, {0, 0}}).is_on());
-  EXPECT_TRUE(ThingTracker({10, 2, {0, 0.1}}).is_on());
+  EXPECT_FALSE(ThingTracker({{10}, 2, {0, 0}}).is_on());
+  EXPECT_TRUE(ThingTracker({{10}, 2, {0, 0.1}}).is_on());
 }
 
 // Of two alike tracks, that of a class that moves more often is taken for a mover first.
@@ -112,7 +112,7 @@ TEST(ThingTracker, ClassesHavePriorsOfTheirOwn) {
   const ThingTracker::Look look{0.9, 1600, false, {0.5, 0.5}};
   int frames_until[2] = {0, 0};
   for (int kind : {0, 1}) {
-    ThingTracker tracker({10, 2, {0.5, 1e-6}});
+    ThingTracker tracker({{10}, 2, {0.5, 1e-6}});
     std::vector<PointSighting> seen;
     const auto locate = [&](int s) { return seen[static_cast<std::size_t>(s)]; };
     for (int i = 0; i < 12 && frames_until[kind] == 0; ++i) {

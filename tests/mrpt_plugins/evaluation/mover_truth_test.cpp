@@ -53,15 +53,21 @@ TEST(MoverReport, CountsWhatIsKeptOutAndMeasuresTrajectories) {
   mover.states[2].position = {9, 9, 9};  // no truth at step 5
   MoverEstimate invented = mover;
   invented.id = 5;
-  const MoverReport report = mover_report(decisions, {mover, invented}, truth, {0, 2, 5});
+  mover.states[1].time = 1;
+  // At that time the robot is off by 1 m to the left, and so is the mover as it is seen from it.
+  const mrpt::poses::CPose3D there(0, 0, 0, 0.5, 0, 0), estimate(0, 1, 0, 0.5, 0, 0);
+  const MoverReport report = mover_report(
+      decisions, {mover, invented},
+      {truth, {0, 2, 5}, {{1.0, {estimate, there}}}, mrpt::poses::CPose3D(0, 0.1, 0, 0, 0, 0)});
   EXPECT_EQ(report.things, 2U);
   EXPECT_EQ(report.sightings, 4U);
   EXPECT_EQ(report.kept_out, 3U);
   EXPECT_EQ(report.followed, 2U);
   EXPECT_EQ(report.false_sightings, 2U);
   EXPECT_EQ(report.states, 2U);
-  EXPECT_NEAR(report.mean_m, 0.2, 1e-12);
-  EXPECT_NEAR(report.max_m, 0.3, 1e-12);
+  EXPECT_NEAR(report.mean_m, 0.3, 1e-12);  // 0.2 and 0.4 after the alignment
+  EXPECT_NEAR(report.max_m, 0.4, 1e-12);
+  EXPECT_NEAR(report.relative_mean_m, 0.7, 1e-12);
   EXPECT_NEAR(report.kept_out_share(), 0.75, 1e-12);
 }
 
