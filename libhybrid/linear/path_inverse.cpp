@@ -2,6 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/detail/path_inverse.h"
 
+#include "libhybrid/linear/detail/substitute.h"
+
 namespace hybrid {
 
 const PathInverse::Path& PathInverse::path(int start, int dim) {
@@ -12,21 +14,27 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     path.supernodes.push_back(s);
     rows += factor_->supernode(s).columns;
   }
+  // L x = E for all columns at once; x is zero outside the path.
   path.y.resize(rows, dim);
-  x_.resize(factor_->size());  // of which only the path is used
-  for (int d = 0; d < dim; ++d) {
-    for (int s : path.supernodes) {
-      const auto& node = factor_->supernode(s);
-      x_.segment(node.first, node.columns).setZero();
+  if (scratch_.cols() != dim) scratch_.resize(factor_->size(), dim);
+  for (int s : path.supernodes) {
+    const auto& node = factor_->supernode(s);
+    scratch_.middleRows(node.first, node.columns).setZero();
+  }
+  scratch_.middleRows(start, dim).setIdentity();
+  int row = 0;
+  Eigen::MatrixXd front;
+  for (int s : path.supernodes) {
+    const auto& node = factor_->supernode(s);
+    front.setZero(node.height, dim);
+    front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
+    for (int d = 0; d < dim; ++d) {
+      substitute(factor_->panel(node), node.stride, node.height, node.columns, front.col(d).data());
     }
-    x_[start + d] = 1.0;
-    factor_->solve_lower_along(path.supernodes.front(), x_.data());
-    int row = 0;
-    for (int s : path.supernodes) {
-      const auto& node = factor_->supernode(s);
-      path.y.col(d).segment(row, node.columns) = x_.segment(node.first, node.columns);
-      row += node.columns;
-    }
+    path.y.middleRows(row, node.columns) = front.topRows(node.columns);
+    const int* below = factor_->rows(node) + node.columns;
+    for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);
+    row += node.columns;
   }
   return path;
 }

@@ -27,6 +27,7 @@ class PathInverse {
   Eigen::MatrixXd block(int start_a, int dim_a, int start_b, int dim_b);
 
  private:
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Path {
     Eigen::MatrixXd y;
     std::vector<int> supernodes;
@@ -36,7 +37,7 @@ class PathInverse {
 
   const BlockCholesky* factor_;
   std::unordered_map<int, Path> paths_;  // by first scalar
-  Eigen::VectorXd x_;                    // scratch
+  RowMatrix scratch_;
 };
 
 }  // namespace hybrid
