@@ -87,7 +87,11 @@ ImportReport import_as(std::size_t format, const fuzz::Folder& folder, const std
     options.identities = folder.at("known.fg");
     return import_plaza(options, log);
   }
-  if (format == 5) return import_mrclam({path}, log);
+  if (format == 5) {
+    MrclamOptions options;
+    options.folder = path;
+    return import_mrclam(options, log);
+  }
   if (format == 6) {
     StataOptions options;
     options.folder = path;

@@ -14,7 +14,7 @@
 namespace hybrid {
 namespace {
 
-constexpr int kFrames = 60;
+constexpr int kMoverFrames = 60;
 constexpr double kPeriod = 0.5;           // [s]
 constexpr double kSigmaRange = 0.1;       // [m]
 constexpr double kSigmaYaw = 0.01;        // [rad]
@@ -48,7 +48,7 @@ struct Yard {
     AssociationOptions options;
     options.motion = motion;
     LandmarkMapper<SE2> mapper{LandmarkAssociation(options)};
-    for (int i = 0; i < kFrames; ++i) {
+    for (int i = 0; i < kMoverFrames; ++i) {
       DetectionFrame frame;
       frame.time = 1000 + kPeriod * i;
       frame.is_3d = false;
@@ -78,7 +78,7 @@ struct Yard {
 
 std::vector<double> times() {
   std::vector<double> out;
-  for (int i = 0; i < kFrames; ++i) out.push_back(1000 + kPeriod * i);
+  for (int i = 0; i < kMoverFrames; ++i) out.push_back(1000 + kPeriod * i);
   return out;
 }
 

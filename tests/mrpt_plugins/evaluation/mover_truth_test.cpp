@@ -11,14 +11,14 @@
 namespace hybrid {
 namespace {
 
-TrueMovers read(const std::string& text) {
+TrueMovers read_movers_of(const std::string& text) {
   const TemporaryFile file("movers.csv");
   std::ofstream(file.path()) << text;
   return read_true_movers(file.path());
 }
 
 TEST(TrueMovers, AreKeyedByIdAndStep) {
-  const TrueMovers truth = read("step,id,x,y,z\n0,7,1,2,0\n4,7,1.5,2,0\n4,9,0,0,3\n");
+  const TrueMovers truth = read_movers_of("step,id,x,y,z\n0,7,1,2,0\n4,7,1.5,2,0\n4,9,0,0,3\n");
   ASSERT_EQ(truth.size(), 2U);
   EXPECT_EQ(truth.at(7).at(4), Eigen::Vector3d(1.5, 2, 0));
   EXPECT_EQ(truth.at(9).at(4).z(), 3);
@@ -26,7 +26,7 @@ TEST(TrueMovers, AreKeyedByIdAndStep) {
 
 TEST(TrueMovers, BadFilesAreErrorsThatNameTheLine) {
   for (const char* text : {"step,id,x,y,z\n0,1,2\n", "0,1,2,x,0\n", "0,1,2,3,0\n0,1,2,3,0\n"}) {
-    EXPECT_THROW(read(text), Error) << text;
+    EXPECT_THROW(read_movers_of(text), Error) << text;
   }
   EXPECT_THROW(read_true_movers("/no/such/file.csv"), Error);
 }
@@ -39,7 +39,7 @@ AssociationDecision decision(std::optional<std::int64_t> landmark, std::int64_t 
 }
 
 TEST(MoverReport, CountsWhatIsKeptOutAndMeasuresTrajectories) {
-  const TrueMovers truth = read("0,7,0,0,0\n2,7,2,0,0\n4,7,4,0,0\n");
+  const TrueMovers truth = read_movers_of("0,7,0,0,0\n2,7,2,0,0\n4,7,4,0,0\n");
   // Thing 7 moves, thing 3 stands. Most sightings of mover 1 are of thing 7; mover 5 is false.
   const std::vector<AssociationDecision> decisions = {
       decision({}, 7, 1),  decision({}, 7, 1), decision({}, 7, {}), decision(12, 7, {}),
