@@ -28,6 +28,7 @@ struct Detection {
   /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   bool moving = false;  ///< Its thing moves, as far as is known: no landmark.
+  bool at_rest = true;  ///< Whether its members fit one thing at rest; others tell of no landmark.
   double delay = 0;     ///< Time of the detection after that of its frame [s].
   /// How its thing moves, seen from the sensor as it stands at the time of the frame [m/s].
   struct Velocity {

@@ -20,6 +20,17 @@
 namespace hybrid {
 namespace {
 
+constexpr double kRest = 0.9999;  // probability with which a thing at rest is taken for one
+
+/// Whether noise explains a velocity. What the detections have in common for all of the time does
+/// not move a thing, what they have in common for a while does.
+bool fits_rest(const Detection::Velocity& velocity, Eigen::Index dim, double inflation) {
+  const Eigen::VectorXd v = velocity.mean.head(dim);
+  const Eigen::MatrixXd C = velocity.covariance.topLeftCorner(dim, dim);
+  return v.dot(C.llt().solve(v)) <=
+         std::sqrt(inflation) * chi_square_quantile(kRest, static_cast<int>(dim));
+}
+
 constexpr double kLeastScore = 1e-6;
 
 /// -log of how well the scores of a detection go with those of a track so far; 0 without classes.
@@ -186,6 +197,8 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
   out.members = track.members;
   out.delay = track.seconds / n;
   out.velocity = track.velocity();
+  out.at_rest =
+      track.id.has_value() || !out.velocity || fits_rest(*out.velocity, dim, inflation(track));
   if (out.velocity) {  // what detections have in common for a while is motion to them
     out.velocity->covariance *= inflation(track);
     out.velocity->covariance.topLeftCorner(dim, dim) += drift / (sensor.seconds * sensor.seconds);

@@ -97,7 +97,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   follow(noted, frame, coverage, map);
   for (const int s : noted) {
     const Detection& detection = landmarks_.sighting(s).detection;
-    if (detection.moving) {
+    if (detection.moving || !detection.at_rest) {
       ++out.dropped[kMoving];
       continue;
     }
@@ -112,9 +112,6 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     candidates = find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
                                  loops_.local_since(), loops_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
-    for (std::size_t i = 0; i < sightings.size(); ++i) {
-      landmarks_.sighting(sightings[i]).undetected = candidates.undetected[i];
-    }
   }
   const bool open = found.size() > 1 && map.keeps_all;
   if (open) doubt(found, sightings, frame, map, out);
@@ -239,7 +236,7 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
     const int s = open.sightings[i], t = open.tracks[value][i];
     if (!map.holds(landmarks_.sighting(s).pose)) continue;  // its variable has left with its pose
     landmarks_.detach(s, out);
-    if (landmarks_.sighting(s).detection.moving) {
+    if (landmarks_.sighting(s).detection.moving || !landmarks_.sighting(s).detection.at_rest) {
       ++out.dropped[kMoving];
     } else if (t >= 0) {
       landmarks_.attach(s, t, map.is_3d, out);

@@ -153,7 +153,8 @@ std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& clas
   for (int s = 0; s < count; ++s) {
     const Sighting& sighting = landmarks.sighting(s);
     if (s > 0 && sighting.frame != landmarks.sighting(s - 1).frame) finish_frame();
-    if (sighting.detection.moving || !map.holds(sighting.pose)) continue;
+    const Detection& seen = sighting.detection;
+    if (seen.moving || !seen.at_rest || !map.holds(sighting.pose)) continue;
     if (options.use_ids && sighting.detection.id) {
       const auto named = track_of_id.find(*sighting.detection.id);
       if (named == track_of_id.end()) continue;

@@ -200,9 +200,9 @@ void read_methods(IniSection& experiment, ExperimentPlan& plan) {
 
 /// The settings except those that only add or leave out trials, and the hashes of the files.
 std::map<std::string, std::string> fingerprint_of(const IniFile& ini, ExperimentPlan& plan) {
-  static const std::set<std::string> kFree = {"jobs",          "rank_silence", "trials", "methods",
-                                              "outlier_rates", "graphs",       "title",  "data_dir",
-                                              "variants",      "success_ate"};
+  static const std::set<std::string> kFree = {"jobs",     "rank_silence",  "trials",     "methods",
+                                              "rawlogs",  "outlier_rates", "graphs",     "title",
+                                              "data_dir", "variants",      "success_ate"};
   std::map<std::string, std::string> settings;
   for (const auto& [section, keys] : ini.settings()) {
     for (const auto& [key, value] : keys) {

@@ -170,7 +170,7 @@ ImportReport import_mrclam(const MrclamOptions& options, const std::string& outp
   Frame frame(options, delay_of(options, measurements, log), log);
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
-    log.used(static_cast<double>(i) / static_cast<double>(measurements.size()));
+    log.used(static_cast<double>(i + 1) / static_cast<double>(measurements.size()));
     if (!frame.is_of(m.time)) frame.begin(m.time);
     CObservationClassedBearingRange::Detection d = m.detection;
     const auto subject = subject_of.find(m.barcode);

@@ -24,7 +24,7 @@ TEST_F(AutoPlugins, AnyLogIsMappedWithoutAnIni) {
     nlohmann::json summary = summary_of(log);
     EXPECT_EQ(summary["status"], "ok") << log;
     EXPECT_EQ(summary["chosen_plugins"], Names{plugin}) << log;
-    EXPECT_GT(summary["landmarks"], 2) << log;
+    EXPECT_GE(summary["landmarks"], 2) << log;
     EXPECT_FALSE(summary["truth"].contains("trajectory")) << log;
   }
 }
