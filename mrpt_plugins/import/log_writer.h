@@ -45,8 +45,8 @@ struct ImportReport {
 /// Writes F.rawlog as actions and sensory frames, step by step, and the ground truth beside it:
 /// F_ground_truth_robot_path.txt (one row per step), F_ground_truth.txt (landmarks, class last),
 /// F_ground_truth_robot_path.xyz (timed positions, where orientations are unknown) and
-/// F_ground_truth_associations.csv and F_ground_truth_movers.csv. finish() makes all of them appear together. Throws Error that
-/// names the file on write errors.
+/// F_ground_truth_associations.csv and F_ground_truth_movers.csv. finish() makes all of them appear
+/// together. Throws Error that names the file on write errors.
 class LogWriter {
  public:
   /// `path` is F.rawlog; its folder is created if absent.

@@ -94,8 +94,8 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// Names of the values of the class variables that this plugin makes; empty if it makes none.
   virtual std::vector<std::string> class_names() const { return {}; }
 
-  /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which they
-  /// were in sight.
+  /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which
+  /// they were in sight.
   virtual std::vector<Mover> movers(const std::vector<double>& /*times*/, const MapView&) const {
     return {};
   }

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "mrpt_plugins/evaluation/ground_truth.h"
-#include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/evaluation/mover_truth.h"
+#include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
 #include "mrpt_plugins/import/stata.h"
 #include "tests/mrpt_plugins/import/import_files.h"
