@@ -5,6 +5,7 @@
 // in one run.
 #include <ceres/ceres.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -149,26 +150,7 @@ std::string measure(const Case& c, int repeats) {
   return line;
 }
 
-int run(int argc, char** argv) {
-  std::vector<std::string> graphs;
-  std::string json;
-  int repeats = 5;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument == "--json" && i + 1 < argc) {
-      json = argv[++i];
-    } else if (argument == "--repeats" && i + 1 < argc) {
-      repeats = std::max(1, std::atoi(argv[++i]));
-    } else if (argument == "--help" || argument.rfind("--", 0) == 0) {
-      std::cout
-          << "bench-batch [GRAPH...] [--repeats N] [--json F]\n"
-             "Graphs are g2o or TORO files, or names in $HYBRID_DATA_DIR/pose_graphs; medians "
-             "of N runs, ours and Ceres in turn.\n";
-      return argument == "--help" ? 0 : 1;
-    } else {
-      graphs.push_back(argument);
-    }
-  }
+void run(std::vector<std::string> graphs, int repeats, const std::string& json) {
   if (graphs.empty()) {
     graphs = {"intel", "CSAIL", "manhattan", "sphere2500", "parking-garage", "city10000"};
   }
@@ -178,19 +160,26 @@ int run(int argc, char** argv) {
     std::cout << line << std::endl;
     all += (all.empty() ? "[" : ",\n ") + line;
   }
-  if (json.empty()) return 0;
-  write_file(json, all + "]\n");
-  return 0;
+  if (!json.empty()) write_file(json, all + "]\n");
 }
 
 }  // namespace
 }  // namespace hybrid
 
-int main(int argc, char** argv) {
-  try {
-    return hybrid::run(argc, argv);
-  } catch (const std::exception& e) {
-    std::cerr << "bench-batch: " << e.what() << "\n";
-    return 1;
-  }
+int main(int argc, char** argv) try {
+  CLI::App app("Batch Levenberg-Marquardt and Ceres in turn, from the same initial values");
+  std::vector<std::string> graphs;
+  int repeats = 5;
+  std::string json;
+  app.add_option("GRAPH", graphs, "g2o or TORO files, or names in $HYBRID_DATA_DIR/pose_graphs");
+  app.add_option("--repeats", repeats, "The figures are medians of so many runs")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--json", json, "Write the figures here, too");
+  CLI11_PARSE(app, argc, argv);
+  hybrid::run(std::move(graphs), repeats, json);
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "bench-batch: %s\n", e.what());
+  return EXIT_FAILURE;
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// Reading and writing of pose graphs, in MB per second of processor time:
-//   bench-graph-io [--poses N] [FILE...]
-// Without files, of the generated worlds of bench-scale. Each figure is the median of five.
+// Reading and writing of pose graphs, in MB per second of processor time.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -53,17 +52,7 @@ void measure(const std::string& name, const std::string& file) {
       text);
 }
 
-void run(int argc, char** argv) {
-  int poses = 100000;
-  std::vector<std::string> files;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument == "--poses" && i + 1 < argc) {
-      poses = std::max(100, std::atoi(argv[++i]));
-    } else {
-      files.push_back(argument);
-    }
-  }
+void run(int poses, const std::vector<std::string>& files) {
   for (const std::string& file : files) measure(std::filesystem::path(file).stem(), file);
   if (!files.empty()) return;
   const std::string file =
@@ -79,12 +68,20 @@ void run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    run(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "bench-graph-io: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+int main(int argc, char** argv) try {
+  CLI::App app(
+      "Reading and writing of pose graphs, in MB per second of processor time; each figure is the "
+      "median of five");
+  int poses = 100000;
+  std::vector<std::string> files;
+  app.add_option("FILE", files, "Graphs; without any, generated worlds are written and read");
+  app.add_option("--poses", poses, "Poses of a generated world")
+      ->check(CLI::Range(100, 100000000))
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  run(poses, files);
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "bench-graph-io: %s\n", e.what());
+  return EXIT_FAILURE;
 }

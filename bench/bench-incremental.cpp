@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// The incremental smoother on public graphs, fed pose by pose with a full estimate after each:
-//   bench-incremental [GRAPH...] [--json F] [--csv F]   time per step and final cost
-//   bench-incremental --growth N [--csv F]    time per step of an exploration without loops
-//   bench-incremental --binary N              cost of an update with N unaffected binary variables
-//   bench-incremental --marginals             covariances after and during a run
-// The CSV holds the time per step against the size of the graph; plot-growth draws it.
+// The incremental smoother on public graphs, fed pose by pose with a full estimate after each.
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -271,55 +267,32 @@ void run_marginals() {
   time_online_marginals(data_path("victoria_park/victoria_park_known_assoc_gtsam.txt"));
 }
 
-int positive(const std::string& option, const std::string& text) {
-  const int value = std::atoi(text.c_str());
-  if (value <= 0) throw Error(option + " takes a positive number, not '" + text + "'");
-  return value;
-}
+}  // namespace
 
-void run(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  CLI::App app(
+      "The incremental smoother on graphs, fed pose by pose with a full estimate after each: time "
+      "per "
+      "step and final cost");
   std::vector<std::string> graphs;
   std::string json, csv;
   int growth = 0, binary = 0;
   bool marginals = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string option = argv[i];
-    if (option.rfind("--", 0) != 0) {
-      graphs.push_back(option);
-      continue;
-    }
-    if (option == "--marginals") {
-      marginals = true;
-      continue;
-    }
-    if (i + 1 == argc) throw Error(option + " takes an argument, or does not exist");
-    const std::string value = argv[++i];
-    if (option == "--json") {
-      json = value;
-    } else if (option == "--csv") {
-      csv = value;
-    } else if (option == "--growth") {
-      growth = positive(option, value);
-    } else if (option == "--binary") {
-      binary = positive(option, value);
-    } else {
-      throw Error("there is no option " + option);
-    }
-  }
+  app.add_option("GRAPH", graphs, "g2o or TORO files; the public ones by default");
+  app.add_option("--json", json, "Write the figures of the graphs here, too");
+  app.add_option("--csv", csv, "Write the time per step against the size; plot-growth draws it");
+  app.add_option("--growth", growth, "Instead: an exploration of so many poses without loops")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--binary", binary, "Instead: an update beside so many unaffected variables")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--marginals", marginals, "Instead: covariances after and during a run");
+  CLI11_PARSE(app, argc, argv);
   if (growth > 0) run_growth(growth, csv);
   if (binary > 0) run_binary(binary);
   if (marginals) run_marginals();
   if (growth == 0 && binary == 0 && !marginals) run_graphs(graphs, json, csv);
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  try {
-    run(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "bench-incremental: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "bench-incremental: %s\n", e.what());
+  return EXIT_FAILURE;
 }

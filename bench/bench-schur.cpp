@@ -5,6 +5,7 @@
 // SPARSE_SCHUR, on the same simulated problem with the same residuals, in one run.
 #include <ceres/ceres.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -236,43 +237,33 @@ std::string measure(const Settings& settings) {
   return line + last;
 }
 
-int run(int argc, char** argv) {
-  Settings settings;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const auto number = [&](const char* name, int& value) {
-      if (argument != name || i + 1 >= argc) return false;
-      value = std::max(1, std::atoi(argv[++i]));
-      return true;
-    };
-    if (number("--poses", settings.poses) || number("--landmarks", settings.landmarks) ||
-        number("--sightings", settings.sightings) || number("--repeats", settings.repeats)) {
-      continue;
-    }
-    if (argument == "--json" && i + 1 < argc) {
-      settings.json = argv[++i];
-      continue;
-    }
-    std::cout
-        << "bench-schur [--poses N] [--landmarks N] [--sightings N] [--repeats N] [--json F]\n"
-           "Wall and processor times of the run with the least processor time.\n";
-    return argument == "--help" ? 0 : 1;
-  }
+void run(const Settings& settings) {
   const std::string line = measure(settings);
   std::cout << line << std::endl;
-  if (settings.json.empty()) return 0;
-  write_file(settings.json, "[" + line + "]\n");
-  return 0;
+  if (!settings.json.empty()) write_file(settings.json, "[" + line + "]\n");
 }
 
 }  // namespace
 }  // namespace hybrid
 
-int main(int argc, char** argv) {
-  try {
-    return hybrid::run(argc, argv);
-  } catch (const std::exception& e) {
-    std::cerr << "bench-schur: " << e.what() << "\n";
-    return 1;
-  }
+int main(int argc, char** argv) try {
+  CLI::App app(
+      "Elimination of landmarks first, compared with none and with Ceres: wall and processor times "
+      "of "
+      "the run with the least processor time");
+  hybrid::Settings settings;
+  const auto number = [&](const char* name, int& value, const char* what) {
+    app.add_option(name, value, what)->check(CLI::PositiveNumber)->capture_default_str();
+  };
+  number("--poses", settings.poses, "Poses");
+  number("--landmarks", settings.landmarks, "Landmarks");
+  number("--sightings", settings.sightings, "Sightings of each landmark");
+  number("--repeats", settings.repeats, "Runs of each");
+  app.add_option("--json", settings.json, "Write the figures here, too");
+  CLI11_PARSE(app, argc, argv);
+  hybrid::run(settings);
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "bench-schur: %s\n", e.what());
+  return EXIT_FAILURE;
 }
