@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/between.h"
@@ -39,8 +40,7 @@ class RangeProblem {
   explicit RangeProblem(const RangeLog& log) : log_(log) {
     for (const AnchorRange& r : log.ranges) times_.push_back(r.time);
     for (const WheelSpeeds& w : log.odometry) times_.push_back(w.time);
-    std::sort(times_.begin(), times_.end());
-    times_.erase(std::unique(times_.begin(), times_.end()), times_.end());
+    sort_unique(times_);
     add_motion();
     for (const AnchorRange& r : log.ranges) anchors_[r.anchor_id] = r.anchor;
   }

@@ -13,6 +13,7 @@
 #include "apps/hybrid-switching/locate.h"
 #include "apps/hybrid-switching/reports.h"
 #include "apps/program.h"
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/output/mode_image.h"
@@ -73,8 +74,7 @@ Image timeline(const Options& options, const RangeLog& log, const Located& locat
   t.points = true;
   std::vector<int> anchors, all;
   for (const AnchorRange& r : log.ranges) anchors.push_back(r.anchor_id);
-  std::sort(anchors.begin(), anchors.end());
-  anchors.erase(std::unique(anchors.begin(), anchors.end()), anchors.end());
+  sort_unique(anchors);
   for (std::size_t i = 0; i < log.ranges.size(); ++i) {
     t.x.push_back(static_cast<double>(i));
     t.curve.push_back(residual(located, log.ranges[i]));

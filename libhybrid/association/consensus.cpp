@@ -72,7 +72,7 @@ class Growth {
 };
 
 /// Whether what two pairs are off by is for the most part the same.
-bool hang_together(const IdentityHypotheses& h, int p, int q) {
+bool are_correlated(const IdentityHypotheses& h, int p, int q) {
   const auto block = [&](int i, int j) {
     return Eigen::MatrixXd(h.covariance.block(h.dim * i, h.dim * j, h.dim, h.dim));
   };
@@ -88,7 +88,7 @@ std::vector<std::vector<int>> correlated_groups(const IdentityHypotheses& h,
     pairs.pop_back();
     for (std::size_t k = 0; k < group.size(); ++k) {
       const auto apart = std::partition(pairs.begin(), pairs.end(),
-                                        [&](int q) { return !hang_together(h, group[k], q); });
+                                        [&](int q) { return !are_correlated(h, group[k], q); });
       group.insert(group.end(), apart, pairs.end());
       pairs.erase(apart, pairs.end());
     }
@@ -133,11 +133,11 @@ ConsensusSet decided_consensus(const IdentityHypotheses& hypotheses, double gate
   ConsensusSet best = sets.front();
   for (const ConsensusSet& other : sets) {
     if (other.cost > sets.front().cost + margin) break;
-    const auto doubted = [&](int p) {
+    const auto ambiguous = [&](int p) {
       return std::any_of(other.pairs.begin(), other.pairs.end(),
                          [&](int q) { return contradict(hypotheses, p, q); });
     };
-    best.pairs.erase(std::remove_if(best.pairs.begin(), best.pairs.end(), doubted),
+    best.pairs.erase(std::remove_if(best.pairs.begin(), best.pairs.end(), ambiguous),
                      best.pairs.end());
   }
   std::vector<int> believed;

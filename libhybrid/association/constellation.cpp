@@ -11,6 +11,7 @@
 
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
@@ -192,8 +193,8 @@ class PlaceSearch {
     const auto place_in = [](const std::vector<int>& all, int value) {
       return std::lower_bound(all.begin(), all.end(), value) - all.begin();
     };
-    make_unique(rows);
-    make_unique(columns);
+    sort_unique(rows);
+    sort_unique(columns);
     MatchingProblem problem;
     problem.matched.setConstant(static_cast<Eigen::Index>(rows.size()),
                                 static_cast<Eigen::Index>(columns.size()), kInfinity);
@@ -207,11 +208,6 @@ class PlaceSearch {
       if (column[i] >= 0) out.emplace_back(rows[i], columns[static_cast<std::size_t>(column[i])]);
     }
     return out;
-  }
-
-  static void make_unique(std::vector<int>& all) {
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
   }
 
   /// -log of the likelihood of a pair apart from its position.

@@ -13,6 +13,7 @@
 #include "libhybrid/baselines/detail/clique.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/factors/relative_pose.h"
 
@@ -103,8 +104,7 @@ class Track {
   using Way = UncertainMotion<Group>;
 
   Track(const std::vector<Way>& steps, std::vector<int> indices) : stops_(std::move(indices)) {
-    std::sort(stops_.begin(), stops_.end());
-    stops_.erase(std::unique(stops_.begin(), stops_.end()), stops_.end());
+    sort_unique(stops_);
     for (std::size_t s = 1; s < stops_.size(); ++s) {
       Way gap = steps[stops_[s - 1]];
       for (int i = stops_[s - 1] + 1; i < stops_[s]; ++i) gap = followed_by(gap, steps[i]);

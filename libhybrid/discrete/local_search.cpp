@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/discrete/detail/variable_elimination.h"
 
 namespace hybrid {
@@ -161,8 +162,7 @@ double Search::cost(const std::vector<int>& tables) const {
 bool Search::improve(const std::vector<int>& block) {
   std::vector<int> touched;
   for (int v : block) touched.insert(touched.end(), tables_of_[v].begin(), tables_of_[v].end());
-  std::sort(touched.begin(), touched.end());
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  sort_unique(touched);
   std::vector<Table> slices;
   slices.reserve(touched.size());
   for (int t : touched) slices.push_back(slice(t));

@@ -96,4 +96,26 @@ std::vector<double> to_probabilities(const Table& table) {
   return p;
 }
 
+std::vector<double> posterior(std::vector<double> prior,
+                              const std::vector<double>& log_likelihood) {
+  if (prior.size() != log_likelihood.size()) {
+    throw Error("a prior of " + std::to_string(prior.size()) + " values, likelihoods of " +
+                std::to_string(log_likelihood.size()));
+  }
+  if (prior.empty()) return prior;
+  const double top = *std::max_element(log_likelihood.begin(), log_likelihood.end());
+  double sum = 0.0;
+  for (std::size_t v = 0; v < prior.size(); ++v) {
+    sum += prior[v] *= std::exp(log_likelihood[v] - top);
+  }
+  for (double& p : prior) p /= sum;
+  return prior;
+}
+
+int most_probable(const std::vector<double>& probabilities) {
+  if (probabilities.empty()) return -1;
+  return static_cast<int>(std::max_element(probabilities.begin(), probabilities.end()) -
+                          probabilities.begin());
+}
+
 }  // namespace hybrid

@@ -30,4 +30,11 @@ Table conditional_table(DiscreteKey child, const std::vector<DiscreteKey>& paren
 /// Throws Error if every joint value is impossible.
 std::vector<double> to_probabilities(const Table& table);
 
+/// Bayes' rule over the values of one variable: proportional to prior * exp(log_likelihood), and
+/// sums to one. Both have one entry per value; at least one product must be positive.
+std::vector<double> posterior(std::vector<double> prior, const std::vector<double>& log_likelihood);
+
+/// The first of the most probable values; -1 for none at all.
+int most_probable(const std::vector<double>& probabilities);
+
 }  // namespace hybrid

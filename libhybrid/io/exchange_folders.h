@@ -10,7 +10,7 @@
 namespace HYBRID_API hybrid {
 
 /// Replaces `folder` by the folder `fresh` in one atomic step, with the permissions of `folder`.
-/// Returns the path of the old folder, a hidden name `.FOLDER.part-XXXXXX` beside it. Empty, with
+/// Returns the path of the old folder, a hidden name `.FOLDER.part-RANDOM` beside it. Empty, with
 /// nothing changed, if that is not possible: the file system cannot exchange names, `folder` is a
 /// mount point or the current folder, it has another owner, or its parent must not be written.
 /// Throws SystemError, with nothing changed, if the exchange cannot be made durable.

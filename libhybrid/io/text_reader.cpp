@@ -109,6 +109,11 @@ std::optional<TextRow> TextReader::next() {
   return std::nullopt;
 }
 
+std::optional<TextRow> TextReader::first_below(std::string_view title) {
+  std::optional<TextRow> row = next();
+  return row && (*row)[0] == title ? next() : row;
+}
+
 bool TextReader::read_bytes(char* to, std::size_t count) {
   last_ = {};
   while (rest_.size() < count) {

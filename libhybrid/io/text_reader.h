@@ -50,6 +50,8 @@ class TextReader {
   bool next(TextRow& row);
   /// The same as a value, empty at the end; throws Error if the file ends without any row.
   std::optional<TextRow> next();
+  /// The first row that is not one of titles, of which the first is `title`; throws as next().
+  std::optional<TextRow> first_below(std::string_view title);
   /// The next line without its end; it stays valid until the next call. False at the end.
   bool next_line(std::string_view& line);
   /// Reads, or skips, binary data after the lines read; false if there are fewer than `count`

@@ -18,8 +18,8 @@ namespace HYBRID_API hybrid {
 /// Detections from which on a tracklet tells how its thing moves.
 inline constexpr std::size_t kFewestForMotion = 3;
 
-/// One sighting of a landmark. In the frame of the sensor the point lies at from_polar(range, yaw,
-/// pitch): positive pitch points down.
+/// One sighting of a thing, which is at from_polar(range, yaw, pitch) in the frame of the sensor:
+/// positive pitch points down.
 struct Detection {
   double range = 0, yaw = 0, pitch = 0;  ///< [m], [rad]; pitch is 0 for a planar sensor.
   std::optional<std::int64_t> id;        ///< Landmark, if the sensor identifies it.
@@ -27,8 +27,8 @@ struct Detection {
   std::vector<double> class_probabilities;  ///< Sums to 1, as long as class_names; or empty.
   /// Of (range, yaw, pitch); the row and column of pitch are zero for a planar sensor.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  bool moving = false;  ///< Its thing moves, as far as is known: no landmark.
-  bool at_rest = true;  ///< Whether its members fit one thing at rest; others tell of no landmark.
+  bool moving = false;  ///< Its thing moves, as far as is known.
+  bool at_rest = true;  ///< Whether its members fit one thing at rest.
   double delay = 0;     ///< Time of the detection after that of its frame [s].
   /// How its thing moves, seen from the sensor as it stands at the time of the frame [m/s].
   struct Velocity {
@@ -38,6 +38,9 @@ struct Detection {
   std::optional<Velocity> velocity = std::nullopt;  ///< Where it was measured.
   /// The true ids of the detections that this one stands for; empty where it is a single one.
   std::vector<std::optional<std::int64_t>> members = {};
+
+  /// Whether it may be the sighting of a landmark: nothing says that its thing moves.
+  bool may_be_landmark() const { return at_rest && !moving; }
 };
 
 /// What one sensor saw at one time.

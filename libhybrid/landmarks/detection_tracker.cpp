@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "libhybrid/association/gate.h"
@@ -14,6 +15,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
 
@@ -33,17 +35,13 @@ bool fits_rest(const Detection::Velocity& velocity, Eigen::Index dim, double inf
 
 constexpr double kLeastScore = 1e-6;
 
-/// -log of how well the scores of a detection go with those of a track so far; 0 without classes.
+/// -log of how well the scores of a detection go with those of a track so far; 0 without classes
+/// in common.
 double tracklet_class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {
-  if (scores.empty() || evidence.empty()) return 0;
-  const double top = *std::max_element(evidence.begin(), evidence.end());
-  double sum = 0, agree = 0;
-  for (std::size_t s = 0; s < scores.size(); ++s) {
-    const double p = std::exp(evidence[s] - top);
-    sum += p;
-    agree += p * scores[s];
-  }
-  return -std::log(std::max(agree / sum, kLeastScore));
+  if (scores.empty() || scores.size() != evidence.size()) return 0;
+  const std::vector<double> p = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
+  const double agree = std::inner_product(p.begin(), p.end(), scores.begin(), 0.0);
+  return -std::log(std::max(agree, kLeastScore));
 }
 
 /// Covariance of a point of a sensor that came with the robot, from that of the motion since: the
@@ -56,6 +54,24 @@ Eigen::MatrixXd from_motion(const Eigen::Vector3d& q, const Eigen::Matrix3d& R,
   J << Eigen::Matrix3d::Identity(), -hat;
   J = R * J;
   return J * covariance * J.transpose();
+}
+
+/// Gives a detection the place p of covariance P in the frame of its sensor.
+void place_at(const Eigen::VectorXd& p, const Eigen::MatrixXd& P, Detection& out) {
+  if (p.size() == 2) {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d z = to_polar(Eigen::Vector2d(p), &J);
+    out.range = z[0];
+    out.yaw = z[1];
+    out.covariance.topLeftCorner<2, 2>() = J * P * J.transpose();
+  } else {
+    Eigen::Matrix3d J;
+    const Eigen::Vector3d z = to_polar(Eigen::Vector3d(p), &J);
+    out.range = z[0];
+    out.yaw = z[1];
+    out.pitch = z[2];
+    out.covariance = J * P * J.transpose();
+  }
 }
 
 }  // namespace
@@ -153,7 +169,8 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     sensor.first.detections.clear();
     sensor.T_now_first = frame.T_robot_sensor;
   }
-  sensor.seconds = frame.time - sensor.first.time;
+  const double seconds = frame.time - sensor.first.time;
+  sensor.seconds = std::max(sensor.seconds, std::abs(seconds));
   std::vector<Seen> seen;
   for (const Detection& d : frame.detections) seen.push_back(place(sensor, frame, d));
   const std::vector<int> column = match(sensor, seen, frame.detections);
@@ -167,7 +184,7 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     }
     Track& track =
         column[i] < 0 ? sensor.tracks.back() : sensor.tracks[static_cast<std::size_t>(column[i])];
-    track.take(seen[i].point, seen[i].covariance, sensor.seconds);
+    track.take(seen[i].point, seen[i].covariance, seconds);
     track.steps += sensor.frames;
     track.members.push_back(d.true_id);
     if (d.class_probabilities.empty()) continue;
@@ -183,7 +200,8 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
   const Eigen::VectorXd p = track.mean();
   const auto dim = p.size();
   // n alike detections whose noise is in part common to all: 1/n of one part, all of the other.
-  Eigen::MatrixXd P = track.covariance() * inflation(track);
+  const double common = inflation(track);
+  Eigen::MatrixXd P = track.covariance() * common;
   const double rest = sensor.frames > 0 ? 1 - track.steps / n / sensor.frames : 0.0;
   const Eigen::Matrix3d R = sensor.T_now_first.linear();
   const Eigen::Vector3d first = padded_point(p);
@@ -197,35 +215,15 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
   out.members = track.members;
   out.delay = track.seconds / n;
   out.velocity = track.velocity();
-  out.at_rest =
-      track.id.has_value() || !out.velocity || fits_rest(*out.velocity, dim, inflation(track));
+  out.at_rest = track.id.has_value() || !out.velocity || fits_rest(*out.velocity, dim, common);
   if (out.velocity) {  // what detections have in common for a while is motion to them
-    out.velocity->covariance *= inflation(track);
+    out.velocity->covariance *= common;
     out.velocity->covariance.topLeftCorner(dim, dim) += drift / (sensor.seconds * sensor.seconds);
   }
-  if (dim == 2) {
-    Eigen::Matrix2d J;
-    const Eigen::Vector2d z = to_polar(Eigen::Vector2d(p), &J);
-    out.range = z[0];
-    out.yaw = z[1];
-    out.covariance.topLeftCorner<2, 2>() = J * P * J.transpose();
-  } else {
-    Eigen::Matrix3d J;
-    const Eigen::Vector3d z = to_polar(Eigen::Vector3d(p), &J);
-    out.range = z[0];
-    out.yaw = z[1];
-    out.pitch = z[2];
-    out.covariance = J * P * J.transpose();
-  }
-  if (track.class_evidence.empty()) return out;
-  const double weight = 1 / inflation(track);  // as for the covariance
-  const double top = *std::max_element(track.class_evidence.begin(), track.class_evidence.end());
-  double sum = 0;
-  for (const double e : track.class_evidence) {
-    out.class_probabilities.push_back(std::exp(weight * (e - top)));
-    sum += out.class_probabilities.back();
-  }
-  for (double& v : out.class_probabilities) v /= sum;
+  place_at(p, P, out);
+  std::vector<double> evidence = track.class_evidence;
+  for (double& e : evidence) e /= common;  // as for the covariance
+  out.class_probabilities = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
   return out;
 }
 

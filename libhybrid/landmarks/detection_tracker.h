@@ -66,7 +66,7 @@ class DetectionTracker {
     Eigen::Isometry3d T_then_now = Eigen::Isometry3d::Identity();  // motion of the robot since then
     SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();       // of that
     int frames = 0;
-    double seconds = 0;  // between the first frame and the last one
+    double seconds = 0;  // the longest time between the first frame and another
     double reach = 0;    // how far it has come [m]
     std::vector<Track> tracks;
   };
@@ -80,12 +80,13 @@ class DetectionTracker {
                          const std::vector<Detection>& detections) const;
   Detection detection_of(const Sensor& sensor, const Track& track) const;
 
-  DetectionTrackerOptions options_;
+  /// By how much the variance of a mean of n detections exceeds that of independent ones.
   double inflation(const Track& track) const {
     const auto n = static_cast<double>(track.members.size());
     return (1 - options_.common) + options_.common * n;
   }
 
+  DetectionTrackerOptions options_;
   std::map<std::string, Sensor> sensors_;  // by label
 };
 

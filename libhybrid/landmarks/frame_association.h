@@ -39,7 +39,7 @@ struct FrameCandidates {
 
 /// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of
 /// pose and landmarks. That a detection is of a new landmark is the less probable the more often
-/// `views` looked where it lies. `phi` holds the class likelihoods of each detection, or nothing.
+/// `views` looked at its place. `phi` holds the class likelihoods of each detection, or nothing.
 /// The pose `local_since` begins the last stretch of the way.
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,

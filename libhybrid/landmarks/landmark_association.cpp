@@ -97,7 +97,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   follow(noted, frame, coverage, map);
   for (const int s : noted) {
     const Detection& detection = landmarks_.sighting(s).detection;
-    if (detection.moving || !detection.at_rest) {
+    if (!detection.may_be_landmark()) {
       ++out.dropped[kMoving];
       continue;
     }
@@ -114,7 +114,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     found = find_hypotheses(candidates, options_);
   }
   const bool open = found.size() > 1 && map.keeps_all;
-  if (open) doubt(found, sightings, frame, map, out);
+  if (open) keep_ambiguous(found, sightings, frame, map, out);
   if (!open && !found.empty()) take_best(found.front(), sightings, frame, map, out);
   if (map.explain) {
     explain_frame(landmarks_, noted, sightings, candidates, found, classes_, open, out.events);
@@ -168,42 +168,44 @@ void LandmarkAssociation::take_best(const FrameHypothesis& best, const std::vect
 
 /// Detections that all hypotheses agree about are decided. The others follow the best one until
 /// the estimate has come to terms with it: before that, distances mean little.
-void LandmarkAssociation::doubt(std::vector<FrameHypothesis> hypotheses,
-                                const std::vector<int>& sightings, const KeyframeView& frame,
-                                const MapView& map, Contribution& out) {
-  Doubt doubt{std::move(hypotheses), {}, {}};
+void LandmarkAssociation::keep_ambiguous(std::vector<FrameHypothesis> hypotheses,
+                                         const std::vector<int>& sightings,
+                                         const KeyframeView& frame, const MapView& map,
+                                         Contribution& out) {
+  AmbiguousFrame ambiguous{std::move(hypotheses), {}, {}};
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const int first = doubt.hypotheses.front().track[i];
-    const bool agreed = std::all_of(doubt.hypotheses.begin(), doubt.hypotheses.end(),
+    const int first = ambiguous.hypotheses.front().track[i];
+    const bool agreed = std::all_of(ambiguous.hypotheses.begin(), ambiguous.hypotheses.end(),
                                     [&](const auto& h) { return h.track[i] == first; });
     if (first >= 0) attach(sightings[i], first, map, out);
     if (agreed && first < 0) create(sightings[i], frame.T_map_robot, map, out);
     if (agreed) continue;
-    for (const FrameHypothesis& h : doubt.hypotheses) {
+    for (const FrameHypothesis& h : ambiguous.hypotheses) {
       if (h.track[i] >= 0) ++landmarks_.track(h.track[i]).open;
     }
-    doubt.rows.push_back(i);
-    doubt.sightings.push_back(sightings[i]);
+    ambiguous.rows.push_back(i);
+    ambiguous.sightings.push_back(sightings[i]);
   }
-  doubts_.push_back(std::move(doubt));
+  ambiguous_.push_back(std::move(ambiguous));
 }
 
 /// One discrete variable for the frame, a value for each hypothesis.
-void LandmarkAssociation::leave_open(const Doubt& doubt, const MapView& map, Contribution& out) {
-  const std::size_t n = doubt.hypotheses.size();
+void LandmarkAssociation::leave_open(const AmbiguousFrame& frame, const MapView& map,
+                                     Contribution& out) {
+  const std::size_t n = frame.hypotheses.size();
   OpenFrame open{
       keyframe_,
       {Key(key_letter::kAssociation, static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
-      doubt.sightings,
+      frame.sightings,
       std::vector<std::vector<int>>(n)};
-  for (std::size_t i = 0; i < doubt.rows.size(); ++i) {
-    const int s = doubt.sightings[i];
+  for (std::size_t i = 0; i < frame.rows.size(); ++i) {
+    const int s = frame.sightings[i];
     const Sighting& sighting = landmarks_.sighting(s);
     std::vector<AssociationOption> options;
     for (std::size_t h = 0; h < n; ++h) {
-      const int t = doubt.hypotheses[h].track[doubt.rows[i]];
+      const int t = frame.hypotheses[h].track[frame.rows[i]];
       AssociationOption option;
-      option.constant = doubt.hypotheses[h].constant[doubt.rows[i]];
+      option.constant = frame.hypotheses[h].constant[frame.rows[i]];
       open.tracks[h].push_back(t);
       if (t >= 0) {
         const Track& track = landmarks_.track(t);
@@ -236,7 +238,7 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
     const int s = open.sightings[i], t = open.tracks[value][i];
     if (!map.holds(landmarks_.sighting(s).pose)) continue;  // its variable has left with its pose
     landmarks_.detach(s, out);
-    if (landmarks_.sighting(s).detection.moving || !landmarks_.sighting(s).detection.at_rest) {
+    if (!landmarks_.sighting(s).detection.may_be_landmark()) {
       ++out.dropped[kMoving];
     } else if (t >= 0) {
       landmarks_.attach(s, t, map.is_3d, out);

@@ -72,7 +72,7 @@ class LandmarkAssociation {
     std::vector<int> sightings;            // the undecided ones
     std::vector<std::vector<int>> tracks;  // by value of the choice, of these
   };
-  struct Doubt {  // a frame with several hypotheses, before it is left open
+  struct AmbiguousFrame {  // a frame with several hypotheses, before it is left open
     std::vector<FrameHypothesis> hypotheses;
     std::vector<std::size_t> rows;  // of the detections that they disagree about
     std::vector<int> sightings;     // of these
@@ -88,9 +88,9 @@ class LandmarkAssociation {
             Contribution& out);
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
                  const KeyframeView& frame, const MapView& map, Contribution& out);
-  void doubt(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
-             const KeyframeView& frame, const MapView& map, Contribution& out);
-  void leave_open(const Doubt& doubt, const MapView& map, Contribution& out);
+  void keep_ambiguous(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
+                      const KeyframeView& frame, const MapView& map, Contribution& out);
+  void leave_open(const AmbiguousFrame& frame, const MapView& map, Contribution& out);
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
@@ -128,7 +128,7 @@ class LandmarkAssociation {
   std::set<int> to_withdraw_;         // sightings of movers that landmarks still have
   bool things_are_decided_ = false;   // by all sightings, once no more come
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
-  std::vector<Doubt> doubts_;
+  std::vector<AmbiguousFrame> ambiguous_;
   std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
   int opened_ = 0;
   std::optional<Merge> merge_;  // under test

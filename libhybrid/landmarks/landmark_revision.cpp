@@ -40,7 +40,7 @@ void LandmarkAssociation::remember() {
 /// as open as they were, and the merge that it made is not proposed again.
 void LandmarkAssociation::refused() {
   landmarks_.take_back();
-  doubts_.clear();
+  ambiguous_.clear();
   open_ = open_before_;
   count_open();
   for (auto it = track_of_id_.begin(); it != track_of_id_.end();) {
@@ -68,10 +68,10 @@ void LandmarkAssociation::count_open() {
 Contribution LandmarkAssociation::revise(const MapView& map) {
   remember();
   if (undo_wanted_) return undo_merge(map);
-  if (!doubts_.empty()) {
+  if (!ambiguous_.empty()) {
     Contribution out;
-    for (const Doubt& doubt : doubts_) leave_open(doubt, map, out);
-    doubts_.clear();
+    for (const AmbiguousFrame& frame : ambiguous_) leave_open(frame, map, out);
+    ambiguous_.clear();
     return out;
   }
   Contribution out;

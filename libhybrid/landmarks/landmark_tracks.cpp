@@ -9,6 +9,7 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/landmarks/sighting.h"
 
@@ -17,10 +18,6 @@ namespace {
 
 constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
 constexpr double kLeastProbability = 1e-12;  // of a class of a known landmark
-
-int most_probable(const std::vector<double>& p) {
-  return static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
-}
 
 void add_evidence(const Sighting& sighting, double sign, Track& track) {
   for (std::size_t s = 0; s < sighting.phi.size(); ++s) {
@@ -230,15 +227,7 @@ void LandmarkTracks::take_back() {
 
 std::vector<double> LandmarkTracks::class_belief(const Track& track,
                                                  const ClassModel& classes) const {
-  std::vector<double> p = classes.prior();
-  const double top = *std::max_element(track.class_evidence.begin(), track.class_evidence.end());
-  double sum = 0;
-  for (std::size_t s = 0; s < p.size(); ++s) {
-    p[s] *= std::exp(track.class_evidence[s] - top);
-    sum += p[s];
-  }
-  for (double& v : p) v /= sum;
-  return p;
+  return posterior(classes.prior(), track.class_evidence);
 }
 
 double LandmarkTracks::same_class(int a, int b, const ClassModel& classes) const {

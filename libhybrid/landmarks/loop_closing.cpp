@@ -95,11 +95,11 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
   merge.pairs = best.pairs;
   for (const Recognition& other : found) {
     if (concluding || other.cost > best.cost + margin) break;
-    const auto doubted = [&](const std::pair<int, int>& p) {
+    const auto ambiguous = [&](const std::pair<int, int>& p) {
       return std::any_of(other.pairs.begin(), other.pairs.end(),
                          [&](const auto& q) { return contradict(p, q); });
     };
-    merge.pairs.erase(std::remove_if(merge.pairs.begin(), merge.pairs.end(), doubted),
+    merge.pairs.erase(std::remove_if(merge.pairs.begin(), merge.pairs.end(), ambiguous),
                       merge.pairs.end());
   }
   if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();

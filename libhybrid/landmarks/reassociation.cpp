@@ -154,7 +154,7 @@ std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& clas
     const Sighting& sighting = landmarks.sighting(s);
     if (s > 0 && sighting.frame != landmarks.sighting(s - 1).frame) finish_frame();
     const Detection& seen = sighting.detection;
-    if (seen.moving || !seen.at_rest || !map.holds(sighting.pose)) continue;
+    if (!seen.may_be_landmark() || !map.holds(sighting.pose)) continue;
     if (options.use_ids && sighting.detection.id) {
       const auto named = track_of_id.find(*sighting.detection.id);
       if (named == track_of_id.end()) continue;

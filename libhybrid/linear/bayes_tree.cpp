@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
+
 namespace hybrid {
 
 void BayesTree::add_variable(int v, int dim) {
@@ -227,8 +229,7 @@ double BayesTree::log_determinant() const {
 double BayesTree::log_determinant_change() const {
   double sum = 0.0;
   std::vector<int> born = born_;  // a number that was reused occurs more than once
-  std::sort(born.begin(), born.end());
-  born.erase(std::unique(born.begin(), born.end()), born.end());
+  sort_unique(born);
   for (int c : born) {
     if (cliques_[c].born == epoch_) sum += cliques_[c].log_pivots();
   }

@@ -124,11 +124,6 @@ int BlockPattern::scalars() const {
   return std::accumulate(dims.begin(), dims.end(), 0);
 }
 
-void normalize(std::vector<std::pair<int, int>>& edges) {
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-}
-
 BlockOrdering order_blocks(const BlockPattern& pattern, Trees trees) {
   if (pattern.size() == 0) return {};
   std::optional<BlockOrdering> first = order_with(pattern, CHOLMOD_AMD);

@@ -23,9 +23,6 @@ struct BlockPattern {
   int scalars() const;
 };
 
-/// Sorts edges and drops doubles.
-void normalize(std::vector<std::pair<int, int>>& edges);
-
 /// An elimination order of the blocks, postordered, and what a Cholesky factorisation in that order
 /// costs.
 struct BlockOrdering {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/linear/detail/products.h"
 
@@ -57,7 +58,7 @@ BlockPattern ResidualLayout::pattern() const {
       }
     }
   }
-  normalize(pattern.edges);
+  sort_unique(pattern.edges);
   return pattern;
 }
 

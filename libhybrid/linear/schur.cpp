@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
+
 namespace hybrid {
 namespace {
 
@@ -125,7 +127,7 @@ SchurOrdering order_schur(const BlockPattern& pattern, const std::vector<int>& l
       }
     });
   }
-  normalize(coupled.edges);
+  sort_unique(coupled.edges);
   if (pattern.anchor >= 0) coupled.anchor = index[pattern.anchor];
 
   SchurOrdering result;
@@ -141,7 +143,7 @@ SchurOrdering order_schur(const BlockPattern& pattern, const std::vector<int>& l
   for (const auto& [a, b] : coupled.edges) {
     result.reduced.edges.push_back(std::minmax(position[a], position[b]));
   }
-  normalize(result.reduced.edges);
+  sort_unique(result.reduced.edges);
 
   // Leaves by the first block that they meet, so that neighbours in memory are used together.
   std::vector<std::pair<int, int>> first;

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 
 namespace hybrid {
@@ -66,8 +67,7 @@ std::vector<int> rim_of(int start, const std::vector<std::vector<int>>& neighbou
       }
     }
   }
-  std::sort(rim.begin(), rim.end());
-  rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
+  sort_unique(rim);
   return rim;
 }
 
@@ -107,7 +107,7 @@ Blocks jacobian_blocks(const JacobianPattern& jacobian) {
   for (std::size_t row = 0; row < jacobian.factors.size(); ++row) {
     for (int column : jacobian.factors[row]) blocks.emplace_back(static_cast<int>(row), column);
   }
-  normalize(blocks);
+  sort_unique(blocks);
   return blocks;
 }
 
@@ -121,7 +121,7 @@ BlockPattern information_pattern(const JacobianPattern& jacobian) {
       }
     }
   }
-  normalize(pattern.edges);
+  sort_unique(pattern.edges);
   return pattern;
 }
 
@@ -140,8 +140,7 @@ FilledPattern cholesky_pattern(const BlockPattern& pattern, const std::vector<in
     }
     std::sort(own.begin(), own.end());
     std::vector<int>& rows = handed[column];
-    std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    sort_unique(rows);
     std::vector<int> fresh;
     std::set_difference(rows.begin(), rows.end(), own.begin(), own.end(),
                         std::back_inserter(fresh));
@@ -190,7 +189,7 @@ FilledPattern marginalized_pattern(const BlockPattern& pattern, const std::vecto
         coupled.emplace_back(number[clique[i]], number[clique[j]]);
     }
   }
-  normalize(coupled);
+  sort_unique(coupled);
   std::set_difference(coupled.begin(), coupled.end(), result.original.begin(),
                       result.original.end(), std::back_inserter(result.fill));
   return result;

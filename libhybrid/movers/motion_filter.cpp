@@ -3,22 +3,18 @@
 
 #include "libhybrid/movers/motion_filter.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "libhybrid/association/gate.h"
 
 namespace hybrid {
 namespace {
 
 /// log N(r; 0, S).
-template <class Vector, class Matrix>
-double log_gaussian(const Vector& r, const Matrix& S) {
-  const Eigen::LLT<Matrix> llt(S);
-  double log_det = 0;
-  for (Eigen::Index i = 0; i < r.size(); ++i) log_det += std::log(llt.matrixLLT()(i, i));
-  return -0.5 * r.dot(llt.solve(r)) - log_det -
-         0.5 * static_cast<double>(r.size()) * std::log(2 * M_PI);
+double log_gaussian(const Eigen::VectorXd& r, const Eigen::MatrixXd& S) {
+  return -gaussian_score(r, S).cost;
 }
 
 /// log(exp(a) + exp(b)).
@@ -137,8 +133,7 @@ double MotionFilter<D>::evidence() const {
 template <int D>
 double MotionFilter<D>::log_standing(const PointSighting& seen) const {
   const Covariance R = seen.covariance.topLeftCorner<D, D>();
-  return log_gaussian(Point(seen.point.head<D>() - standing_),
-                      Covariance(R + standing_covariance_)) +
+  return log_gaussian(seen.point.head<D>() - standing_, R + standing_covariance_) +
          log_at_rest<D>(seen);
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/movers/motion_filter.h"
 
 namespace hybrid {
@@ -31,8 +32,7 @@ std::vector<MoverState> smoothed(const std::vector<PointSighting>& sightings,
                                  const std::vector<double>& wanted, const MotionPrior& prior) {
   std::vector<double> times = wanted;
   for (const PointSighting& s : sightings) times.push_back(s.time);
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
+  sort_unique(times);
   const double first = sightings.front().time, last = sightings.back().time;
   times.erase(
       std::remove_if(times.begin(), times.end(), [&](double t) { return t < first || t > last; }),

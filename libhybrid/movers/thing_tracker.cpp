@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libhybrid/association/matching.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/movers/motion_filter.h"
 
 namespace hybrid {
@@ -54,16 +55,9 @@ double ThingTracker::births() const {
 }
 
 std::vector<double> ThingTracker::class_belief(const Thing& thing) const {
-  std::vector<double> p = look_.class_prior;
-  if (p.empty() || thing.class_evidence.size() != p.size()) return p;
-  const double top = *std::max_element(thing.class_evidence.begin(), thing.class_evidence.end());
-  double sum = 0;
-  for (std::size_t s = 0; s < p.size(); ++s) {
-    p[s] *= std::exp(thing.class_evidence[s] - top);
-    sum += p[s];
-  }
-  for (double& v : p) v /= sum;
-  return p;
+  const std::vector<double>& prior = look_.class_prior;
+  return thing.class_evidence.size() == prior.size() ? posterior(prior, thing.class_evidence)
+                                                     : prior;
 }
 
 /// The probability that a thing of these classes moves.

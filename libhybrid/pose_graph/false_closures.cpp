@@ -7,6 +7,8 @@
 #include <random>
 #include <string>
 
+#include "libhybrid/core/detail/sort_unique.h"
+
 namespace hybrid {
 namespace {
 
@@ -54,8 +56,7 @@ void add(std::vector<GraphEdge<Pose>>& edges, double rate, std::uint64_t seed) {
     poses.push_back(edges[e].to);
     if (!is_odometry(edges[e].from, edges[e].to)) closures.push_back(e);
   }
-  std::sort(poses.begin(), poses.end());
-  poses.erase(std::unique(poses.begin(), poses.end()), poses.end());
+  sort_unique(poses);
   const auto count = static_cast<std::size_t>(std::lround(closures.size() * rate / (1.0 - rate)));
   if (count == 0) return;
   if (poses.size() < 3) throw Error("false closures need a graph of at least three poses");

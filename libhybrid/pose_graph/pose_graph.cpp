@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <unordered_map>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/detail/sighted_point.h"
 #include "libhybrid/factors/prior.h"
@@ -31,8 +32,7 @@ std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<P
     keys.push_back(edge.to);
   }
   for (const auto& edge : sightings) keys.push_back(edge.from);
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  sort_unique(keys);
   return keys;
 }
 

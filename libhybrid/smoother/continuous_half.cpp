@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
@@ -144,8 +145,7 @@ void IncrementalSmoother::choose_moved() {
     if (error <= options_.relinearize) continue;
     moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
-  std::sort(moved_.begin(), moved_.end());
-  moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+  sort_unique(moved_);
 }
 
 }  // namespace hybrid

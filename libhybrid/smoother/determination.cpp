@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/null_space.h"
 
@@ -106,8 +107,7 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
     const std::vector<int>& own = terms_.of_variable(slots.back());
     terms.insert(terms.end(), own.begin(), own.end());
   }
-  std::sort(terms.begin(), terms.end());
-  terms.erase(std::unique(terms.begin(), terms.end()), terms.end());
+  sort_unique(terms);
   LocalJacobian local(theta_.get(), slots);
   for (int t : terms) {
     if (terms_[t].tree_factor < 0) continue;

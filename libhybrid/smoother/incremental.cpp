@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
 
 namespace hybrid {
@@ -199,8 +200,7 @@ bool IncrementalSmoother::take_flips(UpdateReport& report) {
 
 /// Tables of hybrid factors whose variables have moved.
 void IncrementalSmoother::refresh_tables() {
-  std::sort(stale_.begin(), stale_.end());
-  stale_.erase(std::unique(stale_.begin(), stale_.end()), stale_.end());
+  sort_unique(stale_);
   std::vector<const double*> x;
   for (int t : stale_) {
     if (t >= terms_.count()) continue;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
@@ -113,8 +114,7 @@ void IncrementalSmoother::damped_steps(const Place& start, UpdateReport& report)
     changed_ = tree_.solve(0.0);
     std::vector<int> slots = best.slots;
     slots.insert(slots.end(), changed_.begin(), changed_.end());
-    std::sort(slots.begin(), slots.end());
-    slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+    sort_unique(slots);
     const Place before = place_of(std::move(slots));
     move_estimate();
     const double gained = cost - term_cost_.value();

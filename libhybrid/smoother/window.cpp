@@ -6,16 +6,13 @@
 #include <exception>
 #include <utility>
 
+#include "libhybrid/core/detail/sort_unique.h"
+
 namespace hybrid {
 namespace {
 
 bool names(const std::string& letters, Key key) {
   return letters.find(key.letter()) != std::string::npos;
-}
-
-void sort_unique(std::vector<Key>& keys) {
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
 /// Sum of two tables over one and the same variable; an empty one counts as zero.

@@ -64,4 +64,14 @@ bool is_tilted(const mrpt::poses::CPose3D& pose) {
   return std::abs(pose.pitch()) > kTolerance || std::abs(pose.roll()) > kTolerance;
 }
 
+Eigen::Vector3d transformed(const mrpt::poses::CPose3D& pose, const Eigen::Vector3d& point) {
+  const auto p = pose.composePoint({point.x(), point.y(), point.z()});
+  return {p.x, p.y, p.z};
+}
+
+Eigen::Vector3d seen_from(const mrpt::poses::CPose3D& pose, const Eigen::Vector3d& point) {
+  const auto p = pose.inverseComposePoint({point.x(), point.y(), point.z()});
+  return {p.x, p.y, p.z};
+}
+
 }  // namespace hybrid

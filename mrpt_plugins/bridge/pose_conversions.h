@@ -25,6 +25,10 @@ mrpt::poses::CPose3D pose_at(const Values& values, Key key);
 /// Position of a pose [m].
 Eigen::Vector3d point_of(const mrpt::poses::CPose3D& pose);
 
+/// A point in the frame of a pose, in the frame in which the pose is given; and the inverse.
+Eigen::Vector3d transformed(const mrpt::poses::CPose3D& pose, const Eigen::Vector3d& point);
+Eigen::Vector3d seen_from(const mrpt::poses::CPose3D& pose, const Eigen::Vector3d& point);
+
 /// Inserts a pose as SE3 or, by its x, y and yaw, as SE2.
 void insert_pose(Values& values, Key key, const mrpt::poses::CPose3D& pose, bool is_3d);
 

@@ -10,9 +10,7 @@ namespace hybrid {
 AssociationTruth read_true_associations(const std::string& path) {
   AssociationTruth truth;
   TextReader table(path);
-  auto row = table.next();
-  if (row && (*row)[0] == "step") row = table.next();
-  for (; row; row = table.next()) {
+  for (auto row = table.first_below("step"); row; row = table.next()) {
     row->expect(3, "step,measurement,true_id");
     const auto step = static_cast<std::size_t>(row->id(0));
     const auto measurement = static_cast<std::size_t>(row->id(1));

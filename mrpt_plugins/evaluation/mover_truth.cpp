@@ -6,23 +6,13 @@
 #include <algorithm>
 
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
-namespace {
-
-Eigen::Vector3d moved(const mrpt::poses::CPose3D& T, const Eigen::Vector3d& at) {
-  const auto p = T.composePoint({at.x(), at.y(), at.z()});
-  return {p.x, p.y, p.z};
-}
-
-}  // namespace
-
 TrueMovers read_true_movers(const std::string& path) {
   TrueMovers truth;
   TextReader table(path);
-  auto row = table.next();
-  if (row && (*row)[0] == "step") row = table.next();
-  for (; row; row = table.next()) {
+  for (auto row = table.first_below("step"); row; row = table.next()) {
     row->expect(5, "step,id,x,y,z");
     const auto step = static_cast<std::size_t>(row->id(0));
     const Eigen::Vector3d position(row->coordinate(2), row->coordinate(3), row->coordinate(4));
@@ -63,7 +53,7 @@ MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
       const auto place = places.find(truth.rows[mover.keyframes[k]]);
       if (place == places.end()) continue;
       const Eigen::Vector3d& estimate = mover.states[k].position;
-      const double error = (moved(truth.T_truth_map, estimate) - place->second).norm();
+      const double error = (transformed(truth.T_truth_map, estimate) - place->second).norm();
       sum += error;
       report.max_m = std::max(report.max_m, error);
       ++report.states;
@@ -71,7 +61,7 @@ MoverReport mover_report(const std::vector<AssociationDecision>& decisions,
       if (pose == truth.poses.end()) continue;
       const mrpt::poses::CPose3D T_truth_estimate =
           pose->second.truth + (mrpt::poses::CPose3D() - pose->second.estimate);
-      relative_sum += (moved(T_truth_estimate, estimate) - place->second).norm();
+      relative_sum += (transformed(T_truth_estimate, estimate) - place->second).norm();
       ++relative;
     }
   }

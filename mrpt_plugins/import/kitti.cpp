@@ -9,6 +9,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/import/detail/camera.h"
 #include "mrpt_plugins/import/detail/kitti_boxes.h"
 #include "mrpt_plugins/import/detail/kitti_odometry.h"
@@ -65,8 +66,8 @@ std::vector<std::int32_t> true_ids(const KittiOptions& options, bool is_3d) {
   for (std::size_t frame = 0; const auto row = truth.next(); ++frame) {
     const CPose3D pose = is_3d ? robot_pose(*row, 0) : flattened(robot_pose(*row, 0));
     for (const BoxSighting& s : boxes.of(frame)) {
-      const auto q = pose.composePoint({s.point.x(), s.point.y(), s.point.z()});
-      placed.push_back({{q.x, q.y, 0}});
+      const Eigen::Vector3d q = transformed(pose, s.point);
+      placed.push_back({{q.x(), q.y(), 0}});
     }
   }
   return number_by_place(placed, options.oracle_radius, kMinOracleSightings);

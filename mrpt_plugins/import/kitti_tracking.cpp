@@ -13,6 +13,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/import/detail/camera.h"
 
 namespace hybrid {
@@ -224,8 +225,8 @@ ImportReport import_kitti_tracking(const KittiTrackingOptions& options, const st
         d.landmark_id = static_cast<std::int32_t>(label.track);
       } else if (track.count >= kMinSightings) {
         d.true_landmark_id = static_cast<std::int32_t>(label.track);
-        const auto place = pose->composePoint({label.point.x(), label.point.y(), 0});
-        log.true_mover(label.track, {place.x, place.y, 0});
+        const Eigen::Vector3d place = transformed(*pose, {label.point.x(), label.point.y(), 0});
+        log.true_mover(label.track, {place.x(), place.y(), 0});
       }
       frame->detections.push_back(d);
     }

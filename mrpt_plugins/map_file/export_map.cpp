@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
@@ -19,11 +20,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kTolerance = 0.5;  // of a standard deviation, beside what the prior has lost
-
-int most_probable(const MapLandmark& landmark) {
-  const auto& p = landmark.class_probabilities;
-  return p.empty() ? -1 : static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
-}
 
 double probability(double log_odds) {
   return 1 / (1 + std::exp(-log_odds));
@@ -87,7 +83,9 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
     landmark.covariance = l.covariance;
     landmark.is_3d = map.is_3d;
     landmark.class_probabilities = l.class_probabilities;
-    if (most_probable(l) >= 0) landmark.class_index = most_probable(l);
+    if (const int best = most_probable(l.class_probabilities); best >= 0) {
+      landmark.class_index = best;
+    }
     landmark.sightings = l.sightings;
     out.landmarks.push_back(std::move(landmark));
   }
@@ -103,7 +101,7 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
                        {"existence", probability(l.existence)},
                        {"sightings", l.sightings},
                        {"sigma_m", std::sqrt(l.covariance.trace() / map.dim())}};
-    const int best = most_probable(l);
+    const int best = most_probable(l.class_probabilities);
     if (best >= 0) properties["class"] = map.class_names[static_cast<std::size_t>(best)];
     features.push_back({{"type", "Feature"},
                         {"geometry", {{"type", "Point"}, {"coordinates", globe(l.position)}}},
@@ -132,7 +130,7 @@ std::string pcd_text(const MapRecord& map) {
     if (!exists(l)) continue;
     ++count;
     rows += fmt::format("{} {} {} {} {}\n", l.position.x(), l.position.y(), l.position.z(),
-                        most_probable(l), l.id);
+                        most_probable(l.class_probabilities), l.id);
   }
   return fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z class id\n"

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -45,8 +46,7 @@ void Mapper::adopt(const KnownMap& known) {
       entry.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, entry.position.index()),
                                     static_cast<int>(p.size())};
       delta.discrete.push_back(prior_table(*entry.class_key, positive(p)));
-      delta.assignment.set(entry.class_key->key,
-                           static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin()));
+      delta.assignment.set(entry.class_key->key, most_probable(p));
     }
     landmarks_.add(entry);
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
@@ -124,7 +125,7 @@ void Mapper::add_movers(MapResult& result) const {
       }
       const std::vector<double>& p = out.class_probabilities;
       if (p.size() == result.class_names.size() && !p.empty()) {
-        out.class_index = static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
+        out.class_index = most_probable(p);
       }
       result.movers.push_back(std::move(out));
     }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 
 IMPLEMENTS_VIRTUAL_MRPT_OBJECT(MappingPlugin, mrpt::rtti::CObject, hybrid)
@@ -26,8 +27,7 @@ std::vector<std::string> registered_plugins() {
   for (const auto* id : mrpt::rtti::getAllRegisteredClassesChildrenOf(CLASS_ID(MappingPlugin))) {
     if (id->ptrCreateObject) names.push_back(without_namespace(id->className));
   }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  sort_unique(names);
   return names;
 }
 

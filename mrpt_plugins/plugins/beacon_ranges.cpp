@@ -204,12 +204,9 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
 void BeaconRanges::add_unplaced(std::int64_t id, const Range& range, const Frame& frame,
                                 const MapView& map) {
   const auto candidates = [&] {
-    const auto a =
-        frame.T_map_robot.composePoint({range.antenna.x(), range.antenna.y(), range.antenna.z()});
-    if (map.is_3d) {
-      return ring_places(Eigen::Vector3d(a.x, a.y, a.z), range.range, sphere_hypotheses_);
-    }
-    return ring_places(Eigen::Vector2d(a.x, a.y), range.range, circle_hypotheses_);
+    const Eigen::Vector3d a = transformed(frame.T_map_robot, range.antenna);
+    if (map.is_3d) return ring_places(a, range.range, sphere_hypotheses_);
+    return ring_places(Eigen::Vector2d(a.head<2>()), range.range, circle_hypotheses_);
   };
   unplaced_.add(id, measurement_of(id, range, map.is_3d), bank_, candidates);
   for (PlacedLandmarks::Measurement& old : placed_.restart(id)) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/landmarks/explain.h"
 #include "libhybrid/landmarks/sighting.h"
@@ -62,12 +63,9 @@ void add_position(std::int64_t id, const Frame& frame, const DetectionFrame& see
                sighted_point(frame.view().T_map_robot, seen, detection), is_3d);
 }
 
-int most_probable(const std::vector<double>& prior, const std::vector<double>& likelihood) {
-  std::size_t best = 0;
-  for (std::size_t s = 1; s < prior.size(); ++s) {
-    if (prior[s] * likelihood[s] > prior[best] * likelihood[best]) best = s;
-  }
-  return static_cast<int>(best);
+int first_class(std::vector<double> prior, const std::vector<double>& likelihood) {
+  for (std::size_t s = 0; s < prior.size(); ++s) prior[s] *= likelihood[s];
+  return most_probable(prior);
 }
 
 }  // namespace
@@ -124,7 +122,7 @@ Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapV
           out.landmarks.push_back({id, position_key(id), class_key, 0});
           add_position(id, frame, seen, detection, map.is_3d, out.delta);
           out.delta.discrete.push_back(prior_table(class_key, classes_.prior()));
-          out.delta.assignment.set(class_key.key, most_probable(classes_.prior(), phi));
+          out.delta.assignment.set(class_key.key, first_class(classes_.prior(), phi));
         }
         out.sighted.push_back(id);
         ContinuousFactorPtr psi =

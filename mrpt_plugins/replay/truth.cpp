@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/ground_truth.h"
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/mover_truth.h"
@@ -89,15 +90,10 @@ void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
   if (!origin) return;
   for (TimedPose& pose : truth_.path) pose.pose = pose.pose - *origin;
   for (TrueLandmark& landmark : truth_.landmarks) {
-    const auto p = origin->inverseComposePoint(
-        {landmark.position.x(), landmark.position.y(), landmark.position.z()});
-    landmark.position = {p.x, p.y, p.z};
+    landmark.position = seen_from(*origin, landmark.position);
   }
   for (auto& [id, places] : truth_.movers) {
-    for (auto& [step, place] : places) {
-      const auto p = origin->inverseComposePoint({place.x(), place.y(), place.z()});
-      place = {p.x, p.y, p.z};
-    }
+    for (auto& [step, place] : places) place = seen_from(*origin, place);
   }
 }
 
@@ -242,9 +238,7 @@ std::optional<double> pose_nees(TruthContent content, const std::vector<PosePair
 /// Moves landmarks, not their covariances.
 void move(std::vector<LandmarkEstimate>& landmarks, const mrpt::poses::CPose3D& T) {
   for (LandmarkEstimate& landmark : landmarks) {
-    const auto p =
-        T.composePoint({landmark.position.x(), landmark.position.y(), landmark.position.z()});
-    landmark.position = {p.x, p.y, p.z};
+    landmark.position = transformed(T, landmark.position);
   }
 }
 

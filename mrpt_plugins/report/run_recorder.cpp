@@ -9,8 +9,10 @@
 #include <optional>
 
 #include "libhybrid/association/prediction.h"
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/discrete/probabilities.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 
@@ -159,17 +161,11 @@ void RunRecorder::weigh(const RunRecord::Sighting& sighting, double sign) {
 
 /// What the landmarks with news are taken for now, given their sightings (eq. 19).
 void RunRecorder::believe() {
-  std::sort(touched_.begin(), touched_.end());
-  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+  sort_unique(touched_);
   for (const std::int64_t id : touched_) {
     const std::vector<double>& evidence = class_evidence_[id];
     if (evidence.size() != class_prior_.size() || seen_[id].empty()) continue;
-    const double top = *std::max_element(evidence.begin(), evidence.end());
-    std::vector<double> p = class_prior_;
-    double sum = 0;
-    for (std::size_t c = 0; c < p.size(); ++c) sum += p[c] *= std::exp(evidence[c] - top);
-    for (double& share : p) share /= sum;
-    believe(id, p);
+    believe(id, posterior(class_prior_, evidence));
   }
   touched_.clear();
 }

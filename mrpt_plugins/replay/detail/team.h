@@ -18,7 +18,7 @@ namespace hybrid {
 /// The starts of the robots of a replay. The frame is that of a known map, if one of them is found
 /// in it, and else that of the first robot. A start that is not given is found: in the known map
 /// by the landmarks of the robot as they come; else the robot is mapped alone, and its landmarks
-/// say where its map lies in that of the others, as in joining maps. A robot whose place does not
+/// say where its map is in that of the others, as in joining maps. A robot whose place does not
 /// stand out is left out. Of one robot without a known map nothing is looked for.
 class Team {
  public:

@@ -98,6 +98,22 @@ TEST(Probabilities, OfATableSumToOneHoweverLargeItsCosts) {
             std::string::npos);
 }
 
+TEST(Probabilities, APosteriorFollowsBayesHoweverSmallTheLikelihoods) {
+  const std::vector<double> p = posterior({0.5, 0.25, 0.25}, {-1e4, -1e4 + std::log(4.0), -2e4});
+  ASSERT_EQ(p.size(), 3u);
+  EXPECT_NEAR(p[0], 1.0 / 3, 1e-10);
+  EXPECT_NEAR(p[1], 2.0 / 3, 1e-10);
+  EXPECT_EQ(p[2], 0.0);
+  EXPECT_EQ(most_probable(p), 1);
+  EXPECT_EQ(most_probable({0.4, 0.4, 0.2}), 0);
+  EXPECT_EQ(most_probable({}), -1);
+  EXPECT_TRUE(posterior({}, {}).empty());
+  EXPECT_EQ(message_of([] {
+              posterior({1.0}, {0.0, 0.0});
+            }),
+            "a prior of 1 values, likelihoods of 2");
+}
+
 TEST(Probabilities, ErrorsNameTheRow) {
   std::vector<double> wrong = kWet;
   wrong[9] = 0.2;  // sprinkler and rain

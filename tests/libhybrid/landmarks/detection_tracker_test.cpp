@@ -124,6 +124,39 @@ TEST(DetectionTracker, VelocitiesAreThoseOfTheThings) {
   EXPECT_NEAR(out[0].detections[0].delay, 0.1 * (kFrames - 1) / 2, 1e-6);
 }
 
+// A clock that goes back may end at the time at which it began.
+TEST(DetectionTracker, VelocitiesAreFiniteWhateverTheClockDoes) {
+  Drive drive;
+  DetectionTracker tracker;
+  for (const double time : {50.0, 50.1, 49.9, 50.0}) {
+    tracker.move(Eigen::Isometry3d::Identity(), Drive::motion_covariance());
+    DetectionFrame frame = drive.frame();
+    frame.time = time;
+    frame.detections = {drive.seen(Eigen::Isometry3d::Identity(), {12, 4, 0})};
+    tracker.take(frame);
+  }
+  const std::vector<DetectionFrame> out = tracker.release();
+  ASSERT_EQ(out[0].detections.size(), 1U);
+  ASSERT_TRUE(out[0].detections[0].velocity);
+  EXPECT_TRUE(out[0].detections[0].velocity->covariance.allFinite());
+}
+
+// A sensor whose classes change has nothing to compare.
+TEST(DetectionTracker, ScoresOfAnotherNumberOfClassesSayNothing) {
+  Drive drive;
+  DetectionTracker tracker;
+  for (const std::vector<double>& scores :
+       {std::vector<double>{0.1, 0.9}, {0.2, 0.3, 0.5}, {0.9, 0.1}}) {
+    DetectionFrame frame = drive.frame();
+    frame.detections = {drive.seen(Eigen::Isometry3d::Identity(), {12, 4, 0})};
+    frame.detections[0].class_probabilities = scores;
+    tracker.take(frame);
+  }
+  const std::vector<DetectionFrame> out = tracker.release();
+  ASSERT_EQ(out[0].detections.size(), 1U);
+  EXPECT_EQ(out[0].detections[0].members.size(), 3U);
+}
+
 // However near two things with ids are, each keeps its own.
 TEST(DetectionTracker, IdsDecide) {
   Drive drive;

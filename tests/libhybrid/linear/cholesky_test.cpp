@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/linear/block_cholesky.h"
 
 namespace hybrid {
@@ -36,7 +37,7 @@ RandomSystem random_system(int n, int edges, int largest, unsigned seed,
     const int b = std::uniform_int_distribution<int>(0, n - 1)(rng);
     if (a != b) pattern.edges.emplace_back(std::min(a, b), std::max(a, b));
   }
-  normalize(pattern.edges);
+  sort_unique(pattern.edges);
   RandomSystem system;
   system.ordering = order_blocks(pattern);
   system.matrix = BlockMatrix(pattern, system.ordering.order, triangle);

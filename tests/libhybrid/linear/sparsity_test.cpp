@@ -10,6 +10,7 @@
 #include <numeric>
 #include <random>
 
+#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
@@ -38,7 +39,7 @@ RandomMatrix random_matrix(unsigned seed, int size) {
     result.pattern.edges.emplace_back(std::min(i, j), std::max(i, j));
     result.matrix(i, j) = result.matrix(j, i) = (random() % 2 == 0 ? 1 : -1) * value(random);
   }
-  normalize(result.pattern.edges);
+  sort_unique(result.pattern.edges);
   return result;
 }
 
