@@ -67,7 +67,9 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
   out.class_names = map.class_names;
   const std::vector<MapWay> ways = ways_of(map);
   for (const MapWay& way : ways) {
-    RobotPath path{way.robot.empty() ? fmt::format("session {}", way.session) : way.robot, {}};
+    const bool is_session = way.robot.empty();
+    const std::string name = is_session ? fmt::format("session {}", way.session) : way.robot;
+    RobotPath path{name, {}, is_session};
     for (const TimedPose& pose : way.poses) {
       path.keyframes.push_back(out.trajectory.size());
       out.trajectory.push_back(pose);

@@ -62,6 +62,7 @@ struct CalibrationEstimate {
 struct RobotPath {
   std::string name;
   std::vector<std::size_t> keyframes;  ///< its own, places in MapResult::trajectory
+  bool is_session = false;             ///< of a robot without a name: that of a session instead
 };
 
 /// Everything a replay produces that the writers and the pictures need.

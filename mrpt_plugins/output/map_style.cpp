@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "mrpt_plugins/drawing/axes.h"
 
@@ -35,7 +36,16 @@ std::vector<DrawnPath> drawn_paths(const MapResult& result) {
 
 std::string whose(const MapResult& result) {
   if (result.robots.empty()) return "the robot";
-  return fmt::format("{} robots", result.robots.size());
+  std::set<std::string> robots, sessions;  // a robot may be in several sessions
+  for (const RobotPath& robot : result.robots) {
+    (robot.is_session ? sessions : robots).insert(robot.name);
+  }
+  const auto count = [](std::size_t n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  if (sessions.empty()) return count(robots.size(), "robot");
+  if (robots.empty()) return count(sessions.size(), "session");
+  return count(robots.size(), "robot") + " and " + count(sessions.size(), "session");
 }
 
 std::vector<Trajectory> true_paths(const GroundTruth& truth) {

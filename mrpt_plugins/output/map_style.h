@@ -37,7 +37,7 @@ struct DrawnPath {
 
 /// Those of all robots that have poses, each in its colour; of one robot, its path as "estimated".
 std::vector<DrawnPath> drawn_paths(const MapResult& result);
-/// "the robot", or how many there are.
+/// "the robot", or how many robots and, where robots have no names, sessions there are.
 std::string whose(const MapResult& result);
 /// The true paths that are known.
 std::vector<Trajectory> true_paths(const GroundTruth& truth);

@@ -138,6 +138,10 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
 }
 
+void warn(Summary& summary, const std::vector<std::string>& more) {
+  summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
+}
+
 Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& mapper,
                   const BackendReport& last, const MapResult& result, int signal) {
   Summary summary;
@@ -162,9 +166,8 @@ Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& 
     }
     summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
   }
-  for (const auto& more : {mapper.warnings(), last.warnings}) {
-    summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
-  }
+  warn(summary, mapper.warnings());
+  warn(summary, last.warnings);
   summary.calibration = result.calibration;
   for (const int mode : result.motion_modes) {
     if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
@@ -270,6 +273,44 @@ std::vector<std::string> files_of(const ReplaySettings& settings) {
   return files;
 }
 
+/// Compares the result with what is known to be true, of all robots together and of each.
+void compare_with_truth(const ReplaySettings& settings, const std::vector<RobotPart>& parts,
+                        const std::vector<Truth>& truths, const Mapper& mapper, const Team& team,
+                        Summary& summary) {
+  TruthSummary truth = compare(truths, parts, mapper, settings.match_radius);
+  if (parts.size() == 1) {
+    truth.modes = mode_score(settings.robots.front().truth_modes, parts.front());
+  }
+  if (!is_empty(truth)) summary.truth = std::move(truth);
+  summary.robots = robot_summaries(settings, parts, truths, team);
+}
+
+/// What is odd in the files that a replay reads, apart from the logs.
+std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Truth>& truths,
+                                        const std::vector<RobotPart>& parts,
+                                        const Provenance& provenance) {
+  std::vector<std::string> out = ini.warnings();
+  for (std::size_t i = 0; i < truths.size(); ++i) {
+    std::string odd = truths[i].warning(parts[i].result.dead_reckoning, parts[i].log_rows);
+    if (!odd.empty()) out.push_back(std::move(odd));
+  }
+  for (const Provenance::Input& input : provenance.inputs) {
+    if (!input.warning.empty()) out.push_back(input.path + ": " + input.warning);
+  }
+  return out;
+}
+
+/// Writes map and trajectories; returns warnings.
+std::vector<std::string> write_estimates(const OutputDirectory& out, const MapResult& result,
+                                         const std::vector<RobotPart>& parts,
+                                         const std::vector<Truth>& truths, const Mapper& mapper,
+                                         bool with_covariances) {
+  std::vector<std::string> warnings = write_map(out, result, mapper.backend());
+  write_paths(out, parts, truths);
+  if (with_covariances) write_covariances(out, parts);
+  return warnings;
+}
+
 /// Shows film and result, both or none; returns warnings.
 std::vector<std::string> publish(const Summary& summary, OutputDirectory& out, Film& film) {
   film.commit();
@@ -324,44 +365,24 @@ ReplayOutcome replay(const ReplayRequest& request,
   const std::vector<RobotPart> parts =
       parts_of(result, mapper, tells_paths(truths) || place.localizes());
   adapt(truths, parts);
-  const GroundTruth truth = joint_truth(truths);
-  summary.truth = compare(truths, parts, mapper, settings.match_radius);
-  if (parts.size() == 1) {
-    summary.truth->modes = mode_score(settings.robots.front().truth_modes, parts.front());
-  }
-  if (is_empty(*summary.truth)) summary.truth.reset();
-  summary.robots = robot_summaries(settings, parts, truths, team);
+  compare_with_truth(settings, parts, truths, mapper, team, summary);
   summary.provenance = provenance(request, settings, ini);
-  const auto warn = [&](const std::vector<std::string>& warnings) {
-    summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
-  };
-  warn(ini.warnings());
-  for (std::size_t i = 0; i < truths.size(); ++i) {
-    const std::string odd = truths[i].warning(parts[i].result.dead_reckoning, parts[i].log_rows);
-    if (!odd.empty()) warn({odd});
-  }
-  for (const Provenance::Input& input : summary.provenance.inputs) {
-    if (!input.warning.empty()) warn({input.path + ": " + input.warning});
-  }
-  warn(write_map(out, result, mapper.backend()));
-  write_paths(out, parts, truths);
-  if (place.localizes()) write_covariances(out, parts);
-  summary.total_s = seconds_since(start);
+  warn(summary, input_warnings(ini, truths, parts, summary.provenance));
+
+  warn(summary, write_estimates(out, result, parts, truths, mapper, place.localizes()));
+  summary.total_s = seconds_since(start);  // without pictures
+  const GroundTruth truth = joint_truth(truths);
   if (request.pictures) {
-    warn(write_pictures(out, result, truth));
+    warn(summary, write_pictures(out, result, truth));
     write_error_plots(out, parts, truths);
   }
-  warn(write_extras(request, out, result, truth, mapper, movie, film));
+  warn(summary, write_extras(request, out, result, truth, mapper, movie, film));
   report.write(result, parts, truths, summary_json(summary));
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
-  if (signal != 0) {
-    show();
-  } else {
-    place.finish(mapper, result, show);
-  }
+  signal != 0 ? show() : place.finish(mapper, result, show);
   if (published) published(outcome);
-  warn(told);
+  warn(summary, told);
   return outcome;
 }
 

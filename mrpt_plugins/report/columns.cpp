@@ -27,15 +27,26 @@ Json digits(double value) {
   return places >= 0 ? decimals(value, std::min(places, 15)) : Json(std::round(value));
 }
 
+Json decimals(const std::vector<double>& values, int places) {
+  Json out = Json::array();
+  for (const double value : values) out.push_back(decimals(value, places));
+  return out;
+}
+
 Json digits(const std::vector<double>& values) {
   Json out = Json::array();
   for (const double value : values) out.push_back(digits(value));
   return out;
 }
 
+Json empty_columns(std::initializer_list<const char*> names) {
+  Json out = Json::object();
+  for (const char* name : names) out[name] = Json::array();
+  return out;
+}
+
 Json coordinates(const std::vector<Eigen::Vector3d>& points, bool is_3d) {
-  Json out = {{"x", Json::array()}, {"y", Json::array()}};
-  if (is_3d) out["z"] = Json::array();
+  Json out = is_3d ? empty_columns({"x", "y", "z"}) : empty_columns({"x", "y"});
   for (const Eigen::Vector3d& p : points) {
     out["x"].push_back(decimals(p.x()));
     out["y"].push_back(decimals(p.y()));

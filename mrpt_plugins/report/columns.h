@@ -3,7 +3,9 @@
 
 #pragma once
 
+#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
@@ -16,7 +18,17 @@ namespace HYBRID_API hybrid {
 
 nlohmann::ordered_json decimals(double value, int places = 4);
 nlohmann::ordered_json digits(double value);
+nlohmann::ordered_json decimals(const std::vector<double>& values, int places = 4);
 nlohmann::ordered_json digits(const std::vector<double>& values);
+
+/// The value or null.
+template <class T>
+nlohmann::ordered_json or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+/// An object of empty columns.
+nlohmann::ordered_json empty_columns(std::initializer_list<const char*> names);
 
 /// Coordinates as columns: {"x": [..], "y": [..]}, and "z" where the map is in space.
 nlohmann::ordered_json coordinates(const std::vector<Eigen::Vector3d>& points, bool is_3d);

@@ -6,6 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "libhybrid/core/key.h"
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "mrpt_plugins/report/columns.h"
 
 namespace hybrid {
 namespace {
@@ -26,11 +29,13 @@ void add_measurement(const SightingEvent& event, Json& out) {
   }
 }
 
-}  // namespace
-
-Json or_null(const std::optional<std::int64_t>& id) {
-  return id ? Json(*id) : Json(nullptr);
+/// [x, y, yaw], in space [x, y, z, yaw, pitch, roll].
+Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
+  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
+  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
 }
+
+}  // namespace
 
 Json sighting_line(std::size_t number, const RunRecord::Sighting& sighting) {
   const SightingEvent& event = sighting.event;
@@ -104,9 +109,15 @@ Json residual_line(std::size_t number, const RunRecord::Sighting& sighting) {
   return out;
 }
 
-Json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d) {
-  if (!is_3d) return {pose.x(), pose.y(), pose.yaw()};
-  return {pose.x(), pose.y(), pose.z(), pose.yaw(), pose.pitch(), pose.roll()};
+Json keyframe_json(const Mapper& mapper, const StepRecord& step) {
+  const Key pose(key_letter::kPose, static_cast<std::uint64_t>(step.keyframe));
+  Json out = {{"keyframe", step.keyframe}, {"time", step.time}};
+  if (const auto robots = mapper.robot_names(); !robots.empty()) out["robot"] = robots[step.robot];
+  out["pose"] = pose_json(pose_at(mapper.backend().values(), pose), mapper.is_3d());
+  out["landmarks"] = step.landmarks;
+  out["objective"] = step.objective_after;
+  out["cost"] = step.cost;
+  return out;
 }
 
 }  // namespace hybrid

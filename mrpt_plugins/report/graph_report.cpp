@@ -16,11 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json closures_json(const std::vector<GraphReport::Closure>& closures) {
-  Json out = Json::object();
-  for (const char* name : {"i", "j", "decision", "probability", "residual", "redundancy", "margin",
-                           "checkable", "history"}) {
-    out[name] = Json::array();
-  }
+  Json out = empty_columns({"i", "j", "decision", "probability", "residual", "redundancy", "margin",
+                            "checkable", "history"});
   for (const GraphReport::Closure& c : closures) {
     out["i"].push_back(c.from);
     out["j"].push_back(c.to);
@@ -44,11 +41,8 @@ Json value_json(const std::string& text) {
 }  // namespace
 
 Json steps_json(const std::vector<StepRecord>& steps) {
-  Json out = Json::object();
-  for (const char* name : {"solver_ms", "plugin_ms", "objective", "cost", "landmarks", "flips",
-                           "rounds", "relinearized"}) {
-    out[name] = Json::array();
-  }
+  Json out = empty_columns({"solver_ms", "plugin_ms", "objective", "cost", "landmarks", "flips",
+                            "rounds", "relinearized"});
   for (const StepRecord& step : steps) {
     out["solver_ms"].push_back(digits(1e3 * step.seconds));
     out["plugin_ms"].push_back(digits(step.plugin_ms));
@@ -63,7 +57,7 @@ Json steps_json(const std::vector<StepRecord>& steps) {
 }
 
 Json graph_report_json(const GraphReport& report, const Json& summary) {
-  Json edges = {{"i", Json::array()}, {"j", Json::array()}};
+  Json edges = empty_columns({"i", "j"});
   for (const auto& [from, to] : report.edges) {
     edges["i"].push_back(from);
     edges["j"].push_back(to);

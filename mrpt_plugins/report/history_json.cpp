@@ -18,10 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kUnits = 65535;  // of a quantised coordinate, over the extent of the map
 
-Json id_or_null(const std::optional<std::int64_t>& id) {
-  return id ? Json(*id) : Json(nullptr);
-}
-
 /// [landmark, NIS, log odds, log odds of the class] each.
 Json candidates_json(const std::vector<SightingCandidate>& candidates) {
   Json out = Json::array();
@@ -32,11 +28,8 @@ Json candidates_json(const std::vector<SightingCandidate>& candidates) {
 }
 
 Json sightings_json(const RunRecord& record, bool is_3d) {
-  Json out = Json::object();
-  for (const char* name : {"k", "sensor", "range", "yaw", "first", "now", "nis", "chi", "dr",
-                           "dyaw", "id", "true", "moving", "scores", "candidates"}) {
-    out[name] = Json::array();
-  }
+  Json out = empty_columns({"k", "sensor", "range", "yaw", "first", "now", "nis", "chi", "dr",
+                            "dyaw", "id", "true", "moving", "scores", "candidates"});
   std::map<std::string, int> sensors;
   Json labels = Json::array(), classes = Json::array();
   for (const RunRecord::Sighting& s : record.sightings) {
@@ -52,15 +45,15 @@ Json sightings_json(const RunRecord& record, bool is_3d) {
     out["range"].push_back(decimals(d.range, 3));
     out["yaw"].push_back(decimals(d.yaw, 4));
     if (is_3d) out["pitch"].push_back(decimals(d.pitch, 4));
-    out["first"].push_back(id_or_null(s.event.landmark));
-    out["now"].push_back(id_or_null(s.landmark));
+    out["first"].push_back(or_null(s.event.landmark));
+    out["now"].push_back(or_null(s.landmark));
     out["nis"].push_back(s.event.nis ? digits(*s.event.nis) : Json(nullptr));
     const bool known = s.residual.size() > 1;
     out["chi"].push_back(known ? digits(s.chi_square) : Json(nullptr));
     out["dr"].push_back(known ? decimals(s.residual[0], 3) : Json(nullptr));
     out["dyaw"].push_back(known ? decimals(s.residual[1], 4) : Json(nullptr));
-    out["id"].push_back(id_or_null(d.id));
-    out["true"].push_back(id_or_null(d.true_id));
+    out["id"].push_back(or_null(d.id));
+    out["true"].push_back(or_null(d.true_id));
     out["moving"].push_back(d.moving ? 1 : 0);
     out["scores"].push_back(digits(d.class_probabilities));
     out["candidates"].push_back(candidates_json(s.event.candidates));
@@ -78,7 +71,7 @@ Json associations_json(const RunRecord& record) {
     Json hypotheses = Json::array();
     for (const AssociationEvent::Hypothesis& h : a.event.hypotheses) {
       Json landmarks = Json::array();
-      for (const auto& id : h.landmarks) landmarks.push_back(id_or_null(id));
+      for (const auto& id : h.landmarks) landmarks.push_back(or_null(id));
       hypotheses.push_back({landmarks, digits(h.log_odds)});
     }
     out.push_back({{"k", a.keyframe},
@@ -106,18 +99,17 @@ Json merges_json(const RunRecord& record) {
 /// Changes that solved something: keyframe, objectives after the half-steps, flips [variable, from,
 /// to, half-step].
 Json changes_json(const RunRecord& record) {
-  Json out = {{"k", Json::array()}, {"objectives", Json::array()}, {"flips", Json::array()}};
+  Json out = empty_columns({"k", "objectives", "flips"});
   Json refusals = Json::array();
   for (const RunRecord::Change& change : record.changes) {
     if (!change.refused.empty()) refusals.push_back({change.keyframe, change.refused});
     if (change.objectives.empty()) continue;
-    Json objectives = Json::array(), flips = Json::array();
-    for (const double objective : change.objectives) objectives.push_back(decimals(objective, 3));
+    Json flips = Json::array();
     for (const Flip& flip : change.flipped) {
       flips.push_back({to_string(flip.key), flip.from, flip.to, flip.half_step});
     }
     out["k"].push_back(change.keyframe);
-    out["objectives"].push_back(std::move(objectives));
+    out["objectives"].push_back(decimals(change.objectives, 3));
     out["flips"].push_back(std::move(flips));
   }
   out["refusals"] = std::move(refusals);
@@ -125,13 +117,11 @@ Json changes_json(const RunRecord& record) {
 }
 
 Json beliefs_json(const RunRecord& record) {
-  Json out = {{"k", Json::array()}, {"id", Json::array()}, {"p", Json::array()}};
+  Json out = empty_columns({"k", "id", "p"});
   for (const RunRecord::Belief& belief : record.beliefs) {
-    Json p = Json::array();
-    for (const double share : belief.probabilities) p.push_back(decimals(share));
     out["k"].push_back(belief.keyframe);
     out["id"].push_back(belief.landmark);
-    out["p"].push_back(std::move(p));
+    out["p"].push_back(decimals(belief.probabilities));
   }
   return out;
 }
@@ -197,7 +187,7 @@ Json history_json(const RunRecord& record, bool is_3d) {
   Json decisions = Json::array(), lives = Json::array();
   for (const RunRecord::Decision& d : record.decisions) {
     decisions.push_back(
-        {d.keyframe, d.event.sighting, id_or_null(d.event.landmark), d.event.revised ? 1 : 0});
+        {d.keyframe, d.event.sighting, or_null(d.event.landmark), d.event.revised ? 1 : 0});
   }
   for (const RunRecord::Life& life : record.lives) {
     lives.push_back({life.keyframe, life.landmark, life.born ? 1 : 0});

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 
@@ -39,7 +38,6 @@ Json landmark_json(const Landmark& landmark, const Mapper& mapper,
 }  // namespace
 
 std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step) {
-  const Key pose(key_letter::kPose, static_cast<std::uint64_t>(step.keyframe));
   Json changed = Json::array(), removed = Json::array();
   for (auto it = told_.begin(); it != told_.end();) {
     const bool is_there = mapper.landmarks().find(it->first) != nullptr;
@@ -54,12 +52,7 @@ std::string KeyframeLines::line(const Mapper& mapper, const StepRecord& step) {
     if (told != text) changed.push_back(std::move(now));
     told = std::move(text);
   }
-  Json out = {{"keyframe", step.keyframe}, {"time", step.time}};
-  if (const auto robots = mapper.robot_names(); !robots.empty()) out["robot"] = robots[step.robot];
-  out["pose"] = pose_json(pose_at(mapper.backend().values(), pose), mapper.is_3d());
-  out["landmarks"] = step.landmarks;
-  out["objective"] = step.objective_after;
-  out["cost"] = step.cost;
+  Json out = keyframe_json(mapper, step);
   out["changed"] = std::move(changed);
   out["removed"] = std::move(removed);
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);

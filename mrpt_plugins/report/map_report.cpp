@@ -35,13 +35,11 @@ Json landmarks_json(const MapResult& result) {
     if (result.is_3d) {
       for (int i = 0; i < 3; ++i) covariance.push_back(digits(l.covariance(i, 2)));
     }
-    Json p = Json::array();
-    for (const double share : l.class_probabilities) p.push_back(decimals(share, 6));
     out.push_back({{"id", l.id},
                    {"at", point_json(l.position, result.is_3d)},
                    {"covariance", covariance},
-                   {"class", l.class_index ? Json(*l.class_index) : Json(nullptr)},
-                   {"p", p},
+                   {"class", or_null(l.class_index)},
+                   {"p", decimals(l.class_probabilities, 6)},
                    {"sightings", l.sightings}});
   }
   return out;
@@ -80,9 +78,8 @@ Json truth_json(const GroundTruth& truth, bool is_3d) {
   for (const Trajectory& other : truth.others) add_path(other, path);
   Json landmarks = Json::array();
   for (const TrueLandmark& l : truth.landmarks) {
-    landmarks.push_back({{"id", l.id},
-                         {"at", point_json(l.position, is_3d)},
-                         {"class", l.class_index ? Json(*l.class_index) : Json(nullptr)}});
+    landmarks.push_back(
+        {{"id", l.id}, {"at", point_json(l.position, is_3d)}, {"class", or_null(l.class_index)}});
   }
   return {{"path", coordinates(path, is_3d)}, {"landmarks", landmarks}};
 }
@@ -102,11 +99,8 @@ Json errors_json(const MapReport& report) {
   if (all.empty()) return out;
   const mrpt::poses::CPose3D T = alignment(all);
   for (const PathPairs& path : report.paths) {
-    Json own = {{"robot", path.robot},
-                {"t", Json::array()},
-                {"estimate", Json::array()},
-                {"aligned", Json::array()},
-                {"reckoned", Json::array()}};
+    Json own = {{"robot", path.robot}};
+    own.update(empty_columns({"t", "estimate", "aligned", "reckoned"}));
     for (std::size_t i = 0; i < path.estimated.size(); ++i) {
       const PosePair& pair = path.estimated[i];
       own["t"].push_back(decimals(path.times[i] - report.result.trajectory.front().time, 3));

@@ -39,66 +39,60 @@ Eigen::VectorXd residual_of(const Pose& pose, const Pose& sensor, Key landmark,
 
 }  // namespace
 
-void RunRecorder::tell(const Json& line) const {
+void RunRecorder::write(const Json& line) const {
   if (line_) line_(line);
 }
 
 void RunRecorder::begin(const std::string& version, const std::string& title, int dimension,
                         const std::vector<std::string>& robots) {
-  robots_ = robots;
   Json line = {{"event", "run"},
                {"schema", 1},
                {"version", version},
                {"title", title},
                {"dimension", dimension}};
   if (!robots.empty()) line["robots"] = robots;
-  tell(line);
+  write(line);
 }
 
 void RunRecorder::keyframe(Mapper& mapper, const StepRecord& step) {
   keyframe_ = step.keyframe;
-  for (const MapChange& change : mapper.take_events()) take(change);
-  tell_classes(mapper.class_names());
-  believe();
+  for (const MapChange& change : mapper.take_events()) add(change);
+  write_class_names(mapper.class_names());
+  update_beliefs();
   if (line_) {
-    const auto pose = pose_at(mapper.backend().values(), pose_key(keyframe_));
-    Json line = {{"event", "keyframe"}, {"keyframe", keyframe_}, {"time", step.time}};
-    if (!robots_.empty()) line["robot"] = robots_[step.robot];
-    line["pose"] = pose_json(pose, mapper.is_3d());
-    line["landmarks"] = step.landmarks;
-    line["objective"] = step.objective_after;
-    line["cost"] = step.cost;
-    tell(line);
+    Json line = {{"event", "keyframe"}};
+    line.update(keyframe_json(mapper, step));
+    write(line);
   }
   record_.concluded = static_cast<int>(record_.changes.size());
-  if (snapshots_ && keyframe_ % every_ == 0) snap(mapper, keyframe_);
+  if (snapshots_ && keyframe_ % every_ == 0) add_snapshot(mapper, keyframe_);
 }
 
-void RunRecorder::take(const MapChange& change) {
+void RunRecorder::add(const MapChange& change) {
   record_.changes.push_back({keyframe_, change.objectives, change.flipped, change.refused});
-  if (line_) tell(change_line(record_.changes.back()));
+  if (line_) write(change_line(record_.changes.back()));
   const auto live = [&](const std::vector<std::int64_t>& ids, bool born) {
     for (const std::int64_t id : ids) {
       record_.lives.push_back({keyframe_, id, born});
-      tell({{"event", born ? "birth" : "removal"}, {"keyframe", keyframe_}, {"landmark", id}});
+      write({{"event", born ? "birth" : "removal"}, {"keyframe", keyframe_}, {"landmark", id}});
     }
   };
   live(change.born, true);
   if (!change.why.class_prior.empty()) class_prior_ = change.why.class_prior;
-  for (const DecisionEvent& event : change.why.decisions) take(event);
-  for (const SightingEvent& event : change.why.sightings) take(event);
-  for (const AssociationEvent& event : change.why.associations) take(event);
-  for (const MergeEvent& event : change.why.merges) take(event);
+  for (const DecisionEvent& event : change.why.decisions) add(event);
+  for (const SightingEvent& event : change.why.sightings) add(event);
+  for (const AssociationEvent& event : change.why.associations) add(event);
+  for (const MergeEvent& event : change.why.merges) add(event);
   live(change.forgotten, false);
   for (const std::int64_t id : change.forgotten) {
-    for (const std::size_t s : std::vector<std::size_t>(seen_[id])) give(s, std::nullopt);
+    for (const std::size_t s : std::vector<std::size_t>(seen_[id])) assign(s, std::nullopt);
   }
 }
 
-/// Notes what a sighting is taken for from now on.
-void RunRecorder::give(std::size_t sighting, std::optional<std::int64_t> landmark) {
+/// Sets the landmark that a sighting is assigned to from now on.
+void RunRecorder::assign(std::size_t sighting, std::optional<std::int64_t> landmark) {
   std::optional<std::int64_t>& now = record_.sightings[sighting].landmark;
-  weigh(record_.sightings[sighting], -1);
+  add_class_evidence(record_.sightings[sighting], -1);
   if (now) {
     std::vector<std::size_t>& list = seen_[*now];
     list.erase(std::remove(list.begin(), list.end(), sighting), list.end());
@@ -106,51 +100,51 @@ void RunRecorder::give(std::size_t sighting, std::optional<std::int64_t> landmar
   now = landmark;
   if (!now) return;
   seen_[*now].push_back(sighting);
-  weigh(record_.sightings[sighting], 1);
+  add_class_evidence(record_.sightings[sighting], 1);
 }
 
-void RunRecorder::take(const SightingEvent& event) {
+void RunRecorder::add(const SightingEvent& event) {
   const std::size_t s = record_.sightings.size();
   if (event.number >= 0) numbers_[event.number] = s;
   record_.sightings.push_back({keyframe_, event, std::nullopt, {}, 0});
-  give(s, event.landmark);
-  if (line_) tell(sighting_line(s, record_.sightings.back()));
+  assign(s, event.landmark);
+  if (line_) write(sighting_line(s, record_.sightings.back()));
 }
 
-void RunRecorder::take(const AssociationEvent& event) {
+void RunRecorder::add(const AssociationEvent& event) {
   RunRecord::Association own{keyframe_, event};
   for (std::int64_t& s : own.event.sightings) s = static_cast<std::int64_t>(number(s));
-  if (line_) tell(association_line(keyframe_, own.event));
+  if (line_) write(association_line(keyframe_, own.event));
   record_.associations.push_back(std::move(own));
 }
 
-void RunRecorder::take(const DecisionEvent& event) {
+void RunRecorder::add(const DecisionEvent& event) {
   RunRecord::Decision own{keyframe_, event};
   const std::size_t s = number(event.sighting);
   own.event.sighting = static_cast<std::int64_t>(s);
-  give(s, event.landmark);
-  if (line_) tell(decision_line(keyframe_, own.event));
+  assign(s, event.landmark);
+  if (line_) write(decision_line(keyframe_, own.event));
   record_.decisions.push_back(own);
 }
 
-void RunRecorder::take(const MergeEvent& event) {
+void RunRecorder::add(const MergeEvent& event) {
   if (!event.undone) moved_.clear();
   for (const auto& [from, into] : event.pairs) {
     if (!event.undone) moved_[from] = seen_[from];
-    for (const std::size_t s : moved_[from]) give(s, event.undone ? from : into);
+    for (const std::size_t s : moved_[from]) assign(s, event.undone ? from : into);
   }
-  if (line_) tell(merge_line(keyframe_, event));
+  if (line_) write(merge_line(keyframe_, event));
   record_.merges.push_back({keyframe_, event});
 }
 
-void RunRecorder::tell_classes(const std::vector<std::string>& names) {
+void RunRecorder::write_class_names(const std::vector<std::string>& names) {
   if (names == class_names_) return;
   class_names_ = names;
-  tell({{"event", "classes"}, {"names", names}});
+  write({{"event", "classes"}, {"names", names}});
 }
 
-/// Adds what a sighting says of the class of its landmark, or takes it away.
-void RunRecorder::weigh(const RunRecord::Sighting& sighting, double sign) {
+/// Adds (sign 1) or removes (-1) the class evidence of a sighting at its landmark.
+void RunRecorder::add_class_evidence(const RunRecord::Sighting& sighting, double sign) {
   const std::vector<double>& likelihood = sighting.event.class_likelihood;
   if (!sighting.landmark || likelihood.empty()) return;
   std::vector<double>& sum = class_evidence_[*sighting.landmark];
@@ -159,42 +153,42 @@ void RunRecorder::weigh(const RunRecord::Sighting& sighting, double sign) {
   touched_.push_back(*sighting.landmark);
 }
 
-/// What the landmarks with news are taken for now, given their sightings (eq. 19).
-void RunRecorder::believe() {
+/// Class probabilities, given their sightings (eq. 19), of the landmarks whose sightings changed.
+void RunRecorder::update_beliefs() {
   sort_unique(touched_);
   for (const std::int64_t id : touched_) {
     const std::vector<double>& evidence = class_evidence_[id];
     if (evidence.size() != class_prior_.size() || seen_[id].empty()) continue;
-    believe(id, posterior(class_prior_, evidence));
+    add_belief(id, posterior(class_prior_, evidence));
   }
   touched_.clear();
 }
 
-void RunRecorder::believe(std::int64_t landmark, const std::vector<double>& probabilities) {
+void RunRecorder::add_belief(std::int64_t landmark, const std::vector<double>& probabilities) {
   if (probabilities.empty()) return;
   record_.beliefs.push_back({keyframe_, landmark, probabilities});
-  tell({{"event", "belief"},
-        {"keyframe", keyframe_},
-        {"landmark", landmark},
-        {"probabilities", probabilities}});
+  write({{"event", "belief"},
+         {"keyframe", keyframe_},
+         {"landmark", landmark},
+         {"probabilities", probabilities}});
 }
 
 void RunRecorder::finish(Mapper& mapper, const MapResult& result, double objective) {
-  tell({{"event", "conclusion"}});
-  for (const MapChange& change : mapper.take_events()) take(change);
+  write({{"event", "conclusion"}});
+  for (const MapChange& change : mapper.take_events()) add(change);
   touched_.clear();
-  tell_classes(result.class_names);
-  for (const LandmarkEstimate& l : result.landmarks) believe(l.id, l.class_probabilities);
-  look_back(mapper);
-  if (snapshots_ && !result.trajectory.empty()) snap(mapper, keyframe_);
-  tell({{"event", "end"},
-        {"keyframes", result.trajectory.size()},
-        {"landmarks", result.landmarks.size()},
-        {"objective", objective}});
+  write_class_names(result.class_names);
+  for (const LandmarkEstimate& l : result.landmarks) add_belief(l.id, l.class_probabilities);
+  compute_residuals(mapper);
+  if (snapshots_ && !result.trajectory.empty()) add_snapshot(mapper, keyframe_);
+  write({{"event", "end"},
+         {"keyframes", result.trajectory.size()},
+         {"landmarks", result.landmarks.size()},
+         {"objective", objective}});
 }
 
 /// The residuals of all sightings at the last estimate.
-void RunRecorder::look_back(const Mapper& mapper) {
+void RunRecorder::compute_residuals(const Mapper& mapper) {
   const Values& values = mapper.backend().values();
   for (std::size_t i = 0; i < record_.sightings.size(); ++i) {
     RunRecord::Sighting& s = record_.sightings[i];
@@ -214,12 +208,12 @@ void RunRecorder::look_back(const Mapper& mapper) {
       const Eigen::Index n = s.residual.size();
       s.chi_square = gaussian_score(s.residual, d.covariance.topLeftCorner(n, n)).chi_square;
     }
-    if (line_) tell(residual_line(i, s));
+    if (line_) write(residual_line(i, s));
   }
 }
 
 /// Keeps the present estimate; where there are too many snapshots, those at every other place stay.
-void RunRecorder::snap(const Mapper& mapper, int keyframe) {
+void RunRecorder::add_snapshot(const Mapper& mapper, int keyframe) {
   std::vector<RunRecord::Snapshot>& all = record_.snapshots;
   if (!all.empty() && all.back().keyframe == keyframe) all.pop_back();
   if (all.size() >= kMostSnapshots) {

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Runs the commands of all pages: commands_test.py BIN.
+"""Runs the commands of all pages: commands_test.py BIN [MPIRUN].
 
-BIN is the folder of the programs. Files of public data sets and of the reader are stood in for by small ones that are made
+BIN is the folder of the programs, MPIRUN the launcher that they were built for, if any. Files of public data sets and of the reader are stood in for by small ones that are made
 here. A command that would take minutes is not run, but its program must know its options, and its files must exist. Commands of
 other programs must be listed here with the reason why they are not run. docs/tries.md has a test of its own, which compares
 the answers.
@@ -23,6 +23,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path()
+MPIRUN = ""
 DATASETS = "/usr/share/mrpt/datasets"
 
 # First words of lines in code blocks that are commands, and why those of others are not run.
@@ -32,6 +33,7 @@ NOT_RUN = {
     "chroot": "needs an installation of Debian of its own", "debootstrap": "needs a mirror of Debian",
     "evo_ape": "no package of Debian", "rawlog-edit": "make_files() and a test of observations run it",
     "cd": "jq, and npm, which needs a registry; ctest -R web builds the page",
+    "sbatch": "needs the daemons of Slurm",
     "cp": "tests/consumer builds the example of a plugin", "python3": "the tests of examples and of Python run them",
 }
 SLOW = {
@@ -87,7 +89,7 @@ def commands_of(page):
         if not words:
             continue
         name = words[0].removeprefix("build/release/bin/")
-        if OWN.match(name) and len(words) > 1:
+        if name == "mpirun" or (OWN.match(name) and len(words) > 1):
             yield number, [name, *words[1:]], line
         elif any(name == key or (key.endswith("/") and name.startswith(key)) for key in NOT_RUN):
             yield number, None, line
@@ -146,6 +148,17 @@ def make_files():
                        check=True, capture_output=True)
 
 
+def run_ranks(words):
+    """Runs a command of mpirun, on a small experiment in place of the one that it names."""
+    pathlib.Path("small.ini").write_text(
+        "[experiment]\ngraphs = graph\nmethods = gnc\ntrials = 9\n[graph]\nfile = graph.g2o\n", encoding="utf-8")
+    at = next(i for i, word in enumerate(words) if OWN.match(word))
+    words = [MPIRUN, "--oversubscribe", *words[1:at], BIN / words[at],
+             *("small.ini" if word.startswith("config/") else word for word in words[at + 1:])]
+    root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return subprocess.run(words, env={**os.environ, **root}, capture_output=True, text=True, check=False)
+
+
 def ready(words):
     """The command with the files of the reader."""
     words = [PLACES.get(word, word.replace("NAME", PLACES["NAME"])) for word in words]
@@ -173,6 +186,11 @@ class Pages(unittest.TestCase):
         make_files()
 
     def check(self, where, words, line):
+        if words[0] == "mpirun" and MPIRUN:
+            ran = run_ranks(words)
+            self.assertEqual(ran.returncode, 0, f"{where}: {line}\n{ran.stdout}{ran.stderr}")
+        while not OWN.match(words[0]):
+            words = words[1:]
         slow = [reason for pattern, reason in SLOW.items() if re.search(pattern, line)]
         if slow:
             self.assertEqual(unknown_options(words[0], words), [], f"{where}: {line}")
@@ -205,7 +223,7 @@ class Pages(unittest.TestCase):
 
     def test_code_blocks_hold_no_other_programs(self):
         """A line that begins like a command of a shell is one that is run, or one that is listed with a reason."""
-        usual = re.compile(r"(\./|build/|sudo |pip|docker|make |git |curl |wget |ros2 )")
+        usual = re.compile(r"(\./|build/|sudo |pip|docker|make |git |curl |wget |ros2 |srun |mpiexec )")
         for page in pages():
             for number, line in code_lines(page.read_text(encoding="utf-8")):
                 if usual.match(line) and not line.startswith("build/release/bin/"):
@@ -214,6 +232,7 @@ class Pages(unittest.TestCase):
 
 if __name__ == "__main__":
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+    MPIRUN = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else ""
     if not (BIN / "hybrid-replay").exists():
         print("skipped: the programs are not built")
         sys.exit(77)

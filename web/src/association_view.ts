@@ -35,7 +35,7 @@ export class AssociationView {
       { title: 'keyframe', width: '5.2rem', number: true, text: i => String(s.k[i]), by: i => s.k[i] },
       { title: 'given to', width: '1fr', text: i => this.outcome(i), by: i => s.now[i] },
       { title: 'runner-up', width: '5.2rem', number: true, text: i => String(this.runnerUp(i)?.[0] ?? '–') },
-      { title: 'odds', width: '5.5rem', number: true, hint: 'of its landmark, judged alone, against a new one',
+      { title: 'odds', width: '5.5rem', number: true, hint: 'of its landmark, this sighting alone, against a new one',
         text: i => { const c = this.own(i); return c ? odds(c[2]) : '–'; }, by: i => this.own(i)?.[2] ?? null },
       { title: 'NIS', width: '4.8rem', number: true, text: i => show(s.nis[i], '', 3), by: i => s.nis[i] },
     ], i => this.press(i), i => (history.wrong(i) ? 'wrong' : ''), 'Sightings');
@@ -130,7 +130,7 @@ export class AssociationView {
     }
     const better = own[2] !== null && second && second[2] !== null ? own[2] - second[2] : null;
     if (better === null) return `landmark ${own[0]} was the only candidate, ${odds(own[2])} against a new one.`;
-    if (better < 0) return `judged alone ${second![0]} is likelier, but with all detections of the frame it is ${own[0]}.`;
+    if (better < 0) return `by itself ${second![0]} is likelier, but with all detections of the frame it is ${own[0]}.`;
     return `landmark ${own[0]} is likelier than ${second![0]} by ${odds(better)}.`;
   }
   private candidates(i: number): HTMLElement | string {

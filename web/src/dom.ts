@@ -33,7 +33,8 @@ export function odds(log: number | null | undefined): string {
   return log >= 0 ? `${text} : 1` : `1 : ${text}`;
 }
 
-export function percent(p: number): string {
+export function percent(p: number | null | undefined): string {
+  if (p === null || p === undefined) return '–';
   if (p > 0.9995 && p < 1) return '> 99.9 %';
   return `${(100 * p).toFixed(1)} %`;
 }

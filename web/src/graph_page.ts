@@ -111,7 +111,7 @@ export function graphPage(data: GraphData) {
     const { x, y } = poses(), i = closures.i[e], j = closures.j[e];
     detail.replaceChildren(
         el('h3', {}, `Closure ${data.ids[i]} – ${data.ids[j]}: ${closures.decision[e]}`), el('p', {}, reason(e)),
-        facts([['probability that it is right', closures.probability[e] === null ? '–' : percent(closures.probability[e]!)],
+        facts([['probability that it is right', percent(closures.probability[e])],
           ['residual', `${show(closures.residual[e])} sigmas`], ['redundancy', show(closures.redundancy[e])],
           ['margin of the objective', show(closures.margin[e])],
           ...(closures.history[e].length ? [['online', closures.history[e].map(([pose, text]) => `${text} at pose ${pose}`).join(', then ')] as [string, string]] : []),
@@ -122,7 +122,7 @@ export function graphPage(data: GraphData) {
     { title: 'to', width: '3.8rem', number: true, text: e => String(data.ids[closures.j[e]]), by: e => closures.j[e] },
     { title: 'decision', width: '1fr', text: e => closures.decision[e], by: e => closures.decision[e] },
     { title: 'p', width: '4.4rem', number: true, hint: 'probability that it is right',
-      text: e => closures.probability[e] === null ? '–' : percent(closures.probability[e]!), by: e => closures.probability[e] },
+      text: e => percent(closures.probability[e]), by: e => closures.probability[e] },
     { title: 'residual', width: '4.4rem', number: true, text: e => show(closures.residual[e]), by: e => closures.residual[e] },
     { title: 'redund.', width: '4.2rem', number: true, hint: 'redundancy: how far other measurements check it', text: e => show(closures.redundancy[e]), by: e => closures.redundancy[e] },
     { title: 'margin', width: '4.2rem', number: true, hint: 'by which the objective decides', text: e => show(closures.margin[e]), by: e => closures.margin[e] },

@@ -55,14 +55,13 @@ export class LandmarkView {
 
   private list(): HTMLElement {
     const all = this.data.landmarks;
-    const best = (i: number) => (all[i].class === null ? null : all[i].class);
+    const probability = (i: number) => all[i].p[all[i].class ?? -1] ?? null;  // of its class
+    const name = (i: number) => this.data.classes[all[i].class ?? -1] ?? null;
     const table = new Table([
       { title: 'landmark', width: '5.5rem', number: true, text: i => String(all[i].id), by: i => all[i].id },
-      { title: 'class', width: '1fr', text: i => best(i) === null ? '–' : this.data.classes[best(i)!],
-        by: i => best(i) === null ? null : this.data.classes[best(i)!] },
+      { title: 'class', width: '1fr', text: i => name(i) ?? '–', by: name },
       { title: 'p', width: '5.4rem', number: true, hint: 'probability of the class',
-        text: i => best(i) === null || !all[i].p.length ? '–' : percent(all[i].p[best(i)!]),
-        by: i => best(i) === null || !all[i].p.length ? null : all[i].p[best(i)!] },
+        text: i => percent(probability(i)), by: probability },
       { title: 'sightings', width: '5.5rem', number: true, text: i => String(all[i].sightings), by: i => all[i].sightings },
     ], i => this.state.set({ landmark: all[i].id }), () => '', 'Landmarks');
     table.set(all.map((_, i) => i));

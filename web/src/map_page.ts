@@ -79,8 +79,8 @@ function describe(data: MapData, history: History, k: number): string {
 /** What happened when. */
 function marks(data: MapData): Mark[] {
   const out: Mark[] = [];
-  for (const m of data.merges) out.push({ k: m.k, color: m.loop ? 'loop' : 'merge', title: '' });
-  data.changes.flips.forEach((f, i) => { if (f.length) out.push({ k: data.changes.k[i], color: 'flip', title: '' }); });
+  for (const m of data.merges) out.push({ k: m.k, color: m.loop ? 'loop' : 'merge' });
+  data.changes.flips.forEach((f, i) => { if (f.length) out.push({ k: data.changes.k[i], color: 'flip' }); });
   return out.reverse();
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-import { MapData } from './data';
+import { groupBy, MapData } from './data';
 import { el, link, show } from './dom';
 import { Plot } from './plots';
 import { State } from './state';
@@ -11,13 +11,10 @@ export class SolverView {
   readonly root = el('div', { class: 'pane' });
   private detail = el('div', { 'aria-live': 'polite' });
   private plots: Plot[] = [];
-  private changesAt = new Map<number, number[]>();
+  private changesAt: Map<number, number[]>;
 
   constructor(private data: MapData, private state: State) {
-    data.changes.k.forEach((k, i) => {
-      const list = this.changesAt.get(k);
-      if (list) list.push(i); else this.changesAt.set(k, [i]);
-    });
+    this.changesAt = groupBy(data.changes.k);
     this.build();
     state.listen((view, changed) => {
       if (!changed.has('keyframe')) return;
@@ -29,7 +26,7 @@ export class SolverView {
   private build() {
     const { steps } = this.data, x = steps.objective.map((_, k) => k);
     const go = (k: number) => this.state.set({ keyframe: k });
-    const proof = this.rises();
+    const rises = this.rises();
     this.plots = [
       new Plot('Objective after each keyframe', 'keyframe', x, [
         { label: 'objective (eq. 6)', values: steps.objective, color: 'estimate' },
@@ -42,9 +39,9 @@ export class SolverView {
           { press: go, log: true }),
     ];
     this.root.replaceChildren(
-        el('p', { class: proof === 0 ? 'good' : 'bad' },
-            proof === 0 ? `In ${this.count().toLocaleString('en')} half-steps the objective never rose.`
-                : `The objective rose in ${proof} half-steps.`),
+        el('p', { class: rises === 0 ? 'good' : 'bad' },
+            rises === 0 ? `In ${this.count().toLocaleString('en')} half-steps the objective never rose.`
+                : `The objective rose in ${rises} half-steps.`),
         this.detail, ...this.plots.map(p => p.root), this.flippers());
     this.showChanges();
     for (const plot of this.plots) plot.mark(this.state.view.keyframe);

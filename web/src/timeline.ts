@@ -5,7 +5,7 @@ import { el } from './dom';
 import { themed } from './palette';
 import { State } from './state';
 
-export interface Mark { k: number; color: string; title: string }
+export interface Mark { k: number; color: string }
 
 /** The slider over the keyframes, with marks of what happened, and play. */
 export class Timeline {

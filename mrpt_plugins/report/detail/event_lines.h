@@ -3,11 +3,10 @@
 
 #pragma once
 
-#include <mrpt/poses/CPose3D.h>
-
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 
+#include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/report/run_record.h"
 
 namespace hybrid {
@@ -20,10 +19,7 @@ nlohmann::ordered_json merge_line(int keyframe, const MergeEvent& event);
 nlohmann::ordered_json change_line(const RunRecord::Change& change);
 nlohmann::ordered_json residual_line(std::size_t number, const RunRecord::Sighting& sighting);
 
-/// [x, y, yaw], in space [x, y, z, yaw, pitch, roll].
-nlohmann::ordered_json pose_json(const mrpt::poses::CPose3D& pose, bool is_3d);
-
-/// A number or null.
-nlohmann::ordered_json or_null(const std::optional<std::int64_t>& id);
+/// Number, time and robot of the newest keyframe, its pose, and the state of the map after it.
+nlohmann::ordered_json keyframe_json(const Mapper& mapper, const StepRecord& step);
 
 }  // namespace hybrid

@@ -40,25 +40,24 @@ class RunRecorder {
   const RunRecord& record() const { return record_; }
 
  private:
-  void tell(const nlohmann::ordered_json& line) const;
-  void take(const MapChange& change);
-  void take(const SightingEvent& event);
-  void take(const AssociationEvent& event);
-  void take(const DecisionEvent& event);
-  void take(const MergeEvent& event);
-  void give(std::size_t sighting, std::optional<std::int64_t> landmark);
-  void tell_classes(const std::vector<std::string>& names);
-  void weigh(const RunRecord::Sighting& sighting, double sign);
-  void believe();
-  void believe(std::int64_t landmark, const std::vector<double>& probabilities);
-  void look_back(const Mapper& mapper);
-  void snap(const Mapper& mapper, int keyframe);
+  void write(const nlohmann::ordered_json& line) const;
+  void add(const MapChange& change);
+  void add(const SightingEvent& event);
+  void add(const AssociationEvent& event);
+  void add(const DecisionEvent& event);
+  void add(const MergeEvent& event);
+  void assign(std::size_t sighting, std::optional<std::int64_t> landmark);
+  void write_class_names(const std::vector<std::string>& names);
+  void add_class_evidence(const RunRecord::Sighting& sighting, double sign);
+  void update_beliefs();
+  void add_belief(std::int64_t landmark, const std::vector<double>& probabilities);
+  void compute_residuals(const Mapper& mapper);
+  void add_snapshot(const Mapper& mapper, int keyframe);
   std::size_t number(std::int64_t of_plugin) const { return numbers_.at(of_plugin); }
 
   Line line_;
   bool snapshots_;
   RunRecord record_;
-  std::vector<std::string> robots_;
   int keyframe_ = 0;
   int every_ = 1;                                           // keyframes from snapshot to snapshot
   std::unordered_map<std::int64_t, std::size_t> numbers_;   // of sightings, by those of the plugin

@@ -149,6 +149,17 @@ TEST(MapStyle, PlanAndSpaceEnlargeEllipsesByOneFactor) {
   EXPECT_EQ(scene_layout(map, {}).frame.magnification, map_frame(map, {}).magnification);
 }
 
+TEST(MapStyle, CountsRobotsByNameAndThoseWithoutOneBySession) {
+  MapResult map = round_trip(false);
+  EXPECT_EQ(whose(map), "the robot");
+  map.robots = {{"session 1", {0}, true}, {"session 2", {1}, true}};
+  EXPECT_EQ(whose(map), "2 sessions");
+  map.robots = {{"anna", {0}, false}, {"bob", {1}, false}, {"anna", {2}, false}};
+  EXPECT_EQ(whose(map), "2 robots");
+  map.robots.push_back({"session 3", {3}, true});
+  EXPECT_EQ(whose(map), "2 robots and 1 session");
+}
+
 TEST(MapStyle, DeadReckoningUnderTheEstimateIsNotListed) {
   MapResult map = round_trip(false);
   const Extent extent = map_extent(map, {});
