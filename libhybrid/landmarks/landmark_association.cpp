@@ -112,6 +112,9 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     candidates = find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
                                  loops_.local_since(), loops_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
+    for (std::size_t i = 0; i < sightings.size(); ++i) {
+      landmarks_.sighting(sightings[i]).undetected = candidates.undetected[i];
+    }
   }
   const bool open = found.size() > 1 && map.keeps_all;
   if (open) keep_ambiguous(found, sightings, frame, map, out);

@@ -158,6 +158,11 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
   if (pairs.empty()) return {};
 
   IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
+  // The later of the two is one of the landmarks that earlier looks had left undetected there, or
+  // it is none of its own.
+  for (std::size_t p = 0; p < h.a.size(); ++p) {
+    h.gain[p] -= std::log(landmarks.track(h.a[p]).undetected);
+  }
   keep_those_alone(h, 0.0);
   const auto n = static_cast<double>(pairs.size());
   if (h.a.empty()) return {};

@@ -22,7 +22,7 @@ struct Merge {
   double chi_square = 0;  ///< of their differences, jointly
   /// What the fewer landmarks are worth: the objective may rise by less than this.
   double allowed_rise() const { return evidence + 0.5 * chi_square; }
-  bool settle = false;  ///< the map moves far: only once it has settled does its objective count
+  bool loop = false;  ///< of a place seen again, see LoopClosing
 };
 
 /// Finds landmarks that are one: those seen lately against all others that were never seen in one

@@ -90,9 +90,7 @@ Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything
     if (!merge.pairs.empty()) ++statistics_["loops_closed"];
   }
   if (merge.pairs.empty()) return {};
-  Contribution out = apply(merge, map);
-  out.settle = merge.settle;
-  return out;
+  return apply(merge, map);
 }
 
 /// Leaves out the landmarks of which sightings have left the graph: they cannot be given to others.
@@ -107,8 +105,11 @@ void LandmarkAssociation::keep_whole(const MapView& map, Merge& merge) {
   if (!left_out.pairs.empty()) merging_.refuse(left_out, landmarks_);
 }
 
+/// What a merge is worth shows in the objective only once the map has settled: it may move as far
+/// as the drift, over which one linear step does not come.
 Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) {
   Contribution out;
+  out.settle = true;
   for (const auto& [from, into] : merge.pairs) {
     const Track& track = landmarks_.track(from);
     Undo undo{from, track.sightings, {}, {}};
@@ -137,7 +138,7 @@ Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) 
 MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
   MergeEvent event;
   event.pairs.assign(merge.pairs.begin(), merge.pairs.end());
-  event.loop = merge.settle;
+  event.loop = merge.loop;
   event.undone = undone;
   event.evidence = merge.evidence;
   event.chi_square = merge.chi_square;
@@ -148,7 +149,7 @@ MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
 Contribution LandmarkAssociation::undo_merge(const MapView& map) {
   Contribution out;
   undo_wanted_ = false;
-  out.settle = merge_->settle;
+  out.settle = true;
   for (const Undo& undo : undo_) {
     for (int s : undo.sightings) landmarks_.detach(s, out);
     landmarks_.revive(undo.from, undo.position, undo.assignment, classes_, out);
@@ -208,7 +209,6 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
       Merge merge = merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
       keep_whole(map, merge);
       if (!merge.pairs.empty()) out = apply(merge, map);
-      out.settle = !merge.pairs.empty();
     }
     if (!out.empty()) return out;
   }

@@ -51,6 +51,7 @@ int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const Cl
     for (std::size_t k = 0; k < sighting.phi.size(); ++k) p[k] *= sighting.phi[k];
     assignment.set(track.class_key->key, most_probable(p));
   }
+  track.undetected = sighting.undetected;
   tracks_.push_back(std::move(track));
   revive(t, position, assignment, classes, out);
   attach(s, t, is_3d, out);

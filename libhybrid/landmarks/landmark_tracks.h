@@ -28,6 +28,7 @@ struct Sighting {
   std::vector<double> phi;  ///< likelihood of each class; empty if not classified
   int track = -1;           ///< -1: clutter, or not decided
   std::vector<Handle> factors;
+  double undetected = 1;  ///< share of landmarks that earlier looks have left undetected there
 };
 
 /// A landmark under observation: tentative, then confirmed.
@@ -38,6 +39,7 @@ struct Track {
   std::vector<double> class_evidence;  ///< log p(sightings | class) by class
   Eigen::MatrixXd covariance;          ///< of its position when last asked for
   std::vector<Handle> prior;           ///< of its class
+  double undetected = 1;               ///< that of the sighting it was made of
   double existence = 0;                ///< log odds that there is such a landmark
   int last_keyframe = 0;
   int open = 0;  ///< factors that hold it and are not decided

@@ -105,7 +105,7 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
   if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();
   merge.evidence = -best.cost;
   merge.chi_square = best.chi_square;
-  merge.settle = true;
+  merge.loop = true;
   return merge;
 }
 

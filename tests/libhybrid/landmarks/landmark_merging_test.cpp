@@ -73,6 +73,20 @@ TEST(LandmarkMerging, WhatIsPoorlyKnownIsNotMergedWhereLandmarksAreDense) {
           .pairs.empty());
 }
 
+// Where many looks found nothing else, a landmark born later is a copy of one that is known.
+TEST(LandmarkMerging, WhatWasBornWhereLittleWasLeftToFindIsMergedEvenIfPoorlyKnown) {
+  Two two({0.1, 0.05});
+  two.world.sigma = 0.5;
+  const auto proposed = [&] {
+    two.saw(two.b);
+    return two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false,
+                               two.world.tracks);
+  };
+  EXPECT_TRUE(proposed().pairs.empty());
+  two.world.tracks.track(two.b).undetected = 1e-3;
+  EXPECT_EQ(proposed().pairs.size(), 1U);
+}
+
 TEST(LandmarkMerging, ARefusedMergeIsProposedAgainOnlyOnceMoreIsSeen) {
   Two two({0.1, 0.05});
   const Merge merge = two.propose();

@@ -38,7 +38,7 @@ struct Round {
     return {kRadius * std::sin(a), kRadius * (1 - std::cos(a)), a};
   }
 
-  explicit Round(const std::vector<Thing>& then, unsigned seed = 1) {
+  explicit Round(const std::vector<Thing>& then, unsigned seed = 1, double drift = 1) {
     std::mt19937 random(seed);
     const auto noisy = [&](double sigma) {
       return sigma * std::normal_distribution<double>()(random);
@@ -60,9 +60,10 @@ struct Round {
         seen.detections.push_back(d);
       }
       const SE2 motion = i == 0 ? SE2()
-                                : pose(i - 1).between(pose(i)) *
-                                      SE2(noisy(kSigmaStep), noisy(kSigmaStep), noisy(kSigmaTurn));
-      const double scale = i == 0 ? 1e-2 : 1;
+                                : pose(i - 1).between(pose(i)) * SE2(noisy(drift * kSigmaStep),
+                                                                     noisy(drift * kSigmaStep),
+                                                                     noisy(drift * kSigmaTurn));
+      const double scale = i == 0 ? 1e-2 : drift;
       mapper.add(motion,
                  Noise::diagonal(scale * Eigen::Vector3d(kSigmaStep, kSigmaStep, kSigmaTurn)),
                  {seen});
@@ -81,9 +82,19 @@ struct Round {
   }
 };
 
+// Where the drift leaves little choice, landmarks are merged pair by pair: that too moves the map
+// by metres, and is right or wrong only once the map has settled.
 TEST(LoopClosing, APlaceSeenAgainClosesTheLoop) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     Round round(kPlace, seed);
+    EXPECT_EQ(round.mapper.landmarks().size(), kPlace.size());
+    EXPECT_LT(round.error(), 0.3);
+  }
+}
+
+TEST(LoopClosing, APlaceFarOffByDriftIsRecognisedAsAWhole) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Round round(kPlace, seed, 2.5);
     EXPECT_EQ(round.loops(), 1);
     EXPECT_EQ(round.mapper.landmarks().size(), kPlace.size());
     EXPECT_LT(round.error(), 0.3);
