@@ -9,8 +9,10 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/exit_code.h"
+#include "apps/hybrid-pgo/certify.h"
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"
@@ -90,10 +92,15 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
   }
   say(" -> {}\n", out.folder().string());
   if (summary.certificate) {
-    say("certificate: {} (relative gap {:.2g}, smallest eigenvalue {:.3g}){}\n",
-        summary.certificate->verified ? "verified, no other poses cost less" : "not verified",
-        summary.certificate->relative_gap, summary.certificate->min_eigenvalue,
-        summary.certificate->message.empty() ? "" : ": " + summary.certificate->message);
+    const Certificate& proof = *summary.certificate;
+    say("certificate: {} (relative gap {:.2g}, smallest eigenvalue {:.3g}{}){}\n",
+        proof.verified ? "verified, no other poses cost less" : "not verified", proof.relative_gap,
+        proof.min_eigenvalue,
+        proof.discrete_gap
+            ? fmt::format("; with other decisions, an objective at most {:.3g} lower",
+                          *proof.discrete_gap)
+            : "",
+        proof.message.empty() ? "" : ": " + proof.message);
   }
   if (summary.starts.empty()) return;
   say("the start '{}' won:", summary.start);
@@ -102,36 +109,6 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
         start.start, start.cost, start.iterations);
   }
   say("\n");
-}
-
-/// The active factors of a solution: all but closures that are not in force. `loops` has the
-/// closures in the order of their factors.
-std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
-                                                  const std::vector<Loop>& loops) {
-  std::vector<ContinuousFactorPtr> factors;
-  std::size_t next = 0;
-  for (const ContinuousFactorPtr& factor : input.factors) {
-    const std::vector<Key>& keys = factor->keys();
-    const bool is_loop = next < loops.size() && keys.size() == 2 && loops[next].from == keys[0] &&
-                         loops[next].to == keys[1];
-    if (is_loop && !loops[next++].in_force()) continue;
-    factors.push_back(factor);
-  }
-  return factors;
-}
-
-/// Solves the graph; `loops` stays empty if it is to be filled by find_loops().
-Solution solve(const Input& input, const Options& options, std::vector<Loop>& loops) {
-  if (!options.online) {
-    const bool trust_all = options.method == "lm" || options.trusted == "all";
-    return trust_all ? solve_batch(input, options.start == "auto")
-                     : solve_robust(input, options, loops);
-  }
-  if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
-  const bool trust_all = options.trusted.empty() || options.trusted == "all";
-  return trust_all
-             ? solve_online(input)
-             : solve_selection(input, options.trusted, options.methods.online, options.report);
 }
 
 Provenance provenance(const Options& options) {
@@ -228,15 +205,15 @@ int optimize(const Options& options) {
 
   std::vector<Loop> loops;
   Solution solution =
-      about({options.graph, options.trusted}, [&] { return solve(input, options, loops); });
+      about({options.graph, options.trusted}, [&] { return solve_graph(input, options, loops); });
   check_finite(input, solution, options.graph);
   if (solution.signal != 0) keep_solved(input, solution);
-  truth = compared(truth, poses, solution.values);
   if (loops.empty()) loops = find_loops(input, solution.values, solution.decisions);
+  std::optional<Certificate> certificate;
+  if (options.certify) certificate = certify_solution(input, options, loops, solution);
+  truth = compared(truth, poses, solution.values);
   GraphSummary summary = summarize(input, solution, loops, truth);
-  if (options.certify) {
-    summary.certificate = certify(factors_in_force(input, loops), solution.values);
-  }
+  summary.certificate = certificate;
   if (!options.labels.empty()) {
     if (!summary.truth) summary.truth.emplace();
     compare_with_labels(options.labels, loops, *summary.truth);

@@ -106,7 +106,9 @@ void add_graph_options(CLI::App& app, Options& options) {
       ->type_name("FILE");
   app.add_flag("--certify", options.certify,
                "verify that no other poses fit the odometry and the accepted closures better (dual "
-               "certificate of SE-Sync, of the isotropic problem)");
+               "certificate of SE-Sync, of the isotropic problem); in batch, where they do, solve "
+               "again from poses of the Riemannian staircase, and bound the joint objective of "
+               "all decisions about closures");
   app.add_flag("--repair-information", options.repair_information,
                "put the nearest positive definite matrix in the place of information that is not, "
                "and say of how many edges");

@@ -10,6 +10,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/selection/closure_posterior.h"
@@ -143,6 +144,16 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
     loop.residual = std::sqrt(verdict.chi_square);
   }
   return solution;
+}
+
+double discrete_gap(const Input& input, const Options& options, const std::vector<Loop>& loops,
+                    const Values& values, int budget) {
+  std::vector<Loop> all_loops;
+  const Task task = make_task(input, options, all_loops);
+  std::vector<bool> accepted;
+  for (const std::size_t loop : task.loop_of) accepted.push_back(loops.at(loop).in_force());
+  return bound_objective(task.problem, values, accepted, options.methods.common.mixture, budget)
+      .gap;
 }
 
 void compare_with_labels(const std::string& file, const std::vector<Loop>& loops,

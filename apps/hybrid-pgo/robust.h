@@ -15,6 +15,11 @@ namespace hybrid {
 /// cannot be read.
 Solution solve_robust(const Input& input, const Options& options, std::vector<Loop>& loops);
 
+/// How much lower than that of a solution the joint objective of other poses and decisions can be
+/// at most, see bound_objective.
+double discrete_gap(const Input& input, const Options& options, const std::vector<Loop>& loops,
+                    const Values& values, int budget);
+
 /// Sets precision and recall of the accepted closures by a file with rows `i j` (a true closure) or
 /// `i j 0|1`. Closures that are not in the file are false, or unknown if the file has a 0. Throws
 /// Error naming file and line.

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,10 @@ struct Certificate {
   double min_eigenvalue = 0.0;  ///< of the dual certificate matrix, see certify
   double relative_gap = 0.0;    ///< bound on how much less other poses cost, as a share of `cost`
   double cost = 0.0;            ///< of the isotropic problem
-  std::string message;          ///< why the estimate could not be verified; may be empty
+  /// Bound on how much lower the joint objective is for other poses and decisions about closures,
+  /// if there is one (see bound_objective); not set by certify.
+  std::optional<double> discrete_gap;
+  std::string message;  ///< why the estimate could not be verified; may be empty
 };
 
 /// Verifies that an estimate is in the basin of the global optimum, by the dual certificate of
@@ -31,5 +35,24 @@ struct Certificate {
 /// factors as stated from the verified poses does not lead below its cost. Throws Error if no
 /// factor is a relative pose, if a factor over several variables is none, or if values are missing.
 Certificate certify(const std::vector<ContinuousFactorPtr>& factors, const Values& estimate);
+
+/// The result of the Riemannian staircase.
+struct StaircaseResult {
+  Values values;                         ///< the estimate, or poses that cost less
+  Certificate certificate;               ///< of these
+  double cost_before = 0.0, cost = 0.0;  ///< of the factors as stated
+  int levels = 0;                        ///< ranks tried above that of rotations
+};
+
+/// The same, and where the estimate is not verified, a search for poses that cost less by the
+/// Riemannian staircase (Boumal 2015, Rosen et al. 2019): at a local minimum of the isotropic
+/// problem, the eigenvector of the negative eigenvalue is a direction in which the cost falls if
+/// rotations may have one more column, R in the Stiefel manifold St(d + 1, d). The problem is
+/// minimised from there, for at most three further columns, until the certificate holds; then the
+/// bound is the minimum of the relaxation, and `relative_gap` refers to it. Rounded to rotations,
+/// the poses are the start of a solve of the factors as stated, whose result replaces the estimate
+/// only if it costs less.
+StaircaseResult climb_staircase(const std::vector<ContinuousFactorPtr>& factors,
+                                const Values& estimate);
 
 }  // namespace hybrid

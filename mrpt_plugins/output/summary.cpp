@@ -227,6 +227,9 @@ Json summary_json(const GraphSummary& s) {
     out["certificate"] = {{"verified", s.certificate->verified},
                           {"min_eigenvalue", s.certificate->min_eigenvalue},
                           {"relative_gap", s.certificate->relative_gap}};
+    if (s.certificate->discrete_gap) {
+      out["certificate"]["discrete_gap"] = *s.certificate->discrete_gap;
+    }
     if (!s.certificate->message.empty()) out["certificate"]["message"] = s.certificate->message;
   }
   if (s.steps) out["steps"] = to_json(*s.steps);
