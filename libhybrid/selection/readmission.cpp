@@ -328,6 +328,7 @@ std::vector<Candidate> Readmission::best_pair() {
 
 void Readmission::finish(RobustResult& result) {
   settle(options_.solver);
+  for (Eigen::MatrixXd& S : predicted_) S.resize(0, 0);  // the evidence itself, not a bound of it
   predict_others(true);
   result.values = values_;
   hybrid::finish(closure_problem_, accepted_, options_.mixture, result);

@@ -12,6 +12,7 @@
 #include "libhybrid/factors/between.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/pose_graph/false_closures.h"
+#include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
 #include "libhybrid/selection/portfolio.h"
@@ -37,11 +38,13 @@ SE2 place(int k) {
   return corner * SE2(along, 0.0, 0.0);
 }
 
-Laps drive(int poses, int lies, std::uint64_t seed) {
+Laps drive(int poses, int lies, std::uint64_t seed,
+           const Eigen::Vector3d& sigmas = {0.02, 0.02, 0.005}) {
   testing::Random random(seed);
-  const Noise noise = Noise::diagonal(Eigen::Vector3d(0.02, 0.02, 0.005));
+  const Noise noise = Noise::diagonal(sigmas);
   const auto measured = [&](const SE2& a, const SE2& b) {
-    const Eigen::Vector3d e(random.normal(0.02), random.normal(0.02), random.normal(0.005));
+    const Eigen::Vector3d e(random.normal(sigmas[0]), random.normal(sigmas[1]),
+                            random.normal(sigmas[2]));
     return a.inverse() * b * SE2::exp(e);
   };
   Laps laps;
@@ -101,6 +104,25 @@ TEST(ClosureSelection, FalseClosuresThatAgreeWithEachOtherStayOut) {
   const RobustResult none = select_closures(only_lies);
   EXPECT_EQ(accepted(none, 0, only_lies.closures.size()), 0);
   EXPECT_LT(testing::distance(none.values, problem.initial), 1e-6);
+}
+
+/// The selection finds most false closures by a bound of their evidence, which is no probability.
+TEST(ClosureSelection, AFalseClosureIsAsImprobableAsItsInnovationSays) {
+  for (const unsigned seed : {1, 2, 3}) {
+    const Laps laps = drive(160, 0, seed, {0.1, 0.1, 0.05});
+    const RobustProblem problem = problem_of(add_false_closures(laps.graph, 0.8, seed));
+    const RobustResult result = select_closures(problem, {});
+    RobustResult integrated = result;
+    integrated.poses_integrated = false;
+    integrate_poses(problem, {}, integrated);
+    int improbable = 0;
+    for (std::size_t k = laps.true_closures; k < result.verdicts.size(); ++k) {
+      if (integrated.verdicts[k].inlier_probability > 1e-6) continue;
+      EXPECT_LT(result.verdicts[k].inlier_probability, 0.5) << "seed " << seed << ", " << k;
+      ++improbable;
+    }
+    EXPECT_GT(improbable, 200);
+  }
 }
 
 TEST(ClosureSelection, EveryMacroStepLowersTheObjective) {
