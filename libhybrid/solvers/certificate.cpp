@@ -54,7 +54,7 @@ class Verification {
       result.levels = climb(form_, minimum);
       const double bound = minimum.dual->bound;
       const SolverResult other = stated_minimum(minimum.Y);
-      if (other.report.final_cost() < result.cost * (1.0 - kRelativeGap)) {
+      if (is_lower(other.report.final_cost(), result.cost)) {
         result.cost = other.report.final_cost();
         estimate_ = other.values;
         result.certificate = certificate(isotropic_minimum(form_, stacked(graph_, estimate_)));
@@ -87,12 +87,18 @@ class Verification {
     if (!certificate.verified) return certificate;
     // Else the estimate is in the basin of another minimum, or has not converged.
     const double here = cost(stated_, estimate_, {});
-    if (stated_minimum(minimum.Y).report.final_cost() >= here * (1.0 - kRelativeGap)) {
-      return certificate;
-    }
+    const double there = stated_minimum(minimum.Y).report.final_cost();
+    if (std::isfinite(there) && !is_lower(there, here)) return certificate;
     certificate.verified = false;
     certificate.message = "poses that cost less were found on the way";
     return certificate;
+  }
+
+  /// Whether a cost is lower than another by more than solvers leave: a share of it, or steps of
+  /// every unknown within their tolerance.
+  bool is_lower(double cost, double other) const {
+    const double step = SolverOptions().step;
+    return cost < other * (1.0 - kRelativeGap) - form_.unknowns() * step * step;
   }
 
   /// The factors as stated, solved from the poses of the isotropic problem.
