@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// How time and memory grow with the number of poses, on generated worlds:
-//   bench-scale [--poses N,...] [--worlds W,...] [--tasks T,...] [--seed S] [--csv F]
-// Worlds: manhattan, city (with landmarks), sphere. Tasks: batch, online, robust (10 % of the
-// closures false), marginals. Each is a process of its own, whose peak memory counts. plot-growth
-// draws the CSV.
+// How time and memory grow with the number of poses, on generated worlds: a Manhattan grid, a city
+// with landmarks, a sphere. Each task is a process of its own, whose peak memory counts; robust has
+// 10 % of its closures false.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <iostream>
 #include <map>
 #include <sstream>
 #include <string>
@@ -266,57 +264,58 @@ void print_slopes(const std::vector<Row>& rows) {
   }
 }
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words;
-  std::istringstream in(text);
-  for (std::string word; std::getline(in, word, ',');) words.push_back(word);
-  return words;
-}
+struct Settings {
+  std::vector<int> poses = {1000, 3000, 10000, 30000, 100000};
+  std::vector<std::string> worlds = {"manhattan", "city", "sphere"};
+  std::vector<std::string> tasks = {"batch", "online", "robust", "marginals"};
+  std::uint64_t seed = 1;
+  std::string csv;
+};
 
-void run_all(int argc, char** argv) {
-  std::map<std::string, std::string> options{{"--poses", "1000,3000,10000,30000,100000"},
-                                             {"--worlds", "manhattan,city,sphere"},
-                                             {"--tasks", "batch,online,robust,marginals"},
-                                             {"--seed", "1"},
-                                             {"--csv", ""}};
-  for (int i = 1; i < argc; i += 2) {
-    const auto option = options.find(argv[i]);
-    if (option == options.end() || i + 1 == argc) {
-      throw Error(std::string("no such option, or no value: ") + argv[i]);
-    }
-    option->second = argv[i + 1];
-  }
-  const auto seed = static_cast<std::uint64_t>(std::atoll(options["--seed"].c_str()));
+void run_all(const Settings& settings) {
   std::vector<Row> rows;
-  for (const std::string& world : split(options["--worlds"])) {
-    for (const std::string& task : split(options["--tasks"])) {
-      for (const std::string& poses : split(options["--poses"])) {
-        const int n = std::atoi(poses.c_str());
-        if (n < 100) throw Error("--poses takes numbers of at least 100, not '" + poses + "'");
-        rows.push_back(measure(world, task, n, seed));
+  for (const std::string& world : settings.worlds) {
+    for (const std::string& task : settings.tasks) {
+      for (const int poses : settings.poses) {
+        rows.push_back(measure(world, task, poses, settings.seed));
         print(rows.back());
       }
     }
   }
   print_slopes(rows);
-  if (options["--csv"].empty()) return;
+  if (settings.csv.empty()) return;
   std::string csv = "case,poses,cpu_s,peak_mib\n";
   for (const Row& row : rows) {
     if (!(row.measured.time.cpu > 0)) continue;
     csv += format("%s %s,%d,%.6f,%.1f\n", row.world.c_str(), row.task.c_str(), row.poses,
                   row.measured.time.cpu, row.mib);
   }
-  write_file(options["--csv"], csv);
+  write_file(settings.csv, csv);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    run_all(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "bench-scale: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+int main(int argc, char** argv) try {
+  CLI::App app("Time and memory of batch, online, robust and marginals as generated worlds grow");
+  Settings settings;
+  app.add_option("--poses", settings.poses, "Sizes of the worlds, at least 100 poses")
+      ->delimiter(',')
+      ->check(CLI::Range(100, 100000000))
+      ->capture_default_str();
+  app.add_option("--worlds", settings.worlds, "Some of manhattan, city and sphere")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"manhattan", "city", "sphere"}))
+      ->capture_default_str();
+  app.add_option("--tasks", settings.tasks, "Some of batch, online, robust and marginals")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"batch", "online", "robust", "marginals"}))
+      ->capture_default_str();
+  app.add_option("--seed", settings.seed, "Of the worlds")->capture_default_str();
+  app.add_option("--csv", settings.csv, "Write the figures here, too; plot-growth draws them");
+  CLI11_PARSE(app, argc, argv);
+  run_all(settings);
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "bench-scale: %s\n", e.what());
+  return EXIT_FAILURE;
 }

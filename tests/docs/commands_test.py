@@ -151,7 +151,8 @@ def make_files():
 def run_ranks(words):
     """Runs a command of mpirun, on a small experiment in place of the one that it names."""
     pathlib.Path("small.ini").write_text(
-        "[experiment]\ngraphs = graph\nmethods = gnc\ntrials = 9\n[graph]\nfile = graph.g2o\n", encoding="utf-8")
+        "[experiment]\ngraphs = graph\nmethods = gnc\ntrials = 9\n"
+        f"[graph]\nfile = {pathlib.Path('graph.g2o').resolve()}\n", encoding="utf-8")
     at = next(i for i, word in enumerate(words) if OWN.match(word))
     words = [MPIRUN, "--oversubscribe", *words[1:at], BIN / words[at],
              *("small.ini" if word.startswith("config/") else word for word in words[at + 1:])]
