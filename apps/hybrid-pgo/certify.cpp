@@ -62,9 +62,8 @@ void take(Solution from_staircase, const std::string& first_start, Solution& sol
 
 Solution solve_graph(const Input& input, const Options& options, std::vector<Loop>& loops) {
   if (!options.online) {
-    const bool trust_all = options.method == "lm" || options.trusted == "all";
-    return trust_all ? solve_batch(input, options.start == "auto")
-                     : solve_robust(input, options, loops);
+    return trusts_all(options) ? solve_batch(input, options.start == "auto")
+                               : solve_robust(input, options, loops);
   }
   if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
   const bool trust_all = options.trusted.empty() || options.trusted == "all";

@@ -32,8 +32,9 @@ struct Certificate {
 /// other poses cost less if S = M - Lambda, translations eliminated, has no negative eigenvalue:
 /// the cost of all others is at least `cost` + d n min_eigenvalue, for n poses. This bound does not
 /// hold for costs that are not isotropic; the estimate counts as verified only if minimising the
-/// factors as stated from the verified poses does not lead below its cost. Throws Error if no
-/// factor is a relative pose, if a factor over several variables is none, or if values are missing.
+/// factors as stated from the verified poses does not lead below its cost. Robust losses of factors
+/// are left out of the isotropic problem. Throws Error if no factor is a relative pose, if a factor
+/// over several variables is none, or if values are missing.
 Certificate certify(const std::vector<ContinuousFactorPtr>& factors, const Values& estimate);
 
 /// The result of the Riemannian staircase.
