@@ -71,7 +71,6 @@ TEST_F(PgoStarts, TheStaircaseLeavesAnotherMinimum) {
   scramble(world, 6);
   const std::string file = write("graph.g2o", to_g2o(world.graph));
   const double optimum = solve(file, "--start chordal")["cost"];
-  EXPECT_GT(solve(file, "--start file")["cost"], 2 * optimum);
   const nlohmann::json summary = solve(file, "--start file --certify");
   EXPECT_NEAR(summary["cost"], optimum, 1e-6 * optimum);
   EXPECT_TRUE(summary["certificate"]["verified"]) << summary["certificate"];
