@@ -13,6 +13,7 @@
 #if MRPT_VERSION >= 0x30000
 
 /// The header of a class of scenes, for #include.
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a header
 #define HYBRID_MRPT_SCENE(name) <mrpt/viz/name.h>
 /// Name of the class of whole scenes, without namespace, and of its header.
 #define HYBRID_MRPT_SCENE_CLASS Scene
@@ -55,6 +56,7 @@ void set_camera(Renderer& renderer, const Scene&, const Camera& camera) {
 
 #else
 
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a header
 #define HYBRID_MRPT_SCENE(name) <mrpt/opengl/name.h>
 #define HYBRID_MRPT_SCENE_CLASS COpenGLScene
 #define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) DEFINE_VIRTUAL_MRPT_OBJECT(Class)
