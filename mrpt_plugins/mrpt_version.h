@@ -33,16 +33,17 @@ namespace HYBRID_API hybrid {
 namespace mrpt_scene = mrpt::viz;
 
 /// Sets the one light of a viewport: strength of what is lit from all sides, diffusely and shining,
-/// from 0 to 1, and the direction in which it shines.
+/// from 0 to 1, and the direction in which it shines. MRPT 2.5 draws neither what shines nor with
+/// gamma correction: colours would be paler.
 template <class LightParameters, class Direction>
-void set_light(LightParameters& parameters, float ambient, float diffuse, float specular,
+void set_light(LightParameters& parameters, float ambient, float diffuse, float,
                const Direction& direction) {
   parameters.ambient = ambient;
   parameters.lights.resize(1);
   parameters.lights[0].diffuse = diffuse;
-  parameters.lights[0].specular = specular;
+  parameters.lights[0].specular = 0;
   parameters.lights[0].direction = direction;
-  parameters.gamma_correction = false;  // MRPT 2.5 has none: colours would be paler
+  parameters.gamma_correction = false;
 }
 
 /// Lets a map of points keep those that later scans see through, as MRPT 3 always does.
