@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <mrpt/core/Clock.h>
 #include <mrpt/version.h>
+
+#include <cstdint>
 
 #include "libhybrid/export.h"
 
@@ -31,15 +34,17 @@ namespace HYBRID_API hybrid {
 namespace mrpt_scene = mrpt::viz;
 
 /// Sets the one light of a viewport: strength of what is lit from all sides, diffusely and shining,
-/// from 0 to 1, and the direction in which it shines.
+/// from 0 to 1, and the direction in which it shines. MRPT 2.5 draws neither what shines nor with
+/// gamma correction: colours would be paler.
 template <class LightParameters, class Direction>
-void set_light(LightParameters& parameters, float ambient, float diffuse, float specular,
+void set_light(LightParameters& parameters, float ambient, float diffuse, float,
                const Direction& direction) {
   parameters.ambient = ambient;
   parameters.lights.resize(1);
   parameters.lights[0].diffuse = diffuse;
-  parameters.lights[0].specular = specular;
+  parameters.lights[0].specular = 0;
   parameters.lights[0].direction = direction;
+  parameters.gamma_correction = false;
 }
 
 /// Lets a map of points keep those that later scans see through, as MRPT 3 always does.
@@ -91,3 +96,18 @@ void set_camera(Renderer& renderer, const Scene& scene, const Camera& camera) {
 }  // namespace hybrid
 
 #endif
+
+namespace HYBRID_API hybrid {
+
+/// Seconds since 1970 of a time stamp, 0 if it is invalid: what mrpt::Clock::toDouble() of MRPT 2.5
+/// returns. That of MRPT 3 rounds the time since 1601, whose ticks of 100 ns have more digits than
+/// a double, by up to 0.8 microseconds.
+inline double seconds_of(mrpt::Clock::time_point stamp) {
+  if (stamp == mrpt::Clock::time_point()) return 0;
+  constexpr std::int64_t kTicksPerSecond = 10'000'000;
+  constexpr std::int64_t kFrom1601To1970 = 11'644'473'600 * kTicksPerSecond;
+  const auto ticks = static_cast<std::int64_t>(stamp.time_since_epoch().count()) - kFrom1601To1970;
+  return static_cast<double>(ticks) / kTicksPerSecond;
+}
+
+}  // namespace hybrid

@@ -3,7 +3,6 @@
 
 #include "mrpt_plugins/input/detections.h"
 
-#include <mrpt/core/Clock.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/system/datetime.h>
@@ -16,6 +15,7 @@
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/mrpt_version.h"
 #include "mrpt_plugins/observations/classed_bearing_range.h"
 
 namespace hybrid {
@@ -256,7 +256,7 @@ std::optional<DetectionFrame> detections_in(const mrpt::obs::CObservation& obser
     return std::nullopt;
   }
   if (observation.timestamp != INVALID_TIMESTAMP) {
-    frame->time = mrpt::Clock::toDouble(observation.timestamp);
+    frame->time = seconds_of(observation.timestamp);
   }
   frame->sensor_label = observation.sensorLabel;
   return frame;

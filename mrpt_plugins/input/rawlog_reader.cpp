@@ -4,7 +4,6 @@
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 #include <fmt/format.h>
-#include <mrpt/core/Clock.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationComment.h>
 #include <mrpt/system/datetime.h>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/mrpt_version.h"
 
 namespace hybrid {
 namespace {
@@ -217,7 +217,7 @@ double RawlogReader::time_of(mrpt::system::TTimeStamp stamp) {
   if (stamp == INVALID_TIMESTAMP) {
     ++warnings_["timestamp missing: synthesised"];
   } else {
-    time = mrpt::Clock::toDouble(stamp) + options_.clock_offset;
+    time = seconds_of(stamp) + options_.clock_offset;
   }
   return time;
 }

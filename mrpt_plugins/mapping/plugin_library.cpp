@@ -131,13 +131,21 @@ Findings probe(const std::string& path) {
   }
   if (WIFSIGNALED(status)) {
     throw Error(
-        fmt::format("ends the process while it is loaded ({})", ::strsignal(WTERMSIG(status))));
+        fmt::format("ends the process while it is loaded ({}); libraries must be built for {}",
+                    ::strsignal(WTERMSIG(status)), to_string(hybrid_plugin_abi)));
   }
   if (text.empty()) throw Error("ends the process while it is loaded");
   Findings found;
   if (text[0] == '-' || text.size() != 1 + sizeof(found)) throw Error(text.substr(1));
   std::memcpy(&found, text.data() + 1, sizeof(found));
   return found;
+}
+
+/// An MRPT_VERSION as text: four bits for each of its three numbers in MRPT 2.5, eight in MRPT 3.
+std::string mrpt_version(std::uint32_t version) {
+  const int bits = version < 0x10000 ? 4 : 8;
+  const std::uint32_t mask = (1U << bits) - 1;
+  return fmt::format("{}.{}.{}", version >> (2 * bits), (version >> bits) & mask, version & mask);
 }
 
 void check(const Findings& found) {
@@ -155,10 +163,9 @@ void check(const Findings& found) {
 }  // namespace
 
 std::string to_string(const PluginAbi& abi) {
-  return fmt::format("hybrid {}.{}.{} (MRPT {}.{}.{}, Eigen {}.{}.{} aligned to {} bytes)",
-                     abi.version[0], abi.version[1], abi.version[2], abi.mrpt >> 8,
-                     (abi.mrpt >> 4) & 0xf, abi.mrpt & 0xf, abi.eigen[0], abi.eigen[1],
-                     abi.eigen[2], abi.alignment);
+  return fmt::format("hybrid {}.{}.{} (MRPT {}, Eigen {}.{}.{} aligned to {} bytes)",
+                     abi.version[0], abi.version[1], abi.version[2], mrpt_version(abi.mrpt),
+                     abi.eigen[0], abi.eigen[1], abi.eigen[2], abi.alignment);
 }
 
 void load_plugin_library(const std::string& path) {

@@ -232,7 +232,7 @@ TEST_F(ReplayTest, PluginLibrariesThatDoNotFitAreRefused) {
   };
   const std::string bad = HYBRID_BAD_PLUGINS "/hybrid_bad_";
   expect_refused(bad + "other_version.so",
-                 "was built for hybrid 99.2.1 (MRPT 3.0.1, Eigen 3.4.0 aligned to 32 bytes); this "
+                 "was built for hybrid 99.2.1 (MRPT 3.1.2, Eigen 3.4.0 aligned to 32 bytes); this "
                  "is hybrid ");
   expect_refused(bad + "missing_symbol.so", bad + "missing_symbol.so: undefined symbol: ");
   expect_refused(bad + "throws.so", "throws while it is loaded: no licence");

@@ -9,7 +9,7 @@ extern "C" {
 struct OtherAbi {
   std::uint32_t bytes = sizeof(OtherAbi);
   std::uint32_t version[3] = {99, 2, 1};
-  std::uint32_t mrpt = 0x301;
+  std::uint32_t mrpt = 0x30102;
   std::uint32_t eigen[3] = {3, 4, 0};
   std::uint32_t alignment = 32;
 };
