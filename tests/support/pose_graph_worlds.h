@@ -201,4 +201,18 @@ inline void scramble(World& world, unsigned seed) {
   }
 }
 
+/// The k-th of many small worlds of four kinds, with `more` rotation noise than little [rad].
+inline World small_world(unsigned k, double more) {
+  switch (k % 4) {
+    case 0:
+      return sphere(4, 8, {0.1, 0.05 + more}, k);
+    case 1:
+      return torus(5, 8, {0.1, 0.05 + more}, k);
+    case 2:
+      return grid3(3, 0.7, {0.1, 0.05 + more}, k);
+    default:
+      return town(60, 3, 0.4, {0.05, 0.02 + 0.4 * more}, k);
+  }
+}
+
 }  // namespace hybrid::worlds

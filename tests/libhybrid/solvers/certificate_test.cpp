@@ -31,24 +31,10 @@ Candidate certify_from(const PoseGraph& graph, const Values& start) {
   return {certify(factors, found.values), found.report.final_cost()};
 }
 
-World make(unsigned k) {
-  const double more = 0.05 * (k % 7);
-  switch (k % 4) {
-    case 0:
-      return worlds::sphere(4, 8, {0.1, 0.05 + more}, k);
-    case 1:
-      return worlds::torus(5, 8, {0.1, 0.05 + more}, k);
-    case 2:
-      return worlds::grid3(3, 0.7, {0.1, 0.05 + more}, k);
-    default:
-      return worlds::town(60, 3, 0.4, {0.05, 0.02 + 0.4 * more}, k);
-  }
-}
-
 TEST(Certificate, NoneIsFalseOnAThousandGraphs) {
   int verified = 0, from_scrambled = 0;
   for (unsigned k = 0; k < 1000; ++k) {
-    World world = make(k);
+    World world = worlds::small_world(k, 0.05 * (k % 7));
     const Candidate planted = certify_from(world.graph, world.truth);
     scramble(world, k);
     const Candidate other = certify_from(world.graph, world.graph.values);

@@ -30,25 +30,11 @@ Climb climb_from(const PoseGraph& graph, const Values& start) {
   return {climbed, cost(all, climbed.values, {})};
 }
 
-World make(unsigned k) {
-  const double more = 0.05 * (k % 5);
-  switch (k % 4) {
-    case 0:
-      return worlds::sphere(4, 8, {0.1, 0.05 + more}, k);
-    case 1:
-      return worlds::torus(5, 8, {0.1, 0.05 + more}, k);
-    case 2:
-      return worlds::grid3(3, 0.7, {0.1, 0.05 + more}, k);
-    default:
-      return worlds::town(60, 3, 0.4, {0.05, 0.02 + 0.4 * more}, k);
-  }
-}
-
 TEST(Staircase, FindsThePlantedOptimumFromScrambledPoses) {
   constexpr unsigned kGraphs = 100;
   int before = 0, after = 0, verified = 0;
   for (unsigned k = 0; k < kGraphs; ++k) {
-    World world = make(k);
+    World world = worlds::small_world(k, 0.05 * (k % 5));
     const Climb planted = climb_from(world.graph, world.truth);
     scramble(world, k);
     const Climb climbed = climb_from(world.graph, world.graph.values);
