@@ -21,7 +21,7 @@ struct JoinedMaps {
   double log_odds = 0;     ///< for the common landmarks against none
 };
 
-/// Finds where the second map lies in the first by the landmarks that both have, makes these one,
+/// Finds where the second map is in the first by the landmarks that both have, makes these one,
 /// and estimates all landmarks together, given what each map knows of its own. Landmarks of the
 /// second that the first lacks get new ids, unless ids are those of logs. Nothing where no common
 /// place stands out with these `odds`. Throws Error where the maps are not of one kind.

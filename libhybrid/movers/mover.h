@@ -30,7 +30,7 @@ struct Mover {
   std::vector<MoverState> states;  ///< in the order of time
 };
 
-/// The states at `times`, as far as they lie between the first and the last of the sightings, and
+/// The states at `times`, as far as these are between the first and the last of the sightings, and
 /// all sightings taken into account (Kalman filter and Rauch-Tung-Striebel smoother), at the
 /// highest of the speeds beforehand. Sightings and times are in the order of time; there is at
 /// least one sighting.

@@ -9,7 +9,7 @@
 
 namespace hybrid {
 
-/// A guess of where `here` lies in the map.
+/// A guess of where `here` is in the map.
 template <class Pose>
 struct PlaceSeed {
   Pose T_map_here;
