@@ -38,14 +38,17 @@ std::filesystem::path images_of(const std::string& rawlog) {
   return std::filesystem::is_directory(own, error) ? own : log.parent_path() / "Images";
 }
 
-/// The pixels; nothing where they cannot be read. A log may name a file of its folder only.
+/// The pixels; nothing where they cannot be read. A log may name a regular file of its folder only:
+/// of a folder, the size that MRPT makes room for is no size, and for a pipe it would wait.
 std::optional<Image> image_in(const mrpt::img::CImage& image, const std::string& rawlog) {
   try {
     if (!image.isExternallyStored()) return image_of(image);
     const std::filesystem::path name = image.getExternalStorageFile();
     if (name != name.filename() || name == "..") return std::nullopt;
+    const std::filesystem::path file = images_of(rawlog) / name;
+    if (!std::filesystem::is_regular_file(file)) return std::nullopt;
     mrpt::img::CImage loaded;
-    if (!loaded.loadFromFile((images_of(rawlog) / name).string())) return std::nullopt;
+    if (!loaded.loadFromFile(file.string())) return std::nullopt;
     return image_of(loaded);
   } catch (const std::exception&) {
     return std::nullopt;
