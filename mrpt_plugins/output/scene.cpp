@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kCompression = 1;  // level of MRPT's own scene files
-constexpr Color kStem{190, 190, 190};
+constexpr Color kStem{150, 150, 150};
 
 std::vector<Vector3d> positions(const Trajectory& path) {
   std::vector<Vector3d> out;
