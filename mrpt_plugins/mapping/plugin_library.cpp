@@ -13,20 +13,19 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/regular_file.h"
-#include "mrpt_plugins/mapping/register_plugin.h"
+#include "mrpt_plugins/mapping/plugin_tag.h"
 
 namespace hybrid {
 namespace {
 
-/// Version tag and registered classes of a library.
+/// Numbers of classes that a library registers.
 struct Findings {
-  bool has_abi = false;
-  PluginAbi abi;
-  std::size_t plugins = 0, classes = 0;  // registered by it
+  std::size_t plugins = 0, classes = 0;
 };
 
 void* open_library(const std::string& path) {
@@ -39,22 +38,13 @@ std::size_t count_plugins() {
   return mrpt::rtti::getAllRegisteredClassesChildrenOf(CLASS_ID(MappingPlugin)).size();
 }
 
-/// Loads the library and reads its own version tag, not that of another library.
 Findings look_into(const std::string& path) {
   Findings found;
   const std::size_t plugins = count_plugins();
   const std::size_t classes = mrpt::rtti::getAllRegisteredClasses().size();
-  void* library = open_library(path);
+  open_library(path);
   found.plugins = count_plugins() - plugins;
   found.classes = mrpt::rtti::getAllRegisteredClasses().size() - classes;
-  const void* tag = ::dlsym(library, "hybrid_plugin_abi");
-  Dl_info place{};
-  found.has_abi = tag != nullptr && ::dladdr(tag, &place) != 0 &&
-                  std::filesystem::equivalent(place.dli_fname, path);
-  std::uint32_t bytes = 0;
-  if (!found.has_abi) return found;
-  std::memcpy(&bytes, tag, sizeof(bytes));
-  std::memcpy(&found.abi, tag, std::min<std::size_t>(bytes, sizeof(found.abi)));
   return found;
 }
 
@@ -148,14 +138,17 @@ std::string mrpt_version(std::uint32_t version) {
   return fmt::format("{}.{}.{}", version >> (2 * bits), (version >> bits) & mask, version & mask);
 }
 
-void check(const Findings& found) {
-  const std::string own = to_string(hybrid_plugin_abi), theirs = to_string(found.abi);
-  if (found.has_abi && std::memcmp(&found.abi, &hybrid_plugin_abi, sizeof(PluginAbi)) != 0) {
-    throw Error(own == theirs ? "was built with other headers of " + own + "; build it anew"
-                              : fmt::format("was built for {}; this is {}", theirs, own));
-  }
-  if (!found.has_abi && found.plugins > 0) {
-    throw Error("does not say what it was built for; use HYBRID_REGISTER_PLUGIN of " + own);
+void check(const PluginAbi& tag) {
+  if (std::memcmp(&tag, &hybrid_plugin_abi, sizeof(PluginAbi)) == 0) return;
+  const std::string own = to_string(hybrid_plugin_abi), theirs = to_string(tag);
+  throw Error(own == theirs ? "was built with other headers of " + own + "; build it anew"
+                            : fmt::format("was built for {}; this is {}", theirs, own));
+}
+
+void check(const Findings& found, bool has_tag) {
+  if (!has_tag && found.plugins > 0) {
+    throw Error("does not say what it was built for; use HYBRID_REGISTER_PLUGIN of " +
+                to_string(hybrid_plugin_abi));
   }
   if (found.classes == 0) throw Error("registers no plugin");
 }
@@ -169,13 +162,14 @@ std::string to_string(const PluginAbi& abi) {
 }
 
 void load_plugin_library(const std::string& path) {
-  RegularFile check_file(path);
+  const std::optional<PluginAbi> tag = find_plugin_tag(read_file(path));
   // An absolute path keeps the loader from searching the system's folders.
   const std::string absolute = std::filesystem::canonical(path).string();
   static std::set<std::string> loaded;
   if (loaded.count(absolute) != 0) return;
   try {
-    check(probe(absolute));
+    if (tag) check(*tag);
+    check(probe(absolute), tag.has_value());
     open_library(absolute);
     loaded.insert(absolute);
   } catch (const Error& e) {

@@ -9,8 +9,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// Loads a library that registers classes of plugins (HYBRID_REGISTER_PLUGIN) or of observations. A
-/// child process tries it first, so that a faulty library has no effect on the program. Throws
+/// Loads a library that registers classes of plugins (HYBRID_REGISTER_PLUGIN) or of observations.
+/// Its version tag is read from the file, and a child process tries it first, so that neither one
+/// for another version nor a faulty one has an effect on the program. Throws
 /// Error "path: why" if it is no regular file or no library, lacks a symbol, was built for another
 /// version, ends the process or throws while it is loaded, or registers nothing.
 void load_plugin_library(const std::string& path);

@@ -24,11 +24,11 @@ Vector3d on_sphere(double longitude, double latitude) {
 
 }  // namespace
 
-Mesh::Mesh(Color color, double opacity)
-    : triangles_(mrpt_scene::CSetOfTriangles::Create()),
-      color_(color.red, color.green, color.blue,
-             static_cast<std::uint8_t>(std::lround(255 * opacity))) {
-  triangles_->setColor_u8(color_);
+Mesh::Mesh() : triangles_(mrpt_scene::CSetOfTriangles::Create()) {}
+
+void Mesh::set_color(Color color, double opacity) {
+  color_ = {color.red, color.green, color.blue,
+            static_cast<std::uint8_t>(std::lround(255 * opacity))};
 }
 
 void Mesh::triangle(const Vertex& a, const Vertex& b, const Vertex& c) {

@@ -12,12 +12,15 @@
 
 namespace HYBRID_API hybrid {
 
-/// Solids as triangles, since MRPT draws lines one pixel wide and ellipsoids with wrong axes.
+/// Solids as triangles, since MRPT 2.5 draws lines one pixel wide and ellipsoids with wrong axes,
+/// and MRPT 3.1 no sets of lines. They are drawn in the order in which they are added; meshes in
+/// none that holds for both versions, so that what is seen through something belongs to its mesh.
 class Mesh {
  public:
-  /// Opacity from 0 to 1.
-  explicit Mesh(Color color, double opacity = 1);
+  Mesh();
 
+  /// Of what is added from now on; opacity from 0 to 1.
+  void set_color(Color color, double opacity = 1);
   /// A round tube along a path; segments without length are skipped.
   void tube(const std::vector<Eigen::Vector3d>& path, double radius);
   /// center + axes * u for all unit vectors u.

@@ -6,8 +6,6 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <array>
 #include <map>
 
 #include "mrpt_plugins/bridge/gzip_writer.h"
@@ -16,7 +14,6 @@
 #include "mrpt_plugins/output/mesh.h"
 #include "mrpt_plugins/output/scene_layout.h"
 #include HYBRID_MRPT_SCENE(CGridPlaneXY)
-#include HYBRID_MRPT_SCENE(CSetOfLines)
 #include HYBRID_MRPT_SCENE(CText)
 #include HYBRID_MRPT_SCENE(stock_objects)
 
@@ -26,6 +23,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kCompression = 1;  // level of MRPT's own scene files
+constexpr Color kStem{150, 150, 150};
 
 std::vector<Vector3d> positions(const Trajectory& path) {
   std::vector<Vector3d> out;
@@ -46,72 +44,63 @@ void add_ground(MrptScene& scene, const SceneLayout& layout) {
 }
 
 /// Truth as beads around the estimate, so that both stay visible.
-void add_paths(MrptScene& scene, const MapResult& result, const GroundTruth& truth, double r) {
-  Mesh beads(palette::kTruth);
+void add_paths(Mesh& mesh, const MapResult& result, const GroundTruth& truth, double r) {
+  mesh.set_color(palette::kTruth);
   for (const Trajectory& known : true_paths(truth)) {
-    for (const auto& bead : dashes(positions(known), 2.5 * r, 13 * r)) beads.tube(bead, 1.8 * r);
+    for (const auto& bead : dashes(positions(known), 2.5 * r, 13 * r)) mesh.tube(bead, 1.8 * r);
   }
-  scene.insert(beads.object());
-  Mesh reckoned(palette::kDeadReckoning);
+  mesh.set_color(palette::kDeadReckoning);
   if (result.robots.empty()) {
     for (const auto& dash : dashes(positions(result.dead_reckoning), 9 * r, 6 * r)) {
-      reckoned.tube(dash, 0.6 * r);
+      mesh.tube(dash, 0.6 * r);
     }
   }
-  scene.insert(reckoned.object());
   for (const DrawnPath& robot : drawn_paths(result)) {
-    Mesh path(robot.stroke.color);
-    path.tube(positions(robot.poses), r);
-    scene.insert(path.object());
+    mesh.set_color(robot.stroke.color);
+    mesh.tube(positions(robot.poses), r);
     if (robot.poses.empty()) continue;
-    Mesh start(palette::kWhite);
-    start.marker(positions(robot.poses).front(), Marker::kTriangle, 4 * r);
-    scene.insert(start.object());
-    Mesh end(palette::kInk);
-    end.marker(positions(robot.poses).back(), Marker::kSquare, 3.2 * r);
-    scene.insert(end.object());
+    mesh.set_color(palette::kWhite);
+    mesh.marker(positions(robot.poses).front(), Marker::kTriangle, 4 * r);
+    mesh.set_color(palette::kInk);
+    mesh.marker(positions(robot.poses).back(), Marker::kSquare, 3.2 * r);
   }
 }
 
-/// Adds ellipsoids before the solids inside them: a solid added later would be hidden by them.
-void add_ellipsoids(MrptScene& scene, const MapResult& result, const SceneLayout& layout) {
+void add_landmarks(Mesh& mesh, const MapResult& result, const GroundTruth& truth,
+                   const SceneLayout& layout) {
+  mesh.set_color(map_style::kTrueLandmark);
+  for (const TrueLandmark& l : truth.landmarks) {
+    mesh.marker(l.position, Marker::kPlus, 2 * layout.landmark_radius);
+  }
+  const Vector3d toward = (layout.view.eye() - layout.view.target).normalized();
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!l.position.allFinite()) continue;
+    mesh.set_color(landmark_fill(l));
+    mesh.marker(l.position, landmark_marker(l), layout.landmark_radius, toward);
+    if (!result.is_3d) continue;
+    mesh.set_color(kStem);
+    mesh.tube({{l.position.x(), l.position.y(), layout.ground.low.z()}, l.position},
+              0.0004 * layout.view.distance);
+  }
+}
+
+/// Adds ellipsoids, those that are far away first: what is added later would be hidden by them.
+void add_ellipsoids(Mesh& mesh, const MapResult& result, const SceneLayout& layout) {
+  std::multimap<double, const LandmarkEstimate*> by_nearness;
   for (const LandmarkEstimate& l : result.landmarks) {
     if (!l.position.allFinite() || !l.covariance.allFinite() || !(l.covariance.trace() > 0)) {
       continue;
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l.covariance);
+    by_nearness.emplace(-(layout.view.eye() - l.position).norm(), &l);
+  }
+  for (const auto& [nearness, l] : by_nearness) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(l->covariance);
     const Vector3d half_axes = (map_style::kSigmas * layout.frame.magnification *
                                 eigen.eigenvalues().cwiseMax(0).cwiseSqrt())
                                    .cwiseMax(0.05 * layout.landmark_radius);
-    Mesh mesh(landmark_color(l), 0.3);
-    mesh.ellipsoid(l.position, eigen.eigenvectors() * half_axes.asDiagonal());
-    scene.insert(mesh.object());
+    mesh.set_color(landmark_color(*l), 0.3);
+    mesh.ellipsoid(l->position, eigen.eigenvectors() * half_axes.asDiagonal());
   }
-}
-
-void add_landmarks(MrptScene& scene, const MapResult& result, const GroundTruth& truth,
-                   const SceneLayout& layout) {
-  Mesh crosses(map_style::kTrueLandmark);
-  for (const TrueLandmark& l : truth.landmarks) {
-    crosses.marker(l.position, Marker::kPlus, 2 * layout.landmark_radius);
-  }
-  scene.insert(crosses.object());
-  const Vector3d toward = (layout.view.eye() - layout.view.target).normalized();
-  std::map<std::array<std::uint8_t, 3>, Mesh> solids;  // by colour
-  auto stems = mrpt_scene::CSetOfLines::Create();
-  stems->setColor_u8(150, 150, 150);
-  for (const LandmarkEstimate& l : result.landmarks) {
-    if (!l.position.allFinite()) continue;
-    const Color fill = landmark_fill(l);
-    const auto mesh = solids.try_emplace({fill.red, fill.green, fill.blue}, fill).first;
-    mesh->second.marker(l.position, landmark_marker(l), layout.landmark_radius, toward);
-    if (result.is_3d) {
-      stems->appendLine(l.position.x(), l.position.y(), layout.ground.low.z(), l.position.x(),
-                        l.position.y(), l.position.z());
-    }
-  }
-  scene.insert(stems);
-  for (const auto& [color, mesh] : solids) scene.insert(mesh.object());
 }
 
 void add_texts(MrptScene& scene, const MapResult& result, const SceneLayout& layout) {
@@ -139,9 +128,11 @@ MrptScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth) {
   const mrpt::math::TVector3Df from_above_and_behind_the_camera(0.1f, 0.64f, -0.76f);
   set_light(viewport->lightParameters(), 0.6f, 0.55f, 0.05f, from_above_and_behind_the_camera);
   add_ground(*scene, layout);
-  add_paths(*scene, result, truth, layout.path_radius);
-  add_ellipsoids(*scene, result, layout);
-  add_landmarks(*scene, result, truth, layout);
+  Mesh mesh;
+  add_paths(mesh, result, truth, layout.path_radius);
+  add_landmarks(mesh, result, truth, layout);
+  add_ellipsoids(mesh, result, layout);
+  scene->insert(mesh.object());
   add_texts(*scene, result, layout);
   auto& camera = viewport->getCamera();
   camera.setPointingAt(layout.view.target.x(), layout.view.target.y(), layout.view.target.z());

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A library that says that it was built for another version.
+// A library that says that it was built for another version, and ends the process while it is
+// loaded: its version is known before.
 
 #include <cstdint>
+#include <cstdlib>
 
 extern "C" {
 struct OtherAbi {
@@ -16,3 +18,12 @@ struct OtherAbi {
 extern const OtherAbi hybrid_plugin_abi;
 const OtherAbi hybrid_plugin_abi;
 }
+
+namespace {
+
+struct Crashes {
+  Crashes() { std::abort(); }
+};
+const Crashes kCrashes;
+
+}  // namespace

@@ -191,7 +191,7 @@ TEST(Mesh, DashesCoverTheirShareOfThePath) {
 TEST(Mesh, SolidsStayWithinTheirSize) {
   for (const Marker shape : {Marker::kCircle, Marker::kSquare, Marker::kTriangle, Marker::kDiamond,
                              Marker::kPentagon, Marker::kStar, Marker::kPlus}) {
-    Mesh mesh({10, 20, 30});
+    Mesh mesh;
     mesh.marker({1, 2, 3}, shape, 0.5, Eigen::Vector3d(1, -2, 1).normalized());
     const auto box = mesh.object()->getBoundingBox();
     EXPECT_GT((box.max - box.min).norm(), 0.8);
@@ -259,6 +259,34 @@ TEST(Map3dImage, ShowsPathsAndEveryClass) {
   EXPECT_GT(count(scene_only, palette::kDeadReckoning, 40), 500);
   for (std::size_t c = 0; c < 6; ++c) EXPECT_GT(count(scene_only, series_color(c), 40), 100) << c;
   EXPECT_GT(count(scene_only, palette::kWhite), 1000000);
+}
+
+TEST(Map3dImage, LinesDropFromLandmarksToTheGround) {
+  MapResult map = round_trip(true);
+  map.trajectory.resize(1);  // nothing else is in the way
+  map.dead_reckoning.clear();
+  map.landmarks = {map.landmarks[10]};
+  const Map3dImage picture = map_3d_image(map);
+  if (!picture.warning.empty()) GTEST_SKIP() << picture.warning;
+  const double width = 1230, height = 1090;  // of the scene in the picture
+  const SceneLayout layout = scene_layout(map, {}, width / height);
+  const auto is_dark = [&](double share, double shift) {
+    Eigen::Vector3d point = map.landmarks[0].position;
+    point.z() += share * (layout.ground.low.z() - point.z());
+    const Pixel at = Pixel(20 + shift, 90) + layout.view.project(point, width, height);
+    for (int x = -2; x <= 2; ++x) {
+      const auto pixel = std::lround(at.y()) * 1600 + std::lround(at.x()) + x;
+      if (picture.image.rgb.at(static_cast<std::size_t>(3 * pixel)) < 235) return true;
+    }
+    return false;
+  };
+  int on_line = 0, beside = 0;
+  for (int i = 0; i < 20; ++i) {
+    on_line += is_dark(0.3 + 0.03 * i, 0);
+    beside += is_dark(0.3 + 0.03 * i, 15);
+  }
+  EXPECT_EQ(on_line, 20);
+  EXPECT_LT(beside, 8);  // lines of the grid
 }
 
 TEST(Map3dImage, CanBeDrawnTwice) {
