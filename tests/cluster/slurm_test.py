@@ -35,6 +35,7 @@ SlurmctldLogFile={folder}/slurmctld.log
 SlurmdLogFile={folder}/slurmd.log
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
+SlurmdParameters=config_overrides
 SelectType=select/cons_tres
 ReturnToService=2
 KillWait=5
@@ -51,7 +52,7 @@ trials = 4
 [a]
 file = a.g2o
 """
-TIMES = {"solver_s", "total_s"}
+TIMES = (7, 8)  # columns of the ledger
 
 
 def skip(why):
@@ -119,9 +120,9 @@ class Cluster:
 
 
 def rows(folder):
-    """The rows of the ledger by trial, without times."""
+    """The rows of the ledger, without times."""
     with open(os.path.join(folder, "results.csv")) as table:
-        return {row["key"]: {k: v for k, v in row.items() if k not in TIMES} for row in csv.DictReader(table)}
+        return sorted([x for i, x in enumerate(row) if i not in TIMES] for row in csv.reader(table))
 
 
 def write_experiment(folder):
@@ -164,7 +165,7 @@ def main():
         alone = subprocess.run([program, "-c", "e.ini", "-o", "one"], cwd=folder, capture_output=True, text=True)
         assert alone.returncode == 0, alone.stdout + alone.stderr
         expected = rows(os.path.join(folder, "one"))
-        assert len(expected) == 10, sorted(expected)
+        assert len(expected) == 1 + 2 * 5, expected
         with Cluster(folder) as cluster:
             if "pmix" not in cluster.run("srun", "--mpi=list").stderr + cluster.run("srun", "--mpi=list").stdout:
                 skip("Slurm has no pmix plugin")
