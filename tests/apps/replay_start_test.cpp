@@ -37,13 +37,10 @@ TEST_F(ReplayStart, AChordalOneEndsLowerWhereTheHeadingIsBad) {
   const double best = batch["cost"];
   EXPECT_LT(best, 1500.0);  // of about 1500 residuals beside those of odometry
   EXPECT_NEAR(online["cost"].get<double>(), best, 0.01 * best);
-  for (const auto& [summary, alone] :
-       {std::pair(batch, "objective_from_odometry"), std::pair(online, "objective_from_online")}) {
-    const auto& starts = summary["plugins"];
-    EXPECT_LT(starts["objective_from_chordal"].get<double>(), starts[alone].get<double>() - 1000);
-    EXPECT_NEAR(starts["objective_from_chordal"].get<double>(), summary["objective"].get<double>(),
-                0.01 * best);
-  }
+  const auto& starts = online["plugins"];
+  EXPECT_GT(starts["objective_from_online"].get<double>(), 10000.0);
+  EXPECT_NEAR(starts["objective_from_chordal"].get<double>(), online["objective"].get<double>(),
+              0.01 * best);
 }
 
 TEST_F(ReplayStart, NoOtherIsTriedWhereNoiseExplainsTheResult) {
