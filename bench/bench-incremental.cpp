@@ -27,11 +27,27 @@ using namespace hybrid;
 using namespace hybrid::bench;
 using hybrid::testing::data_path;
 
-constexpr const char* kGraphs[] = {
-    "pose_graphs/CSAIL.g2o",      "pose_graphs/intel.g2o",
-    "pose_graphs/manhattan.g2o",  "pose_graphs_gt/manhattanOlson3500.g2o",
-    "pose_graphs/sphere2500.g2o", "pose_graphs/parking-garage.g2o",
-    "pose_graphs/city10000.g2o",  "victoria_park/victoria_park_known_assoc_gtsam.txt"};
+/// A graph, and what iSAM2 (GTSAM 4.2) took for it on the same kind of machine: Gauss-Newton,
+/// threshold 0.1, relinearising at every step, a full estimate after each.
+struct Case {
+  const char* path;
+  double total_s;      // of iSAM2
+  double longest_ms;   // its longest step; 0: not known
+  double cost;         // after its last step
+  double least_ratio;  // by which we aim to be faster; 0: no aim
+};
+
+constexpr Case kCases[] = {{"pose_graphs/CSAIL.g2o", 0.26, 8, 21.89, 10},
+                           {"pose_graphs/intel.g2o", 0.59, 9, 22.53, 10},
+                           {"pose_graphs/manhattan.g2o", 5.7, 48, 2293, 10},
+                           {"pose_graphs_gt/manhattanOlson3500.g2o", 3.2, 0, 73.10, 0},
+                           {"pose_graphs/sphere2500.g2o", 24.8, 65, 675.81, 6},
+                           {"pose_graphs/parking-garage.g2o", 4.3, 55, 0.634, 10},
+                           {"pose_graphs/city10000.g2o", 65, 262, 256.27, 10},
+                           {"victoria_park/victoria_park_known_assoc_gtsam.txt", 22, 0, 4766, 5.5}};
+
+/// Memory of the smoother that we aim to stay below, in sizes of its Cholesky factor.
+constexpr double kMemoryLimit = 2.5;
 
 UpdateReport checked_update(IncrementalSmoother& smoother, const Delta& delta) {
   const UpdateReport report = smoother.update(delta);
@@ -67,6 +83,25 @@ std::string growth_rows(const std::string& name, const std::vector<double>& cpu)
   return rows;
 }
 
+const char* reached(bool is) {
+  return is ? "reached" : "missed";
+}
+
+/// Our figures beside those of iSAM2 and the limits set to them. Times are processor times [s].
+void print_limits(const Case& peer, const Distribution& cpu, double cost) {
+  const double ratio = peer.total_s / cpu.total;
+  std::printf("  iSAM2 %.3g s, ratio %.1f", peer.total_s, ratio);
+  if (peer.least_ratio > 0) {
+    std::printf(" (limit %.3g: %s)", peer.least_ratio, reached(ratio >= peer.least_ratio));
+  }
+  if (peer.longest_ms > 0) {
+    const double limit = peer.longest_ms / 4;
+    std::printf("; longest step %.3g ms (limit %.3g: %s)", 1e3 * cpu.max, limit,
+                reached(1e3 * cpu.max <= limit));
+  }
+  std::printf("; cost %.6g (limit %.6g: %s)\n", cost, peer.cost, reached(cost <= peer.cost));
+}
+
 /// One row of the benchmark as JSON. Adds rows of step time over graph size to `growth`.
 std::string run_graph(const std::string& path, std::string& growth) {
   const std::vector<Step> steps = read_steps(path);
@@ -80,6 +115,8 @@ std::string run_graph(const std::string& path, std::string& growth) {
     cpu.push_back(time.cpu);
   }
   const double cost = smoother.cost();
+  const double memory = double(smoother.memory().bytes);
+  const double factors = memory / double(sizeof(double) * smoother.tree().factor_size());
   const double optimum = batch_optimum(smoother);
   const Stopwatch watch;
   smoother.converge();
@@ -96,6 +133,11 @@ std::string run_graph(const std::string& path, std::string& growth) {
       "variable\n",
       cost, smoother.cost(), converge.wall, converge.cpu, optimum,
       smoother.memory().bytes_per_variable);
+  std::printf("  memory %.2f MB, %.2f Cholesky factors (limit %.3g: %s)\n", 1e-6 * memory, factors,
+              kMemoryLimit, reached(factors <= kMemoryLimit));
+  for (const Case& peer : kCases) {
+    if (std::filesystem::path(peer.path).stem() == name) print_limits(peer, c, cost);
+  }
   std::fflush(stdout);
   char row[512];
   std::snprintf(row, sizeof row,
@@ -110,7 +152,7 @@ std::string run_graph(const std::string& path, std::string& growth) {
 
 void run_graphs(std::vector<std::string> graphs, const std::string& json, const std::string& csv) {
   if (graphs.empty()) {
-    for (const char* name : kGraphs) graphs.push_back(data_path(name));
+    for (const Case& known : kCases) graphs.push_back(data_path(known.path));
   }
   std::string text = "[", growth = kGrowthHeader;
   for (std::size_t i = 0; i < graphs.size(); ++i) {

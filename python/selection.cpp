@@ -3,6 +3,7 @@
 
 #include <pybind11/functional.h>
 
+#include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/online_closure_selection.h"
 #include "libhybrid/selection/robust_methods.h"
@@ -123,6 +124,20 @@ void bind_batch(py::module_& m) {
       "truth"_a = std::vector<bool>(), "threads"_a = 0, Unlocked(),
       "Solves by a method of `robust_methods`, with the default settings of the programs. "
       "`truth` (whether each closure is true) is for the method 'oracle'.");
+  py::class_<ObjectiveBound>(m, "ObjectiveBound",
+                             "A lower bound on the joint objective of a robust problem.")
+      .def_readonly("bound", &ObjectiveBound::bound,
+                    "No poses and no decisions have a lower objective.")
+      .def_readonly("gap", &ObjectiveBound::gap,
+                    "Objective of the given estimate minus the bound, not negative.")
+      .def_readonly("solves", &ObjectiveBound::solves, "Relaxations solved.")
+      .def_readonly("complete", &ObjectiveBound::complete,
+                    "Whether the search ended before the budget.");
+  m.def("bound_objective", &bound_objective, "problem"_a, "values"_a, "accepted"_a,
+        "mixture"_a = MixtureOptions(), "budget"_a = 100, Unlocked(),
+        "Bounds how much lower the joint objective can be for any poses and any decisions about "
+        "the closures, by branch and bound over the decisions and certificates of the poses. After "
+        "`budget` relaxations the bound reached is returned, which is valid, too.");
 }
 
 void bind_online(py::module_& m) {

@@ -117,6 +117,22 @@ void bind_certificate(py::module_& m) {
       "factors"_a, "estimate"_a,
       "Whether an estimate lies in the basin of the global optimum of its relative poses, by the "
       "dual certificate of SE-Sync.");
+  py::class_<StaircaseResult>(m, "StaircaseResult", "The result of `climb_staircase`.")
+      .def_readonly("values", &StaircaseResult::values, "The estimate, or poses that cost less.")
+      .def_readonly("certificate", &StaircaseResult::certificate, "The certificate of these.")
+      .def_readonly("cost_before", &StaircaseResult::cost_before)
+      .def_readonly("cost", &StaircaseResult::cost, "Of the factors as stated.")
+      .def_readonly("levels", &StaircaseResult::levels, "Ranks tried above that of rotations.");
+  m.def(
+      "climb_staircase",
+      [](const std::vector<FactorArgument>& factors, const Values& estimate) {
+        const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
+        const py::gil_scoped_release unlocked;
+        return climb_staircase(pointers, estimate);
+      },
+      "factors"_a, "estimate"_a,
+      "The same, and where the estimate is not verified, a search for poses that cost less by the "
+      "Riemannian staircase.");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/detail/sighted_point.h"
+#include "libhybrid/pose_graph/detail/sighting_edges.h"
 #include "libhybrid/pose_graph/graph_variables.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
@@ -39,11 +40,20 @@ bool add_bearing_range(const ContinuousFactor& factor,
 template <class Pose>
 bool add_edge(const ContinuousFactor& factor, std::vector<GraphEdge<Pose>>& poses,
               std::vector<GraphEdge<typename Pose::Point>>& points) {
-  return add_relative_pose(factor, poses) || add_as<SightedPoint<Pose>>(factor, points) ||
-         add_bearing_range<Pose>(factor, points);
+  return add_relative_pose(factor, poses) || add_sighting<Pose>(factor, points);
 }
 
 }  // namespace
+
+template <class Pose>
+bool add_sighting(const ContinuousFactor& factor,
+                  std::vector<GraphEdge<typename Pose::Point>>& edges) {
+  return add_as<SightedPoint<Pose>>(factor, edges) || add_bearing_range<Pose>(factor, edges);
+}
+template bool add_sighting<SE2>(const ContinuousFactor& factor,
+                                std::vector<GraphEdge<Eigen::Vector2d>>& edges);
+template bool add_sighting<SE3>(const ContinuousFactor& factor,
+                                std::vector<GraphEdge<Eigen::Vector3d>>& edges);
 
 PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
   PoseGraph result;

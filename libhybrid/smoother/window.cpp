@@ -48,6 +48,27 @@ WindowReport WindowSmoother::update(const Delta& delta) {
   return report;
 }
 
+UpdateReport WindowSmoother::converge_from(const Values& start) {
+  IncrementalSmoother::Snapshot place = smoother_.snapshot();
+  auto x = place.numbers.begin();
+  for (const Key key : place.keys) x = std::copy_n(start.data(key), start.type(key).size, x);
+  const double before = smoother_.objective();
+  smoother_.begin();
+  UpdateReport report = smoother_.restore(place);
+  if (report.status != UpdateReport::Status::kOk) return {};
+  report = smoother_.converge();
+  if (report.status != UpdateReport::Status::kOk) return {};
+  if (!(smoother_.objective() < before)) {
+    smoother_.roll_back();
+    return {};
+  }
+  smoother_.commit();
+  report.objective_before = before;
+  report.objectives = {smoother_.objective()};  // the way there led over higher ones
+  for (Flip& flip : report.flipped) flip.half_step = 0;
+  return report;
+}
+
 /// The change with those variables that its factors hold although they have left; the tables of
 /// discrete ones come last.
 Delta WindowSmoother::with_returning(const Delta& delta) const {

@@ -90,6 +90,10 @@ class WindowSmoother {
     return smoother_.converge(max_rounds, tolerance);
   }
 
+  /// Converges from another place, of all variables in the window, and stays there only if the
+  /// objective is lower then; the report is empty if it is not.
+  UpdateReport converge_from(const Values& start);
+
   UpdateReport keep_last(const std::vector<Key>& keys) { return smoother_.keep_last(keys); }
 
   const IncrementalSmoother& smoother() const { return smoother_; }

@@ -3,47 +3,25 @@
 #include "libhybrid/solvers/chordal.h"
 
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_pose.h"
+#include "libhybrid/pose_graph/detail/sighting_edges.h"
+#include "libhybrid/solvers/detail/linear_relation.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {
 namespace {
 
 constexpr double kAnchorSigma = 1e-6;
-
-/// b = M a + c.
-template <int N>
-class LinearRelation
-    : public FactorOf<N, Eigen::Matrix<double, N, 1>, Eigen::Matrix<double, N, 1>> {
- public:
-  using Vector = Eigen::Matrix<double, N, 1>;
-  using Matrix = Eigen::Matrix<double, N, N>;
-  using Base = FactorOf<N, Vector, Vector>;
-
-  LinearRelation(Key a, Key b, const Matrix& M, const Vector& c, double sigma)
-      : Base({a, b}, Noise::isotropic(N, sigma)), M_(M), c_(c) {}
-
-  std::string name() const override { return "linear relation"; }
-  typename Base::Residual evaluate(const Vector& a, const Vector& b, Matrix* Ja,
-                                   Matrix* Jb) const override {
-    if (Ja != nullptr) {
-      *Ja = -M_;
-      Jb->setIdentity();
-    }
-    return b - M_ * a - c_;
-  }
-
- private:
-  Matrix M_;
-  Vector c_;
-};
 
 template <class Pose>
 struct Relation {
@@ -67,8 +45,34 @@ bool add_relation(const ContinuousFactor& factor, std::vector<Relation<Pose>>& r
   return true;
 }
 
+/// A point seen from a pose, with one standard deviation for all directions.
+template <class Pose>
+struct Sighting {
+  Key from, to;
+  typename Pose::Point measured;
+  double sigma = 1.0;
+};
+
+template <class Pose>
+bool add_point(const ContinuousFactor& factor, std::vector<Sighting<Pose>>& sightings) {
+  constexpr int kPosition = Pose::Point::RowsAtCompileTime;
+  std::vector<GraphEdge<typename Pose::Point>> edges;
+  if (!add_sighting<Pose>(factor, edges)) return false;
+  for (const auto& edge : edges) {
+    const double information = edge.noise.sqrt_information().squaredNorm();
+    sightings.push_back({edge.from, edge.to, edge.measured, std::sqrt(kPosition / information)});
+  }
+  return true;
+}
+
 template <int N>
 using Vectors = std::unordered_map<Key, Eigen::Matrix<double, N, 1>>;
+
+SolverOptions linear_options() {
+  SolverOptions options;
+  options.max_iterations = 3;  // one is exact but for rounding
+  return options;
+}
 
 /// Solves linear relations between vectors for the vectors that are not fixed.
 template <int N>
@@ -86,9 +90,7 @@ Vectors<N> solve_linear(const HybridGraph& relations, const Vectors<N>& fixed,
                                                         Noise::isotropic(N, kAnchorSigma));
     }
   }
-  SolverOptions options;
-  options.max_iterations = 3;  // one is exact but for rounding
-  const SolverResult solved = levenberg_marquardt(graph, {values, {}}, options);
+  const SolverResult solved = levenberg_marquardt(graph, {values, {}}, linear_options());
   Vectors<N> result;
   for (Key key : keys) {
     result[key] = solved.values.template at<Eigen::Matrix<double, N, 1>>(key);
@@ -98,6 +100,17 @@ Vectors<N> solve_linear(const HybridGraph& relations, const Vectors<N>& fixed,
 
 using Rotations2 = std::unordered_map<Key, SO2>;
 using Rotations3 = std::unordered_map<Key, SO3>;
+
+SO2 nearest_rotation(const Eigen::Matrix2d& M) {
+  return SO2(std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1)));
+}
+
+SO3 nearest_rotation(const Eigen::Matrix3d& M) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
+  return SO3(Eigen::Quaterniond(Eigen::Matrix3d(U * svd.matrixV().transpose())));
+}
 
 /// The rotation of b, as (c, s), is that of a turned by the measured angle.
 Rotations2 solve_rotations(const std::vector<Relation<SE2>>& relations,
@@ -146,36 +159,30 @@ Rotations3 solve_rotations(const std::vector<Relation<SE3>>& relations,
     }
   }
   Rotations3 result;
-  for (const auto& [key, matrix] : matrices) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d U = svd.matrixU();
-    if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
-    result[key] = SO3(Eigen::Quaterniond(Eigen::Matrix3d(U * svd.matrixV().transpose())));
-  }
+  for (const auto& [key, matrix] : matrices) result[key] = nearest_rotation(matrix);
   return result;
 }
 
-/// Relations that are connected to an anchor, directly or through others, and their poses in order
-/// of appearance.
-template <class Pose>
-std::vector<Relation<Pose>> connected(const std::vector<Relation<Pose>>& relations,
-                                      const std::vector<Key>& anchors, std::vector<Key>& keys) {
+/// The indices of the links that are connected to an anchor, directly or through others, and their
+/// variables, both in order of appearance.
+std::vector<std::size_t> connected(const std::vector<std::pair<Key, Key>>& links,
+                                   const std::vector<Key>& anchors, std::vector<Key>& keys) {
   std::unordered_map<Key, std::vector<std::size_t>> incident;
-  for (std::size_t r = 0; r < relations.size(); ++r) {
-    incident[relations[r].from].push_back(r);
-    incident[relations[r].to].push_back(r);
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    incident[links[l].first].push_back(l);
+    incident[links[l].second].push_back(l);
   }
   std::unordered_set<Key> reached(anchors.begin(), anchors.end());
   keys = anchors;
-  std::vector<bool> used(relations.size(), false);
-  std::vector<Relation<Pose>> result;
+  std::vector<bool> used(links.size(), false);
+  std::vector<std::size_t> result;
   for (std::size_t next = 0; next < keys.size(); ++next) {
     const Key key = keys[next];
-    for (std::size_t r : incident[key]) {
-      if (used[r]) continue;
-      used[r] = true;
-      result.push_back(relations[r]);
-      for (Key end : {relations[r].from, relations[r].to}) {
+    for (std::size_t l : incident[key]) {
+      if (used[l]) continue;
+      used[l] = true;
+      result.push_back(l);
+      for (Key end : {links[l].first, links[l].second}) {
         if (reached.insert(end).second) keys.push_back(end);
       }
     }
@@ -183,31 +190,138 @@ std::vector<Relation<Pose>> connected(const std::vector<Relation<Pose>>& relatio
   return result;
 }
 
+/// What measures poses and points, connected to the variables that stay where they are.
 template <class Pose>
-void initialize(const std::vector<Relation<Pose>>& all, const std::vector<Key>& priors,
-                Values& values) {
-  constexpr int kPosition = Pose::Point::RowsAtCompileTime;
-  if (all.empty()) return;
-  std::vector<Key> anchors;
-  for (Key key : priors) {
-    if (values.type(key) == Variable<Pose>::type()) anchors.push_back(key);
-  }
-  if (anchors.empty()) anchors.push_back(all.front().from);
+struct Measurements {
+  std::vector<Relation<Pose>> relations;
+  std::vector<Sighting<Pose>> sightings;
+  std::vector<Key> anchors;  // poses and points
   std::vector<Key> keys;
-  const std::vector<Relation<Pose>> relations = connected(all, anchors, keys);
-  const auto rotations = solve_rotations(relations, keys, anchors, values);
+
+  /// Leaves out what is not connected to an anchor.
+  void connect() {
+    std::vector<std::pair<Key, Key>> links;
+    for (const auto& relation : relations) links.emplace_back(relation.from, relation.to);
+    for (const auto& sighting : sightings) links.emplace_back(sighting.from, sighting.to);
+    std::vector<Relation<Pose>> reached;
+    std::vector<Sighting<Pose>> seen;
+    for (const std::size_t l : connected(links, anchors, keys)) {
+      if (l < relations.size()) {
+        reached.push_back(relations[l]);
+      } else {
+        seen.push_back(sightings[l - relations.size()]);
+      }
+    }
+    relations = std::move(reached);
+    sightings = std::move(seen);
+  }
+};
+
+template <class Pose>
+bool is_pose(Key key, const Values& values) {
+  return values.type(key) == Variable<Pose>::type();
+}
+
+/// The rotations of poses that see points. Each row of [R t] of a pose and the same coordinate of
+/// the points are one linear problem: y_j = T_ij' y_i, p = (z, 1)' y_i. Without the constraints of
+/// rotations, which the result is projected on.
+template <class Pose>
+auto rotations_with_points(const Measurements<Pose>& measured, const Values& initial) {
+  constexpr int N = Pose::Point::RowsAtCompileTime;
+  using Row = Eigen::Matrix<double, N + 1, 1>;
+  using Square = Eigen::Matrix<double, N + 1, N + 1>;
   HybridGraph graph;
-  for (const auto& relation : relations) {
+  for (const auto& relation : measured.relations) {
+    Square T = Square::Identity();
+    T.template topLeftCorner<N, N>() = relation.measured.rotation().matrix();
+    T.template topRightCorner<N, 1>() = relation.measured.translation();
+    Row sigmas = Row::Constant(std::sqrt(2.0) * relation.rotation_sigma);  // |dR|^2 is 2 angle^2
+    sigmas[N] = relation.translation_sigma;
+    graph.emplace<LinearRelation<N + 1>>(relation.from, relation.to, T.transpose().eval(),
+                                         Row::Zero().eval(), Noise::diagonal(sigmas));
+  }
+  for (const auto& sighting : measured.sightings) {
+    graph.emplace<LinearForm<N + 1>>(sighting.from, sighting.to, sighting.measured.homogeneous(),
+                                     sighting.sigma);
+  }
+  std::unordered_map<Key, Eigen::Matrix<double, N, N>> matrices;
+  for (int row = 0; row < N; ++row) {
+    HybridGraph anchored = graph;
+    Values values;
+    for (Key key : measured.keys) {
+      if (is_pose<Pose>(key, initial)) {
+        values.insert(key, Row::Zero().eval());
+      } else {
+        values.insert(key, Scalar::Zero().eval());
+      }
+    }
+    for (Key key : measured.anchors) {
+      if (is_pose<Pose>(key, initial)) {
+        const Pose pose = initial.at<Pose>(key);
+        Row y;
+        y << pose.rotation().matrix().row(row).transpose(), pose.translation()[row];
+        anchored.emplace<Prior<Row>>(key, y, Noise::isotropic(N + 1, kAnchorSigma));
+      } else {
+        const Scalar p(initial.at<typename Pose::Point>(key)[row]);
+        anchored.emplace<Prior<Scalar>>(key, p, Noise::isotropic(1, kAnchorSigma));
+      }
+    }
+    const SolverResult solved = levenberg_marquardt(anchored, {values, {}}, linear_options());
+    for (Key key : measured.keys) {
+      if (!is_pose<Pose>(key, initial)) continue;
+      matrices[key].row(row) = solved.values.template at<Row>(key).template head<N>().transpose();
+    }
+  }
+  std::unordered_map<Key, decltype(nearest_rotation(Eigen::Matrix<double, N, N>()))> result;
+  for (const auto& [key, matrix] : matrices) result[key] = nearest_rotation(matrix);
+  return result;
+}
+
+template <class Pose>
+void initialize(Measurements<Pose> measured, Values& values) {
+  constexpr int kPosition = Pose::Point::RowsAtCompileTime;
+  using Point = typename Pose::Point;
+  using Matrix = Eigen::Matrix<double, kPosition, kPosition>;
+  if (measured.relations.empty()) return;
+  const auto is_here = [&](Key key) {
+    return is_pose<Pose>(key, values) || values.type(key) == Variable<Point>::type();
+  };
+  std::vector<Key>& anchors = measured.anchors;
+  anchors.erase(std::remove_if(anchors.begin(), anchors.end(), [&](Key k) { return !is_here(k); }),
+                anchors.end());
+  if (std::none_of(anchors.begin(), anchors.end(),
+                   [&](Key key) { return is_pose<Pose>(key, values); })) {
+    anchors.push_back(measured.relations.front().from);
+  }
+  measured.connect();
+  const auto rotations = measured.sightings.empty()
+                             ? solve_rotations(measured.relations, measured.keys, anchors, values)
+                             : rotations_with_points(measured, values);
+  HybridGraph graph;
+  for (const auto& relation : measured.relations) {
     graph.emplace<LinearRelation<kPosition>>(
-        relation.from, relation.to, Eigen::Matrix<double, kPosition, kPosition>::Identity(),
+        relation.from, relation.to, Matrix::Identity(),
         (rotations.at(relation.from) * relation.measured.translation()).eval(),
         relation.translation_sigma);
   }
+  for (const auto& sighting : measured.sightings) {
+    graph.emplace<LinearRelation<kPosition>>(
+        sighting.from, sighting.to, Matrix::Identity(),
+        (rotations.at(sighting.from) * sighting.measured).eval(), sighting.sigma);
+  }
   Vectors<kPosition> fixed;
-  for (Key key : anchors) fixed[key] = values.at<Pose>(key).translation();
-  const Vectors<kPosition> positions = solve_linear<kPosition>(graph, fixed, keys);
-  for (Key key : keys) {
-    if (fixed.count(key) == 0) values.update(key, Pose(positions.at(key), rotations.at(key)));
+  for (Key key : anchors) {
+    fixed[key] =
+        is_pose<Pose>(key, values) ? values.at<Pose>(key).translation() : values.at<Point>(key);
+  }
+  const Vectors<kPosition> positions = solve_linear<kPosition>(graph, fixed, measured.keys);
+  for (Key key : measured.keys) {
+    if (fixed.count(key) != 0) continue;
+    if (is_pose<Pose>(key, values)) {
+      values.update(key, Pose(positions.at(key), rotations.at(key)));
+    } else {
+      values.update(key, positions.at(key));
+    }
   }
 }
 
@@ -215,16 +329,19 @@ void initialize(const std::vector<Relation<Pose>>& all, const std::vector<Key>& 
 
 Values chordal_initialization(const std::vector<ContinuousFactorPtr>& factors,
                               const Values& initial) {
-  std::vector<Relation<SE2>> planar;
-  std::vector<Relation<SE3>> spatial;
-  std::vector<Key> priors;
+  Measurements<SE2> planar;
+  Measurements<SE3> spatial;
   for (const ContinuousFactorPtr& factor : factors) {
-    const bool relative = add_relation(*factor, planar) || add_relation(*factor, spatial);
-    if (!relative && factor->keys().size() == 1) priors.push_back(factor->keys()[0]);
+    const bool known =
+        add_relation(*factor, planar.relations) || add_relation(*factor, spatial.relations) ||
+        add_point(*factor, planar.sightings) || add_point(*factor, spatial.sightings);
+    if (known || factor->keys().size() != 1) continue;
+    planar.anchors.push_back(factor->keys()[0]);
+    spatial.anchors.push_back(factor->keys()[0]);
   }
   Values values = initial;
-  initialize(planar, priors, values);
-  initialize(spatial, priors, values);
+  initialize(std::move(planar), values);
+  initialize(std::move(spatial), values);
   return values;
 }
 

@@ -20,6 +20,8 @@ namespace {
 /// as many.
 constexpr int kTrialIterations = 5;
 constexpr double kFalseAlarms = 1e-3;
+/// Two objectives that differ by less than this share of the cost are those of one minimum.
+constexpr double kSameMinimum = 1e-4;
 
 /// An unfinished solve from one start.
 struct Run {
@@ -124,6 +126,38 @@ std::vector<Start> pose_graph_starts(const PoseGraph& graph,
   add("chordal", [&] { return chordal_initialization(factors, initial); });
   add("tree", [&graph] { return initialize_from_tree(graph); });
   return starts;
+}
+
+ChordalTrial try_chordal_start(const HybridGraph& graph, const Estimate& solved,
+                               const AlternatingOptions& options) {
+  ChordalTrial trial;
+  Problem problem(graph, solved.values, solved.assignment, options.continuous.threads,
+                  WeakComponents::kUncoupled, options.continuous.elimination);
+  Problem::State state = problem.load(solved.values);
+  if (problem.block_count() == 0 || is_explained_by_noise(problem, state)) return trial;
+  trial.tried = true;
+  const double cost = problem.cost(state);
+  const double limit = cost + problem.constant() - kSameMinimum * cost;
+  std::vector<ContinuousFactorPtr> factors;
+  graph.continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { factors.push_back(factor); });
+  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    const Component component = factor->given(solved.assignment);
+    if (component.factor != nullptr && !component.weak) {
+      factors.emplace_back(factor, component.factor);
+    }
+  });
+  Estimate estimate{chordal_initialization(factors, solved.values), solved.assignment};
+  state = problem.load(estimate.values);
+  AlternatingOptions few = options;
+  few.max_iterations = 2;
+  few.continuous_iterations = kTrialIterations;
+  trial.objective = alternate(graph, problem, state, estimate.assignment, few).objective;
+  if (!(trial.objective < limit)) return trial;
+  trial.objective = alternate(graph, problem, state, estimate.assignment, options).objective;
+  problem.store(state, estimate.values);
+  trial.better = std::move(estimate);
+  return trial;
 }
 
 }  // namespace hybrid

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libhybrid/pose_graph/pose_graph.h"
+#include "libhybrid/solvers/alternating.h"
 #include "libhybrid/solvers/options.h"
 #include "libhybrid/solvers/problem.h"
 
@@ -52,5 +54,18 @@ StartsResult solve_from_starts(const HybridGraph& graph, const std::vector<Start
 std::vector<Start> pose_graph_starts(const PoseGraph& graph,
                                      const std::vector<ContinuousFactorPtr>& factors,
                                      const std::string& name, const Values& initial);
+
+/// What a chordal start of a solved graph leads to.
+struct ChordalTrial {
+  bool tried = false;              ///< not where noise explains the residuals
+  double objective = 0.0;          ///< after a few iterations, or at the end if that is better
+  std::optional<Estimate> better;  ///< the estimate then
+};
+
+/// Tries a chordal start, by the factors in force under the assignment of a `solved` estimate. If
+/// it leads below the objective of that within a few iterations, by more than convergence leaves
+/// open, it is solved to the end.
+ChordalTrial try_chordal_start(const HybridGraph& graph, const Estimate& solved,
+                               const AlternatingOptions& options = {});
 
 }  // namespace hybrid

@@ -12,6 +12,7 @@
 
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/marginals/continuous.h"
+#include "libhybrid/solvers/starts.h"
 
 namespace hybrid {
 namespace {
@@ -47,7 +48,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
     report.handles = insert(delta, undo);
     if (solve_every_ > 0 && (updates_ + 1) % solve_every_ == 0) {
       AddedHandles handles = std::move(report.handles);
-      report = solve();
+      report = solve(estimate_);
       report.handles = std::move(handles);
       ++updates_;
       return report;
@@ -148,10 +149,23 @@ Eigen::MatrixXd BatchBackend::joint_covariance(const std::vector<Key>& keys) con
   return marginals_->joint_covariance(keys);
 }
 
-BackendReport BatchBackend::solve() {
+BackendReport BatchBackend::finish() {
+  BackendReport report = solve(estimate_);
+  starts_.clear();
+  const ChordalTrial trial = try_chordal_start(graph_, estimate_, options_);
+  if (!trial.tried) return report;
+  starts_ = {{"objective_from_odometry", objective_}, {"objective_from_chordal", trial.objective}};
+  if (!trial.better) return report;
+  report.warnings.clear();
+  add_work(report, solve(*trial.better));
+  starts_["objective_from_chordal"] = objective_;
+  return report;
+}
+
+BackendReport BatchBackend::solve(const Estimate& initial) {
   marginals_.reset();
   const auto start = Clock::now();
-  AlternatingResult result = alternate(graph_, estimate_, options_);
+  AlternatingResult result = alternate(graph_, initial, options_);
   BackendReport report;
   std::size_t last_discrete = 0;  // half-step of all flips: `alternate` does not report the one of
                                   // each flip

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -23,7 +25,8 @@ class BatchBackend : public Backend {
 
   std::string mode() const override { return "batch"; }
   BackendReport update(const Delta& delta) override;
-  BackendReport finish() override { return solve(); }
+  BackendReport finish() override;
+  std::map<std::string, double> statistics() const override { return starts_; }
   const Values& values() const override { return estimate_.values; }
   const Assignment& assignment() const override { return estimate_.assignment; }
   const HybridGraph& graph() const override { return graph_; }
@@ -38,7 +41,7 @@ class BatchBackend : public Backend {
 
   AddedHandles insert(const Delta& delta, Undo& undo);
   void add_discrete(const std::vector<DiscreteKey>& keys, const Assignment& initial, Undo& undo);
-  BackendReport solve();
+  BackendReport solve(const Estimate& initial);
 
   AlternatingOptions options_;
   int solve_every_;
@@ -48,6 +51,7 @@ class BatchBackend : public Backend {
   std::unordered_map<Key, int> cardinalities_;  // of all discrete variables ever added
   double objective_ = 0;
   double cost_ = 0;
+  std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
   mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; computed on demand
 };
 

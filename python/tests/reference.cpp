@@ -7,10 +7,12 @@
 #include <cstdio>
 
 #include "libhybrid/baselines/gnc.h"
+#include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/hybrid.h"
 #include "libhybrid/marginals/evidence.h"
 #include "libhybrid/registration/register.h"
+#include "libhybrid/solvers/certificate.h"
 
 namespace {
 
@@ -91,6 +93,21 @@ void online(const World& world) {
   print("joint", smoother.joint_covariance({Key('x', 3), Key('l', 1)}).data(), 25);
 }
 
+/// What is proven of a result of which the first closure is accepted.
+void prove(const RobustProblem& problem, const RobustResult& result) {
+  std::vector<bool> accepted;
+  for (const Verdict& verdict : result.verdicts) accepted.push_back(verdict.accepted);
+  const ObjectiveBound bound = bound_objective(problem, result.values, accepted, {}, 20);
+  const double bounds[] = {bound.bound, bound.gap, double(bound.solves), double(bound.complete)};
+  print("bound", bounds, 4);
+  std::vector<ContinuousFactorPtr> factors = problem.trusted;
+  factors.push_back(problem.closures[0]);
+  const Certificate found = certify(factors, result.values);
+  const double proof[] = {found.min_eigenvalue, found.relative_gap, found.cost,
+                          double(found.verified)};
+  print("certificate", proof, 4);
+}
+
 /// A 3-D ring with two closures across it, one of them false.
 void robust() {
   PoseGraph graph;
@@ -111,6 +128,7 @@ void robust() {
     const double numbers[] = {result.objective, result.cost, double(result.verdicts[0].accepted),
                               double(result.verdicts[1].accepted)};
     print("robust", numbers, 4);
+    prove(problem, result);
   }
 }
 

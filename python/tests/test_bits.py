@@ -93,6 +93,10 @@ def robust():
     for result in (h.select_closures(problem), h.solve_robust(problem, "gnc")):
         rows += rows_of(result.values)
         rows.append(("robust", [result.objective, result.cost, *result.accepted.astype(float)]))
+        bound = h.bound_objective(problem, result.values, result.accepted, h.MixtureOptions(), 20)
+        rows.append(("bound", [bound.bound, bound.gap, bound.solves, bound.complete]))
+        found = h.certify(problem.trusted + problem.closures[:1], result.values)
+        rows.append(("certificate", [found.min_eigenvalue, found.relative_gap, found.cost, found.verified]))
     return rows
 
 

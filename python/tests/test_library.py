@@ -263,6 +263,35 @@ def test_starts_and_certificate(tmp_path):
         h.certify([], values)
 
 
+def test_staircase_unwinds_a_circle():
+    graph, twice = h.PoseGraph(), h.Values()
+    for i in range(12):
+        graph.add_edge(f"x{i}", f"x{(i + 1) % 12}", h.SE2(1, 0, math.pi / 6), h.Noise.isotropic(3, 0.3))
+        a = math.pi / 3 * i
+        twice[f"x{i}"] = h.SE2(math.sin(a), -math.cos(a), a)
+    factors = h.to_factors(graph, twice)
+    assert not h.certify(factors, twice).verified
+    climbed = h.climb_staircase(factors, twice)
+    assert climbed.certificate.verified and climbed.levels >= 1
+    assert climbed.cost < 1e-9 < climbed.cost_before
+
+
+def test_objective_is_bounded(tmp_path):
+    graph = ring(tmp_path)
+    noise = h.Noise.isotropic(3, 0.05)
+    graph.add_edge("x0", "x15", h.SE2(50, 0, 0), noise)
+    problem = h.to_robust_problem(graph, graph.values)
+    result = h.select_closures(problem)
+    bound = h.bound_objective(problem, result.values, result.accepted)
+    assert bound.gap == pytest.approx(result.objective - bound.bound, abs=1e-9) and bound.gap >= 0
+    wrong = h.bound_objective(problem, result.values, ~result.accepted)
+    assert wrong.bound <= result.objective and wrong.gap > bound.gap
+    hasty = h.bound_objective(problem, result.values, result.accepted, budget=0)
+    assert hasty.solves == 0 and not hasty.complete and hasty.bound <= bound.bound
+    with pytest.raises(h.Error):
+        h.bound_objective(problem, h.Values(), result.accepted)
+
+
 def test_information_is_repaired_where_asked(tmp_path):
     path = tmp_path / "bad.g2o"
     path.write_text("EDGE_SE2 0 1 1 0 0 4 0 0 9 0 -1\n")

@@ -41,6 +41,7 @@ class WindowBackend : public Backend {
   bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }
   /// Whether the estimate of the graph is that of all variables.
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
+  UpdateReport solve_from_chordal_start();
   void merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete);
   BackendReport report_of(const UpdateReport& update) const;
   void add_past(const std::vector<Key>& continuous, const std::vector<DiscreteKey>& discrete,
@@ -48,7 +49,8 @@ class WindowBackend : public Backend {
 
   WindowOptions window_;
   WindowSmoother smoother_;
-  Estimate merged_;  // of the window and the past, once something has left
+  std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
+  Estimate merged_;                       // of the window and the past, once something has left
 };
 
 }  // namespace hybrid
