@@ -15,7 +15,8 @@ constexpr double kSmallest = 0.8;  // of the size of a subtitle
 
 /// The factor by which the text has to be drawn smaller to fit into `room`, at most 1.
 double shrinkage(const std::string& text, const TextStyle& style, double room) {
-  return std::min(1.0, room / std::max(1.0, Canvas::text_extent(text, style).x()));
+  constexpr double kRounding = 0.99;  // widths are of whole pixels of the font
+  return std::min(1.0, kRounding * room / std::max(1.0, Canvas::text_extent(text, style).x()));
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ Image reliability_image(const Calibration& calibration, const std::string& title
   diagonal.color = palette::kTruth;
   diagonal.line = LineStyle::kDashed;
   Series observed;
-  observed.label = "observed, 95 % interval, n predictions each";
+  observed.label = "observed, 95 % interval, number of predictions";
   observed.marker = Marker::kCircle;
   observed.marker_radius = 7;
   for (const ReliabilityBin& bin : calibration.bins) {
@@ -155,7 +155,7 @@ Image reliability_image(const Calibration& calibration, const std::string& title
     const auto [low, high] = wilson(bin.observed, bin.count);
     observed.lower.push_back(low);
     observed.upper.push_back(high);
-    observed.notes.push_back(fmt::format("n = {}", bin.count));
+    observed.notes.push_back(std::to_string(bin.count));
   }
   plot.series = {diagonal, observed};
   return render(plot);

@@ -152,6 +152,8 @@ TEST(Heading, GetsSmallerThenGoesOnInFurtherRows) {
   EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "", ""), 0);
   EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", ""), 34);
   EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", "short"), 68);
+  EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", "a row that is a little longer than that"),
+            68);
   const std::string words = "words that take rather more than one row of this canvas do";
   EXPECT_GT(draw_heading(canvas, {10, 20}, 380, "Title", words + " " + words), 68);
   TextStyle style;
