@@ -68,6 +68,13 @@ int complain_of(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
+void add_settings(CLI::App& app, std::vector<std::string>& settings) {
+  app.add_option("--set", settings,
+                 "a value instead of that in the INI; may be given several times")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
 void add_output_folder(CLI::App& app, std::string& output) {
   app.add_option("-o,--output", output, "folder for the results, created if absent")
       ->type_name("OUT")

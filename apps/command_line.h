@@ -5,11 +5,15 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 #include "apps/exit_code.h"
 #include "mrpt_plugins/bridge/provenance.h"
 
 namespace hybrid {
+
+/// Adds the option --set of a program that reads an INI.
+void add_settings(CLI::App& app, std::vector<std::string>& settings);
 
 /// Adds the option -o of a program that writes a folder.
 void add_output_folder(CLI::App& app, std::string& output);

@@ -48,7 +48,8 @@ void around() {
     std::printf("  %-3s truth %8.3f start %8.3f  rms error %.3g  stated sigma %.3g\n", kNames[i],
                 options.intrinsics[i], options.start[i], std::sqrt(squares[i]), sigmas[i]);
   }
-  std::printf("  mean squared error over variance: %.2f (1 is honest)\n", normalized);
+  std::printf("  mean squared error over variance: %.2f (1 where the variances are right)\n",
+              normalized);
 }
 
 /// Cameras that face a wall, with known directions and free positions.

@@ -44,8 +44,8 @@ void collect(const Mapper& mapper, const std::map<std::int64_t, int>& true_class
     if (landmark.sightings == before) continue;
     before = landmark.sightings;
     if (!is_early(before)) continue;
-    const Uncertainty claimed = mapper.backend().uncertainty({}, {*landmark.class_key});
-    counts.early.push_back({claimed.probabilities.at(landmark.class_key->key), true_class.at(id)});
+    const Uncertainty stated = mapper.backend().uncertainty({}, {*landmark.class_key});
+    counts.early.push_back({stated.probabilities.at(landmark.class_key->key), true_class.at(id)});
   }
 }
 

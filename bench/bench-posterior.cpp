@@ -28,22 +28,20 @@ namespace {
 
 struct Task {
   std::string name;
-  ClaimNames names;
+  ReliabilityNames names;
   std::function<bench::DiscreteWorld(int poses, int seed)> world;
 };
 
 const std::vector<Task>& tasks() {
   static const std::vector<Task> all = {
       {"modes",
-       {"motions", "probability claimed for slip, or for none", "fraction that really was so"},
+       {"motions", "stated probability of slip, or of none", "observed frequency"},
        bench::slip_world},
       {"closures",
-       {"loop closures", "probability claimed for true, or for false",
-        "fraction that really was so"},
+       {"loop closures", "stated probability of true, or of false", "observed frequency"},
        bench::closure_world},
       {"ranges",
-       {"ranges", "probability claimed for a line of sight, or for none",
-        "fraction that really was so"},
+       {"ranges", "stated probability of a line of sight, or of none", "observed frequency"},
        bench::range_world}};
   return all;
 }

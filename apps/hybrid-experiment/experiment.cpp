@@ -44,6 +44,7 @@ constexpr const char* kVersion = "version";
 const std::vector<std::string> kLasting = {"results.csv", kSettings, "experiment.ini"};
 
 void apply(const Options& options, IniFile& ini) {
+  ini.override_values(options.settings);
   if (!options.data_dir.empty()) {
     ini.override_value("experiment", "data_dir", fs::absolute(options.data_dir).string());
   }
@@ -189,19 +190,14 @@ void draw(const ExperimentPlan& plan, const Ledger& ledger, const std::vector<Po
     if (calibration.predictions == 0) continue;
     out.write(
         "reliability_" + method + ".png",
-        png(reliability_image(calibration, "Inlier probabilities of " + method, kClosureClaims)));
+        png(reliability_image(calibration, "Inlier probabilities of " + method, kOfClosures)));
   }
 }
 
 }  // namespace
 
 std::string config_text(const Options& options) {
-  if (options.config.empty()) {
-    IniFile ini;
-    read_plan(ini);
-    return ini.documentation();
-  }
-  IniFile ini{fs::path(options.config)};
+  IniFile ini = options.config.empty() ? IniFile() : IniFile(fs::path(options.config));
   apply(options, ini);
   read_plan(ini);
   return ini.documentation();

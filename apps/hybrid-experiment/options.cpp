@@ -52,6 +52,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.footer(footer());
   app.add_option("-c,--config", options.config, "INI file with all settings; see --print-config")
       ->type_name("INI");
+  add_settings(app, options.settings);
   add_output_folder(app, options.output);
   app.add_option("--data-dir", options.data_dir,
                  "folder of the graphs, instead of [experiment] "

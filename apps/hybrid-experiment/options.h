@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mrpt_plugins/bridge/provenance.h"
 
@@ -14,6 +15,7 @@ namespace hybrid {
 struct Options {
   Provenance provenance;  ///< version and command
   std::string config;
+  std::vector<std::string> settings;  ///< section.key=value, instead of those of the INI
   std::string output = "hybrid-experiment-out";
   std::string data_dir;  ///< overrides the INI unless empty
   int jobs = 0;          ///< overrides the INI if positive

@@ -134,10 +134,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   bool print_config = false;
   app.add_option("-c,--config", config, "INI file with settings of the methods; see --print-config")
       ->type_name("INI");
-  app.add_option("--set", settings,
-                 "a value instead of that in the INI; may be given several times")
-      ->type_name("SECTION.KEY=VALUE")
-      ->allow_extra_args(false);
+  add_settings(app, settings);
   app.add_flag("--print-config", print_config,
                "print every section and key with its meaning, default and the value in effect");
   add_output_folder(app, options.output);

@@ -114,10 +114,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
       ->type_name("LIB.so")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_option("--set", options.request.settings,
-                 "a value instead of that in the INI; may be given several times")
-      ->type_name("SECTION.KEY=VALUE")
-      ->allow_extra_args(false);
+  add_settings(app, options.request.settings);
   app.add_option("--map", options.request.map,
                  "map file that the log makes, extends or is localised in, instead of [map] file")
       ->type_name("F.hmap");

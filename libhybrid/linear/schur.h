@@ -52,7 +52,6 @@ class SchurCholesky {
   double diagonal(int scalar) const;
 
   int leaf_count() const { return static_cast<int>(leaves_.size()); }
-  int reduced_scalars() const { return reduced_.scalars(); }
 
  private:
   /// Columns of one leaf; its blocks are edges_[first] .. edges_[last - 1], by ascending row.

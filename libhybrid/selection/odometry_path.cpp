@@ -63,13 +63,6 @@ Uncertain<Pose> motion(const Path& path, int from, int to) {
   return result;
 }
 
-template <class Pose>
-Uncertain<Pose> compose(const Uncertain<Pose>& a, const Uncertain<Pose>& b) {
-  Uncertain<Pose> result{a.pose * b.pose};
-  result.covariance = carry<Pose>(b.pose.inverse(), a.covariance) + b.covariance;
-  return result;
-}
-
 /// Prediction of a factor between a known pose and one at an uncertain motion from it.
 template <class Pose>
 Prediction innovation_at(const ContinuousFactor& factor, const Pose& a,
@@ -180,32 +173,6 @@ std::optional<Prediction> OdometryPath::innovation(const ContinuousFactor& closu
           const int a = index(closure.keys()[0]), b = index(closure.keys()[1]);
           if (a < 0 || b < 0 || path.part[a] != path.part[b]) return std::nullopt;
           return innovation_at(closure, path.poses[a], motion<Pose>(path, a, b));
-        }
-      },
-      path_);
-}
-
-std::optional<Prediction> OdometryPath::innovation_given(const ContinuousFactor& other,
-                                                         const ContinuousFactor& closure) const {
-  return std::visit(
-      [&](const auto& path) -> std::optional<Prediction> {
-        if constexpr (std::is_same_v<std::decay_t<decltype(path)>, std::monostate>) {
-          return std::nullopt;
-        } else {
-          using Pose = typename std::decay_t<decltype(path.poses)>::value_type;
-          if (!is_between<Pose>(closure) || !is_between<Pose>(other)) return std::nullopt;
-          const int a = index(closure.keys()[0]), b = index(closure.keys()[1]);
-          const int other_a = index(other.keys()[0]), other_b = index(other.keys()[1]);
-          if (a < 0 || b < 0 || other_a < 0 || other_b < 0) return std::nullopt;
-          if (path.part[a] != path.part[other_a] || path.part[b] != path.part[other_b]) {
-            return std::nullopt;
-          }
-          Uncertain<Pose> end{path.poses[other_b]};
-          if (!measured_end(other, path.poses[other_a], end)) return std::nullopt;
-          end.pose = path.poses[other_a].between(end.pose);
-          const auto there = compose(motion<Pose>(path, a, other_a), end);
-          return innovation_at(closure, path.poses[a],
-                               compose(there, motion<Pose>(path, other_b, b)));
         }
       },
       path_);

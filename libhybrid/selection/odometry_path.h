@@ -38,11 +38,6 @@ class OdometryPath {
   /// one path.
   std::optional<Prediction> innovation(const ContinuousFactor& closure) const;
 
-  /// The same given the odometry and one other closure, taken as true: the agreement of the two
-  /// along their common cycle.
-  std::optional<Prediction> innovation_given(const ContinuousFactor& other,
-                                             const ContinuousFactor& closure) const;
-
  private:
   template <class Pose>
   struct Path {

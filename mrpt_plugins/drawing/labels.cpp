@@ -11,6 +11,7 @@ namespace hybrid {
 namespace {
 
 constexpr double kCell = 3;  // pixels
+constexpr double kRim = 3;   // between a text and the edge of the area, for its halo
 
 }  // namespace
 
@@ -81,7 +82,10 @@ bool LabelPlacer::place(Canvas& canvas, const Pixel& point, double radius, const
     const Pixel c = point + offsets[i];
     const Box box{c.x() - half.x() - 2, c.y() - half.y() - 2, c.x() + half.x() + 2,
                   c.y() + half.y() + 2};
-    if (!area_.contains({box.left, box.top}) || !area_.contains({box.right, box.bottom})) continue;
+    if (!area_.contains({box.left - kRim, box.top - kRim}) ||
+        !area_.contains({box.right + kRim, box.bottom + kRim})) {
+      continue;
+    }
     const Box place = cells(box);
     if (taken(blocked_, place) > 0) continue;
     const double cost = taken(lines_, place) + 0.3 * static_cast<double>(i);

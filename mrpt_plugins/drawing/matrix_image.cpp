@@ -11,18 +11,18 @@
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kFrame = 900;        // pixels of the longer side of a matrix
-constexpr double kShortest = 450;     // least length of the shorter side; then the scales differ
-constexpr int kSmallestDot = 4;       // pixels of the sheet, which has twice the resolution
-constexpr double kTextHeight = 205;   // room for the texts above a matrix
-constexpr double kLeft = 140;         // room beside a matrix for the numbers of the rows
-constexpr double kBetween = 40;       // between the panels
-constexpr double kNarrowest = 820;    // room for the texts of a single panel
-constexpr Color kRemark{90, 90, 90};  // of headings and notes
+constexpr double kFrame = 900;       // pixels of the longer side of a matrix
+constexpr double kShortest = 450;    // least length of the shorter side; then the scales differ
+constexpr int kSmallestDot = 4;      // pixels of the sheet, which has twice the resolution
+constexpr double kTextHeight = 205;  // room for the texts above a matrix
+constexpr double kLeft = 140;        // room beside a matrix for the numbers of the rows
+constexpr double kBetween = 40;      // between the panels
+constexpr double kNarrowest = 820;   // room for the texts of a single panel
 
 struct Size {
   int width = 0;
@@ -96,7 +96,7 @@ void draw_legend(Canvas& canvas, Pixel at, const MatrixPanel& panel) {
 void draw_panel(Canvas& canvas, const Pixel& corner, const MatrixPanel& panel, const Size& frame) {
   TextStyle style;
   style.size = 14;
-  style.color = kRemark;
+  style.color = palette::kMuted;
   const std::string note = dot_note(panel, frame);
   canvas.text(corner - Pixel(0, kTextHeight - 106),
               note.empty() ? panel.heading : panel.heading + "; " + note, style);
@@ -125,13 +125,7 @@ Image matrix_image(const std::string& title, const std::string& subtitle,
     height = std::max<double>(height, frames.back().height);
   }
   Canvas canvas(static_cast<int>(width), static_cast<int>(kTextHeight + height + 90));
-  TextStyle style;
-  style.size = 21;
-  style.bold = true;
-  canvas.text({kLeft, 36}, title, style);
-  style.size = 15;
-  style.bold = false;
-  canvas.text({kLeft, 70}, subtitle, style);
+  draw_heading(canvas, {kLeft, 36}, width - kLeft - kBetween, title, subtitle);
   double left = kLeft;
   for (std::size_t i = 0; i < panels.size(); ++i) {
     draw_panel(canvas, {left, kTextHeight}, panels[i], frames[i]);

@@ -11,6 +11,8 @@
 #include <stdexcept>
 
 #include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/heading.h"
+#include "mrpt_plugins/drawing/labels.h"
 
 namespace hybrid {
 namespace {
@@ -100,24 +102,6 @@ void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
   }
 }
 
-/// Draws the notes beside the points: below on the right, or on the left and above where the frame
-/// has no room.
-void draw_notes(Canvas& canvas, const Box& box, const std::vector<Pixel>& points, const Series& s) {
-  TextStyle note;
-  note.size = 12;
-  note.halo = true;
-  for (std::size_t i = 0; i < s.notes.size(); ++i) {
-    if (!box.contains(points[i])) continue;
-    const double offset = s.marker_radius + 6;
-    const Eigen::Vector2d extent = Canvas::text_extent(s.notes[i], note);
-    const bool left = points[i].x() + offset + extent.x() > box.right;
-    const bool above = points[i].y() + offset + extent.y() > box.bottom;
-    note.horizontal = left ? Align::kEnd : Align::kStart;
-    canvas.text(points[i] + Pixel(left ? -offset : offset, above ? -offset : offset), s.notes[i],
-                note);
-  }
-}
-
 /// The area between the ends of the error bars, one quadrilateral per stretch of the line.
 void draw_band(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
   constexpr double kOpacity = 0.15;
@@ -133,13 +117,41 @@ void draw_band(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Ser
   }
 }
 
-void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
-  canvas.clip(axes.box());
+std::vector<Pixel> points_of(const Axes& axes, const PlotSpec& spec, const Series& s) {
   std::vector<Pixel> points;
   for (std::size_t i = 0; i < s.x.size(); ++i) {
     const bool seen = usable(s.x[i], spec.x.scale) && usable(s.y[i], spec.y.scale);
     points.push_back(seen ? axes.pixel(s.x[i], s.y[i]) : Pixel(kNan, kNan));
   }
+  return points;
+}
+
+/// Draws the notes of all series beside their points, where there is room.
+void draw_notes(Canvas& canvas, const Axes& axes, const PlotSpec& spec) {
+  LabelPlacer labels(axes.box());
+  for (const Series& s : spec.series) {
+    const std::vector<Pixel> points = points_of(axes, spec, s);
+    labels.avoid(points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      labels.block(points[i], s.marker_radius);
+      if (s.lower.empty() || s.band) continue;
+      labels.avoid({axes.pixel(s.x[i], s.lower[i]), axes.pixel(s.x[i], s.upper[i])});
+    }
+  }
+  TextStyle note;
+  note.size = 12;
+  note.halo = true;
+  for (const Series& s : spec.series) {
+    const std::vector<Pixel> points = points_of(axes, spec, s);
+    for (std::size_t i = 0; i < s.notes.size(); ++i) {
+      labels.place(canvas, points[i], s.marker_radius, s.notes[i], note);
+    }
+  }
+}
+
+void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
+  canvas.clip(axes.box());
+  const std::vector<Pixel> points = points_of(axes, spec, s);
   const double edge = axes.pixel(0, spec.y.scale == Scale::kLog ? 1 : 0).y();
   if (s.band) draw_band(canvas, axes, spec, s);
   for (std::size_t i = 0; i < s.lower.size() && !s.band; ++i) {
@@ -158,7 +170,6 @@ void draw_series(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const S
     if (!axes.box().contains(p)) continue;
     canvas.marker(p, s.marker, s.marker_radius, s.color, s.marker_radius > 2.5);
   }
-  draw_notes(canvas, axes.box(), points, s);
 }
 
 }  // namespace
@@ -177,16 +188,7 @@ Image render(const PlotSpec& spec) {
   Canvas canvas(spec.width, spec.height);
   Box box{0, 40, spec.width - 45.0, spec.height - 90.0};
   box.left = std::max(80.0, Axes(box, x, y).left_room());
-  TextStyle title;
-  title.size = 21;
-  title.bold = true;
-  canvas.text({box.left, box.top}, spec.title, title);
-  box.top += spec.title.empty() ? 0 : 38;
-  TextStyle subtitle;
-  subtitle.size = kLegendSize;
-  subtitle.color = {90, 90, 90};
-  canvas.text({box.left, box.top}, spec.subtitle, subtitle);
-  box.top += spec.subtitle.empty() ? 0 : 34;
+  box.top += draw_heading(canvas, {box.left, box.top}, box.width(), spec.title, spec.subtitle);
   std::vector<LegendEntry> legend;
   box.top += place_legend(spec, box.left, box.right, box.top, legend);
   draw_legend(canvas, legend);
@@ -194,6 +196,7 @@ Image render(const PlotSpec& spec) {
   const Axes axes(box, x, y, spec.y_down);
   axes.draw(canvas);
   for (const Series& s : spec.series) draw_series(canvas, axes, spec, s);
+  draw_notes(canvas, axes, spec);
   return canvas.image();
 }
 

@@ -40,7 +40,7 @@ struct Series {
 /// A picture of one pair of axes, with the legend above the frame.
 struct PlotSpec {
   std::string title;
-  std::string subtitle;  ///< one line that describes the picture
+  std::string subtitle;  ///< describes the picture
   Axis x, y;
   std::vector<Series> series;
   bool equal_aspect = false;  ///< same scale in x and y

@@ -25,9 +25,10 @@ namespace palette {
 constexpr Color kBlack{0, 0, 0};
 constexpr Color kWhite{255, 255, 255};
 constexpr Color kInk{40, 40, 40};            ///< text and frames
+constexpr Color kMuted{90, 90, 90};          ///< subtitles and notes
 constexpr Color kFaint{225, 225, 225};       ///< grid lines
 constexpr Color kEstimate{0, 114, 178};      ///< estimate of the solver (blue)
-constexpr Color kDeadReckoning{213, 94, 0};  ///< odometry alone (vermilion)
+constexpr Color kDeadReckoning{213, 94, 0};  ///< dead reckoning (vermilion)
 constexpr Color kTruth{170, 170, 170};       ///< ground truth (grey)
 constexpr Color kUnclassed{0, 158, 115};     ///< landmarks without a class (green)
 }  // namespace palette

@@ -69,13 +69,15 @@ std::optional<double> class_accuracy(const LandmarkMatching& matching,
                                      const std::vector<LandmarkEstimate>& estimates,
                                      const std::vector<TrueLandmark>& truth) {
   std::size_t known = 0;
+  std::size_t named = 0;
   std::size_t right = 0;
   for (const auto& [e, t] : matching) {
     if (!truth[t].class_index) continue;
     ++known;
+    if (estimates[e].class_index) ++named;
     if (estimates[e].class_index == truth[t].class_index) ++right;
   }
-  if (known == 0) return std::nullopt;
+  if (named == 0) return std::nullopt;
   return static_cast<double>(right) / static_cast<double>(known);
 }
 

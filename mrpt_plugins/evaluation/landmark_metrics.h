@@ -47,7 +47,7 @@ LandmarkErrors landmark_errors(const LandmarkMatching& matching,
                                const std::vector<TrueLandmark>& truth);
 
 /// Fraction of the matched landmarks with a true class whose estimated class is right; empty when
-/// the truth has no classes.
+/// the truth or the map has no classes.
 std::optional<double> class_accuracy(const LandmarkMatching& matching,
                                      const std::vector<LandmarkEstimate>& estimates,
                                      const std::vector<TrueLandmark>& truth);

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -140,6 +141,22 @@ ReplayPlan read_replay_plan(IniFile& ini, const std::string& name) {
   return replay;
 }
 
+/// Whether a name is one of those in `only`; any is where that names none.
+std::function<bool(const std::string&)> read_only(IniSection& experiment,
+                                                  const std::vector<std::string>& names) {
+  const auto only = experiment.get("only", std::vector<std::string>{},
+                                   "of the graphs or replays these alone; empty: all of them");
+  for (const std::string& name : only) {
+    if (std::count(names.begin(), names.end(), name) == 0) {
+      experiment.fail("only",
+                      fmt::format("names '{}', which is none of {}", name, fmt::join(names, ", ")));
+    }
+  }
+  return [only](const std::string& name) {
+    return only.empty() || std::count(only.begin(), only.end(), name) > 0;
+  };
+}
+
 void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
   const bool documenting = ini.sections().empty();
   if (plan.replay) {
@@ -147,7 +164,11 @@ void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
                                       "for replays: names of their sections");
     check_names(experiment, "replays", names);
     if (names.empty()) experiment.fail("replays", "names no replay");
-    for (const std::string& name : names) plan.replays.push_back(read_replay_plan(ini, name));
+    const auto wanted = read_only(experiment, names);
+    for (const std::string& name : names) {
+      ReplayPlan replay = read_replay_plan(ini, name);
+      if (wanted(name)) plan.replays.push_back(std::move(replay));
+    }
     for (const std::string& name : plan.methods) {
       IniSection section = ini.section(name, "Settings of the replays under this name");
       plan.replay_variants.push_back(
@@ -163,10 +184,14 @@ void read_sources(IniFile& ini, IniSection& experiment, ExperimentPlan& plan) {
   const auto names = experiment.get("graphs", std::vector<std::string>{},
                                     "names of the sections that tell the graphs");
   check_names(experiment, "graphs", names);
+  const auto wanted = read_only(experiment, names);
   if (documenting) return;
   if (!ini.has_section("experiment")) ini.reject_unknown();
   if (names.empty()) experiment.fail("graphs", "names no graph");
-  for (const std::string& name : names) plan.graphs.push_back(read_graph_plan(ini, name, data));
+  for (const std::string& name : names) {
+    GraphPlan graph = read_graph_plan(ini, name, data);
+    if (wanted(name)) plan.graphs.push_back(std::move(graph));
+  }
 }
 
 /// The current name of a method, given its current or deprecated name.
@@ -200,9 +225,9 @@ void read_methods(IniSection& experiment, ExperimentPlan& plan) {
 
 /// The settings except those that only add or leave out trials, and the hashes of the files.
 std::map<std::string, std::string> fingerprint_of(const IniFile& ini, ExperimentPlan& plan) {
-  static const std::set<std::string> kFree = {"jobs",     "rank_silence",  "trials",     "methods",
-                                              "rawlogs",  "outlier_rates", "graphs",     "title",
-                                              "data_dir", "variants",      "success_ate"};
+  static const std::set<std::string> kFree = {"jobs",     "rank_silence",  "trials",      "methods",
+                                              "rawlogs",  "outlier_rates", "graphs",      "title",
+                                              "data_dir", "variants",      "success_ate", "only"};
   std::map<std::string, std::string> settings;
   for (const auto& [section, keys] : ini.settings()) {
     for (const auto& [key, value] : keys) {

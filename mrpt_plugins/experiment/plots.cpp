@@ -12,6 +12,7 @@
 
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
@@ -58,14 +59,7 @@ bool numeric(const std::vector<std::string>& variants, std::vector<double>& valu
 /// A heading with a title and a line that describes the picture.
 Image heading(const std::string& title, const std::string& about, int width) {
   Canvas canvas(width, 84);
-  TextStyle style;
-  style.size = 21;
-  style.bold = true;
-  canvas.text({60, 34}, title, style);
-  style.size = 14;
-  style.bold = false;
-  style.color = {90, 90, 90};
-  canvas.text({60, 70}, about, style);
+  draw_heading(canvas, {60, 34}, width - 2 * 60, title, about);
   return canvas.image();
 }
 

@@ -128,24 +128,24 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
 }
 
 Image reliability_image(const Calibration& calibration, const std::string& title,
-                        const ClaimNames& names) {
+                        const ReliabilityNames& names) {
   PlotSpec plot;
   plot.title = title;
   plot.subtitle =
       fmt::format("{} {}, Brier score {:.2g}, log loss {:.2g}, calibration error {:.2g}",
                   calibration.predictions, names.things, calibration.brier, calibration.log_loss,
                   calibration.expected_error);
-  plot.x = {names.claimed, Scale::kLinear, {{0.0, 1.0}}};
+  plot.x = {names.stated, Scale::kLinear, {{0.0, 1.0}}};
   plot.y = {names.observed, Scale::kLinear, {{-0.02, 1.02}}};
   plot.width = 1000;
   plot.height = 1060;
   Series diagonal;
-  diagonal.label = "perfectly honest";
+  diagonal.label = "calibrated";
   diagonal.x = diagonal.y = {0, 1};
   diagonal.color = palette::kTruth;
   diagonal.line = LineStyle::kDashed;
   Series observed;
-  observed.label = "observed, 95 % interval, n = number of claims";
+  observed.label = "observed, 95 % interval, number of predictions";
   observed.marker = Marker::kCircle;
   observed.marker_radius = 7;
   for (const ReliabilityBin& bin : calibration.bins) {
@@ -155,7 +155,7 @@ Image reliability_image(const Calibration& calibration, const std::string& title
     const auto [low, high] = wilson(bin.observed, bin.count);
     observed.lower.push_back(low);
     observed.upper.push_back(high);
-    observed.notes.push_back(fmt::format("n = {}", bin.count));
+    observed.notes.push_back(std::to_string(bin.count));
   }
   plot.series = {diagonal, observed};
   return render(plot);

@@ -24,18 +24,17 @@ Image error_image(const std::vector<double>& times, const std::vector<PosePair>&
                   const std::vector<PosePair>& dead_reckoning, const std::string& title);
 
 /// Texts of a reliability diagram about its probabilities.
-struct ClaimNames {
+struct ReliabilityNames {
   const char* things = "objects";
-  const char* claimed = "probability claimed for a class";
-  const char* observed = "fraction that really was of that class";
+  const char* stated = "stated probability of a class";
+  const char* observed = "observed frequency of that class";
 };
-inline constexpr ClaimNames kClassClaims{};
-inline constexpr ClaimNames kClosureClaims{"loop closures", "inlier probability claimed",
-                                           "fraction that really was true"};
+inline constexpr ReliabilityNames kOfClosures{"loop closures", "stated inlier probability",
+                                              "observed frequency of inliers"};
 
 /// Reliability diagram: predicted probability against observed frequency with 95 % intervals
 /// (Wilson) and the number of predictions per bin. Calibrated probabilities are on the diagonal.
 Image reliability_image(const Calibration& calibration, const std::string& title,
-                        const ClaimNames& names = kClassClaims);
+                        const ReliabilityNames& names = {});
 
 }  // namespace hybrid

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/output/detail/legend.h"
 #include "mrpt_plugins/output/graph_image.h"
 #include "mrpt_plugins/output/scene_layout.h"
@@ -95,15 +96,8 @@ Image graph_3d_image(const GraphDrawing& graph) {
   for (const Eigen::Vector3d& p : graph.landmarks) mark(p, Marker::kPlus, 5, palette::kUnclassed);
   if (!graph.poses.empty()) mark(graph.poses.front(), Marker::kTriangle, 10, palette::kWhite);
   canvas.unclip();
-  TextStyle title;
-  title.size = 22;
-  title.bold = true;
-  canvas.text({40, 36}, graph.title + " in 3-D", title);
-  TextStyle subtitle;
-  subtitle.size = 14;
-  subtitle.color = {90, 90, 90};
-  canvas.text({40, 70}, graph.subtitle + ". Seen from above at a slant; paler is farther away",
-              subtitle);
+  draw_heading(canvas, {40, 36}, 1600 - 2 * 40, graph.title + " in 3-D",
+               graph.subtitle + ". Seen from above at a slant; paler is farther away");
   Legend legend(canvas, {box.right + 20, box.top + 14}, kLegendWidth);
   legend.heading(fmt::format("Poses ({})", graph.poses.size()));
   const auto entry = [&](std::size_t count, const char* what, const Stroke& stroke) {

@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <set>
-#include <sstream>
 
 #include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/heading.h"
 
 namespace hybrid {
 namespace {
@@ -66,24 +66,11 @@ void Legend::ellipse(const std::string& text, Color color) {
 void Legend::note(const std::string& text) {
   TextStyle style;
   style.size = 12;
-  style.color = {90, 90, 90};
-  std::istringstream words(text);
-  std::string row;
-  const auto flush = [&] {
+  style.color = palette::kMuted;
+  for (const std::string& row : wrapped(text, style, width_)) {
     canvas_.text(at_, row, style);
     at_.y() += 22;
-    row.clear();
-  };
-  for (std::string word; words >> word;) {
-    const std::string longer = row.empty() ? word : row + ' ' + word;
-    if (!row.empty() && Canvas::text_extent(longer, style).x() > width_) {
-      flush();
-      row = word;
-    } else {
-      row = longer;
-    }
   }
-  if (!row.empty()) flush();
 }
 
 namespace {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/labels.h"
 #include "mrpt_plugins/drawing/mrpt_image.h"
 #include "mrpt_plugins/output/detail/legend.h"
@@ -123,23 +124,16 @@ Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth,
                         options.device, reason(e.what()))};
   }
   draw_labels(canvas, result, layout, box);
-  TextStyle title;
-  title.size = 22;
-  title.bold = true;
-  canvas.text({40, 36}, result.title.empty() ? "Map in 3-D" : "Map of " + result.title + " in 3-D",
-              title);
-  TextStyle subtitle;
-  subtitle.size = 14;
-  subtitle.color = {90, 90, 90};
-  canvas.text({40, 70},
-              fmt::format("{} poses of {}, {} landmarks; the squares on the ground are {:g} m wide",
-                          result.trajectory.size(), whose(result), result.landmarks.size(),
-                          layout.grid_step),
-              subtitle);
+  draw_heading(
+      canvas, {40, 36}, options.width - 2 * 40,
+      result.title.empty() ? "Map in 3-D" : "Map of " + result.title + " in 3-D",
+      fmt::format("{} poses of {}, {} landmarks; the squares on the ground are {:g} m wide",
+                  result.trajectory.size(), whose(result), result.landmarks.size(),
+                  layout.grid_step));
   Legend legend(canvas, {options.width - kPanel - kMargin + 10, kTop + 14}, kPanel - 10);
   map_legend(legend, result, truth, kBeads, layout.frame.extent);
   if (!result.landmarks.empty()) {
-    legend.ellipse("uncertainty", {90, 90, 90});
+    legend.ellipse("uncertainty", palette::kMuted);
     legend.note(ellipse_note("Ellipsoids", layout.frame.magnification));
   }
   if (result.is_3d) legend.note("Thin lines drop from the landmarks to the ground.");

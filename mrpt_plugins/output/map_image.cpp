@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/labels.h"
 #include "mrpt_plugins/output/detail/legend.h"
 
@@ -156,27 +157,22 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
 Image map_image(const MapResult& result, const GroundTruth& truth, int width, int height,
                 const std::optional<MapFrame>& shown, const FilmMoment& moment) {
   Canvas canvas(width, height);
-  const Box box{110, 95, width - kLegendWidth - 55, height - 85.0};
+  Box box{110, 100, width - kLegendWidth - 55, height - 85.0};
   const MapFrame frame = shown ? *shown : map_frame(result, truth);
   const Extent& extent = frame.extent;
   const double rim = 0.05 * (extent.high - extent.low).head<2>().maxCoeff();
   Axis x{"x (m)", Scale::kLinear, {{extent.low.x() - rim, extent.high.x() + rim}}};
   Axis y{"y (m)", Scale::kLinear, {{extent.low.y() - rim, extent.high.y() + rim}}};
   Axes::equalize(box, x, y);
+  box.left = std::max(box.left, Axes(box, x, y).left_room());
+  Axes::equalize(box, x, y);
   const Axes axes(box, x, y);
-  TextStyle title;
-  title.size = 22;
-  title.bold = true;
-  canvas.text({box.left, 36}, result.title.empty() ? "Map" : "Map of " + result.title, title);
-  TextStyle subtitle;
-  subtitle.size = 14;
-  subtitle.color = {90, 90, 90};
-  canvas.text(
-      {box.left, 70},
+  draw_heading(
+      canvas, {box.left, 36}, width - box.left - 25,
+      result.title.empty() ? "Map" : "Map of " + result.title,
       fmt::format("{}: {}{} poses of {}, {} landmarks",
                   result.is_3d ? "3-D map seen from above (z left out)" : "Plan", moment.clock,
-                  result.trajectory.size(), whose(result), result.landmarks.size()),
-      subtitle);
+                  result.trajectory.size(), whose(result), result.landmarks.size()));
   axes.draw(canvas);
 
   LabelPlacer labels(box);
@@ -192,7 +188,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   map_legend(legend, result, truth, map_style::kTruth, extent);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
-    legend.ellipse("uncertainty", {90, 90, 90});
+    legend.ellipse("uncertainty", palette::kMuted);
     legend.note(ellipse_note("Ellipses", frame.magnification));
   }
   if (ids < result.landmarks.size()) {

@@ -12,6 +12,7 @@
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/plot.h"
 
 namespace hybrid {
@@ -45,16 +46,7 @@ void for_each_run(const std::vector<int>& modes, Run&& run) {
   }
 }
 
-void draw_heading(Canvas& canvas, const ModeTimeline& t, double left) {
-  TextStyle title;
-  title.size = 21;
-  title.bold = true;
-  canvas.text({left, 36}, t.title, title);
-  TextStyle small;
-  small.size = 14;
-  small.color = {90, 90, 90};
-  canvas.text({left, 70}, t.subtitle, small);
-  double x = left;
+void draw_mode_legend(Canvas& canvas, const ModeTimeline& t, double x) {
   TextStyle label;
   label.size = 14;
   for (std::size_t m = 0; m < t.mode_names.size(); ++m) {
@@ -117,7 +109,8 @@ Image mode_timeline_image(const ModeTimeline& t) {
   const Box box{190, 140 + strips, kWidth - 45.0, kHeight - 85.0};
   const Axes axes(box, {t.x_label, Scale::kLinear, range_of(t.x, 0.005)},
                   {t.y_label, Scale::kLinear, range_of(t.curve, 0.05)});
-  draw_heading(canvas, t, box.left);
+  draw_heading(canvas, {box.left, 36}, box.width(), t.title, t.subtitle);
+  draw_mode_legend(canvas, t, box.left);
   double top = 136;
   for (const ModeStrip& strip : t.strips) {
     draw_strip(canvas, t, strip, axes, top);

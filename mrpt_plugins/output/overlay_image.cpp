@@ -9,6 +9,7 @@
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/heading.h"
 
 namespace hybrid {
 namespace {
@@ -82,16 +83,10 @@ void draw_panel(Canvas& canvas, const Box& box, const View& view, const std::str
   canvas.text({box.left, box.top - 16}, heading, style);
 }
 
-void draw_head(Canvas& canvas, const Overlay& overlay, bool thinned_any) {
-  TextStyle title;
-  title.size = 21;
-  title.bold = true;
-  canvas.text({105, 40}, overlay.title, title);
+void draw_head(Canvas& canvas, int width, const Overlay& overlay, bool thinned_any) {
+  draw_heading(canvas, {105, 40}, width - 2 * 105, overlay.title, overlay.note);
   TextStyle style;
   style.size = 14;
-  style.color = {90, 90, 90};
-  canvas.text({105, 74}, overlay.note, style);
-  style.color = palette::kInk;
   double left = 113;
   const auto entry = [&](const std::string& text, Color color) {
     canvas.marker({left, 106}, Marker::kSquare, 7, color);
@@ -119,7 +114,7 @@ Image overlay_image(const Overlay& overlay) {
   // Flat clouds have two panels side by side, others two rows.
   const int width = 1800, height = flat ? 960 : 1280;
   Canvas canvas(width, height);
-  draw_head(canvas, overlay,
+  draw_head(canvas, width, overlay,
             target.size() < overlay.target.size() || source.size() < overlay.source.size());
   const int columns = flat ? 2 : 3, rows = flat ? 1 : 2;
   const double top = 170, cell_width = (width - 20.0) / columns;

@@ -45,17 +45,4 @@ std::string covariances_csv(const Trajectory& trajectory,
   return text + "\n";
 }
 
-std::string kitti_text(const Trajectory& trajectory) {
-  std::string text;
-  for (const TimedPose& p : trajectory) {
-    const auto& rotation = p.pose.getRotationMatrix();
-    const double translation[3] = {p.pose.x(), p.pose.y(), p.pose.z()};
-    for (int row = 0; row < 3; ++row) {
-      fmt::format_to(std::back_inserter(text), "{} {} {} {}{}", rotation(row, 0), rotation(row, 1),
-                     rotation(row, 2), translation[row], row < 2 ? ' ' : '\n');
-    }
-  }
-  return text;
-}
-
 }  // namespace hybrid

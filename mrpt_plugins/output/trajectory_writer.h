@@ -21,8 +21,4 @@ std::string tum_text(const Trajectory& trajectory);
 std::string covariances_csv(const Trajectory& trajectory,
                             const std::vector<Eigen::MatrixXd>& covariances, bool is_3d);
 
-/// The trajectory in KITTI form: the first three rows of T_map_robot, row by row, 12 numbers per
-/// line.
-std::string kitti_text(const Trajectory& trajectory);
-
 }  // namespace hybrid

@@ -85,6 +85,16 @@ TEST_F(Experiment, ComparesMethods) {
   }
 }
 
+TEST_F(Experiment, RunsAPartOfAnIni) {
+  const std::string ini = config("methods = gnc dcs\noutlier_rates = 0 0.3\ntrials = 4\n");
+  const std::string part =
+      " --set experiment.methods=dcs --set experiment.trials=2 -o " + at("out");
+  ASSERT_EQ(run("-c " + ini + part).code, 0);
+  EXPECT_EQ(rows("out").size(), 3u);  // without false closures every trial is the same
+  ASSERT_EQ(run("-c " + ini + " -o " + at("out")).code, 0);
+  EXPECT_EQ(rows("out").size(), 10u);
+}
+
 TEST_F(Experiment, IsTheSameOnAnyNumberOfCores) {
   const std::string ini = config("methods = gnc dcs\noutlier_rates = 0.3\ntrials = 4\n");
   ASSERT_EQ(run("-j 1 -c " + ini + " -o " + at("one")).code, 0);

@@ -84,20 +84,6 @@ TYPED_TEST(OdometryPathOf, PredictsAsTheSmootherDoesFromOdometryAlone) {
   }
 }
 
-TYPED_TEST(OdometryPathOf, PredictsGivenAnotherClosure) {
-  // A tight closure between the same ends leaves its own noise, whatever the odometry said.
-  const auto other = this->closure(4, 30, 1e-3);
-  const auto same = this->closure(4, 30, 0.1);
-  const auto given = this->path.innovation_given(*other, *same);
-  ASSERT_TRUE(given.has_value());
-  EXPECT_NEAR(given->redundancy, 1.0, 1e-2);
-  // Next to it, the odometry between the ends counts too, and far from the loop nothing is known.
-  const auto near = this->path.innovation_given(*other, *this->closure(6, 31, 0.1));
-  const auto alone = this->path.innovation(*this->closure(6, 31, 0.1));
-  EXPECT_LT(near->redundancy, 1.0);
-  EXPECT_GT(near->redundancy, 2 * alone->redundancy);
-}
-
 TEST(OdometryPath, SaysNothingWhereNoPathJoins) {
   OdometryPath path;
   const BetweenSE2 step(pose(0), pose(1), SE2(1, 0, 0), Noise::unit(3));

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "mrpt_plugins/drawing/axes.h"
+#include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/labels.h"
 #include "mrpt_plugins/output/figures.h"
 
@@ -119,6 +120,52 @@ TEST(Plot, NotesStayInsideOfTheFrame) {
   ASSERT_GT(edge, 300);
   const auto from = static_cast<std::ptrdiff_t>(3) * (edge - 2) * without.width;
   EXPECT_TRUE(std::equal(with.rgb.begin() + from, with.rgb.end(), without.rgb.begin() + from));
+}
+
+/// Whether the outermost columns of a picture are white.
+bool has_margin(const Image& image, int columns) {
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = image.width - columns; x < image.width; ++x) {
+      if (image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x)] < 200) return false;
+    }
+  }
+  return true;
+}
+
+TEST(Plot, TitlesAndSubtitlesOfAnyLengthStayInside) {
+  PlotSpec plot;
+  plot.width = 600;
+  plot.height = 500;
+  plot.title = "Inlier probabilities of a method with a very long name";
+  plot.subtitle = "259193 loop closures, Brier score 0.00037, log loss 0.0007, error 0.00021";
+  EXPECT_TRUE(has_margin(render(plot), 10));
+  for (int i = 0; i < 30; ++i) plot.subtitle += ", replay " + std::to_string(i);
+  EXPECT_TRUE(has_margin(render(plot), 10));
+  Calibration many;
+  many.predictions = 259193;
+  many.brier = many.log_loss = many.expected_error = 0.00037;
+  EXPECT_TRUE(has_margin(reliability_image(many, "Inlier probabilities"), 10));
+}
+
+TEST(Heading, GetsSmallerThenGoesOnInFurtherRows) {
+  Canvas canvas(400, 300);
+  EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "", ""), 0);
+  EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", ""), 34);
+  EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", "short"), 68);
+  EXPECT_EQ(draw_heading(canvas, {10, 20}, 380, "Title", "a row that is a little longer than that"),
+            68);
+  const std::string words = "words that take rather more than one row of this canvas do";
+  EXPECT_GT(draw_heading(canvas, {10, 20}, 380, "Title", words + " " + words), 68);
+  TextStyle style;
+  const std::vector<std::string> rows = wrapped(words, style, 200);
+  EXPECT_GT(rows.size(), 1u);
+  std::string joined;
+  for (const std::string& row : rows) {
+    EXPECT_LE(Canvas::text_extent(row, style).x(), 200);
+    joined += (joined.empty() ? "" : " ") + row;
+  }
+  EXPECT_EQ(joined, words);
+  EXPECT_EQ(wrapped("unbreakable", style, 1), std::vector<std::string>{"unbreakable"});
 }
 
 TEST(Plot, RefusesWhatCannotBeDrawn) {

@@ -175,6 +175,9 @@ TEST(LandmarkMetrics, ById) {
   EXPECT_DOUBLE_EQ(e.max_m, 5);
   EXPECT_DOUBLE_EQ(class_accuracy(m, estimates, truth).value(), 0.5);
   EXPECT_FALSE(class_accuracy({}, estimates, truth).has_value());
+  std::vector<LandmarkEstimate> nameless = estimates;
+  for (LandmarkEstimate& l : nameless) l.class_index.reset();
+  EXPECT_FALSE(class_accuracy(m, nameless, truth).has_value());
   EXPECT_TRUE(std::isnan(landmark_errors({}, estimates, truth).mean_m));
 }
 

@@ -51,6 +51,17 @@ TEST_F(PlanTest, CountsTrials) {
   EXPECT_EQ(trials.back().key(), "b/2/gnc/0.5/12");
 }
 
+TEST_F(PlanTest, KeepsTheGraphsThatAreWanted) {
+  const std::string graphs = "[a]\nfile = a.g2o\n[b]\nfile = b_{variant}.g2o\nvariants = 1 2\n";
+  const ExperimentPlan all = plan("graphs = a b\nmethods = lm", graphs);
+  const ExperimentPlan part = plan("graphs = a b\nonly = b\nmethods = lm", graphs);
+  ASSERT_EQ(part.graphs.size(), 1u);
+  EXPECT_EQ(part.graphs[0].name, "b");
+  EXPECT_EQ(trials_of(part).size(), 2u);
+  for (const auto& [key, value] : part.fingerprint) EXPECT_EQ(all.fingerprint.at(key), value);
+  expect_error("graphs = a b\nonly = c", graphs, "none of a, b");
+}
+
 TEST_F(PlanTest, ReplaysEveryLog) {
   write("map.ini", "[input]\n");
   write("monday.rawlog", "1");

@@ -54,17 +54,6 @@ TEST(TrajectoryWriter, TumReadsBackToTheSamePoses) {
   }
 }
 
-TEST(TrajectoryWriter, KittiHasTheTopRowsOfTheMatrix) {
-  const Trajectory written = sample_trajectory();
-  const auto rows = numbers(kitti_text(written));
-  ASSERT_EQ(rows.size(), written.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    ASSERT_EQ(rows[i].size(), 12u);
-    const auto T = written[i].pose.getHomogeneousMatrixVal<mrpt::math::CMatrixDouble44>();
-    for (int k = 0; k < 12; ++k) EXPECT_EQ(rows[i][k], T(k / 4, k % 4));
-  }
-}
-
 MapResult sample_map() {
   MapResult map;
   map.is_3d = true;
