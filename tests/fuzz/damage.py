@@ -201,7 +201,10 @@ def value_replaced(data, random):
     keys = [i for i, line in enumerate(lines) if "=" in line and not line.startswith("#")]
     for _ in range(random.randint(1, 2)):
         at = random.choice(keys)
-        lines[at] = lines[at].split("=")[0] + "= " + random.choice(VALUES)
+        key, value = lines[at].split("=")[0], random.choice(VALUES)
+        if key.strip() == "trials" and value.isdigit():
+            value = value[:3]  # work for minutes is no hang
+        lines[at] = key + "= " + value
     return text_of(lines)
 
 
