@@ -56,10 +56,8 @@ std::size_t most_promising(const std::vector<Run>& runs) {
   return runs[best].may_go_on() ? best : runs.size();
 }
 
-}  // namespace
-
-bool is_explained_by_noise(const Problem& problem, const Problem::State& state) {
-  const std::vector<FactorCost> costs = problem.factor_costs(state);
+/// See is_explained_by_noise in the header; `scalars` is the number of scalar unknowns.
+bool are_explained_by_noise(const std::vector<FactorCost>& costs, int scalars) {
   double sum = 0.0;
   int rows = 0;
   std::map<int, double> limits;  // of the squared norm of a factor, by its rows
@@ -74,8 +72,29 @@ bool is_explained_by_noise(const Problem& problem, const Problem::State& state) 
     sum += 2.0 * factor.cost;
     rows += factor.rows;
   }
-  const int degrees = std::max(1, rows - problem.system().scalars());
+  const int degrees = std::max(1, rows - scalars);
   return sum <= chi_square_quantile(1.0 - kFalseAlarms, degrees);
+}
+
+/// The factors in force under the assignment of an estimate, without weak components.
+std::vector<ContinuousFactorPtr> factors_in_force(const HybridGraph& graph,
+                                                  const Assignment& assignment) {
+  std::vector<ContinuousFactorPtr> factors;
+  graph.continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { factors.push_back(factor); });
+  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    const Component component = factor->given(assignment);
+    if (component.factor != nullptr && !component.weak) {
+      factors.emplace_back(factor, component.factor);
+    }
+  });
+  return factors;
+}
+
+}  // namespace
+
+bool is_explained_by_noise(const Problem& problem, const Problem::State& state) {
+  return are_explained_by_noise(problem.factor_costs(state), problem.system().scalars());
 }
 
 StartsResult solve_from_starts(const HybridGraph& graph, const std::vector<Start>& starts,
@@ -131,22 +150,20 @@ std::vector<Start> pose_graph_starts(const PoseGraph& graph,
 ChordalTrial try_chordal_start(const HybridGraph& graph, const Estimate& solved,
                                const AlternatingOptions& options) {
   ChordalTrial trial;
+  const std::vector<ContinuousFactorPtr> factors = factors_in_force(graph, solved.assignment);
+  std::vector<FactorCost> costs;
+  for (const ContinuousFactorPtr& factor : factors) {
+    costs.push_back({factor->cost(solved.values), factor->rows()});
+  }
+  int scalars = 0;
+  for (const Key key : solved.values.keys()) scalars += solved.values.type(key).dim;
+  if (scalars == 0 || are_explained_by_noise(costs, scalars)) return trial;
+  trial.tried = true;
   Problem problem(graph, solved.values, solved.assignment, options.continuous.threads,
                   WeakComponents::kUncoupled, options.continuous.elimination);
   Problem::State state = problem.load(solved.values);
-  if (problem.block_count() == 0 || is_explained_by_noise(problem, state)) return trial;
-  trial.tried = true;
   const double cost = problem.cost(state);
   const double limit = cost + problem.constant() - kSameMinimum * cost;
-  std::vector<ContinuousFactorPtr> factors;
-  graph.continuous().for_each(
-      [&](Handle, const ContinuousFactorPtr& factor) { factors.push_back(factor); });
-  graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
-    const Component component = factor->given(solved.assignment);
-    if (component.factor != nullptr && !component.weak) {
-      factors.emplace_back(factor, component.factor);
-    }
-  });
   Estimate estimate{chordal_initialization(factors, solved.values), solved.assignment};
   state = problem.load(estimate.values);
   AlternatingOptions few = options;
