@@ -91,6 +91,15 @@ std::vector<ContinuousFactorPtr> factors_in_force(const HybridGraph& graph,
   return factors;
 }
 
+/// Whether any of the variables of `b`, which are those of `a`, has another value there.
+bool differ(const Values& a, const Values& b) {
+  const std::vector<Key> keys = b.keys();
+  return std::any_of(keys.begin(), keys.end(), [&](Key key) {
+    const double* x = b.data(key);
+    return !std::equal(x, x + b.type(key).size, a.data(key));
+  });
+}
+
 }  // namespace
 
 bool is_explained_by_noise(const Problem& problem, const Problem::State& state) {
@@ -158,17 +167,18 @@ ChordalTrial try_chordal_start(const HybridGraph& graph, const Estimate& solved,
   int scalars = 0;
   for (const Key key : solved.values.keys()) scalars += solved.values.type(key).dim;
   if (scalars == 0 || are_explained_by_noise(costs, scalars)) return trial;
-  trial.tried = true;
+  Estimate estimate{chordal_initialization(factors, solved.values), solved.assignment};
+  trial.tried = differ(solved.values, estimate.values);
+  if (!trial.tried) return trial;
   Problem problem(graph, solved.values, solved.assignment, options.continuous.threads,
                   WeakComponents::kUncoupled, options.continuous.elimination);
   Problem::State state = problem.load(solved.values);
   const double cost = problem.cost(state);
   const double limit = cost + problem.constant() - kSameMinimum * cost;
-  Estimate estimate{chordal_initialization(factors, solved.values), solved.assignment};
   state = problem.load(estimate.values);
   AlternatingOptions few = options;
-  few.max_iterations = 2;
-  few.continuous_iterations = kTrialIterations;
+  few.max_iterations = std::min(2, options.max_iterations);
+  few.continuous_iterations = std::min(kTrialIterations, options.continuous_iterations);
   trial.objective = alternate(graph, problem, state, estimate.assignment, few).objective;
   if (!(trial.objective < limit)) return trial;
   trial.objective = alternate(graph, problem, state, estimate.assignment, options).objective;

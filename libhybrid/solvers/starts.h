@@ -57,7 +57,7 @@ std::vector<Start> pose_graph_starts(const PoseGraph& graph,
 
 /// What a chordal start of a solved graph leads to.
 struct ChordalTrial {
-  bool tried = false;              ///< not where noise explains the residuals
+  bool tried = false;              ///< not where noise explains the residuals, nor without poses
   double objective = 0.0;          ///< after a few iterations, or at the end if that is better
   std::optional<Estimate> better;  ///< the estimate then
 };

@@ -38,8 +38,8 @@ export class ErrorView {
     }
     if (truth.class_accuracy !== undefined) rows.push(['classes right', percent(truth.class_accuracy)]);
     if (truth.association_accuracy !== undefined) rows.push(['associations right', percent(truth.association_accuracy)]);
-    if (truth.nees_pose !== undefined) rows.push(['NEES of poses (1 is honest)', show(truth.nees_pose)]);
-    if (truth.nees_landmark !== undefined) rows.push(['NEES of landmarks (1 is honest)', show(truth.nees_landmark)]);
+    if (truth.nees_pose !== undefined) rows.push(['NEES of poses (1 is consistent)', show(truth.nees_pose)]);
+    if (truth.nees_landmark !== undefined) rows.push(['NEES of landmarks (1 is consistent)', show(truth.nees_landmark)]);
     this.root.append(facts(rows));
     this.addSightings();
     if (!data.errors.length) return;
@@ -85,7 +85,7 @@ export class ErrorView {
     add('After the best rigid motion of all paths onto the truth', t, series('aligned'));
     add('By dead reckoning', t, series('reckoned'));
   }
-  /** How far sightings are from where they were expected: honest noise gives the expected shares. */
+  /** How far sightings are from where they were expected: noise as stated gives the expected shares. */
   private addSightings() {
     const { nis, chi } = this.data.sightings, width = 0.5, bins = 24;
     const some = (values: (number | null)[]) => values.some(v => v !== null);
