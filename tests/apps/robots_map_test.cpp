@@ -34,7 +34,11 @@ class RobotsInAMap : public Robots {
     return Json::parse(ran.text, nullptr, false);
   }
   /// Cuts the log of each robot in two, each part more than half: NAME_first and NAME_second.
+  /// Skips the test where MRPT's own program cannot do it.
   void cut_in_two() const {
+#ifdef __SANITIZE_ADDRESS__
+    GTEST_SKIP() << "a sanitised plugin does not load into rawlog-edit";
+#endif
     for (const char* name : kNames) {
       const std::string log = at(std::string("team_") + name);
       for (const auto& [part, range] : std::map<std::string, std::string>{
@@ -137,6 +141,7 @@ TEST_F(RobotsInAMap, OneIsRemoved) {
 
 TEST_F(RobotsInAMap, FindTheirPlacesInIt) {
   cut_in_two();
+  if (IsSkipped()) return;
   replay(logs("first"), "first");
   const std::string map = read("a.hmap");
   const Json summary = replay(logs("second") + " --map-mode localize", "second");
@@ -156,6 +161,7 @@ TEST_F(RobotsInAMap, FindTheirPlacesInIt) {
 
 TEST_F(RobotsInAMap, ContinueIt) {
   cut_in_two();
+  if (IsSkipped()) return;
   const int whole = summary_of("-c " + team("BearingRangeKnownIds"))["landmarks"];
   replay(logs("first"), "first");
   const Json summary = replay(logs("second"), "second");
@@ -182,6 +188,7 @@ TEST_F(RobotsInAMap, ContinueIt) {
 TEST_F(RobotsInAMap, OneWithoutAPlaceIsLeftOut) {
   // Bert is short of sight in the second log.
   cut_in_two();
+  if (IsSkipped()) return;
   replay("--rawlog anna=" + at("anna_first.rawlog") + " --set plugins.classes=BearingRangeKnownIds",
          "first");
   const Json summary =
