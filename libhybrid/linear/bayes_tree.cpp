@@ -43,7 +43,7 @@ int BayesTree::add_factor(const std::vector<int>& variables) {
     factor.order += variables_[v].dim;
     touch(variables_[v].clique);
   }
-  const std::size_t size = static_cast<std::size_t>(factor.order) * factor.order;
+  const std::size_t size = packed_size(factor.order);
   new_factors_.all.push_back(f);
   factor.hessian = hessians_.allocate(size);
   factor.clique = -1;
@@ -64,7 +64,7 @@ double* BayesTree::hessian(int f) {
   double* h = hessians_.at(factor.hessian);
   touch(factor.clique);
   if (factor.saved != epoch_) {
-    saved_hessians_.save(f, h, static_cast<std::size_t>(factor.order) * factor.order);
+    saved_hessians_.save(f, h, packed_size(factor.order));
     factor.saved = epoch_;
   }
   return h;
@@ -109,7 +109,7 @@ int BayesTree::new_clique() {
 /// Frees a clique, whose number may then be used again.
 void BayesTree::free_clique(int c) noexcept {
   Clique& clique = cliques_[c];
-  blocks_.give(std::move(clique.storage));
+  clique.storage = {};
   clique.parent = -1;
   clique.children.clear();
   clique.variables.clear();
@@ -124,7 +124,7 @@ void BayesTree::free_clique(int c) noexcept {
 
 void BayesTree::release_factor(int f) {
   const FactorState& factor = factors_[f];
-  hessians_.release(factor.hessian, static_cast<std::size_t>(factor.order) * factor.order);
+  hessians_.release(factor.hessian, packed_size(factor.order));
 }
 
 void BayesTree::commit() noexcept {
@@ -179,7 +179,7 @@ void BayesTree::roll_back() noexcept {
   for (int f : removed_factors_.all) factors_[f].alive = true;
   const double* x = saved_hessians_.numbers.data();
   for (int f : saved_hessians_.ids) {
-    const std::size_t size = static_cast<std::size_t>(factors_[f].order) * factors_[f].order;
+    const std::size_t size = packed_size(factors_[f].order);
     std::copy_n(x, size, hessians_.at(factors_[f].hessian));
     x += size;
   }
@@ -238,12 +238,12 @@ double BayesTree::log_determinant_change() const {
 }
 
 std::size_t BayesTree::bytes() const {
-  std::size_t bytes = blocks_.bytes() + hessians_.bytes() + deltas_.bytes();
+  std::size_t bytes = hessians_.bytes() + deltas_.bytes();
   bytes += cliques_.capacity() * sizeof(Clique) + factors_.capacity() * sizeof(FactorState) +
            variables_.capacity() * (sizeof(VariableState) + 2 * sizeof(int) + sizeof(double) + 1);
   for (const Clique& clique : cliques_) {
     bytes +=
-        (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
+        clique.storage.bytes() + (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
         sizeof(int);
   }
   for (const FactorState& factor : factors_) bytes += factor.variables.capacity() * sizeof(int);

@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
-#include "libhybrid/linear/block_pool.h"
+#include "libhybrid/linear/block.h"
 #include "libhybrid/linear/elimination.h"
 #include "libhybrid/linear/free_list.h"
 #include "libhybrid/linear/front.h"
+#include "libhybrid/linear/packed.h"
 #include "libhybrid/linear/pool.h"
 
 namespace HYBRID_API hybrid {
@@ -50,7 +51,7 @@ class BayesTree {
   /// Adds a factor with an all-zero Hessian, to be filled in through `hessian`. Returns its number.
   int add_factor(const std::vector<int>& variables);
   void remove_factor(int f);
-  /// The augmented Hessian [J r]'[J r] of a factor for writing: lower triangle, column-major, order
+  /// The augmented Hessian [J r]'[J r] of a factor for writing: packed lower triangle, order
   /// hessian_order(f). Marks the factor as changed.
   double* hessian(int f);
   int hessian_order(int f) const { return factors_[f].order; }
@@ -133,7 +134,7 @@ class BayesTree {
     int frontal_dim = 0;
     int order = 0;  // rows of `columns`: frontal, separator, one for the right-hand side
     std::vector<int> factors;
-    BlockPool::Block storage;
+    Block storage;
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
     unsigned born = 0;      // epoch in which it was made
@@ -143,9 +144,8 @@ class BayesTree {
     const double* columns() const { return storage.data(); }
     /// Column k of the packed lower triangle of the Schur complement.
     const double* update(int k) const {
-      const std::size_t m = order - frontal_dim;
-      return storage.data() + static_cast<std::size_t>(order) * frontal_dim + k * m -
-             static_cast<std::size_t>(k) * (k + 1) / 2;
+      return packed_column(columns() + static_cast<std::size_t>(order) * frontal_dim,
+                           order - frontal_dim, k);
     }
     /// Information of each separator variable (trace) in the factors of the clique and below it.
     const double* scales() const { return update(order - frontal_dim) + order - frontal_dim; }
@@ -201,7 +201,6 @@ class BayesTree {
   std::vector<Clique> cliques_;
   FreeList clique_numbers_;
   int clique_count_ = 0;
-  BlockPool blocks_;
   Pool<double> hessians_;
   Pool<double> deltas_;
   std::vector<int> fresh_, pending_;  // cliques to solve: new ones, those with overridden steps

@@ -89,12 +89,12 @@ void BayesTree::assemble_factor(const FactorState& factor, int last) {
     const int dim = variables_[v].dim;
     append_run(runs, from, offset_[v], dim);
     for (int k = 0; k < dim; ++k, ++from) {
-      scale_[v] += h[static_cast<std::size_t>(from) * (factor.order + 1)];
+      scale_[v] += packed_column(h, factor.order, from)[from];
     }
   }
   append_run(runs, from, last, 1);
   scatter(
-      runs, [&](int c) { return h + static_cast<std::size_t>(c) * factor.order; }, front_);
+      runs, [&](int c) { return packed_column(h, factor.order, c); }, front_);
 }
 
 void BayesTree::assemble_update(const Clique& child, int last) {
@@ -178,7 +178,7 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
 
   const std::size_t m = n - f;
   const std::size_t separators = clique.variables.size() - clique.frontals;
-  clique.storage = blocks_.take(static_cast<std::size_t>(n) * f + m * (m + 1) / 2 + separators);
+  clique.storage = Block(static_cast<std::size_t>(n) * f + packed_size(m) + separators);
   double* to = clique.columns();
   for (int j = 0; j < f; ++j, to += n) std::copy_n(front_.column(j) + j, n - j, to + j);
   for (int j = f; j < n; ++j) to = std::copy_n(front_.column(j) + j, n - j, to);

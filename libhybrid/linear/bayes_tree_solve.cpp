@@ -12,13 +12,13 @@ namespace {
 
 constexpr int kFewColumns = 16;
 
-/// d' H d / 2 for a symmetric matrix given by its lower triangle, of order N, or n if N is zero.
+/// d' H d / 2 for a symmetric matrix given by its packed lower triangle, of order N, or n if N is zero.
 template <int N>
 double half_quadratic(const double* h, const double* d, int n) {
   const int order = N > 0 ? N : n;
   double sum = 0.0;
   for (int j = 0; j < order; ++j) {
-    const double* column = h + static_cast<std::size_t>(j) * order;
+    const double* column = packed_column(h, order, j);
     double below = 0.5 * column[j] * d[j];
     for (int i = j + 1; i < order; ++i) below += column[i] * d[i];
     sum += below * d[j];

@@ -32,14 +32,14 @@ class Pointers {
   std::vector<const double*> many_;
 };
 
-/// h = A'A for the whitened A = [J r] of M rows and n columns.
+/// The packed lower triangle h = A'A for the whitened A = [J r] of M rows and n columns.
 template <int M>
 void square(const double* a, int rows, int n, double* h) {
   using Augmented = Eigen::Matrix<double, M, Eigen::Dynamic>;
   const Eigen::Map<const Augmented> A(a, rows, n);
-  Eigen::Map<Eigen::MatrixXd> H(h, n, n);
   for (int j = 0; j < n; ++j) {
-    H.col(j).tail(n - j).noalias() = A.rightCols(n - j).transpose().lazyProduct(A.col(j));
+    Eigen::Map<Eigen::VectorXd> column(packed_column(h, n, j) + j, n - j);
+    column.noalias() = A.rightCols(n - j).transpose().lazyProduct(A.col(j));
   }
 }
 
@@ -50,8 +50,10 @@ void write_pulls(const Term& term, const double* a, BayesTree& tree) {
   int column = 0;
   for (std::size_t i = 0; i < term.pulls.size(); ++i) {
     const int dim = factor.types()[i].dim;
-    Eigen::Map<Eigen::MatrixXd> h(tree.hessian(term.pulls[i]), dim + 1, dim + 1);
-    h.bottomLeftCorner(1, dim).noalias() = A.rightCols(1).transpose() * A.middleCols(column, dim);
+    double* h = tree.hessian(term.pulls[i]);
+    for (int c = 0; c < dim; ++c) {
+      packed_column(h, dim + 1, c)[dim] = A.rightCols(1).col(0).dot(A.col(column + c));
+    }
     column += dim;
   }
 }

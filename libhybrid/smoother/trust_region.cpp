@@ -65,7 +65,7 @@ void IncrementalSmoother::damp(const std::vector<int>& slots, double damping) {
     }
     const std::vector<double> own = own_information(slot);
     double* h = tree_.hessian(f);
-    for (int i = 0; i < dim; ++i) h[i * (dim + 2)] = damping * own[i];
+    for (int i = 0; i < dim; ++i) packed_column(h, dim + 1, i)[i] = damping * own[i];
   }
 }
 
@@ -89,7 +89,9 @@ std::vector<double> IncrementalSmoother::own_information(int slot) const {
     const int order = tree_.hessian_order(term.tree_factor);
     int row = 0;
     for (int other : active_slots(term)) {
-      for (int i = 0; other == slot && i < dim; ++i) diagonal[i] += h[(row + i) * (order + 1)];
+      for (int i = row; other == slot && i < row + dim; ++i) {
+        diagonal[i - row] += packed_column(h, order, i)[i];
+      }
       row += theta_->type(other).dim;
     }
   }

@@ -204,8 +204,10 @@ class Pair {
     factor.a.resize(6, columns);
     for (int i = 0; i < factor.a.size(); ++i) factor.a.data()[i] = random_.normal();
     ASSERT_EQ(tree_.hessian_order(f), columns);
-    Eigen::Map<Eigen::MatrixXd> h(tree_.hessian(f), columns, columns);
-    h.triangularView<Eigen::Lower>() = factor.a.transpose() * factor.a;
+    const Eigen::MatrixXd h = factor.a.transpose() * factor.a;
+    for (int j = 0; j < columns; ++j) {
+      std::copy_n(h.col(j).data() + j, columns - j, packed_column(tree_.hessian(f), columns, j) + j);
+    }
   }
 
   void remove_factor(int f) {

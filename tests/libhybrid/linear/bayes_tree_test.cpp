@@ -153,7 +153,7 @@ TEST(BayesTree, AsksWhetherWhatIsLostInRoundingIsDetermined) {
     h[0] = weight;
     if (v == 0) return;
     h[1] = -weight;
-    h[4] = weight;
+    h[3] = weight;
   };
   add(0, 1e-13);  // far less than the rest
   add(1, 1.0);
@@ -177,7 +177,7 @@ TEST(BayesTree, BytesDoNotGrowWithRepeatedChanges) {
   BayesTree tree;
   tree.add_variable(0, 3);
   const auto unit = [&](int f) {
-    for (int i = 0; i < 3; ++i) tree.hessian(f)[i * 5] = 1.0;
+    for (int i = 0; i < 3; ++i) packed_column(tree.hessian(f), 4, i)[i] = 1.0;
   };
   unit(tree.add_factor({0}));
   tree.eliminate({});
