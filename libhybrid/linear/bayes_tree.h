@@ -201,8 +201,8 @@ class BayesTree {
   std::vector<Clique> cliques_;
   FreeList clique_numbers_;
   int clique_count_ = 0;
-  Pool<double> hessians_;
-  Pool<double> deltas_;
+  Pool hessians_;
+  Pool deltas_;
   std::vector<int> fresh_, pending_;  // cliques to solve: new ones, those with overridden steps
 
   // Since the last commit.
