@@ -58,6 +58,9 @@ class BayesTree {
   /// The same for reading.
   const double* hessian_of(int f) const { return hessians_.at(factors_[f].hessian); }
 
+  /// Begins to load what linear_cost(f) needs.
+  void prefetch(int f) const;
+
   /// Sets the step of a variable to zero, after its linearisation point has moved by it.
   void reset_delta(int v);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libhybrid/core/detail/prefetch.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/kernels/kernels.h"
 
@@ -116,6 +117,12 @@ const std::vector<int>& BayesTree::solve(double threshold) {
   }
   for (int v : changed_) changed_mark_[v] = 0;
   return changed_;
+}
+
+void BayesTree::prefetch(int f) const {
+  const FactorState& factor = factors_[f];
+  hybrid::prefetch(hessians_.at(factor.hessian), packed_size(factor.order) * sizeof(double));
+  hybrid::prefetch(factor.variables.data(), factor.variables.size() * sizeof(int));
 }
 
 double BayesTree::linear_cost(int f) const {

@@ -7,6 +7,8 @@
 #include <array>
 #include <utility>
 
+#include "libhybrid/core/detail/prefetch.h"
+
 namespace hybrid {
 namespace {
 
@@ -99,6 +101,8 @@ std::vector<int> active_slots(const Term& term) {
   }
   return slots;
 }
+
+void Terms::prefetch(int t) const { hybrid::prefetch(&terms_[t], sizeof(Term)); }
 
 int Terms::add(Term term) {
   const int t = numbers_.take();

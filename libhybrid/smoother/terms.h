@@ -63,6 +63,7 @@ class Terms {
     if (terms_[t].saved != epoch_) save(t);
     return terms_[t];
   }
+  void prefetch(int t) const;
   int count() const { return static_cast<int>(terms_.size()); }
   const std::vector<int>& of_variable(int slot) const { return adjacency_[slot]; }
   std::size_t bytes() const;
