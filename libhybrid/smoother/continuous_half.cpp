@@ -37,7 +37,7 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
       if (terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty()) terms.push_back(t);
     }
   }
-  for (int t : terms) linearize(terms_[t], theta_.get(), tree_);
+  for (int t : terms) linearize(terms_.edit(t), theta_.get(), tree_);
 }
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
@@ -149,8 +149,8 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
     term.cost = cost;
     if (term.hybrid != nullptr) stale_.push_back(t);
     if (term.tree_factor < 0) continue;
-    const double error =
-        cost - constant_of(term.component) - tree_.linear_cost(term.tree_factor);
+    const double error = cost - constant_of(term.component) - term.model_offset -
+                         tree_.linear_cost(term.tree_factor);
     model_error_ += error;
     errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
   }

@@ -68,7 +68,7 @@ double evaluate(const Term& term, const Values& values) {
   return c.constant + c.factor->log_normalizer() + c.factor->cost(Pointers(term, values).data());
 }
 
-void linearize(const Term& term, const Values& values, BayesTree& tree) {
+void linearize(Term& term, const Values& values, BayesTree& tree) {
   if (term.tree_factor < 0 && term.pulls.empty()) return;
   const ContinuousFactor& factor = *term.component.factor;
   const int rows = factor.rows();
@@ -78,7 +78,9 @@ void linearize(const Term& term, const Values& values, BayesTree& tree) {
   if (static_cast<std::size_t>(rows) * n > few.size())
     many.resize(static_cast<std::size_t>(rows) * n);
   double* a = many.empty() ? few.data() : many.data();
-  factor.linearize(Pointers(term, values).data(), a + static_cast<std::size_t>(rows) * (n - 1), a);
+  double* r = a + static_cast<std::size_t>(rows) * (n - 1);
+  const double cost = factor.linearize(Pointers(term, values).data(), r, a);
+  term.model_offset = cost - 0.5 * Eigen::Map<const Eigen::VectorXd>(r, rows).squaredNorm();
   if (!term.pulls.empty()) return write_pulls(term, a, tree);
   double* h = tree.hessian(term.tree_factor);
   switch (rows) {
@@ -126,7 +128,8 @@ void Terms::remove(int t) {
 
 void Terms::save(int t) {
   Term& term = terms_[t];
-  saved_.push_back({t, term.component, term.tree_factor, term.pulls, term.cost, term.alive});
+  saved_.push_back({t, term.component, term.tree_factor, term.pulls, term.cost, term.model_offset,
+                    term.alive});
   term.saved = epoch_;
 }
 
@@ -157,6 +160,7 @@ void Terms::roll_back() noexcept {
     term.tree_factor = saved.tree_factor;
     term.pulls = std::move(saved.pulls);
     term.cost = saved.cost;
+    term.model_offset = saved.model_offset;
     term.alive = saved.alive;
   }
   for (auto t = added_.rbegin(); t != added_.rend(); ++t) take_out(*t);

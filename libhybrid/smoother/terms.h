@@ -24,6 +24,9 @@ struct Term {
   /// without tying variables together. Entered only when the smoother converges.
   std::vector<int> pulls;
   double cost = 0.0;  ///< -log f at the estimate, normaliser included
+  /// What a robust loss adds, at the linearisation point, to half the squared residual of its
+  /// linear model; zero without one.
+  double model_offset = 0.0;
   bool alive = false;
   unsigned saved = 0;  ///< epoch of Terms in which it was last saved
 
@@ -39,8 +42,8 @@ inline double constant_of(const Component& component) {
 double evaluate(const Term& term, const Values& values);
 
 /// Writes the Hessian of the active component at `values` into the tree, where the term is part of
-/// it.
-void linearize(const Term& term, const Values& values, BayesTree& tree);
+/// it, and notes the offset of the linear model.
+void linearize(Term& term, const Values& values, BayesTree& tree);
 
 /// Slots of the variables of the active component, in its own order.
 std::vector<int> active_slots(const Term& term);
@@ -78,6 +81,7 @@ class Terms {
     int tree_factor = -1;
     std::vector<int> pulls;
     double cost = 0.0;
+    double model_offset = 0.0;
     bool alive = false;
   };
 

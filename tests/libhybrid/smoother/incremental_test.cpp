@@ -43,6 +43,28 @@ HybridFactorPtr closure(int number, int i, int j, const SE2& z) {
                               0.5);
 }
 
+/// Its loss is far from half a squared residual there, but its linear model is as good as any.
+TEST(IncrementalSmoother, AFactorFarOutInItsRobustLossIsNotLinearisedAgainForNothing) {
+  IncrementalSmoother smoother;
+  Delta first = first_pose();
+  first.continuous.push_back(std::make_shared<Prior<SE2>>(
+      pose(0), SE2(5.0, 0.0, 0.0), Noise::isotropic(3, 0.1), Loss::huber()));
+  smoother.update(first);
+  smoother.converge();
+  int again = 0;
+  for (int k = 1; k <= 20; ++k) {
+    Delta delta;
+    const SE2 motion(1.0, 0.0, 0.0);
+    delta.values.insert(pose(k), smoother.values().at<SE2>(pose(k - 1)) * motion);
+    delta.continuous.push_back(between(k - 1, k, motion, 0.05));
+    delta.continuous.push_back(between(0, k, SE2(k + 0.001 * (k % 3 - 1), 0.0, 0.0), 0.05));
+    const UpdateReport report = smoother.update(delta);
+    EXPECT_EQ(report.rounds, 1);
+    again += report.relinearized;
+  }
+  EXPECT_EQ(again, 0);
+}
+
 TEST(IncrementalSmoother, EqualsBatchOnRandomGraphsThatGrowAndShrink) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
