@@ -242,9 +242,9 @@ std::size_t BayesTree::bytes() const {
   bytes += cliques_.capacity() * sizeof(Clique) + factors_.capacity() * sizeof(FactorState) +
            variables_.capacity() * (sizeof(VariableState) + 2 * sizeof(int) + sizeof(double) + 1);
   for (const Clique& clique : cliques_) {
-    bytes +=
-        clique.storage.bytes() + (clique.children.capacity() + clique.variables.capacity() + clique.factors.capacity()) *
-        sizeof(int);
+    bytes += clique.storage.bytes() + (clique.children.capacity() + clique.variables.capacity() +
+                                       clique.factors.capacity()) *
+                                          sizeof(int);
   }
   for (const FactorState& factor : factors_) bytes += factor.variables.capacity() * sizeof(int);
   return bytes;

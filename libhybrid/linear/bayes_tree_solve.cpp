@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kFewColumns = 16;
 
-/// d' H d / 2 for a symmetric matrix given by its packed lower triangle, of order N, or n if N is zero.
+/// d' H d / 2 for a symmetric matrix given by its packed lower triangle, of order N, or n if N is
+/// zero.
 template <int N>
 double half_quadratic(const double* h, const double* d, int n) {
   const int order = N > 0 ? N : n;

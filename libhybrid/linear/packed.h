@@ -4,10 +4,14 @@
 
 #include <cstddef>
 
-namespace hybrid {
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
 
 /// Entries of the lower triangle of a symmetric matrix of order n, packed column by column.
-inline std::size_t packed_size(std::size_t n) { return n * (n + 1) / 2; }
+inline std::size_t packed_size(std::size_t n) {
+  return n * (n + 1) / 2;
+}
 
 /// Column c of such a triangle, as a pointer to its entries by row, from the diagonal on.
 template <class T>

@@ -104,7 +104,9 @@ std::vector<int> active_slots(const Term& term) {
   return slots;
 }
 
-void Terms::prefetch(int t) const { hybrid::prefetch(&terms_[t], sizeof(Term)); }
+void Terms::prefetch(int t) const {
+  hybrid::prefetch(&terms_[t], sizeof(Term));
+}
 
 int Terms::add(Term term) {
   const int t = numbers_.take();
@@ -128,8 +130,8 @@ void Terms::remove(int t) {
 
 void Terms::save(int t) {
   Term& term = terms_[t];
-  saved_.push_back({t, term.component, term.tree_factor, term.pulls, term.cost, term.model_offset,
-                    term.alive});
+  saved_.push_back(
+      {t, term.component, term.tree_factor, term.pulls, term.cost, term.model_offset, term.alive});
   term.saved = epoch_;
 }
 

@@ -206,7 +206,8 @@ class Pair {
     ASSERT_EQ(tree_.hessian_order(f), columns);
     const Eigen::MatrixXd h = factor.a.transpose() * factor.a;
     for (int j = 0; j < columns; ++j) {
-      std::copy_n(h.col(j).data() + j, columns - j, packed_column(tree_.hessian(f), columns, j) + j);
+      std::copy_n(h.col(j).data() + j, columns - j,
+                  packed_column(tree_.hessian(f), columns, j) + j);
     }
   }
 

@@ -47,8 +47,8 @@ HybridFactorPtr closure(int number, int i, int j, const SE2& z) {
 TEST(IncrementalSmoother, AFactorFarOutInItsRobustLossIsNotLinearisedAgainForNothing) {
   IncrementalSmoother smoother;
   Delta first = first_pose();
-  first.continuous.push_back(std::make_shared<Prior<SE2>>(
-      pose(0), SE2(5.0, 0.0, 0.0), Noise::isotropic(3, 0.1), Loss::huber()));
+  first.continuous.push_back(std::make_shared<Prior<SE2>>(pose(0), SE2(5.0, 0.0, 0.0),
+                                                          Noise::isotropic(3, 0.1), Loss::huber()));
   smoother.update(first);
   smoother.converge();
   int again = 0;
