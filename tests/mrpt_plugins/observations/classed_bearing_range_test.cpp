@@ -10,11 +10,10 @@
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
-#include <mrpt/version.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
+
+#include "tests/support/rawlog_edit.h"
 
 namespace hybrid {
 namespace {
@@ -78,26 +77,9 @@ TEST(ClassedBearingRange, DescribesItself) {
   EXPECT_EQ(example().exportTxtDataRow(), "2 3.5 0.25 -0.125 7 7 tree 1.5 -0.5 0 -1 4 -");
 }
 
-std::string output_of(const std::string& command) {
-  std::string text;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
-  pclose(pipe);
-  return text;
-}
-
 TEST(ClassedBearingRange, RawlogEditReadsItThroughThePlugin) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "a sanitised plugin does not load into MRPT's own program";
-#endif
-  const std::string version = output_of("rawlog-edit --version");
-  if (version.find("not found") != std::string::npos) {
-    GTEST_SKIP() << "rawlog-edit (package mrpt-apps) is not installed";
-  }
-  if (MRPT_VERSION >= 0x30000 && version.find("MRPT 2.") != std::string::npos) {
-    GTEST_SKIP() << "rawlog-edit is that of MRPT 2, the plugin is one of MRPT 3";
-  }
+  const std::string why = why_rawlog_edit_cannot();
+  if (!why.empty()) GTEST_SKIP() << why;
   const std::string log = ::testing::TempDir() + "classed_bearing_range_test.rawlog";
   {
     mrpt::io::CFileGZOutputStream file(log);

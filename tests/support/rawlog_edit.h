@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <mrpt/version.h>
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+namespace hybrid {
+
+/// What a command of the shell prints, errors included.
+inline std::string output_of(const std::string& command) {
+  std::string text;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
+  pclose(pipe);
+  return text;
+}
+
+/// Why MRPT's own program cannot load our plugin; empty where it can.
+inline std::string why_rawlog_edit_cannot() {
+#ifdef __SANITIZE_ADDRESS__
+  return "a sanitised plugin does not load into MRPT's own program";
+#endif
+  const std::string version = output_of("rawlog-edit --version");
+  if (version.find("not found") != std::string::npos) {
+    return "rawlog-edit (package mrpt-apps) is not installed";
+  }
+  if (MRPT_VERSION >= 0x30000 && version.find("MRPT 2.") != std::string::npos) {
+    return "rawlog-edit is that of MRPT 2, the plugin is one of MRPT 3";
+  }
+  return "";
+}
+
+}  // namespace hybrid
