@@ -17,9 +17,12 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
-# For libraries: only symbols marked by libhybrid/export.h are exported.
+# For libraries: only symbols marked by libhybrid/export.h are exported. Clang takes the mark of a namespace for that block
+# of it alone, not for what is declared there and defined elsewhere: with it, everything is exported.
 function(hybrid_hide target)
-  set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
+  endif()
 endfunction()
 
 # For shared libraries: before version 1, each minor version has an ABI of its own. Undefined symbols are errors when
