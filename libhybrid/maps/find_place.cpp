@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/sensor_view.h"
@@ -19,6 +20,7 @@ namespace {
 
 constexpr std::size_t kMostSeeds = 12;  // that are matched and weighed
 constexpr int kHypotheses = 100;        // pairs of pairs of each that are followed up
+constexpr double kPairGate = 0.9999;    // chi-square probability
 
 template <class Pose>
 class PlaceFinder {
@@ -28,26 +30,27 @@ class PlaceFinder {
   using Point = typename Pose::Point;
   using Jacobian = typename Pose::Jacobian;
 
-  PlaceFinder(const PlaceQuestion<Pose>& question, const FindPlaceOptions& options)
-      : q_(question), options_(options), density_(local_density(q_.map)) {
+  explicit PlaceFinder(const PlaceQuestion<Pose>& question)
+      : q_(question), density_(local_density(q_.map)) {
     for (const Point& p : q_.here.points) center_ += p / static_cast<double>(q_.here.points.size());
     for (const Point& p : q_.here.points) radius_ = std::max(radius_, (p - center_).norm());
   }
 
-  std::optional<FoundPlace<Pose>> run() const {
+  /// The places that were weighed, the most probable first.
+  std::vector<FoundPlace<Pose>> run() const {
     std::vector<FoundPlace<Pose>> found;
     for (const PlaceSeed<Pose>& seed : place_seeds(q_, density_, kMostSeeds)) {
       if (auto place = weigh(seed)) found.push_back(std::move(*place));
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
-    const double margin = std::log(options_.odds);
-    if (found.empty() || found.front().log_odds < margin) return std::nullopt;
-    for (const FoundPlace<Pose>& other : found) {
-      const bool rival = other.log_odds > found.front().log_odds - margin;
-      if (rival && !same(other, found.front())) return std::nullopt;
-    }
-    return found.front();
+    return found;
+  }
+
+  bool same(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) const {
+    double sum = 0;
+    for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
+    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing();
   }
 
  private:
@@ -90,7 +93,7 @@ class PlaceFinder {
     }
     match.log_density = std::log(density_);
     PlaceOptions options;
-    options.gate = options_.gate;
+    options.gate = kPairGate;
     options.answers = 1;
     options.hypotheses = kHypotheses;
     const auto answers = match_places(match, options);
@@ -137,27 +140,59 @@ class PlaceFinder {
     return ((high - low).array() + spacing()).log().sum() + std::log(headings);
   }
 
-  bool same(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) const {
-    double sum = 0;
-    for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
-    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing();
-  }
-
   const PlaceQuestion<Pose>& q_;
-  const FindPlaceOptions& options_;
   double density_;
   Point center_ = Point::Zero();
   double radius_ = 1e-3;
 };
 
+/// With the second axis turned round.
+template <class Pose>
+PlaceQuestion<Pose> mirrored(const PlaceQuestion<Pose>& question) {
+  using Point = typename Pose::Point;
+  PlaceQuestion<Pose> out = question;
+  for (Point& p : out.here.points) p[1] = -p[1];
+  for (auto& covariance : out.here.covariances) {
+    covariance.row(1) *= -1;
+    covariance.col(1) *= -1;
+  }
+  if (question.here.covers) {
+    out.here.covers = [&covers = question.here.covers](Point p) {
+      p[1] = -p[1];
+      return covers(p);
+    };
+  }
+  return out;
+}
+
+/// Whether the places have most of their pairs in common.
+template <class Pose>
+bool agree(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) {
+  std::vector<std::pair<int, int>> common;
+  std::set_intersection(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(),
+                        std::back_inserter(common));
+  return 2 * common.size() > a.pairs.size();
+}
+
 }  // namespace
 
 template <class Pose>
-std::optional<FoundPlace<Pose>> find_place(const PlaceQuestion<Pose>& question,
-                                           const FindPlaceOptions& options) {
+std::optional<FoundPlace<Pose>> PlaceSearch::find(const PlaceQuestion<Pose>& question) {
   constexpr std::size_t kFewest = Pose::Point::RowsAtCompileTime + 1;
   if (question.here.points.size() < kFewest || question.map.size() < kFewest) return std::nullopt;
-  return PlaceFinder<Pose>(question, options).run();
+  const PlaceFinder<Pose> finder(question);
+  const std::vector<FoundPlace<Pose>> found = finder.run();
+  for (const FoundPlace<Pose>& place : PlaceFinder<Pose>(mirrored(question)).run()) {
+    // What is its own mirror image, such as a row, is found in its right place, too.
+    if (!found.empty() && agree(place, found.front())) continue;
+    chance_ = std::max(chance_, place.log_odds);
+  }
+  if (found.empty() || !stands_out(found.front().log_odds)) return std::nullopt;
+  for (const FoundPlace<Pose>& other : found) {
+    const bool rival = other.log_odds > found.front().log_odds - margin_;
+    if (rival && !finder.same(other, found.front())) return std::nullopt;
+  }
+  return found.front();
 }
 
 double same_class_log_likelihood_ratio(const std::vector<double>& p, const std::vector<double>& q,
@@ -170,9 +205,7 @@ double same_class_log_likelihood_ratio(const std::vector<double>& p, const std::
   return sum > 0 ? std::log(sum) : -kInfinity;
 }
 
-template std::optional<FoundPlace<SE2>> find_place(const PlaceQuestion<SE2>&,
-                                                   const FindPlaceOptions&);
-template std::optional<FoundPlace<SE3>> find_place(const PlaceQuestion<SE3>&,
-                                                   const FindPlaceOptions&);
+template std::optional<FoundPlace<SE2>> PlaceSearch::find(const PlaceQuestion<SE2>&);
+template std::optional<FoundPlace<SE3>> PlaceSearch::find(const PlaceQuestion<SE3>&);
 
 }  // namespace hybrid

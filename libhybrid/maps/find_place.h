@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -28,11 +29,6 @@ struct PlaceQuestion {
   Eigen::MatrixXd class_log_likelihood_ratio;
 };
 
-struct FindPlaceOptions {
-  double odds = 1e4;  ///< evidence needed for the place against no place, and against any other
-  double gate = 0.9999;
-};
-
 /// A place found.
 template <class Pose>
 struct FoundPlace {
@@ -43,13 +39,30 @@ struct FoundPlace {
   double log_odds = 0;                     ///< for this place against none
 };
 
-/// The one place of the map that the landmarks speak for, or nothing. Every two landmarks (three
-/// in space) that are as far apart as others of the map put `here` into it; the most promising
-/// of these places are matched and weighed by match_places, with a prior that is uniform over the
-/// map and all headings. At least `dim` + 1 landmarks must agree.
-template <class Pose>
-HYBRID_API std::optional<FoundPlace<Pose>> find_place(const PlaceQuestion<Pose>& question,
-                                                      const FindPlaceOptions& options = {});
+/// The one place of the map that the landmarks speak for. Every two landmarks (three in space) that
+/// are as far apart as others of the map put `here` into it; the most promising of these places are
+/// matched and weighed by match_places, with a prior that is uniform over the map and all headings.
+/// At least `dim` + 1 landmarks must agree.
+///
+/// Landmarks are not strewn at random, so that chance reaches more than their evidence says: rows
+/// of parked cars fit many streets. How much is measured by what cannot be in the map: the mirror
+/// image of `here`, whose landmarks have the same distances and stand in as many rows.
+class HYBRID_API PlaceSearch {
+ public:
+  /// `odds` is the evidence needed against any other place, and against none beyond what chance has
+  /// reached so far.
+  explicit PlaceSearch(double odds) : margin_(std::log(odds)) {}
+
+  template <class Pose>
+  std::optional<FoundPlace<Pose>> find(const PlaceQuestion<Pose>& question);
+
+  /// Whether a place still stands out from what chance has reached by now.
+  bool stands_out(double log_odds) const { return log_odds >= margin_ + chance_; }
+
+ private:
+  double margin_;
+  double chance_ = 0;  // log odds that mirror images reached, at most
+};
 
 /// The class of two landmarks as evidence that they are one: log sum p q / prior.
 HYBRID_API double same_class_log_likelihood_ratio(const std::vector<double>& p,

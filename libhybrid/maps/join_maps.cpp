@@ -104,8 +104,7 @@ class MapJoin {
       for (int k = 0; k < kDim; ++k) rows.push_back(kDim * i + k);
     }
     question.covariance = Sa_(rows, rows);
-    FindPlaceOptions options;
-    options.odds = odds_;
+    PlaceSearch search(odds_);
     const std::size_t step = std::max<std::size_t>(1, there_b_.size() / kConstellations);
     for (std::size_t s = 0; s < there_b_.size(); s += step) {
       const std::vector<int> near = about(there_b_[s]);
@@ -122,7 +121,7 @@ class MapJoin {
               ratio(there_a_[i], near[k]);
         }
       }
-      const auto place = find_place(question, options);
+      const auto place = search.find(question);
       if (!place || place->log_odds < log_odds_) continue;
       log_odds_ = place->log_odds;
       T_ = place->T_map_here;
@@ -132,7 +131,7 @@ class MapJoin {
                             near[static_cast<std::size_t>(k)]);
       }
     }
-    return !pairs_.empty();
+    return !pairs_.empty() && search.stands_out(log_odds_);
   }
 
   /// All landmarks and the motion together, given that the pairs are one; linear about T_, which

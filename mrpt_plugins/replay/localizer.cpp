@@ -12,7 +12,6 @@
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/sensor_view.h"
-#include "libhybrid/maps/find_place.h"
 
 namespace hybrid {
 namespace {
@@ -103,7 +102,7 @@ KnownStart start_of(const FoundPlace<Pose>& place, Key first, Key here, const Ba
 
 }  // namespace
 
-Localizer::Localizer(const MapRecord& map, double odds) : map_(map), odds_(odds) {
+Localizer::Localizer(const MapRecord& map, double odds) : map_(map), search_(odds) {
   const int dim = map.dim();
   const Eigen::MatrixXd joint = hybrid::joint_covariance(map);
   std::vector<Eigen::Index> rows;
@@ -143,7 +142,7 @@ std::optional<KnownStart> Localizer::look(const Mapper& mapper) {
 }
 
 template <class Pose>
-std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) const {
+std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   const Backend& backend = mapper.backend();
   const Key first(key_letter::kPose, 0), here(key_letter::kPose, mapper.log_rows().size() - 1);
@@ -198,9 +197,7 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) const {
       }
     }
   }
-  FindPlaceOptions options;
-  options.odds = odds_;
-  const auto place = find_place(question, options);
+  const auto place = search_.find(question);
   if (!place) return std::nullopt;
   return start_of(*place, first, here, backend);
 }

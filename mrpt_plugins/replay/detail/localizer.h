@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "libhybrid/maps/find_place.h"
 #include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
@@ -20,16 +21,16 @@ class Localizer {
   Localizer(const MapRecord& map, double odds);
 
   /// Looks after a keyframe, where there is something new; the pose in the map of the first
-  /// keyframe, once one place is far more probable than none and than all others.
+  /// keyframe, once one place is far more probable than chance and than all others.
   std::optional<KnownStart> look(const Mapper& mapper);
 
  private:
   template <class Pose>
-  std::optional<KnownStart> look_in(const Mapper& mapper) const;
+  std::optional<KnownStart> look_in(const Mapper& mapper);
   bool covers(const Eigen::Vector3d& point) const;
 
   const MapRecord& map_;
-  double odds_;
+  PlaceSearch search_;
   std::vector<int> there_;      // landmarks of the map that exist
   Eigen::MatrixXd covariance_;  // of these together
   std::vector<double> class_prior_;
