@@ -124,11 +124,13 @@ Eigen::Matrix3d own_covariance(const CObservationClassedBearingRange::Detection&
   return covariance;
 }
 
-/// Sets the id by its source, and the true id to that of the sensor if there is no other.
-void choose_ids(IdSource source, Detection& d) {
+/// Sets the id by its source, and the true id to that of the sensor if there is no other. Ids of
+/// robots stay.
+void choose_ids(const DetectionOptions& options, Detection& d) {
   if (!d.true_id) d.true_id = d.id;
-  if (source == IdSource::kNone) d.id.reset();
-  if (source == IdSource::kTruth) d.id = d.true_id;
+  if (d.id && options.robots.count(*d.id) != 0) return;
+  if (options.ids == IdSource::kNone) d.id.reset();
+  if (options.ids == IdSource::kTruth) d.id = d.true_id;
 }
 
 std::optional<std::int64_t> id_of(std::int32_t id, const DetectionOptions& options,
@@ -164,7 +166,7 @@ void add_if_usable(Detection d, const DetectionOptions& options, std::set<std::i
                    DetectionFrame& frame, DropReport& report) {
   if (!frame.is_3d) d.pitch = 0;
   if (!frame.has_range) d.range = 0;
-  choose_ids(options.ids, d);
+  choose_ids(options, d);
   if (const char* reason = fault(d, frame, options)) {
     ++report[reason];
   } else if (d.id && !seen.insert(*d.id).second) {
