@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/sensor_view.h"
@@ -20,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMostSeeds = 12;  // that are matched and weighed
 constexpr int kHypotheses = 100;        // pairs of pairs of each that are followed up
+constexpr int kPieces = 20;             // of a map, by which chance is measured
 constexpr double kPairGate = 0.9999;    // chi-square probability
 
 template <class Pose>
@@ -165,34 +167,95 @@ PlaceQuestion<Pose> mirrored(const PlaceQuestion<Pose>& question) {
   return out;
 }
 
-/// Whether the places have most of their pairs in common.
+/// Whether the landmarks come to overlap in both places.
 template <class Pose>
-bool agree(const FoundPlace<Pose>& a, const FoundPlace<Pose>& b) {
-  std::vector<std::pair<int, int>> common;
-  std::set_intersection(a.pairs.begin(), a.pairs.end(), b.pairs.begin(), b.pairs.end(),
-                        std::back_inserter(common));
-  return 2 * common.size() > a.pairs.size();
+bool overlap(const PlaceQuestion<Pose>& question, const FoundPlace<Pose>& place,
+             const PlaceQuestion<Pose>& other, const FoundPlace<Pose>& there) {
+  using Point = typename Pose::Point;
+  const auto middle = [](const PlaceQuestion<Pose>& q, const FoundPlace<Pose>& p) {
+    Point sum = Point::Zero();
+    for (const Point& x : q.here.points) sum += p.T_map_here * x;
+    return Point(sum / static_cast<double>(q.here.points.size()));
+  };
+  const Point a = middle(question, place), b = middle(other, there);
+  double extent = 0;
+  for (const Point& x : question.here.points) {
+    extent = std::max(extent, (place.T_map_here * x - a).norm());
+  }
+  return (a - b).norm() < extent;
+}
+
+/// The landmarks of the map about one of them as those of `here`.
+template <class Pose>
+PlaceQuestion<Pose> piece_about(const PlaceQuestion<Pose>& question, int anchor, std::size_t size) {
+  std::vector<int> near(question.map.size());
+  std::iota(near.begin(), near.end(), 0);
+  const auto distance = [&](int i) { return (question.map[i] - question.map[anchor]).norm(); };
+  std::stable_sort(near.begin(), near.end(),
+                   [&](int i, int j) { return distance(i) < distance(j); });
+  near.resize(size);
+  PlaceQuestion<Pose> out = question;
+  out.here = {{}, {}, question.covers};
+  for (const int i : near) {
+    out.here.points.push_back(question.map[i]);
+    out.here.covariances.push_back(relative_covariance<Pose>(question.covariance, i, anchor));
+    out.here.covariances.back().diagonal().array() += 1e-10;  // of the anchor itself
+  }
+  out.class_log_likelihood_ratio = question.class_log_likelihood_ratio_in_map(near, Eigen::all);
+  return out;
+}
+
+/// Whether there are enough landmarks for a place to be found.
+template <class Pose>
+bool fixes_place(const PlaceQuestion<Pose>& question) {
+  constexpr std::size_t kFewest = Pose::Point::RowsAtCompileTime + 1;
+  return question.here.points.size() >= kFewest && question.map.size() >= kFewest;
+}
+
+/// What the mirror image reaches elsewhere than the original: a street looks much like its own
+/// mirror image, and what is found in the right place is not chance.
+template <class Pose>
+double chance(const PlaceQuestion<Pose>& question, const FoundPlace<Pose>* original) {
+  double out = 0;
+  const PlaceQuestion<Pose> mirror = mirrored(question);
+  for (const FoundPlace<Pose>& place : PlaceFinder<Pose>(mirror).run()) {
+    if (original != nullptr && overlap(question, *original, mirror, place)) continue;
+    out = std::max(out, place.log_odds);
+  }
+  return out;
 }
 
 }  // namespace
 
 template <class Pose>
 std::optional<FoundPlace<Pose>> PlaceSearch::find(const PlaceQuestion<Pose>& question) {
-  constexpr std::size_t kFewest = Pose::Point::RowsAtCompileTime + 1;
-  if (question.here.points.size() < kFewest || question.map.size() < kFewest) return std::nullopt;
+  if (!fixes_place(question)) return std::nullopt;
   const PlaceFinder<Pose> finder(question);
   const std::vector<FoundPlace<Pose>> found = finder.run();
-  for (const FoundPlace<Pose>& place : PlaceFinder<Pose>(mirrored(question)).run()) {
-    // What is its own mirror image, such as a row, is found in its right place, too.
-    if (!found.empty() && agree(place, found.front())) continue;
-    chance_ = std::max(chance_, place.log_odds);
-  }
+  chance_ = std::max(chance_, chance(question, found.empty() ? nullptr : &found.front()));
   if (found.empty() || !stands_out(found.front().log_odds)) return std::nullopt;
-  for (const FoundPlace<Pose>& other : found) {
-    const bool rival = other.log_odds > found.front().log_odds - margin_;
-    if (rival && !finder.same(other, found.front())) return std::nullopt;
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    if (finder.same(found[i], found.front())) continue;
+    if (found.front().log_odds - found[i].log_odds < margin_) return std::nullopt;
+    break;
   }
+  if (found.front().log_odds < margin_ + chance_of_pieces(question)) return std::nullopt;
   return found.front();
+}
+
+/// What the mirror images of pieces of the map reach that have as many landmarks.
+template <class Pose>
+double PlaceSearch::chance_of_pieces(const PlaceQuestion<Pose>& question) {
+  const std::size_t size = std::min(question.here.points.size(), question.map.size());
+  const auto [known, is_new] = chance_of_pieces_.try_emplace(size, 0.0);
+  if (!is_new) return known->second;
+  const int n = static_cast<int>(question.map.size()), pieces = std::min(n, kPieces);
+  const FoundPlace<Pose> itself;
+  for (int k = 0; k < pieces; ++k) {
+    const double reached = chance(piece_about(question, k * n / pieces, size), &itself);
+    known->second = std::max(known->second, reached);
+  }
+  return known->second;
 }
 
 double same_class_log_likelihood_ratio(const std::vector<double>& p, const std::vector<double>& q,

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -27,6 +28,8 @@ struct PlaceQuestion {
   /// log evidence that a landmark of `here` (row) and one of the map (column) are one by all but
   /// where they are; -infinity where they cannot be.
   Eigen::MatrixXd class_log_likelihood_ratio;
+  /// The same for each two landmarks of the map.
+  Eigen::MatrixXd class_log_likelihood_ratio_in_map;
 };
 
 /// A place found.
@@ -46,7 +49,8 @@ struct FoundPlace {
 ///
 /// Landmarks are not strewn at random, so that chance reaches more than their evidence says: rows
 /// of parked cars fit many streets. How much is measured by what cannot be in the map: the mirror
-/// image of `here`, whose landmarks have the same distances and stand in as many rows.
+/// images of each `here` and of pieces of the map of as many landmarks, which have the same
+/// distances and stand in as many rows, where they are found elsewhere than the originals.
 class HYBRID_API PlaceSearch {
  public:
   /// `odds` is the evidence needed against any other place, and against none beyond what chance has
@@ -60,8 +64,12 @@ class HYBRID_API PlaceSearch {
   bool stands_out(double log_odds) const { return log_odds >= margin_ + chance_; }
 
  private:
+  template <class Pose>
+  double chance_of_pieces(const PlaceQuestion<Pose>& question);
+
   double margin_;
-  double chance_ = 0;  // log odds that mirror images reached, at most
+  double chance_ = 0;  // log odds that mirror images of `here` reached, at most
+  std::map<std::size_t, double> chance_of_pieces_;  // by the number of their landmarks
 };
 
 /// The class of two landmarks as evidence that they are one: log sum p q / prior.

@@ -76,13 +76,17 @@ class MapJoin {
   Point a(int i) const { return a_.landmarks[static_cast<std::size_t>(i)].position.head<kDim>(); }
   Point b(int j) const { return b_.landmarks[static_cast<std::size_t>(j)].position.head<kDim>(); }
 
-  double ratio(int i, int j) const {
-    const MapLandmark& l = a_.landmarks[static_cast<std::size_t>(i)];
-    const MapLandmark& m = b_.landmarks[static_cast<std::size_t>(j)];
+  /// Evidence that two landmarks are one by their classes, or ids, one of so many.
+  double ratio(const MapLandmark& l, const MapLandmark& m) const {
     if (a_.identified && l.id != m.id) return -kInfinity;
     const double by_id = a_.identified ? std::log(there_a_.size()) : 0.0;
     return by_id +
            same_class_log_likelihood_ratio(l.class_probabilities, m.class_probabilities, prior_);
+  }
+
+  double ratio(int i, int j) const {
+    return ratio(a_.landmarks[static_cast<std::size_t>(i)],
+                 b_.landmarks[static_cast<std::size_t>(j)]);
   }
 
   /// The landmarks of the second map about one of them.
@@ -95,8 +99,8 @@ class MapJoin {
     return near;
   }
 
-  /// The common place for which most speaks.
-  bool find() {
+  /// The part of the questions that is the same for each constellation.
+  PlaceQuestion<Pose> question_about_first() const {
     PlaceQuestion<Pose> question;
     std::vector<Eigen::Index> rows;
     for (const int i : there_a_) {
@@ -104,6 +108,18 @@ class MapJoin {
       for (int k = 0; k < kDim; ++k) rows.push_back(kDim * i + k);
     }
     question.covariance = Sa_(rows, rows);
+    const auto n = static_cast<Eigen::Index>(there_a_.size());
+    question.class_log_likelihood_ratio_in_map =
+        Eigen::MatrixXd::NullaryExpr(n, n, [this](Eigen::Index i, Eigen::Index j) {
+          return ratio(a_.landmarks[static_cast<std::size_t>(there_a_[i])],
+                       a_.landmarks[static_cast<std::size_t>(there_a_[j])]);
+        });
+    return question;
+  }
+
+  /// The common place for which most speaks.
+  bool find() {
+    PlaceQuestion<Pose> question = question_about_first();
     PlaceSearch search(odds_);
     const std::size_t step = std::max<std::size_t>(1, there_b_.size() / kConstellations);
     for (std::size_t s = 0; s < there_b_.size(); s += step) {

@@ -126,6 +126,12 @@ Localizer::Localizer(const MapRecord& map, double odds) : map_(map), search_(odd
     for (const MapKeyframe& k : session.keyframes) path_.push_back(k.T_map_robot.translation());
   }
   reach_ = usual_distance(path_, points);
+  const auto n = static_cast<Eigen::Index>(there_.size());
+  ratios_in_map_.resize(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const MapLandmark& landmark = map.landmarks[static_cast<std::size_t>(there_[i])];
+    ratios_in_map_.row(i) = log_likelihood_ratios(landmark.id, landmark.class_probabilities);
+  }
 }
 
 bool Localizer::covers(const Eigen::Vector3d& point) const {
@@ -141,6 +147,34 @@ std::optional<KnownStart> Localizer::look(const Mapper& mapper) {
   return map_.is_3d ? look_in<SE3>(mapper) : look_in<SE2>(mapper);
 }
 
+/// Evidence that a landmark is each of those of the map, by its class, or by its id.
+Eigen::RowVectorXd Localizer::log_likelihood_ratios(std::int64_t id,
+                                                    const std::vector<double>& classes) const {
+  Eigen::RowVectorXd out(there_.size());
+  for (std::size_t j = 0; j < there_.size(); ++j) {
+    const MapLandmark& there = map_.landmarks[static_cast<std::size_t>(there_[j])];
+    double& ratio = out[static_cast<Eigen::Index>(j)];
+    ratio = same_class_log_likelihood_ratio(classes, there.class_probabilities, class_prior_);
+    if (map_.identified) {  // the right one of so many, by its id
+      ratio = id == there.id ? ratio + std::log(there_.size()) : -kInfinity;
+    }
+  }
+  return out;
+}
+
+template <class Pose>
+PlaceQuestion<Pose> Localizer::question_about_map() const {
+  PlaceQuestion<Pose> out;
+  for (const int i : there_) {
+    const MapLandmark& landmark = map_.landmarks[static_cast<std::size_t>(i)];
+    out.map.push_back(landmark.position.head<Pose::Point::RowsAtCompileTime>());
+  }
+  out.covariance = covariance_;
+  out.class_log_likelihood_ratio_in_map = ratios_in_map_;
+  out.covers = [this](const typename Pose::Point& p) { return covers(padded_point(p)); };
+  return out;
+}
+
 template <class Pose>
 std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
@@ -151,7 +185,7 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   const std::vector<const Landmark*> landmarks = landmarks_about(mapper, position);
   if (landmarks.size() <= kDim || there_.size() <= kDim) return std::nullopt;
 
-  PlaceQuestion<Pose> question;
+  PlaceQuestion<Pose> question = question_about_map<Pose>();
   question.here = constellation<Pose>(T_session_here, here, landmarks, backend);
   std::vector<Eigen::Vector3d> path, points;
   for (std::size_t i = 0; i < mapper.log_rows().size(); ++i) {
@@ -166,11 +200,6 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   question.here.covers = [&](const typename Pose::Point& p) {
     return p.norm() < far && distance_to(path, padded_point(T_session_here * p)) < reach;
   };
-  for (const int i : there_) {
-    question.map.push_back(map_.landmarks[static_cast<std::size_t>(i)].position.head<kDim>());
-  }
-  question.covariance = covariance_;
-  question.covers = [&](const typename Pose::Point& p) { return covers(padded_point(p)); };
 
   std::vector<DiscreteKey> classes;
   for (const Landmark* l : landmarks) {
@@ -182,20 +211,13 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   } catch (const Error&) {
     return std::nullopt;  // linearised too far from the estimate to tell; later ones will
   }
-  question.class_log_likelihood_ratio.setZero(static_cast<Eigen::Index>(landmarks.size()),
-                                              static_cast<Eigen::Index>(there_.size()));
+  question.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(landmarks.size()),
+                                             static_cast<Eigen::Index>(there_.size()));
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const auto p = landmarks[i]->class_key ? known.probabilities[landmarks[i]->class_key->key]
                                            : std::vector<double>{};
-    for (std::size_t j = 0; j < there_.size(); ++j) {
-      const MapLandmark& there = map_.landmarks[static_cast<std::size_t>(there_[j])];
-      double& ratio = question.class_log_likelihood_ratio(static_cast<Eigen::Index>(i),
-                                                          static_cast<Eigen::Index>(j));
-      ratio = same_class_log_likelihood_ratio(p, there.class_probabilities, class_prior_);
-      if (map_.identified) {  // the right one of so many, by its id
-        ratio = landmarks[i]->id == there.id ? ratio + std::log(there_.size()) : -kInfinity;
-      }
-    }
+    question.class_log_likelihood_ratio.row(static_cast<Eigen::Index>(i)) =
+        log_likelihood_ratios(landmarks[i]->id, p);
   }
   const auto place = search_.find(question);
   if (!place) return std::nullopt;

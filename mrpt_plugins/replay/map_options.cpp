@@ -44,7 +44,7 @@ MapOptions read_map_options(IniFile& ini, const ReplayRequest& request) {
   o.commit_every = map.get("commit_every", o.commit_every,
                            "keyframes between two writes to the map file", IniRange{1, 1e6});
   o.odds = map.get("localize_odds", o.odds,
-                   "evidence that a place in the map needs, against none and against any other",
+                   "evidence that a place in the map needs, against chance and against any other",
                    IniRange{1, 1e12});
   o.start = read_start(map);
   o.origin = map.get("origin", o.origin,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -27,12 +28,17 @@ class Localizer {
  private:
   template <class Pose>
   std::optional<KnownStart> look_in(const Mapper& mapper);
+  template <class Pose>
+  PlaceQuestion<Pose> question_about_map() const;
+  Eigen::RowVectorXd log_likelihood_ratios(std::int64_t id,
+                                           const std::vector<double>& classes) const;
   bool covers(const Eigen::Vector3d& point) const;
 
   const MapRecord& map_;
   PlaceSearch search_;
-  std::vector<int> there_;      // landmarks of the map that exist
-  Eigen::MatrixXd covariance_;  // of these together
+  std::vector<int> there_;         // landmarks of the map that exist
+  Eigen::MatrixXd covariance_;     // of these together
+  Eigen::MatrixXd ratios_in_map_;  // evidence that two of them are one but for where they are
   std::vector<double> class_prior_;
   std::vector<Eigen::Vector3d> path_;  // of all sessions
   double reach_ = 0;                   // a landmark nearer to the path was seen as a rule

@@ -48,6 +48,7 @@ PlaceQuestion<Pose> question(const MapRecord& map, const std::vector<Eigen::Vect
   q.covariance = joint_covariance(map);
   q.class_log_likelihood_ratio.setZero(static_cast<Eigen::Index>(q.here.points.size()),
                                        static_cast<Eigen::Index>(q.map.size()));
+  q.class_log_likelihood_ratio_in_map.setZero(q.map.size(), q.map.size());
   return q;
 }
 
