@@ -24,20 +24,17 @@ constexpr std::size_t kFactorBytes = 256;
 /// Moves the linearisation points of some variables to the estimate and linearises their factors
 /// there.
 void IncrementalSmoother::move_linearization(const std::vector<int>& slots, UpdateReport& report) {
-  std::vector<int> terms;
-  ++stamp_;
   for (int slot : slots) {
     if (!theta_->occupied(slot)) continue;
     std::copy_n(values().data(slot), theta_->type(slot).size, theta_.edit(slot));
     tree_.reset_delta(slot);
     ++report.relinearized;
-    for (int t : terms_.of_variable(slot)) {
-      if (term_stamp_[t] == stamp_) continue;
-      term_stamp_[t] = stamp_;
-      if (terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty()) terms.push_back(t);
-    }
   }
-  for (int t : terms) linearize(terms_.edit(t), theta_.get(), tree_);
+  touch(slots);
+  for (int t : touched_) {
+    const bool in_tree = terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty();
+    if (in_tree) linearize(terms_.edit(t), theta_.get(), tree_);
+  }
 }
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
@@ -119,9 +116,8 @@ void IncrementalSmoother::fetch_ahead(std::size_t k) const {
   if (term.tree_factor >= 0) tree_.prefetch(term.tree_factor);
 }
 
-/// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
-/// variables of those whose linear model is off.
-void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
+/// Lists the terms of some variables, each once, as `touched_`.
+void IncrementalSmoother::touch(const std::vector<int>& slots) {
   touched_.clear();
   ++stamp_;
   for (int slot : slots) {
@@ -131,6 +127,12 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
       touched_.push_back(t);
     }
   }
+}
+
+/// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
+/// variables of those whose linear model is off.
+void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
+  touch(slots);
   errors_.clear();
   model_error_ = 0.0;
   double change = 0.0;

@@ -191,6 +191,7 @@ class IncrementalSmoother {
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   void remember(const std::vector<int>& slots);
   void move_estimate();
+  void touch(const std::vector<int>& slots);
   void refresh_costs(const std::vector<int>& slots);
   void fetch_ahead(std::size_t k) const;
   void choose_moved();
@@ -245,7 +246,7 @@ class IncrementalSmoother {
   std::vector<int> behind_;                // slots to eliminate behind even the last ones
   std::vector<int> changed_;               // slots whose estimate moved in the last continuous step
   std::vector<DiscreteHalf::Flip> flips_;  // of the last discrete step
-  std::vector<int> touched_;               // terms of the last refresh of costs
+  std::vector<int> touched_;               // terms listed last
   std::vector<std::pair<double, int>>
       errors_;                       // of linear models, and the terms, at the last refresh
   std::vector<int> old_slots_;       // that the continuous half-step under way has moved, and

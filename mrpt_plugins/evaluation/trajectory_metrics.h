@@ -30,7 +30,7 @@ struct TrajectoryErrors {
 TrajectoryErrors trajectory_errors(const std::vector<PosePair>& pairs);
 
 /// The rigid motion T_truth_estimate without scale that minimises the squared distances of the
-/// positions (Umeyama 1991). Poses that all lie in the plane z = 0 are aligned within the plane.
+/// positions (Umeyama 1991). Poses that are all in the plane z = 0 are aligned within the plane.
 mrpt::poses::CPose3D alignment(const std::vector<PosePair>& pairs);
 
 /// Mean relative error over all stretches of the true path of one length.

@@ -2,13 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -20,23 +17,15 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/selection/robust_methods.h"
+#include "tests/apps/run_app.h"
 
+namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Result {
-  int code = -1;
-  std::string text;
-};
-
-Result run(const std::string& arguments) {
-  Result result;
-  FILE* pipe = popen((HYBRID_BINARY_DIR "/bin/hybrid-pgo " + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) result.text += buffer.data();
-  result.code = WEXITSTATUS(pclose(pipe));
-  return result;
+Ran run(const std::string& arguments) {
+  return run_app("hybrid-pgo " + arguments);
 }
 
 std::string data_dir() {
@@ -44,7 +33,7 @@ std::string data_dir() {
   return environment != nullptr ? environment : HYBRID_DATA_DIR;
 }
 
-std::string edge(int i, int j, const hybrid::SE2& z) {
+std::string edge(int i, int j, const SE2& z) {
   std::ostringstream line;
   line << "EDGE_SE2 " << i << ' ' << j << ' ' << z.x() << ' ' << z.y() << ' ' << z.angle()
        << " 400 0 0 400 0 2500\n";
@@ -54,11 +43,11 @@ std::string edge(int i, int j, const hybrid::SE2& z) {
 /// A robot that drives `laps` times around a square of eight poses, measures its way with a bias
 /// and recognises each pose of the lap before.
 std::string laps_graph(int laps) {
-  const auto truth = [](int k) { return hybrid::SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
+  const auto truth = [](int k) { return SE2(k % 2, 0.2 * (k % 3), 0.3 * k); };
   std::string text;
   for (int k = 1; k < 8 * laps; ++k) {
-    const hybrid::SE2 z = truth(k - 1).inverse() * truth(k);
-    text += edge(k - 1, k, z * hybrid::SE2(0.01, 0.005 * (k % 5), 0.01));
+    const SE2 z = truth(k - 1).inverse() * truth(k);
+    text += edge(k - 1, k, z * SE2(0.01, 0.005 * (k % 5), 0.01));
     if (k >= 8) text += edge(k - 8, k, truth(k - 8).inverse() * truth(k));
   }
   return text;
@@ -87,15 +76,15 @@ class Pgo : public ::testing::Test {
   }
   /// Runs batch and online and returns the two summaries.
   std::pair<nlohmann::json, nlohmann::json> both(const std::string& graph) const {
-    const Result batch = run(graph + " --method lm -o " + at("batch"));
+    const Ran batch = run(graph + " --method lm -o " + at("batch"));
     EXPECT_EQ(batch.code, 0) << batch.text;
-    const Result online = run(graph + " --online -o " + at("online"));
+    const Ran online = run(graph + " --online -o " + at("online"));
     EXPECT_EQ(online.code, 0) << online.text;
     return {summary("batch"), summary("online")};
   }
   /// The program fails with one line that holds `part`, and writes nothing.
   void expect_failure(const std::string& arguments, const std::string& part) const {
-    const Result result = run(arguments + " -o " + at("none"));
+    const Ran result = run(arguments + " -o " + at("none"));
     EXPECT_EQ(result.code, 1) << arguments;
     EXPECT_NE(result.text.find(part), std::string::npos) << result.text;
     EXPECT_EQ(std::count(result.text.begin(), result.text.end(), '\n'), 1) << result.text;
@@ -123,7 +112,7 @@ TEST_F(Pgo, BatchAndOnlineEndAtTheSameCost) {
 
 TEST_F(Pgo, WritesFilesThatReadBack) {
   const std::string graph = write("laps.g2o", laps_graph(3));
-  const Result result = run(graph + " --online --sparsity -o " + at("out/new"));
+  const Ran result = run(graph + " --online --sparsity -o " + at("out/new"));
   EXPECT_EQ(result.code, 0) << result.text;
   EXPECT_EQ(lines("out/new/steps.csv"), 1 + 24);
   EXPECT_EQ(lines("out/new/loops.csv"), 1 + 16);
@@ -136,7 +125,7 @@ TEST_F(Pgo, WritesFilesThatReadBack) {
     EXPECT_EQ(read(std::string("out/new/") + name + ".png").substr(1, 3), "PNG") << name;
   }
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "out/new"), {}), 11);
-  const hybrid::PoseGraph written = hybrid::read_graph(at("out/new/graph.g2o"));
+  const PoseGraph written = read_graph(at("out/new/graph.g2o"));
   EXPECT_EQ(written.values.size(), 24u);
   EXPECT_EQ(written.edge_count(), 23u + 16u);
   // Solved again from the estimate, the graph stays where it is.
@@ -149,7 +138,7 @@ TEST_F(Pgo, ComparesWithTheTruth) {
   std::string rows, graph;
   for (int k = 0; k < 6; ++k) {
     rows += std::to_string(5.0 + k) + " 1 0\n";  // in another frame than the graph
-    if (k > 0) graph += edge(k - 1, k, hybrid::SE2(1, 0, 0));
+    if (k > 0) graph += edge(k - 1, k, SE2(1, 0, 0));
   }
   const std::string file = write("g.g2o", graph);
   ASSERT_EQ(run(file + " --truth " + write("truth.txt", rows) + " -o " + at("out")).code, 0);
@@ -164,7 +153,7 @@ TEST_F(Pgo, ComparesWithTheTruth) {
 
 TEST_F(Pgo, TrajectoriesPairByTheIdOfThePose) {
   std::string graph;
-  for (int k = 4; k < 9; ++k) graph += edge(k - 1, k, hybrid::SE2(1, 0, M_PI_2));
+  for (int k = 4; k < 9; ++k) graph += edge(k - 1, k, SE2(1, 0, M_PI_2));
   const std::string file = write("g.g2o", graph);
   ASSERT_EQ(run(file + " --no-pictures -o " + at("out")).code, 0);
   EXPECT_FALSE(fs::exists(at("out/graph.png")));
@@ -198,8 +187,8 @@ TEST_F(Pgo, GraphsInSpaceAreDrawnInSpace) {
 
 TEST_F(Pgo, FeedsLandmarksAndPosesThatWait) {
   // Pose 1 is known only through pose 2; landmark 9 is seen twice.
-  std::string text = edge(0, 2, hybrid::SE2(2, 0, 0)) + edge(2, 1, hybrid::SE2(-1, 0, 0));
-  text += edge(2, 3, hybrid::SE2(1, 0, 0)) + "EDGE_SE2_XY 0 9 1 1 4 0 4\n";
+  std::string text = edge(0, 2, SE2(2, 0, 0)) + edge(2, 1, SE2(-1, 0, 0));
+  text += edge(2, 3, SE2(1, 0, 0)) + "EDGE_SE2_XY 0 9 1 1 4 0 4\n";
   text += "EDGE_SE2_XY 3 9 -2 1.2 4 0 4\n";
   const auto [batch, online] = both(write("wait.g2o", text));
   EXPECT_EQ(online["landmarks"], 1);
@@ -209,22 +198,20 @@ TEST_F(Pgo, FeedsLandmarksAndPosesThatWait) {
 }
 
 TEST_F(Pgo, ExplainsItselfAndFailsClearly) {
-  const Result help = run("--help");
+  const Ran help = run("--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_NE(help.text.find("--sparsity"), std::string::npos);
-  const std::string good = write("good.g2o", edge(0, 1, hybrid::SE2()));
+  const std::string good = write("good.g2o", edge(0, 1, SE2()));
   EXPECT_NE(run("").code, 0);
   EXPECT_NE(run(good + " --method newton -o " + at("none")).code, 0);
   expect_failure(at("missing.g2o"), "missing.g2o");
   expect_failure(write("empty.g2o", ""), "empty.g2o");
-  expect_failure(write("broken.g2o", edge(0, 1, hybrid::SE2()) + "EDGE_SE2 1 2 0 0\n"),
-                 "broken.g2o:2");
-  const std::string parts =
-      write("parts.g2o", edge(0, 1, hybrid::SE2()) + edge(5, 6, hybrid::SE2()));
+  expect_failure(write("broken.g2o", edge(0, 1, SE2()) + "EDGE_SE2 1 2 0 0\n"), "broken.g2o:2");
+  const std::string parts = write("parts.g2o", edge(0, 1, SE2()) + edge(5, 6, SE2()));
   expect_failure(parts, "connects vertex 5, 6 to vertex 0");
   expect_failure(parts + " --online", "connects vertex 5, 6 to vertex 0");
   expect_failure(good + " --start file", "no VERTEX line for vertex 0, 1; use --start odometry");
-  const Result unwritable = run(good + " -o /proc/none");
+  const Ran unwritable = run(good + " -o /proc/none");
   EXPECT_EQ(unwritable.code, 1);
   EXPECT_NE(unwritable.text.find("/proc/none"), std::string::npos) << unwritable.text;
 }
@@ -241,14 +228,14 @@ TEST_F(Pgo, SolvesPublicGraphs) {
 
 TEST_F(Pgo, RejectsFalseClosuresByDefaultAndByName) {
   // Two false closures: pose 20 was not at pose 3, nor 27 at 9.
-  const std::string graph = write("false.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
-                                                   edge(27, 9, hybrid::SE2(5, -4, 1)));
+  const std::string graph =
+      write("false.g2o", laps_graph(4) + edge(20, 3, SE2(0, 0, 2)) + edge(27, 9, SE2(5, -4, 1)));
   std::string labels;
   for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
   const std::string file = write("labels.txt", labels);
   for (const std::string method : {"", "selection", "portfolio", "alternating", "gnc", "oracle"}) {
     const std::string option = method.empty() ? "" : " --method " + method;
-    const Result result = run(graph + option + " --labels " + file + " -o " + at("out"));
+    const Ran result = run(graph + option + " --labels " + file + " -o " + at("out"));
     ASSERT_EQ(result.code, 0) << method << result.text;
     const auto s = summary("out");
     EXPECT_EQ(s["method"], method.empty() ? "selection" : method);
@@ -264,14 +251,14 @@ TEST_F(Pgo, RejectsFalseClosuresByDefaultAndByName) {
 }
 
 TEST_F(Pgo, OffersEveryMethodOfTheTable) {
-  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, hybrid::SE2(0, 0, 2)));
+  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, SE2(0, 0, 2)));
   std::string labels;
   for (int k = 8; k < 24; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
   const std::string options = graph + " --labels " + write("labels.txt", labels) + " --method ";
   const std::string help = run("--help").text;
-  for (const hybrid::RobustMethod& method : hybrid::robust_methods()) {
+  for (const RobustMethod& method : robust_methods()) {
     EXPECT_NE(help.find("\n  " + method.name + " "), std::string::npos) << method.name;
-    const Result result = run(options + method.name + " -o " + at("out"));
+    const Ran result = run(options + method.name + " -o " + at("out"));
     ASSERT_EQ(result.code, 0) << method.name << result.text;
     EXPECT_EQ(summary("out").contains("steps"), method.name == "online");
   }
@@ -283,13 +270,13 @@ TEST_F(Pgo, OldNamesOfMethodsWorkWithAWarning) {
   const std::string graph = write("g.g2o", laps_graph(3));
   for (const std::string name : {"selection", "consistency-selection"}) {
     const std::string old = name == "selection" ? "escape" : "consistency-escape";
-    const Result result = run(graph + " --method " + old + " -o " + at("old"));
+    const Ran result = run(graph + " --method " + old + " -o " + at("old"));
     ASSERT_EQ(result.code, 0) << result.text;
     EXPECT_NE(result.text.find("warning: --method " + old + " is now called " + name),
               std::string::npos)
         << result.text;
     EXPECT_EQ(summary("old")["method"], name);
-    const Result now = run(graph + " --method " + name + " -o " + at("new"));
+    const Ran now = run(graph + " --method " + name + " -o " + at("new"));
     EXPECT_EQ(now.text.find("warning"), std::string::npos) << now.text;
     EXPECT_EQ(summary("new")["objective"], summary("old")["objective"]);
   }
@@ -310,7 +297,7 @@ TEST_F(Pgo, SettingsOfMethodsComeFromAnIniAndTheCommandLine) {
   EXPECT_EQ(summary("out")["inliers"], 16);
   ASSERT_EQ(run(online + " -c " + ini + " -o " + at("out")).code, 0);
   EXPECT_EQ(summary("out")["inliers"], 0);
-  const Result printed = run("--print-config --set gnc.growth=1.25");
+  const Ran printed = run("--print-config --set gnc.growth=1.25");
   EXPECT_EQ(printed.code, 0);
   EXPECT_NE(printed.text.find("\ngrowth = 1.25\n"), std::string::npos) << printed.text;
   EXPECT_NE(printed.text.find("[online_selection]"), std::string::npos) << printed.text;
@@ -320,12 +307,12 @@ TEST_F(Pgo, SettingsOfMethodsComeFromAnIniAndTheCommandLine) {
 }
 
 TEST_F(Pgo, SelectsOnlineAndComparesWithLabels) {
-  const std::string graph = write("false.g2o", laps_graph(4) + edge(20, 3, hybrid::SE2(0, 0, 2)) +
-                                                   edge(27, 9, hybrid::SE2(5, -4, 1)));
+  const std::string graph =
+      write("false.g2o", laps_graph(4) + edge(20, 3, SE2(0, 0, 2)) + edge(27, 9, SE2(5, -4, 1)));
   std::string labels;
   for (int k = 8; k < 32; ++k) labels += std::to_string(k - 8) + " " + std::to_string(k) + "\n";
   const std::string options = graph + " --online --labels " + write("labels.txt", labels);
-  const Result selected = run(options + " --trusted odometry -o " + at("selected"));
+  const Ran selected = run(options + " --trusted odometry -o " + at("selected"));
   ASSERT_EQ(selected.code, 0) << selected.text;
   const auto s = summary("selected");
   EXPECT_EQ(s["inliers"], 24);
@@ -361,7 +348,7 @@ TEST_F(Pgo, FindsTheFirstHypothesesOfAPublicGraph) {
 }
 
 TEST_F(Pgo, TrustsWhatItIsTold) {
-  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, hybrid::SE2(0, 0, 2)));
+  const std::string graph = write("g.g2o", laps_graph(3) + edge(20, 3, SE2(0, 0, 2)));
   std::string pairs = "20 3\n";
   for (int k = 1; k < 24; ++k) pairs += std::to_string(k - 1) + " " + std::to_string(k) + "\n";
   const std::string trusted = write("trusted.txt", pairs);
@@ -373,7 +360,7 @@ TEST_F(Pgo, TrustsWhatItIsTold) {
   std::string gap = laps_graph(3);
   const std::size_t line = gap.find("EDGE_SE2 11 12 ");
   gap.erase(line, gap.find('\n', line) + 1 - line);
-  const Result result = run(write("gap.g2o", gap) + " -o " + at("gap"));
+  const Ran result = run(write("gap.g2o", gap) + " -o " + at("gap"));
   EXPECT_EQ(result.code, 0) << result.text;
   EXPECT_NE(result.text.find("had to be trusted"), std::string::npos) << result.text;
   EXPECT_EQ(summary("gap")["outliers"], 0);
@@ -387,3 +374,4 @@ TEST_F(Pgo, StartsFromChordalRotations) {
 }
 
 }  // namespace
+}  // namespace hybrid

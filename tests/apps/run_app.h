@@ -3,31 +3,14 @@
 
 #pragma once
 
-#include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
 #include <string>
+
+#include "tests/support/run_shell.h"
 
 namespace hybrid {
 
-struct Ran {
-  int code = -1;     ///< 128 + signal if it crashed
-  std::string text;  ///< standard output, and of run_app error
-};
-
-/// Runs a command in a shell.
-inline Ran run_shell(const std::string& command) {
-  Ran ran;
-  FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) ran.text += buffer.data();
-  const int status = pclose(pipe);
-  ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return ran;
-}
-
-/// Runs a program of the build with its arguments; `before` is what the shell reads before it.
+/// Runs a program of the build with its arguments; `before` is what the shell reads before it. The
+/// text is that of standard output and error.
 inline Ran run_app(const std::string& command, const std::string& before = "") {
   return run_shell(before + HYBRID_BINARY_DIR "/bin/" + command + " 2>&1");
 }

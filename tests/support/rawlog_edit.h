@@ -4,28 +4,18 @@
 
 #include <mrpt/version.h>
 
-#include <array>
-#include <cstdio>
 #include <string>
 
-namespace hybrid {
+#include "tests/support/run_shell.h"
 
-/// What a command of the shell prints, errors included.
-inline std::string output_of(const std::string& command) {
-  std::string text;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
-  pclose(pipe);
-  return text;
-}
+namespace hybrid {
 
 /// Why MRPT's own program cannot load our plugin; empty where it can.
 inline std::string why_rawlog_edit_cannot() {
 #ifdef __SANITIZE_ADDRESS__
   return "a sanitised plugin does not load into MRPT's own program";
 #endif
-  const std::string version = output_of("rawlog-edit --version");
+  const std::string version = run_shell("rawlog-edit --version 2>&1").text;
   if (version.find("not found") != std::string::npos) {
     return "rawlog-edit (package mrpt-apps) is not installed";
   }

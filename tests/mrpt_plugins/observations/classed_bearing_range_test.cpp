@@ -94,11 +94,12 @@ TEST(ClassedBearingRange, RawlogEditReadsItThroughThePlugin) {
   }
   const std::string plugin = HYBRID_BINARY_DIR "/lib/libhybrid_mrpt.so";
   ASSERT_TRUE(std::filesystem::exists(plugin));
-  const std::string with = output_of("rawlog-edit -p " + plugin + " -i " + log + " --info");
+  const auto said = [](const std::string& command) { return run_shell(command + " 2>&1").text; };
+  const std::string with = said("rawlog-edit -p " + plugin + " -i " + log + " --info");
   EXPECT_NE(with.find("Overall number of objects         : 10"), std::string::npos) << with;
   EXPECT_NE(with.find("DETECTOR /      5"), std::string::npos) << with;
   EXPECT_EQ(with.find("not registered"), std::string::npos) << with;
-  const std::string without = output_of("rawlog-edit -i " + log + " --info");
+  const std::string without = said("rawlog-edit -i " + log + " --info");
   EXPECT_NE(without.find("not registered"), std::string::npos) << without;
   std::filesystem::remove(log);
 }
