@@ -73,8 +73,10 @@ class MapJoin {
   }
 
  private:
-  Point a(int i) const { return a_.landmarks[static_cast<std::size_t>(i)].position.head<kDim>(); }
-  Point b(int j) const { return b_.landmarks[static_cast<std::size_t>(j)].position.head<kDim>(); }
+  const MapLandmark& of_a(int i) const { return a_.landmarks[static_cast<std::size_t>(i)]; }
+  const MapLandmark& of_b(int j) const { return b_.landmarks[static_cast<std::size_t>(j)]; }
+  Point a(int i) const { return of_a(i).position.head<kDim>(); }
+  Point b(int j) const { return of_b(j).position.head<kDim>(); }
 
   /// Evidence that two landmarks are one by their classes, or ids, one of so many.
   double ratio(const MapLandmark& l, const MapLandmark& m) const {
@@ -82,11 +84,6 @@ class MapJoin {
     const double by_id = a_.identified ? std::log(there_a_.size()) : 0.0;
     return by_id +
            same_class_log_likelihood_ratio(l.class_probabilities, m.class_probabilities, prior_);
-  }
-
-  double ratio(int i, int j) const {
-    return ratio(a_.landmarks[static_cast<std::size_t>(i)],
-                 b_.landmarks[static_cast<std::size_t>(j)]);
   }
 
   /// The landmarks of the second map about one of them.
@@ -111,8 +108,7 @@ class MapJoin {
     const auto n = static_cast<Eigen::Index>(there_a_.size());
     question.class_log_likelihood_ratio_in_map =
         Eigen::MatrixXd::NullaryExpr(n, n, [this](Eigen::Index i, Eigen::Index j) {
-          return ratio(a_.landmarks[static_cast<std::size_t>(there_a_[i])],
-                       a_.landmarks[static_cast<std::size_t>(there_a_[j])]);
+          return ratio(of_a(there_a_[i]), of_a(there_a_[j]));
         });
     return question;
   }
@@ -134,7 +130,7 @@ class MapJoin {
         for (std::size_t i = 0; i < there_a_.size(); ++i) {
           question.class_log_likelihood_ratio(static_cast<Eigen::Index>(k),
                                               static_cast<Eigen::Index>(i)) =
-              ratio(there_a_[i], near[k]);
+              ratio(of_a(there_a_[i]), of_b(near[k]));
         }
       }
       const auto place = search.find(question);
@@ -228,7 +224,7 @@ class MapJoin {
     const auto n = static_cast<double>(pairs_.size());
     double sum = -0.5 * (chi_square_ / factor + log_det_ + n * kDim * std::log(2 * M_PI * factor)) -
                  n * log_density();
-    for (const auto& [i, j] : pairs_) sum += ratio(i, j);
+    for (const auto& [i, j] : pairs_) sum += ratio(of_a(i), of_b(j));
     return sum;
   }
 
@@ -252,7 +248,7 @@ class MapJoin {
       for (const int j : there_b_) {
         const Eigen::Index p = kDim * i, q = na + kDim * j;
         const Point d = mean_.segment<kDim>(p) - mean_.segment<kDim>(q);
-        const double r = ratio(i, j);
+        const double r = ratio(of_a(i), of_b(j));
         if (!std::isfinite(r)) continue;
         Eigen::Matrix<double, kDim, kDim> S =
             covariance_.block<kDim, kDim>(p, p) + covariance_.block<kDim, kDim>(q, q) -
