@@ -75,8 +75,8 @@ class MapJoin {
  private:
   const MapLandmark& of_a(int i) const { return a_.landmarks[static_cast<std::size_t>(i)]; }
   const MapLandmark& of_b(int j) const { return b_.landmarks[static_cast<std::size_t>(j)]; }
-  Point a(int i) const { return of_a(i).position.head<kDim>(); }
-  Point b(int j) const { return of_b(j).position.head<kDim>(); }
+  Point a(int i) const { return of_a(i).position.template head<kDim>(); }
+  Point b(int j) const { return of_b(j).position.template head<kDim>(); }
 
   /// Evidence that two landmarks are one by their classes, or ids, one of so many.
   double ratio(const MapLandmark& l, const MapLandmark& m) const {
