@@ -2,7 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/factors/detail/linear_prior.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "libhybrid/core/detail/pivoted_cholesky.h"
 #include "libhybrid/factors/detail/anchor_frame.h"
 
 namespace hybrid {
@@ -76,26 +76,19 @@ ContinuousFactorPtr LinearPrior::from_information(const std::vector<Key>& keys,
                                                   const Values& points,
                                                   const Eigen::MatrixXd& information,
                                                   const Eigen::VectorXd& gradient,
-                                                  std::vector<bool> located) {
-  // Lambda is scaled to unit diagonal, so that units do not matter, and factorised as P' L D L' P
-  // with pivoting; directions without information are dropped.
-  Eigen::VectorXd scale = information.diagonal();
+                                                  std::vector<bool> located,
+                                                  const Eigen::VectorXd& computed_from) {
+  // Scaled so that units do not matter, and rounding errors are those of numbers near one.
+  Eigen::VectorXd scale = computed_from.size() > 0 ? computed_from : information.diagonal();
   for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
-  const Eigen::VectorXd d = ldlt.vectorD();
-  const double rounding = static_cast<double>(d.size()) * std::numeric_limits<double>::epsilon();
-  int rank = 0;
-  while (rank < d.size() && d[rank] > rounding) ++rank;
-  const Eigen::MatrixXd lower = ldlt.matrixL();
-  const Eigen::VectorXd root = d.head(rank).cwiseSqrt();
-  const Eigen::MatrixXd transposed =
-      ldlt.transpositionsP().transpose() * (lower.leftCols(rank) * root.asDiagonal());
-  Eigen::VectorXd y = ldlt.transpositionsP() * scale.cwiseProduct(gradient);
-  ldlt.matrixL().solveInPlace(y);
-  const Eigen::VectorXd r = y.head(rank).cwiseQuotient(root);
+  const double rounding =
+      static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon();
+  const PivotedCholesky factor(scale.asDiagonal() * information * scale.asDiagonal(), rounding);
+  const Eigen::VectorXd r = factor.triangle().solve(factor.pivots_of(scale.cwiseProduct(gradient)));
   for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
-  return std::make_shared<LinearPrior>(keys, points, transposed.transpose() * scale.asDiagonal(), r,
-                                       std::move(located));
+  Eigen::MatrixXd R(factor.rank(), scale.size());
+  R(Eigen::all, factor.order) = factor.lower.transpose();
+  return std::make_shared<LinearPrior>(keys, points, R * scale.asDiagonal(), r, std::move(located));
 }
 
 /// The coordinates e of x; `J`, if not null, receives the derivative of R e with respect to the

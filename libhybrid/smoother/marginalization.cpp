@@ -2,7 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/smoother/marginalization.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -10,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "libhybrid/core/detail/pivoted_cholesky.h"
 #include "libhybrid/factors/detail/linear_prior.h"
 #include "libhybrid/smoother/detail/located.h"
 
@@ -103,23 +103,21 @@ Eliminated eliminate(const System& system) {
   const int g = system.gone, n = system.size + 1 - g;
   Eigen::VectorXd scale = system.H.diagonal().head(g);  // of the units of the variables
   for (double& s : scale) s = s > 0.0 ? 1.0 / std::sqrt(s) : 0.0;
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * system.H.topLeftCorner(g, g) *
-                                          scale.asDiagonal());
-  Eigen::VectorXi order = Eigen::VectorXi::LinSpaced(g, 0, g - 1);
-  order = ldlt.transpositionsP() * order;
+  const PivotedCholesky factor(
+      scale.asDiagonal() *
+          Eigen::MatrixXd(system.H.topLeftCorner(g, g).selfadjointView<Eigen::Lower>()) *
+          scale.asDiagonal(),
+      kPivotTolerance);
   Eliminated out;
   out.rest = system.H.bottomRightCorner(n, n);
-  Eigen::MatrixXd Y = scale.asDiagonal() * system.H.bottomLeftCorner(n, g).transpose();
-  Y = ldlt.transpositionsP() * Y;
-  ldlt.matrixL().solveInPlace(Y);
-  for (; out.rank < g; ++out.rank) {
-    const double pivot = ldlt.vectorD()[out.rank];
-    if (!(pivot > kPivotTolerance)) break;
-    Y.row(out.rank) /= std::sqrt(pivot);
-    out.log_det += std::log(pivot) - 2.0 * std::log(scale[order[out.rank]]);
+  out.rank = factor.rank();
+  const Eigen::MatrixXd Y = factor.triangle().solve(
+      factor.pivots_of(scale.asDiagonal() * system.H.bottomLeftCorner(n, g).transpose()));
+  out.rest.selfadjointView<Eigen::Lower>().rankUpdate(Y.transpose(), -1.0);
+  for (int k = 0; k < out.rank; ++k) {
+    out.log_det += 2.0 * std::log(factor.lower(k, k) / scale[factor.order[k]]);
   }
-  out.rest.selfadjointView<Eigen::Lower>().rankUpdate(Y.topRows(out.rank).transpose(), -1.0);
-  out.open.assign(order.data() + out.rank, order.data() + g);
+  out.open.assign(factor.order.data() + out.rank, factor.order.data() + g);
   return out;
 }
 
@@ -237,7 +235,8 @@ Marginalization marginalize(const HybridGraph& graph, const Values& values,
     const Eigen::MatrixXd information =
         left.rest.topLeftCorner(s, s).selfadjointView<Eigen::Lower>();
     const auto prior = LinearPrior::from_information(result.separator, values, information,
-                                                     left.rest.row(s).head(s), std::move(located));
+                                                     left.rest.row(s).head(s), std::move(located),
+                                                     system.H.diagonal().segment(system.gone, s));
     constant -= prior->cost(values);
     result.delta.continuous.push_back(prior);
   }

@@ -34,11 +34,14 @@ class LinearPrior : public ContinuousFactor {
               Eigen::VectorXd r, std::vector<bool> located = {});
 
   /// From the information form: Lambda (symmetric, positive semidefinite) and gradient eta at x0,
-  /// so that the cost is x' Lambda x / 2 + eta' x up to a constant.
+  /// so that the cost is x' Lambda x / 2 + eta' x up to a constant. Directions whose information is
+  /// rounding error are left out. Where Lambda was got by subtraction, `computed_from` is the
+  /// diagonal before, which tells how large these errors are.
   static ContinuousFactorPtr from_information(const std::vector<Key>& keys, const Values& points,
                                               const Eigen::MatrixXd& information,
                                               const Eigen::VectorXd& gradient,
-                                              std::vector<bool> located = {});
+                                              std::vector<bool> located = {},
+                                              const Eigen::VectorXd& computed_from = {});
 
   double cost(const double* const* x) const override;
   double linearize(const double* const* x, double* r, double* J) const override;
