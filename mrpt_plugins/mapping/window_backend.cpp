@@ -51,6 +51,20 @@ std::vector<Key> WindowBackend::elimination_order() const {
   return smoother_.smoother().elimination_order();
 }
 
+/// Copies a variable of the window; its place is looked up by its key once.
+void WindowBackend::merge(const Values& live, int slot) {
+  Values& all = merged_.values;
+  const Key key = live.key(slot);
+  int& to = merged_slots_[static_cast<std::size_t>(slot)];
+  const bool known = to >= 0 && to < all.slot_count() && all.occupied(to) && all.key(to) == key;
+  if (known) {
+    std::copy_n(live.data(slot), live.type(slot).size, all.data(to));
+  } else {
+    put(all, key, live);
+    to = all.slot(key);
+  }
+}
+
 /// Copies the estimate of the window, and of the variables that have just left it.
 void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete) {
   if (is_whole() && (is_full() || left.empty())) return;
@@ -58,7 +72,10 @@ void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& 
   const Values& live = smoother_.smoother().values();
   for (const Key key : left) put(merged_.values, key, past.values);
   for (const Key key : left_discrete) merged_.assignment.set(key, past.assignment.at(key));
-  for (const Key key : live.keys()) put(merged_.values, key, live);
+  merged_slots_.resize(static_cast<std::size_t>(live.slot_count()), -1);
+  for (int slot = 0; slot < live.slot_count(); ++slot) {
+    if (live.occupied(slot)) merge(live, slot);
+  }
   for (const auto& [key, value] : smoother_.smoother().assignment()) {
     merged_.assignment.set(key, value);
   }

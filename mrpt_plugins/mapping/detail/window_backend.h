@@ -43,6 +43,7 @@ class WindowBackend : public Backend {
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
   UpdateReport solve_from_chordal_start();
   void merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete);
+  void merge(const Values& live, int slot);
   BackendReport report_of(const UpdateReport& update) const;
   void add_past(const std::vector<Key>& continuous, const std::vector<DiscreteKey>& discrete,
                 Uncertainty& out) const;
@@ -51,6 +52,7 @@ class WindowBackend : public Backend {
   WindowSmoother smoother_;
   std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
   Estimate merged_;                       // of the window and the past, once something has left
+  std::vector<int> merged_slots_;         // in it, by slot of the window
 };
 
 }  // namespace hybrid
