@@ -260,6 +260,23 @@ void WindowSmoother::hold(const Fixed& fixed, const std::vector<Handle>& breaks,
   add_constant(constant, delta);
 }
 
+Values WindowSmoother::past_states() const {
+  return past_states_.at(smoother_.values());
+}
+
+/// The poses and points that a prior ties to each other.
+std::vector<Key> WindowSmoother::tied_by(const Delta& delta) {
+  std::vector<Key> tied;
+  for (const ContinuousFactorPtr& factor : delta.continuous) {
+    const auto* prior = dynamic_cast<const LinearPrior*>(factor.get());
+    if (prior == nullptr) continue;
+    for (std::size_t i = 0; i < prior->keys().size(); ++i) {
+      if (prior->located()[i]) tied.push_back(prior->keys()[i]);
+    }
+  }
+  return tied;
+}
+
 void WindowSmoother::note_departure(const Departure& going, const Fixed& fixed,
                                     const Eigen::MatrixXd& joint, WindowReport& report) {
   forget_states(going.keys);

@@ -335,6 +335,8 @@ bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) 
     before.assignment.set(key, smoother_.assignment().at(key));
   const Eigen::MatrixXd covariance =
       is_bounded() ? smoother_.joint_covariance(keys) : Eigen::MatrixXd();
+  PastStates::Departure places;
+  if (is_bounded()) places = {keys, tied_by(change.made.delta), smoother_.values()};
   const UpdateReport done = smoother_.update(change.made.delta);
   if (done.status != UpdateReport::Status::kOk) {
     report.kept_because = done.message;
@@ -361,6 +363,7 @@ bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) 
   report.fill += change.made.fill;
   report.seconds += done.seconds;
   report.objective_after = done.objective_after;
+  if (is_bounded()) past_states_.leave(std::move(places));
   if (is_bounded()) note_departure(going, change.fixed, covariance, report);
   return true;
 }

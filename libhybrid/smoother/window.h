@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/smoother/detail/past_states.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/marginalization.h"
 
@@ -99,6 +100,9 @@ class WindowSmoother {
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
   const Estimate& past() const { return past_; }
+  /// States that have left a bounded window, moved along with what they were tied to. Costs what
+  /// copying them does.
+  Values past_states() const;
   /// All that was known of a discrete variable when it left, zero at its last value; null where
   /// nothing is kept.
   const Table* past_table(Key key) const;
@@ -160,6 +164,7 @@ class WindowSmoother {
                              const std::vector<Key>& discrete) const;
   Fixed fix(const std::vector<Key>& discrete) const;
   void hold(const Fixed& fixed, const std::vector<Handle>& breaks, Delta& delta) const;
+  static std::vector<Key> tied_by(const Delta& delta);
   void note_departure(const Departure& going, const Fixed& fixed, const Eigen::MatrixXd& joint,
                       WindowReport& report);
 
@@ -177,6 +182,7 @@ class WindowSmoother {
   std::vector<Key> states_;  // in the graph, in the order in which they entered
   int entered_ = 0;          // states so far
   int look_again_ = 0;       // so many have entered when it is next looked for surplus ones
+  PastStates past_states_;
   std::unordered_map<Key, Eigen::MatrixXd> past_covariances_;
   double divergence_ = 0.0;
   int breaks_ = 0;

@@ -52,7 +52,8 @@ std::vector<Key> WindowBackend::elimination_order() const {
 }
 
 /// Copies a variable of the window; its place is looked up by its key once.
-void WindowBackend::merge(const Values& live, int slot) {
+void WindowBackend::copy_from_window(int slot) {
+  const Values& live = smoother_.smoother().values();
   Values& all = merged_.values;
   const Key key = live.key(slot);
   int& to = merged_slots_[static_cast<std::size_t>(slot)];
@@ -74,7 +75,7 @@ void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& 
   for (const Key key : left_discrete) merged_.assignment.set(key, past.assignment.at(key));
   merged_slots_.resize(static_cast<std::size_t>(live.slot_count()), -1);
   for (int slot = 0; slot < live.slot_count(); ++slot) {
-    if (live.occupied(slot)) merge(live, slot);
+    if (live.occupied(slot)) copy_from_window(slot);
   }
   for (const auto& [key, value] : smoother_.smoother().assignment()) {
     merged_.assignment.set(key, value);
@@ -96,6 +97,8 @@ BackendReport WindowBackend::finish() {
   starts_.clear();
   if (is_whole()) add_work(report, report_of(solve_from_chordal_start()));
   merge({}, {});
+  const Values past = smoother_.past_states();
+  for (const Key key : past.keys()) put(merged_.values, key, past);
   return report;
 }
 

@@ -43,7 +43,7 @@ class WindowBackend : public Backend {
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
   UpdateReport solve_from_chordal_start();
   void merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete);
-  void merge(const Values& live, int slot);
+  void copy_from_window(int slot);
   BackendReport report_of(const UpdateReport& update) const;
   void add_past(const std::vector<Key>& continuous, const std::vector<DiscreteKey>& discrete,
                 Uncertainty& out) const;

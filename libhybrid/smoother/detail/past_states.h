@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/values.h"
+
+namespace hybrid {
+
+/// States that have left a window, each with what it was tied to then: when a loop closes, what is
+/// left of the place moves, and the states that left move along. Costs the places of what they were
+/// tied to, once for all that leave together.
+class PastStates {
+ public:
+  /// States that leave together, and the poses and points that they are tied to, where they are.
+  struct Departure {
+    Values states, tied;
+
+    Departure() = default;
+    Departure(const std::vector<Key>& states, const std::vector<Key>& tied, const Values& values);
+  };
+
+  void leave(Departure departure) { departures_.push_back(std::move(departure)); }
+
+  /// The states at the estimate of the window: moved rigidly, as what they were tied to has moved
+  /// in the least squares sense. Those that are in the window again are left out.
+  Values at(const Values& window) const;
+
+ private:
+  std::vector<Departure> departures_;
+};
+
+}  // namespace hybrid
