@@ -27,7 +27,7 @@ struct WindowOptions {
   Mode mode = Mode::kFull;
   int lag = 50;  ///< in updates; 0 or less is no limit
   /// A bounded window is full smoothing until more states than this have entered.
-  int complete = 10000;
+  int complete = 3000;
   /// From then on a state leaves once this many newer ones hold each variable that it shares a
   /// factor with, i.e. have seen each landmark that it saw, and as many are newer at all. All other
   /// variables stay.

@@ -51,7 +51,8 @@ class Backend {
   /// Solves to convergence, after the last change.
   virtual BackendReport finish() = 0;
 
-  /// All variables ever added and not removed; a marginalised one keeps its last estimate.
+  /// All variables ever added and not removed; a marginalised one keeps its last estimate, until
+  /// finish() moves it along where the back-end can tell.
   virtual const Values& values() const = 0;
   virtual const Assignment& assignment() const = 0;
 

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// States that have left a bounded window, after a loop is closed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/geometry/polar.h"
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+#include "tests/support/bounded_walk.h"
+
+namespace hybrid {
+namespace {
+
+using testing::bounded;
+
+Key pose_key(int i) {
+  return {'x', static_cast<std::uint64_t>(i)};
+}
+
+/// A road that comes back after some steps, past landmarks on both sides, each seen for a while,
+/// with odometry that turns too little.
+template <class Pose>
+class RoundRoad {
+ public:
+  using Point = typename Pose::Point;
+  static constexpr int kSteps = 200, kSpacing = 5, kAgain = 20;
+
+  /// The change of step t, given the estimate so far.
+  Delta step(int t, const Values& estimate) {
+    Delta delta;
+    Pose start = truth(0);
+    if (t == 0) {
+      delta.continuous.push_back(
+          std::make_shared<Prior<Pose>>(pose_key(0), start, Noise::isotropic(Pose::kDim, 1e-3)));
+    } else {
+      typename Pose::Tangent bias = Pose::Tangent::Zero();
+      bias[Pose::kDim - 1] = -0.01;
+      const Pose z = truth(t - 1).between(truth(t)) * Pose::exp(bias);
+      delta.continuous.push_back(std::make_shared<Between<Pose>>(
+          pose_key(t - 1), pose_key(t), z, Noise::isotropic(Pose::kDim, 0.02)));
+      start = estimate.at<Pose>(pose_key(t - 1)) * z;
+    }
+    delta.values.insert(pose_key(t), start);
+    for (int k = t - 8; k <= t + 8; ++k) {
+      const int landmark = (k + kSteps) % kSteps;
+      if (landmark % kSpacing == 0) see(t, landmark, start, delta);
+    }
+    return delta;
+  }
+
+ private:
+  static Pose truth(int t) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.rotate(Eigen::AngleAxisd(2 * M_PI * t / kSteps, Eigen::Vector3d::UnitZ()));
+    pose.translate(Eigen::Vector3d(0, -50, 0));
+    Values values;
+    insert_pose(values, pose_key(0), pose, Pose::kDim == 6);
+    return values.at<Pose>(pose_key(0));
+  }
+  void see(int t, int landmark, const Pose& start, Delta& delta) {
+    Point beside = Point::Zero();
+    beside[1] = landmark % (2 * kSpacing) == 0 ? 4 : -4;
+    const Point z = to_polar(Point(truth(t).inverse() * (truth(landmark) * beside)));
+    const Key key('l', static_cast<std::uint64_t>(landmark));
+    if (seen_.insert(landmark).second) delta.values.insert(key, Point(start * from_polar(z)));
+    delta.continuous.push_back(std::make_shared<BearingRange<Pose>>(
+        pose_key(t), key, z, Noise::isotropic(Point::RowsAtCompileTime, 0.02)));
+  }
+
+  std::set<int> seen_;
+};
+
+template <class Pose>
+void expect_moved_along() {
+  WindowSmoother window(bounded(20, 2));
+  IncrementalSmoother full;
+  RoundRoad<Pose> first, second;
+  for (int t = 0; t < RoundRoad<Pose>::kSteps + RoundRoad<Pose>::kAgain; ++t) {
+    ASSERT_EQ(window.update(first.step(t, window.smoother().values())).status,
+              UpdateReport::Status::kOk);
+    full.update(second.step(t, full.values()));
+  }
+  window.converge();
+  full.converge();
+  const Values past = window.past_states();
+  ASSERT_GE(past.keys().size(), 50U);
+  double as_it_left = 0, moved_along = 0;
+  for (const Key key : past.keys()) {
+    const auto is = full.values().at<Pose>(key);
+    const auto off = [&](const Values& v) { return is.between(v.at<Pose>(key)).log().norm(); };
+    as_it_left = std::max(as_it_left, off(window.past().values));
+    moved_along = std::max(moved_along, off(past));
+  }
+  EXPECT_GT(as_it_left, 0.5);
+  EXPECT_LT(moved_along, 0.05 * as_it_left);
+}
+
+TEST(PastStates, MoveAlongInThePlaneWhenALoopCloses) {
+  expect_moved_along<SE2>();
+}
+
+TEST(PastStates, MoveAlongInSpaceWhenALoopCloses) {
+  expect_moved_along<SE3>();
+}
+
+TEST(PastStates, AreThoseThatHaveLeft) {
+  WindowSmoother window(bounded(20, 2));
+  RoundRoad<SE2> road;
+  for (int t = 0; t < 80; ++t) window.update(road.step(t, window.smoother().values()));
+  const Values past = window.past_states();
+  EXPECT_GE(past.keys().size(), 10U);
+  EXPECT_EQ(past.keys().size(), window.past().values.keys().size());
+  for (const Key key : past.keys()) EXPECT_FALSE(window.smoother().values().contains(key));
+}
+
+}  // namespace
+}  // namespace hybrid
