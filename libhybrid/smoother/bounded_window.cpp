@@ -261,7 +261,7 @@ void WindowSmoother::hold(const Fixed& fixed, const std::vector<Handle>& breaks,
 }
 
 Values WindowSmoother::past_states() const {
-  return past_states_.at(smoother_.values());
+  return past_states_.at(smoother_.values(), past_covariances_);
 }
 
 /// The poses and points that a prior ties to each other.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/smoother/detail/past_states.h"
+#include "libhybrid/smoother/past_states.h"
 
 #include <Eigen/Geometry>
-#include <optional>
+#include <tuple>
 
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 
 namespace hybrid {
@@ -15,7 +16,7 @@ void copy(Key key, const Values& from, Values& to) {
   to.insert(key, from.type(key), from.data(key));
 }
 
-/// The rigid motion that takes points to others, of least squares; nothing where these are too few.
+/// The rigid motion that takes points to others, of least squares; fixed once there is a pose.
 class RigidMotion {
  public:
   void add(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -32,18 +33,50 @@ class RigidMotion {
     fixed_ = true;
   }
 
-  std::optional<Eigen::Isometry3d> solve() const {
-    if (!fixed_) return std::nullopt;
+  bool is_fixed() const { return fixed_; }
+  Eigen::Isometry3d solve() const {
     const auto n = static_cast<Eigen::Index>(from_.size());
     const Eigen::Map<const Eigen::Matrix3Xd> from(from_.front().data(), 3, n),
         to(to_.front().data(), 3, n);
     return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
+  }
+  /// Mean squared distance that a motion leaves, and that of the points from their mean [m^2].
+  std::pair<double, double> spread(const Eigen::Isometry3d& motion) const {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : from_) mean += p / static_cast<double>(from_.size());
+    double off = 0.0, wide = 0.0;
+    for (std::size_t i = 0; i < from_.size(); ++i) {
+      off += (to_[i] - motion * from_[i]).squaredNorm() / static_cast<double>(from_.size());
+      wide += (from_[i] - mean).squaredNorm() / static_cast<double>(from_.size());
+    }
+    return {off, wide};
   }
 
  private:
   std::vector<Eigen::Vector3d> from_, to_;
   bool fixed_ = false;
 };
+
+/// A motion of what is tied to some states, and how well it is known at these.
+struct Motion {
+  Eigen::Isometry3d T;
+  double off = 0.0, wide = 0.0;  // as RigidMotion::spread
+};
+
+/// A pose after a motion, of which it had the covariance C before: a displacement normal with C,
+/// measured by the motion.
+template <class Pose>
+Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& C) {
+  constexpr int kPosition = Pose::Point::RowsAtCompileTime;
+  Values there;
+  insert_pose(there, Key('x', 0), motion.T * to_isometry(pose), Pose::kDim == SE3::kDim);
+  const typename Pose::Tangent d = pose.between(there.at<Pose>(Key('x', 0))).log();
+  typename Pose::Tangent noise = Pose::Tangent::Constant(motion.off / motion.wide);
+  noise.template head<kPosition>().setConstant(motion.off);
+  const Eigen::MatrixXd S = C + Eigen::MatrixXd(noise.asDiagonal());
+  const typename Pose::Tangent step = C * S.completeOrthogonalDecomposition().solve(d);
+  return pose * Pose::exp(step);
+}
 
 }  // namespace
 
@@ -53,7 +86,8 @@ PastStates::Departure::Departure(const std::vector<Key>& states, const std::vect
   for (const Key key : tied) copy(key, values, this->tied);
 }
 
-Values PastStates::at(const Values& window) const {
+Values PastStates::at(const Values& window,
+                      const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const {
   Values out;
   for (auto it = departures_.rbegin(); it != departures_.rend(); ++it) {
     RigidMotion motion;
@@ -66,13 +100,18 @@ Values PastStates::at(const Values& window) const {
         motion.add(point_at(it->tied, key), point_at(now, key));
       }
     }
-    const auto moved = motion.solve();
+    Motion how;
+    if (motion.is_fixed()) {
+      how.T = motion.solve();
+      std::tie(how.off, how.wide) = motion.spread(how.T);
+    }
     for (const Key key : it->states.keys()) {
       if (window.contains(key) || out.contains(key)) continue;
       const VariableType type = it->states.type(key);
-      if (moved && is_pose(type)) {
-        const bool is_3d = type.dim == SE3::kDim;
-        insert_pose(out, key, *moved * isometry_at(it->states, key), is_3d);
+      if (motion.is_fixed() && type == Variable<SE2>::type()) {
+        out.insert(key, moved(it->states.at<SE2>(key), how, covariances.at(key)));
+      } else if (motion.is_fixed() && type == Variable<SE3>::type()) {
+        out.insert(key, moved(it->states.at<SE3>(key), how, covariances.at(key)));
       } else {
         copy(key, it->states, out);
       }

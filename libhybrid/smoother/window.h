@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/smoother/detail/past_states.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/marginalization.h"
+#include "libhybrid/smoother/past_states.h"
 
 namespace HYBRID_API hybrid {
 

@@ -115,7 +115,7 @@ TEST(PastStates, MoveAlongInSpaceWhenALoopCloses) {
 TEST(PastStates, AreThoseThatHaveLeft) {
   WindowSmoother window(bounded(20, 2));
   RoundRoad<SE2> road;
-  for (int t = 0; t < 80; ++t) window.update(road.step(t, window.smoother().values()));
+  for (int t = 0; t < 150; ++t) window.update(road.step(t, window.smoother().values()));
   const Values past = window.past_states();
   EXPECT_GE(past.keys().size(), 10U);
   EXPECT_EQ(past.keys().size(), window.past().values.keys().size());

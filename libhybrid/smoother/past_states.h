@@ -2,12 +2,14 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/core/values.h"
+#include "libhybrid/geometry/eigen.h"
 
-namespace hybrid {
+namespace HYBRID_API hybrid {
 
 /// States that have left a window, each with what it was tied to then: when a loop closes, what is
 /// left of the place moves, and the states that left move along. Costs the places of what they were
@@ -24,9 +26,12 @@ class PastStates {
 
   void leave(Departure departure) { departures_.push_back(std::move(departure)); }
 
-  /// The states at the estimate of the window: moved rigidly, as what they were tied to has moved
-  /// in the least squares sense. Those that are in the window again are left out.
-  Values at(const Values& window) const;
+  /// The states at the estimate of the window. Each is moved rigidly, as what it was tied to has
+  /// moved in the least squares sense, as far as its covariance then allows beside what that
+  /// motion leaves unexplained: a start that was given stays. Those that are in the window again
+  /// are left out. `covariances` are those of the states when they left.
+  Values at(const Values& window,
+            const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const;
 
  private:
   std::vector<Departure> departures_;
