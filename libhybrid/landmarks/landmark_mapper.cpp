@@ -91,7 +91,7 @@ bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& 
     return false;
   }
   landmarks_.commit();
-  if (contribution.settle) smoother_.converge();
+  if (contribution.settle) smoother_.settle();
   report.handles.continuous.resize(own);  // those of the motion come behind
   association_.applied({report.handles, before, smoother_.objective(), report.exact});
   return true;

@@ -171,14 +171,24 @@ bool LoopClosing::is_old(int track, const LandmarkTracks& landmarks) const {
   return landmarks.first_seen_from(track) < views_[first_recent_].pose;
 }
 
-/// Earlier views within `radius` of where the robot is, none near another.
+/// Earlier views within `radius` of where the robot is, the nearest that are not near another. It is
+/// looked for in ever wider circles: however far the way has drifted, there are not many.
 std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius) const {
+  std::vector<std::size_t> out;
+  for (double within = std::min(span(), radius);; within = std::min(2 * within, radius)) {
+    out = anchors_within(map, within);
+    if (out.size() == kMaxAnchors || !(within < radius)) return out;
+  }
+}
+
+std::vector<std::size_t> LoopClosing::anchors_within(const MapView& map, double radius) const {
   const Eigen::Vector3d here = point_of(map.values, views_.back().pose);
   const double apart = views_.back().coverage.max_range;
   std::vector<std::pair<double, std::size_t>> near;
   views_.visit_near(here, radius, [&](std::size_t view) {
     if (view >= first_recent_ || !map.holds(views_[view].pose)) return;
-    near.emplace_back((point_of(map.values, views_[view].pose) - here).norm(), view);
+    const double distance = (point_of(map.values, views_[view].pose) - here).norm();
+    if (distance <= radius) near.emplace_back(distance, view);
   });
   std::sort(near.begin(), near.end());
   std::vector<std::size_t> out;
@@ -188,7 +198,7 @@ std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius)
     const bool crowded = std::any_of(taken.begin(), taken.end(), [&](const Eigen::Vector3d& q) {
       return (p - q).norm() < apart;
     });
-    if (crowded || distance > radius || out.size() == kMaxAnchors) continue;
+    if (crowded || out.size() == kMaxAnchors) continue;
     out.push_back(view);
     taken.push_back(p);
   }

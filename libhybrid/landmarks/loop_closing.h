@@ -50,6 +50,7 @@ class LoopClosing {
                 const MapView& map) const;
   std::vector<int> recent_tracks(const MapView& map, const LandmarkTracks& landmarks) const;
   std::vector<std::size_t> anchors(const MapView& map, double radius) const;
+  std::vector<std::size_t> anchors_within(const MapView& map, double radius) const;
   std::vector<int> tracks_about(const Eigen::Vector3d& center, const MapView& map,
                                 const LandmarkTracks& landmarks) const;
   bool is_old(int track, const LandmarkTracks& landmarks) const;

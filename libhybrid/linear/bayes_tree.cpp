@@ -199,17 +199,15 @@ void BayesTree::roll_back() noexcept {
   factor_numbers_.roll_back();
   clique_numbers_.roll_back();
   fresh_ = committed_fresh_;
-  for (int c : pending_) cliques_[c].pending = false;
   pending_ = committed_pending_;
   for (int c : pending_) cliques_[c].pending = true;
   start_epoch();
 }
 
-/// Resets the marks that an interrupted elimination or solution may have left.
+/// Resets what an interrupted elimination or solution may have left.
 void BayesTree::reset_scratch() {
   reset_local();
-  for (int v : changed_) changed_mark_[v] = 0;
-  for (int c : fresh_) cliques_[c].detached = false;
+  reset_marks();
 }
 
 double BayesTree::Clique::log_pivots() const {

@@ -141,6 +141,8 @@ class BayesTree {
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
     unsigned born = 0;      // epoch in which it was made
+    enum class Visit : char { kNone, kKept, kSolved };
+    Visit visit = Visit::kNone;  // in the `solve` under way
 
     /// order x frontal_dim: L, with the right-hand side as last row.
     double* columns() { return storage.data(); }
@@ -195,7 +197,11 @@ class BayesTree {
   void start_epoch() noexcept;
   void reinstate(int c);
   void propagate(std::vector<int>& stack, double threshold);
-  bool solve_clique(Clique& clique, double threshold);
+  double prepare(const Clique& clique);
+  void solve_prepared(Clique& clique);
+  bool needs_solving(const Clique& clique) const;
+  bool solve_kept_ancestors(int c, std::vector<int>& stack);
+  void reset_marks();
   std::vector<int> top_down() const;
 
   std::vector<VariableState> variables_;
@@ -231,7 +237,7 @@ class BayesTree {
   std::vector<double> least_;          // least pivots of the front
   std::vector<int> lifted_;            // columns of the front
   std::vector<int> lifted_variables_;  // of the elimination
-  std::vector<int> pending_now_;
+  std::vector<int> visited_, kept_;  // cliques
   std::vector<int> changed_;
   std::vector<char> changed_mark_;
   std::vector<double> step_, rhs_;

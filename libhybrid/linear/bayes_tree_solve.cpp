@@ -30,25 +30,15 @@ double half_quadratic(const double* h, const double* d, int n) {
 
 }  // namespace
 
-/// Solves for the frontals of a clique if that lowers the objective by more than the threshold, and
-/// returns whether it did; if not, the old steps stay.
-bool BayesTree::solve_clique(Clique& clique, double threshold) {
+/// Gathers the steps of a clique's variables and its right-hand side given those of the separator.
+/// Returns by how much solving for the frontals lowers the linearised objective.
+double BayesTree::prepare(const Clique& clique) {
   const int n = clique.order;
   const int f = clique.frontal_dim;
   step_.resize(n);
-  int row = f;
-  for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
-    const VariableState& variable = variables_[clique.variables[k]];
-    std::copy_n(deltas_.at(variable.delta), variable.dim, step_.data() + row);
-    row += variable.dim;
-  }
-  clique.pending = false;
-  // The right-hand side given the separator, and its residual at the old steps.
-  row = 0;
-  for (int k = 0; k < clique.frontals; ++k) {
-    const VariableState& variable = variables_[clique.variables[k]];
-    std::copy_n(deltas_.at(variable.delta), variable.dim, step_.data() + row);
-    row += variable.dim;
+  double* to = step_.data();
+  for (int v : clique.variables) {
+    to = std::copy_n(deltas_.at(variables_[v].delta), variables_[v].dim, to);
   }
   const int s = n - 1 - f;
   rhs_.resize(f);
@@ -60,64 +50,104 @@ bool BayesTree::solve_clique(Clique& clique, double threshold) {
     const double left = rhs_[j] + dot(column + j, step_.data() + j, f - j);
     gain += left * left;
   }
-  if (!(0.5 * gain > threshold)) return false;
+  return 0.5 * gain;
+}
+
+/// Solves for the frontals of the clique that was prepared last.
+void BayesTree::solve_prepared(Clique& clique) {
+  const int n = clique.order;
+  const int f = clique.frontal_dim;
+  const auto dot = kernels().dot;
   for (int j = f - 1; j >= 0; --j) {
     const double* column = clique.columns() + static_cast<std::size_t>(j) * n;
     step_[j] = -(rhs_[j] + dot(column + j + 1, step_.data() + j + 1, f - 1 - j)) / column[j];
   }
-  row = 0;
+  const double* from = step_.data();
   for (int k = 0; k < clique.frontals; ++k) {
     const int v = clique.variables[k];
     save_delta(v);
-    std::copy_n(step_.data() + row, variables_[v].dim, deltas_.at(variables_[v].delta));
-    row += variables_[v].dim;
+    std::copy_n(from, variables_[v].dim, deltas_.at(variables_[v].delta));
+    from += variables_[v].dim;
     changed_.push_back(v);
     changed_mark_[v] = 1;
   }
-  return true;
 }
 
-/// Solves the cliques on the stack and below whose separator changed or whose step was overridden.
+/// Whether a clique is to be solved, and was not yet: its step was overridden, it is new, or the
+/// steps of its separator have changed.
+bool BayesTree::needs_solving(const Clique& clique) const {
+  if (clique.visit == Clique::Visit::kSolved) return false;
+  if (clique.pending) return true;
+  for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
+    if (changed_mark_[clique.variables[k]] != 0) return true;
+  }
+  return false;
+}
+
+/// Solves the ancestors of a clique that were visited and kept their steps, from the top, and puts
+/// what is below them, the clique too, on the stack once more. Returns whether there were any.
+bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack) {
+  kept_.clear();
+  for (int a = cliques_[c].parent; a >= 0 && cliques_[a].visit == Clique::Visit::kKept;
+       a = cliques_[a].parent) {
+    kept_.push_back(a);
+  }
+  for (auto a = kept_.rbegin(); a != kept_.rend(); ++a) {
+    prepare(cliques_[*a]);
+    solve_prepared(cliques_[*a]);
+    cliques_[*a].visit = Clique::Visit::kSolved;
+    stack.insert(stack.end(), cliques_[*a].children.begin(), cliques_[*a].children.end());
+  }
+  return !kept_.empty();
+}
+
+/// Solves cliques on the stack and below. Where that gains no more than the threshold a clique
+/// keeps its steps, and what is below is visited all the same: the change above may matter there.
+/// But before anything is solved below it, it is solved itself. Else its error, worth little there,
+/// would be a bend of all that hangs on it: a chain of a kilometre would swing to and fro.
 void BayesTree::propagate(std::vector<int>& stack, double threshold) {
   while (!stack.empty()) {
-    Clique& clique = cliques_[stack.back()];
+    const int c = stack.back();
     stack.pop_back();
-    bool needed = clique.pending;
-    for (std::size_t k = clique.frontals; k < clique.variables.size() && !needed; ++k) {
-      needed = changed_mark_[clique.variables[k]] != 0;
-    }
+    Clique& clique = cliques_[c];
+    if (!needs_solving(clique)) continue;
+    const bool worth = prepare(clique) > threshold;
+    if (worth && solve_kept_ancestors(c, stack)) continue;
+    if (worth) solve_prepared(clique);
+    if (clique.visit == Clique::Visit::kNone) visited_.push_back(c);
+    clique.visit = worth ? Clique::Visit::kSolved : Clique::Visit::kKept;
     clique.pending = false;
-    if (!needed) continue;
-    // Even if its own steps stay, the change above may matter further down.
-    solve_clique(clique, threshold);
-    for (int child : clique.children) stack.push_back(child);
+    stack.insert(stack.end(), clique.children.begin(), clique.children.end());
   }
 }
 
 const std::vector<int>& BayesTree::solve(double threshold) {
   changed_.clear();
-  // New cliques in reverse order of their making, parents first; then those with overridden steps,
-  // in the order of the calls.
-  for (int c : fresh_) cliques_[c].detached = true;
+  // All above a new clique is new.
   std::vector<int> stack;
-  for (auto it = fresh_.rbegin(); it != fresh_.rend(); ++it) {
-    solve_clique(cliques_[*it], threshold);
-    for (int child : cliques_[*it].children) {
-      if (!cliques_[child].detached) stack.push_back(child);
-    }
+  for (int c : fresh_) {
+    cliques_[c].pending = true;
+    if (cliques_[c].parent < 0) stack.push_back(c);
   }
-  for (int c : fresh_) cliques_[c].detached = false;
-  fresh_.clear();
   propagate(stack, threshold);
-  pending_now_ = pending_;
-  pending_.clear();
-  for (int c : pending_now_) {
+  for (int c : pending_) {
     if (!cliques_[c].pending) continue;
     stack.push_back(c);
     propagate(stack, threshold);
   }
-  for (int v : changed_) changed_mark_[v] = 0;
+  reset_marks();
+  fresh_.clear();
+  pending_.clear();
   return changed_;
+}
+
+/// Resets the marks of a solution, finished or interrupted.
+void BayesTree::reset_marks() {
+  for (int c : fresh_) cliques_[c].pending = false;
+  for (int c : pending_) cliques_[c].pending = false;
+  for (int c : visited_) cliques_[c].visit = Clique::Visit::kNone;
+  visited_.clear();
+  for (int v : changed_) changed_mark_[v] = 0;
 }
 
 void BayesTree::prefetch(int f) const {

@@ -18,6 +18,10 @@ namespace {
 /// since they leave by one dense elimination.
 constexpr std::size_t kStatesAtOnce = 50;
 
+/// How often a state is looked at, on average, while as many others enter as there are: a look at
+/// all of them in every update would cost more the larger the place.
+constexpr std::size_t kLooks = 16;
+
 /// Divergence [nat] from which on the chain of states is not broken, however much is tied together:
 /// the estimate moves by a standard deviation or so in some direction.
 constexpr double kMostLoss = 1.0;
@@ -75,7 +79,7 @@ std::vector<WindowSmoother::Departure> WindowSmoother::surplus() {
       found.push_back(i);
   }
   if (found.size() < kStatesAtOnce) {
-    look_again_ = entered_ + static_cast<int>(kStatesAtOnce);
+    look_again_ = entered_ + static_cast<int>(std::max(kStatesAtOnce, states_.size() / kLooks));
     return {};
   }
   std::vector<Departure> out;

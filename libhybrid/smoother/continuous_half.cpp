@@ -42,33 +42,33 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
 /// that moved linearised again; and where that does not help, damped steps. A step that raises the
 /// objective is not taken where its linear model promises less than linear models may be off by:
 /// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
-/// objective by less than that, part of it is enough. Less than `minor` is not worth damped steps.
-void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire, double minor) {
+/// objective by less than that, part of it is enough.
+void IncrementalSmoother::continuous_step(UpdateReport& report) {
   ++report.rounds;
   const double before = term_cost_.value();
   old_slots_.clear();
   old_.clear();
   ++old_stamp_;
-  const double negligible = std::min(options_.relinearize, minor);
+  const double negligible = std::min(leeway_.relinearize, leeway_.minor);
   double promised = 0.0;
   for (int tries = 0;; ++tries) {
-    changed_ = tree_.solve(wildfire);
+    changed_ = tree_.solve(leeway_.wildfire);
     remember(changed_);
     move_estimate();
     const double gained = before - term_cost_.value();
     if (tries == 0) promised = gained + model_error_;
-    if (gained >= 0.0 && !falls_short(gained, promised, minor)) break;
+    if (gained >= 0.0 && !falls_short(gained, promised)) break;
     const Place start{old_slots_, old_};
     if (gained < 0.0 && gained + model_error_ <= negligible) {
       go_along(start, way_from(start), 0.0);
       break;
     }
-    if (gained >= -negligible && !falls_short(gained, promised, minor)) {
+    if (gained >= -negligible && !falls_short(gained, promised)) {
       go_part_of_the_way(start, before);
       break;
     }
     if (tries == kMoreSteps) {
-      fall_back(before, promised, minor, report);
+      fall_back(before, promised, report);
       break;
     }
     // All that moved, not just the ends of the worst factors: a variable that is linearised again
@@ -78,7 +78,7 @@ void IncrementalSmoother::continuous_step(UpdateReport& report, double wildfire,
     move_linearization(moved, report);
     if (!eliminate(report)) {
       report.status = UpdateReport::Status::kOk;
-      fall_back(before, promised, minor, report);
+      fall_back(before, promised, report);
       break;
     }
   }
@@ -160,12 +160,11 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
   choose_moved();
 }
 
-/// Lists, as `moved_`, the variables of factors whose linear model is off by more than the option
-/// says.
+/// Lists, as `moved_`, the variables of factors whose linear model is off by more than is left undone.
 void IncrementalSmoother::choose_moved() {
   moved_.clear();
   for (const auto& [error, t] : errors_) {
-    if (error <= options_.relinearize) continue;
+    if (error <= leeway_.relinearize || t >= terms_.count() || !terms_[t].alive) continue;
     moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
   sort_unique(moved_);

@@ -115,6 +115,13 @@ void DiscreteHalf::move(Key key, int value) {
   for (int f : variables_.at(key).factors) refresh_cost(f);
 }
 
+void DiscreteHalf::list_changed(std::vector<Key>& keys) const {
+  for (int f : added_) {
+    for (const DiscreteKey& key : factors_[f].keys) keys.push_back(key.key);
+  }
+  for (const auto& [key, value] : saved_values_) keys.push_back(key);
+}
+
 int DiscreteHalf::cardinality(Key key) const {
   const auto it = variables_.find(key);
   if (it == variables_.end()) throw Error("no factor holds discrete variable " + to_string(key));

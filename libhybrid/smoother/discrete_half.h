@@ -57,6 +57,8 @@ class DiscreteHalf {
   int owner(int f) const { return factors_[f].owner; }
   void set_owner(int f, int owner) { factors_[f].owner = owner; }
   bool contains(Key key) const { return variables_.count(key) != 0; }
+  /// Appends the variables of factors added, and those that were moved, since the last commit.
+  void list_changed(std::vector<Key>& keys) const;
   /// Throws Error for an unknown variable.
   int cardinality(Key key) const;
   /// The tables of the component that a variable belongs to.

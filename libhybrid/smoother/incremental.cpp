@@ -17,6 +17,10 @@ namespace {
 /// What is too little for an update to matter, in units of the objective: the next ones go on.
 constexpr double kMinorGain = 1.0;
 
+/// What `settle` may leave undone, as a share of what updates may: where decisions compare
+/// objectives, it must be far below what decides.
+constexpr double kSettled = 1e-2;
+
 }  // namespace
 
 /// Runs change(report), which makes the smoother what it will be. Where it throws, or leaves a
@@ -37,17 +41,36 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   if (report.status != UpdateReport::Status::kOk) {
     take_back();
     report.handles = {};
-  } else if (own) {
-    make_permanent();
+  } else {
+    list_changed(report);
+    if (own) make_permanent();
   }
   report.objective_after = objective();
   report.seconds = seconds_since(start);
   return report;
 }
 
+void IncrementalSmoother::list_changed(UpdateReport& report) const {
+  const auto add = [&](Key key) {
+    if (!estimate_.is_removed(key)) report.changed.push_back(key);
+  };
+  for (int slot : estimate_.edited()) add(values().key(slot));
+  for (Key key : estimate_.inserted()) add(key);
+  discrete_.list_changed(report.changed);
+}
+
 // Algorithm (section IV-B): D given C for what was touched; then rounds of C given D and D given C.
 UpdateReport IncrementalSmoother::update(const Delta& delta) {
+  return update(delta, usual_leeway());
+}
+
+IncrementalSmoother::Leeway IncrementalSmoother::usual_leeway() const {
+  return {options_.relinearize, options_.wildfire, kMinorGain};
+}
+
+UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leeway) {
   return all_or_nothing([&](UpdateReport& report) {
+    leeway_ = leeway;
     check(delta);
     stage(delta, report);
     record(report);
@@ -57,17 +80,33 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
     std::vector<int> moved;
     moved.swap(moved_);
     move_linearization(moved, report);
-    if (eliminate_new(report)) settle(report);
+    if (eliminate_new(report)) alternate(report);
   });
 }
 
 /// Alternates until nothing flips, or for the rounds that an update may take.
-void IncrementalSmoother::settle(UpdateReport& report) {
-  continuous_step(report, options_.wildfire, kMinorGain);
+void IncrementalSmoother::alternate(UpdateReport& report) {
+  continuous_step(report);
   while (report.status == UpdateReport::Status::kOk && discrete_step(report) &&
          take_flips(report) && report.rounds < options_.rounds) {
-    continuous_step(report, options_.wildfire, kMinorGain);
+    continuous_step(report);
   }
+}
+
+UpdateReport IncrementalSmoother::settle(int max_updates) {
+  Leeway fine = usual_leeway();
+  for (double* of : {&fine.relinearize, &fine.wildfire, &fine.minor}) *of *= kSettled;
+  leeway_ = fine;
+  choose_moved();
+  UpdateReport report;
+  report.objective_before = report.objective_after = objective();
+  for (int k = 0; k < max_updates; ++k) {
+    const bool open = !moved_.empty();
+    const UpdateReport one = update({}, fine);
+    report.go_on(one);
+    if (one.status != UpdateReport::Status::kOk || (one.flips == 0 && !open)) break;
+  }
+  return report;
 }
 
 UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
@@ -81,7 +120,8 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
       enter_pulls();
       move_linearization(all, report);
       if (!eliminate(report)) return;
-      continuous_step(report, 0.0, tolerance * std::max(1.0, std::abs(before)));
+      leeway_ = {options_.relinearize, 0.0, tolerance * std::max(1.0, std::abs(before))};
+      continuous_step(report);
       if (report.status != UpdateReport::Status::kOk) return;
       const bool flipped = discrete_step(report) && take_flips(report);
       const double decrease = before - objective();

@@ -60,6 +60,11 @@ class IncrementalSmoother {
   /// variables within some sqrt(2e-10 L) of their standard deviations, 4e-4 for L = 1000.
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
 
+  /// Goes on where the last update has stopped, at the cost of what still moves, until a hundredth
+  /// of what updates leave undone is left of what that one moved. What nothing touches stays as it
+  /// is, unlike in `converge`.
+  UpdateReport settle(int max_updates = 50);
+
   /// Begins a transaction: updates until `commit` can be rolled back together, at the cost of what
   /// they touched. Throws Error where one is under way. A variable removed in a transaction cannot
   /// enter again before its end.
@@ -158,10 +163,19 @@ class IncrementalSmoother {
   void take_back() noexcept;
   void end_change() noexcept;
 
+  /// What a half-step may leave undone, in units of the objective.
+  struct Leeway {
+    double relinearize = 0.0, wildfire = 0.0;  ///< see SmootherOptions
+    double minor = 0.0;                        ///< not worth damped steps
+  };
+
   // incremental.cpp
+  Leeway usual_leeway() const;
+  UpdateReport update(const Delta& delta, const Leeway& leeway);
   template <class Change>
   UpdateReport all_or_nothing(const Change& change);
-  void settle(UpdateReport& report);
+  void alternate(UpdateReport& report);
+  void list_changed(UpdateReport& report) const;
   bool eliminate(UpdateReport& report);
   bool discrete_step(UpdateReport& report);
   bool take_flips(UpdateReport& report);
@@ -187,7 +201,7 @@ class IncrementalSmoother {
   bool others_say_what_was_lost(int most_dims) const;
 
   // continuous_half.cpp
-  void continuous_step(UpdateReport& report, double wildfire, double minor);
+  void continuous_step(UpdateReport& report);
   void move_linearization(const std::vector<int>& slots, UpdateReport& report);
   void remember(const std::vector<int>& slots);
   void move_estimate();
@@ -201,13 +215,13 @@ class IncrementalSmoother {
     std::vector<int> slots;
     std::vector<double> numbers;
   };
-  static bool falls_short(double gained, double promised, double minor);
+  bool falls_short(double gained, double promised) const;
   Place place_of(std::vector<int> slots) const;
   void go_to(const Place& place, UpdateReport& report);
   std::vector<double> way_from(const Place& start) const;
   void go_along(const Place& start, const std::vector<double>& way, double share);
   void go_part_of_the_way(const Place& start, double before);
-  void fall_back(double before, double promised, double minor, UpdateReport& report);
+  void fall_back(double before, double promised, UpdateReport& report);
   void damped_steps(const Place& start, UpdateReport& report);
   void damp(const std::vector<int>& slots, double damping);
   void undamp();
@@ -243,6 +257,7 @@ class IncrementalSmoother {
   std::vector<Lost> lost_;
 
   // Scratch of an update.
+  Leeway leeway_;
   std::vector<int> behind_;                // slots to eliminate behind even the last ones
   std::vector<int> changed_;               // slots whose estimate moved in the last continuous step
   std::vector<DiscreteHalf::Flip> flips_;  // of the last discrete step

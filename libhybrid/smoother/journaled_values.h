@@ -26,6 +26,8 @@ class JournaledValues {
   }
   /// Variables that came since the last commit.
   const std::vector<Key>& inserted() const { return inserted_; }
+  /// Slots of others that may have changed since then.
+  const std::vector<int>& edited() const { return slots_; }
   void remove(Key key) { removed_.push_back(key); }
   bool is_removed(Key key) const {
     return std::find(removed_.begin(), removed_.end(), key) != removed_.end();

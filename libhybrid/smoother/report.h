@@ -56,6 +56,22 @@ struct UpdateReport : UpdateWork {
   AddedHandles handles;            ///< of the factors that the update has added
   std::vector<double> objectives;  ///< after every half-step (eq. 10), never rising
   std::vector<Flip> flipped;       ///< the discrete variables that changed, by half-step
+  /// Variables of either kind that came, or whose estimate was set anew, since the last commit.
+  std::vector<Key> changed;
+
+  /// Goes on with a later update that adds no factors: its status, and its work behind this one's.
+  void go_on(const UpdateReport& later) {
+    add(later);
+    status = later.status;
+    message = later.message;
+    under_constrained = later.under_constrained;
+    for (Flip flip : later.flipped) {
+      flip.half_step += objectives.size();
+      flipped.push_back(flip);
+    }
+    objectives.insert(objectives.end(), later.objectives.begin(), later.objectives.end());
+    changed.insert(changed.end(), later.changed.begin(), later.changed.end());
+  }
 };
 
 }  // namespace hybrid

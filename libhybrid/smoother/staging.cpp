@@ -193,6 +193,7 @@ void IncrementalSmoother::take_back() noexcept {
   kept_last_ = std::move(committed_.kept_last);
   weak_left_out_ = committed_.weak_left_out;
   couple_weak_ = committed_.couple_weak;
+  errors_.clear();
   end_change();
 }
 

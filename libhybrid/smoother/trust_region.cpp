@@ -25,8 +25,8 @@ constexpr double kLeastGain = 0.05;
 
 }  // namespace
 
-bool IncrementalSmoother::falls_short(double gained, double promised, double minor) {
-  return gained < kLeastGain * promised - minor;
+bool IncrementalSmoother::falls_short(double gained, double promised) const {
+  return gained < kLeastGain * promised - leeway_.minor;
 }
 
 /// The estimates of some variables.
@@ -193,11 +193,10 @@ void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) 
 /// What to do when Gauss-Newton has not brought what it promised: a part of its way where it has
 /// led uphill; and where much of the promise is left, damped steps from where the half-step began,
 /// if they come to a better place.
-void IncrementalSmoother::fall_back(double before, double promised, double minor,
-                                    UpdateReport& report) {
+void IncrementalSmoother::fall_back(double before, double promised, UpdateReport& report) {
   const Place start{old_slots_, old_};
   if (!(term_cost_.value() <= before)) go_part_of_the_way(start, before);
-  if (!falls_short(before - term_cost_.value(), promised, minor)) return;
+  if (!falls_short(before - term_cost_.value(), promised)) return;
   const Place reached = place_of(old_slots_);
   const double reached_cost = term_cost_.value();
   damped_steps(start, report);

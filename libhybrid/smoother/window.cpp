@@ -362,6 +362,7 @@ bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) 
   report.marginalized += static_cast<int>(keys.size());
   report.fill += change.made.fill;
   report.seconds += done.seconds;
+  report.changed.insert(report.changed.end(), done.changed.begin(), done.changed.end());
   report.objective_after = done.objective_after;
   if (is_bounded()) past_states_.leave(std::move(places));
   if (is_bounded()) note_departure(going, change.fixed, covariance, report);

@@ -91,6 +91,8 @@ class WindowSmoother {
     return smoother_.converge(max_rounds, tolerance);
   }
 
+  UpdateReport settle() { return smoother_.settle(); }
+
   /// Converges from another place, of all variables in the window, and stays there only if the
   /// objective is lower then; the report is empty if it is not.
   UpdateReport converge_from(const Values& start);

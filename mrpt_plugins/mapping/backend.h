@@ -50,6 +50,8 @@ class Backend {
 
   /// Solves to convergence, after the last change.
   virtual BackendReport finish() = 0;
+  /// Solves as far as decisions need that compare the map before and after a change.
+  virtual BackendReport settle() { return finish(); }
 
   /// All variables ever added and not removed; a marginalised one keeps its last estimate, until
   /// finish() moves it along where the back-end can tell.

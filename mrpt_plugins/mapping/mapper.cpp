@@ -204,7 +204,7 @@ StepRecord Mapper::record(const Keyframe& keyframe, const BackendReport& report)
 
 BackendReport Mapper::finish() {
   BackendReport work = revise(true);
-  add_work(work, solve());
+  add_work(work, solve(&Backend::finish));
   return work;
 }
 

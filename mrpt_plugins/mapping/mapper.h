@@ -143,7 +143,7 @@ class Mapper {
   void count(const BackendReport& report);
   void keep(const BackendReport& report);
   void keep(const Contribution& contribution);
-  BackendReport solve();
+  BackendReport solve(BackendReport (Backend::*way)());
   BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;
   Key pose_key(std::size_t i) const { return Key(key_letter::kPose, i); }

@@ -109,7 +109,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
   note_start(delta, report);
   if (std::any_of(contributions.begin(), contributions.end(),
                   [](const Contribution& c) { return c.settle; })) {
-    add_work(report, solve());
+    add_work(report, solve(&Backend::settle));
   }
   for (std::size_t p = 0; p < contributions.size(); ++p) tell(p, contributions[p], report, first);
   count(report);
@@ -174,9 +174,9 @@ void Mapper::count(const BackendReport& report) {
   objective_ = report.objective_after;
 }
 
-/// Solves to convergence; if that fails, the estimate stays as it is.
-BackendReport Mapper::solve() try {
-  BackendReport report = backend_->finish();
+/// Solves by one of the back-end's ways; if that fails, the estimate stays as it is.
+BackendReport Mapper::solve(BackendReport (Backend::*way)()) try {
+  BackendReport report = (backend_.get()->*way)();
   keep(report);
   return report;
 } catch (const Error& e) {

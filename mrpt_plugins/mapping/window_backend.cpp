@@ -51,34 +51,22 @@ std::vector<Key> WindowBackend::elimination_order() const {
   return smoother_.smoother().elimination_order();
 }
 
-/// Copies a variable of the window; its place is looked up by its key once.
-void WindowBackend::copy_from_window(int slot) {
+/// Copies from the window to the estimate of all variables what has changed there, and of the
+/// variables that have just left it.
+void WindowBackend::merge(const std::vector<Key>& changed, const std::vector<Key>& left,
+                          const std::vector<Key>& left_discrete) {
   const Values& live = smoother_.smoother().values();
-  Values& all = merged_.values;
-  const Key key = live.key(slot);
-  int& to = merged_slots_[static_cast<std::size_t>(slot)];
-  const bool known = to >= 0 && to < all.slot_count() && all.occupied(to) && all.key(to) == key;
-  if (known) {
-    std::copy_n(live.data(slot), live.type(slot).size, all.data(to));
-  } else {
-    put(all, key, live);
-    to = all.slot(key);
+  const Assignment& chosen = smoother_.smoother().assignment();
+  if (is_whole()) {
+    if (is_full() || left.empty()) return;
+    merged_ = {live, chosen};
   }
-}
-
-/// Copies the estimate of the window, and of the variables that have just left it.
-void WindowBackend::merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete) {
-  if (is_whole() && (is_full() || left.empty())) return;
   const Estimate& past = smoother_.past();
-  const Values& live = smoother_.smoother().values();
   for (const Key key : left) put(merged_.values, key, past.values);
   for (const Key key : left_discrete) merged_.assignment.set(key, past.assignment.at(key));
-  merged_slots_.resize(static_cast<std::size_t>(live.slot_count()), -1);
-  for (int slot = 0; slot < live.slot_count(); ++slot) {
-    if (live.occupied(slot)) copy_from_window(slot);
-  }
-  for (const auto& [key, value] : smoother_.smoother().assignment()) {
-    merged_.assignment.set(key, value);
+  for (const Key key : changed) {
+    if (live.contains(key)) put(merged_.values, key, live);
+    if (chosen.contains(key)) merged_.assignment.set(key, chosen.at(key));
   }
 }
 
@@ -88,18 +76,25 @@ BackendReport WindowBackend::update(const Delta& delta) {
   for (const Key key : delta.remove_values) {
     if (merged_.values.contains(key)) merged_.values.erase(key);
   }
-  merge(update.left, update.left_discrete);
+  merge(update.changed, update.left, update.left_discrete);
   return report_of(update);
 }
 
 BackendReport WindowBackend::finish() {
-  BackendReport report = report_of(smoother_.converge());
+  const UpdateReport update = smoother_.converge();
+  BackendReport report = report_of(update);
   starts_.clear();
   if (is_whole()) add_work(report, report_of(solve_from_chordal_start()));
-  merge({}, {});
+  merge(update.changed, {}, {});
   const Values past = smoother_.past_states();
   for (const Key key : past.keys()) put(merged_.values, key, past);
   return report;
+}
+
+BackendReport WindowBackend::settle() {
+  const UpdateReport update = smoother_.settle();
+  merge(update.changed, {}, {});
+  return report_of(update);
 }
 
 /// Tries another start than that of the way here, and goes on from it if it leads lower.

@@ -23,6 +23,7 @@ class WindowBackend : public Backend {
   std::string mode() const override;
   BackendReport update(const Delta& delta) override;
   BackendReport finish() override;
+  BackendReport settle() override;
   const Values& values() const override;
   const Assignment& assignment() const override;
   const HybridGraph& graph() const override { return smoother_.smoother().graph(); }
@@ -42,8 +43,8 @@ class WindowBackend : public Backend {
   /// Whether the estimate of the graph is that of all variables.
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
   UpdateReport solve_from_chordal_start();
-  void merge(const std::vector<Key>& left, const std::vector<Key>& left_discrete);
-  void copy_from_window(int slot);
+  void merge(const std::vector<Key>& changed, const std::vector<Key>& left,
+             const std::vector<Key>& left_discrete);
   BackendReport report_of(const UpdateReport& update) const;
   void add_past(const std::vector<Key>& continuous, const std::vector<DiscreteKey>& discrete,
                 Uncertainty& out) const;
@@ -52,7 +53,6 @@ class WindowBackend : public Backend {
   WindowSmoother smoother_;
   std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
   Estimate merged_;                       // of the window and the past, once something has left
-  std::vector<int> merged_slots_;         // in it, by slot of the window
 };
 
 }  // namespace hybrid
