@@ -172,14 +172,19 @@ int run(std::size_t sightings, const std::string& csv, const std::string& pictur
                 make_backend(ini.section("solver")), false);
   World world;
   const std::vector<Bin> bins = grow(sightings, mapper, world);
-  std::string text = "sightings,landmarks,mean_ms,p95_ms,association_wall_ms\n";
+  const std::vector<AssociationDecision> decisions = mapper.decisions();
+  auto first = decisions.begin();
+  std::string text = "sightings,landmarks,mean_ms,p95_ms,association_wall_ms,right\n";
   for (const Bin& bin : bins) {
-    text += fmt::format("{},{},{:.4f},{:.4f},{:.4f}\n", bin.sightings, bin.landmarks, bin.mean(),
-                        bin.p95(), bin.association());
+    const auto last = decisions.begin() + static_cast<std::ptrdiff_t>(bin.sightings);
+    text +=
+        fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.4f}\n", bin.sightings, bin.landmarks, bin.mean(),
+                    bin.p95(), bin.association(), association_report({first, last}).accuracy());
+    first = last;
   }
   if (!csv.empty()) write_file(csv, text);
   if (!picture.empty()) draw(bins, picture);
-  const AssociationReport report = association_report(mapper.decisions());
+  const AssociationReport report = association_report(decisions);
   fmt::print("{}associations right: {:.2f} %\n", text, 100 * report.accuracy());
   return 0;
 }

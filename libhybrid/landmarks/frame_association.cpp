@@ -52,6 +52,21 @@ PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vect
   return predict_sightings<Pose>(pose, sensor, points, joint);
 }
 
+/// The covariance of the robot's pose as seen from where this place was first looked at, in the
+/// tangent of the robot; that in the map where nobody looked yet. How far the way to this place has
+/// drifted says nothing about what was seen in it.
+template <class Pose>
+Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& frame,
+                                 const SensorCoverage& coverage, const Views& views,
+                                 const MapView& map) {
+  const auto first =
+      views.first_near(frame.T_map_robot.translation(), coverage.max_range, frame.pose, map);
+  if (!first) return map.joint_covariance({});
+  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
+  J << Pose::Jacobian::Identity(), -T_map_robot.between(map.values.at<Pose>(*first)).adjoint();
+  return J * map.joint_covariance({*first}) * J.transpose();
+}
+
 /// Landmarks that may be within the gate of some detection, nearest first where there are too many.
 /// What is known less well than `spacing`, how far landmarks are apart, is told from no other.
 std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_sigmas,
@@ -262,13 +277,16 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
   const Eigen::MatrixXd pose_covariance = map.joint_covariance({});
+  const Eigen::MatrixXd local =
+      map.is_3d ? local_covariance(to_se3(frame.T_map_robot), frame, coverage, views, map)
+                : local_covariance(to_se2(frame.T_map_robot), frame, coverage, views, map);
   std::vector<Located> located;
   for (const Detection& d : seen.detections) {
     c.measured.push_back(measured_point(d, map.is_3d));
     located.push_back(map.is_3d ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
-                                             pose_covariance, c.measured.back())
+                                             local, c.measured.back())
                                 : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
-                                             pose_covariance, c.measured.back()));
+                                             local, c.measured.back()));
   }
   const double density =
       coverage.expected_in_view(options.landmarks_in_view) / coverage.space_in_view();

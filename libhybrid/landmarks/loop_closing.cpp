@@ -171,8 +171,8 @@ bool LoopClosing::is_old(int track, const LandmarkTracks& landmarks) const {
   return landmarks.first_seen_from(track) < views_[first_recent_].pose;
 }
 
-/// Earlier views within `radius` of where the robot is, the nearest that are not near another. It is
-/// looked for in ever wider circles: however far the way has drifted, there are not many.
+/// Earlier views within `radius` of where the robot is, the nearest that are not near another. It
+/// is looked for in ever wider circles: however far the way has drifted, there are not many.
 std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius) const {
   std::vector<std::size_t> out;
   for (double within = std::min(span(), radius);; within = std::min(2 * within, radius)) {

@@ -16,7 +16,10 @@ namespace {
 /// Looks that the detection probability of a landmark is known as well as: one that hides from a
 /// look is likely to hide from the next.
 constexpr double kLooksOfPrior = 10;
-constexpr std::size_t kForgetEvery = 100;  // looks: those that have left are searched for so often
+/// Those that have left are searched for once there are this share more, so that the search costs
+/// each look the same however many there are.
+constexpr std::size_t kForgetShare = 16;
+constexpr std::size_t kFewLooks = 100;
 constexpr int kMostLooks = 20;  // that are counted: what is left after so many is nothing
 
 /// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
@@ -40,7 +43,10 @@ void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sens
       view.travelled += (here - isometry_at(map.values, last.pose).translation()).norm();
     }
   }
-  if (views_.size() % kForgetEvery == 0 && map.keeps_all) forget(map, frame.pose);
+  if (views_.size() >= forget_at_ && map.keeps_all) {
+    forget(map, frame.pose);
+    forget_at_ = views_.size() + std::max(kFewLooks, views_.size() / kForgetShare);
+  }
   places_.put(static_cast<int>(views_.size()), here.x(), here.y());
   views_.push_back(std::move(view));
 }
@@ -52,6 +58,17 @@ void Views::forget(const MapView& map, Key newest) {
     const Key pose = views_[view].pose;
     if (pose != newest && !map.holds(pose)) places_.remove(static_cast<int>(view));
   }
+}
+
+std::optional<Key> Views::first_near(const Eigen::Vector3d& point, double radius, Key newest,
+                                     const MapView& map) const {
+  std::size_t first = views_.size();
+  visit_near(point, radius, [&](std::size_t view) {
+    const Key pose = views_[view].pose;
+    if (view < first && pose != newest && map.holds(pose)) first = view;
+  });
+  if (first == views_.size()) return std::nullopt;
+  return views_[first].pose;
 }
 
 bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -40,6 +41,11 @@ class Views {
                        [&](int view) { visit(static_cast<std::size_t>(view)); });
   }
 
+  /// The pose of the first look from about `radius` around a point, other than `newest`, that the
+  /// map still holds; none if there is none.
+  std::optional<Key> first_near(const Eigen::Vector3d& point, double radius, Key newest,
+                                const MapView& map) const;
+
   /// Whether a point of the map was well in view in a look, which the map still holds.
   bool covers(std::size_t view, const Eigen::Vector3d& point, const MapView& map) const;
 
@@ -60,6 +66,7 @@ class Views {
   void forget(const MapView& map, Key newest);
 
   std::vector<View> views_;
+  std::size_t forget_at_ = 0;  // looks
   SpatialGrid places_;
 };
 

@@ -237,7 +237,7 @@ class BayesTree {
   std::vector<double> least_;          // least pivots of the front
   std::vector<int> lifted_;            // columns of the front
   std::vector<int> lifted_variables_;  // of the elimination
-  std::vector<int> visited_, kept_;  // cliques
+  std::vector<int> visited_, kept_;    // cliques
   std::vector<int> changed_;
   std::vector<char> changed_mark_;
   std::vector<double> step_, rhs_;

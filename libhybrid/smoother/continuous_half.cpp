@@ -160,7 +160,8 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
   choose_moved();
 }
 
-/// Lists, as `moved_`, the variables of factors whose linear model is off by more than is left undone.
+/// Lists, as `moved_`, the variables of factors whose linear model is off by more than is left
+/// undone.
 void IncrementalSmoother::choose_moved() {
   moved_.clear();
   for (const auto& [error, t] : errors_) {
