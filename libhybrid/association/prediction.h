@@ -33,11 +33,12 @@ struct PredictedSightings {
   GaussianScore score(const std::vector<MeasuredPoint>& measured, const Matching& matching) const;
 };
 
-/// `joint` is the covariance of the tangent of the pose and the landmarks, in that order.
-template <class Pose>
-PredictedSightings predict_sightings(const Pose& T_map_robot, const Pose& T_robot_sensor,
-                                     const std::vector<typename Pose::Point>& landmarks,
-                                     const Eigen::MatrixXd& joint) {
+/// `covariance_of(J)` is the covariance of J x, with x the tangent of the pose and the landmarks,
+/// in that order.
+template <class Pose, class CovarianceOfJ>
+PredictedSightings predict_sightings_by(const Pose& T_map_robot, const Pose& T_robot_sensor,
+                                        const std::vector<typename Pose::Point>& landmarks,
+                                        const CovarianceOfJ& covariance_of) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using View = SensorView<Pose>;
   const View view(T_robot_sensor);
@@ -45,30 +46,26 @@ PredictedSightings predict_sightings(const Pose& T_map_robot, const Pose& T_robo
   PredictedSightings out;
   out.dim = kDim;
   out.mean.resize(kDim, n);
-  out.covariance.resize(kDim * n, kDim * n);
-  std::vector<typename View::PoseMatrix> by_pose(n);
-  std::vector<typename View::Matrix> by_point(n);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kDim * n, Pose::kDim + kDim * n);
   for (int j = 0; j < n; ++j) {
-    out.mean.col(j) = view.polar(T_map_robot, landmarks[j], &by_pose[j], &by_point[j]);
+    typename View::PoseMatrix by_pose;
+    typename View::Matrix by_point;
+    out.mean.col(j) = view.polar(T_map_robot, landmarks[j], &by_pose, &by_point);
+    J.template block<kDim, Pose::kDim>(kDim * j, 0) = by_pose;
+    J.template block<kDim, kDim>(kDim * j, Pose::kDim + kDim * j) = by_point;
   }
-  const typename Pose::Jacobian P = joint.template topLeftCorner<Pose::kDim, Pose::kDim>();
-  for (int i = 0; i < n; ++i) {
-    // Of what sighting i depends on, with the pose and with landmark j.
-    const Eigen::Matrix<double, kDim, Pose::kDim> with_pose =
-        by_pose[i] * P +
-        by_point[i] * joint.template block<kDim, Pose::kDim>(Pose::kDim + kDim * i, 0);
-    for (int j = i; j < n; ++j) {
-      const int row = Pose::kDim + kDim * i, col = Pose::kDim + kDim * j;
-      const typename View::Matrix with_point =
-          by_pose[i] * joint.template block<Pose::kDim, kDim>(0, col) +
-          by_point[i] * joint.template block<kDim, kDim>(row, col);
-      const typename View::Matrix block =
-          with_pose * by_pose[j].transpose() + with_point * by_point[j].transpose();
-      out.covariance.template block<kDim, kDim>(kDim * i, kDim * j) = block;
-      out.covariance.template block<kDim, kDim>(kDim * j, kDim * i) = block.transpose();
-    }
-  }
+  out.covariance = covariance_of(J);
   return out;
+}
+
+/// The same with `joint`, the covariance of x.
+template <class Pose>
+PredictedSightings predict_sightings(const Pose& T_map_robot, const Pose& T_robot_sensor,
+                                     const std::vector<typename Pose::Point>& landmarks,
+                                     const Eigen::MatrixXd& joint) {
+  return predict_sightings_by(
+      T_map_robot, T_robot_sensor, landmarks,
+      [&](const Eigen::MatrixXd& J) -> Eigen::MatrixXd { return J * joint * J.transpose(); });
 }
 
 }  // namespace hybrid

@@ -7,34 +7,37 @@
 
 namespace hybrid {
 
-Eigen::MatrixXd covariance_after_motion(
-    const ContinuousFactor& motion, const Values& newest, const Values& values,
-    const std::function<Eigen::MatrixXd(const std::vector<Key>&)>& joint_covariance,
-    std::vector<Key> keys) {
-  const bool first = motion.keys().size() == 1;
+Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
+                                        const Values& values, const CovarianceOf& covariance_of,
+                                        std::vector<Key> keys, const Eigen::MatrixXd& J) {
   std::vector<const double*> x;
   for (const Key key : motion.keys()) {
     x.push_back(newest.contains(key) ? newest.data(key) : values.data(key));
   }
   const int rows = motion.rows();
   Eigen::VectorXd r(rows);
-  Eigen::MatrixXd J(rows, motion.cols());
-  motion.linearize(x.data(), r.data(), J.data());
-  const Eigen::MatrixXd noise = J.rightCols(rows).inverse();
-  if (first) {  // independent of all that is in the graph
-    const Eigen::MatrixXd known = keys.empty() ? Eigen::MatrixXd(0, 0) : joint_covariance(keys);
-    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows + known.rows(), rows + known.rows());
-    all.topLeftCorner(rows, rows) = noise * noise.transpose();
-    all.bottomRightCorner(known.rows(), known.rows()) = known;
-    return all;
+  Eigen::MatrixXd linear(rows, motion.cols());
+  motion.linearize(x.data(), r.data(), linear.data());
+  const Eigen::MatrixXd noise = linear.rightCols(rows).inverse();
+  const Eigen::MatrixXd by_noise = J.leftCols(rows) * noise;
+  const Eigen::MatrixXd own = by_noise * by_noise.transpose();
+  const Eigen::Index known = J.cols() - rows;
+  if (motion.keys().size() == 1) {
+    return keys.empty() ? own : own + covariance_of(keys, J.rightCols(known));
   }
   keys.insert(keys.begin(), motion.keys().front());
-  Eigen::MatrixXd joint = joint_covariance(keys);
-  const Eigen::MatrixXd F = -noise * J.leftCols(rows);
-  joint.topRows(rows) = (F * joint.topRows(rows)).eval();
-  joint.leftCols(rows) = (joint.leftCols(rows) * F.transpose()).eval();
-  joint.topLeftCorner(rows, rows) += noise * noise.transpose();
-  return joint;
+  Eigen::MatrixXd by_graph(J.rows(), rows + known);
+  by_graph << -by_noise * linear.leftCols(rows), J.rightCols(known);
+  return own + covariance_of(keys, by_graph);
+}
+
+Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
+                                        const Values& values, const CovarianceOf& covariance_of,
+                                        const std::vector<Key>& keys) {
+  int dims = motion.rows();
+  for (const Key key : keys) dims += values.type(key).dim;
+  return covariance_after_motion(motion, newest, values, covariance_of, keys,
+                                 Eigen::MatrixXd::Identity(dims, dims));
 }
 
 }  // namespace hybrid

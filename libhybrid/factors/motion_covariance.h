@@ -12,15 +12,22 @@
 
 namespace HYBRID_API hybrid {
 
-/// Joint covariance of a pose that is not in the graph yet and of the variables `keys` of the
+/// The covariance of J x, with x the tangents of some variables of a graph stacked.
+using CovarianceOf =
+    std::function<Eigen::MatrixXd(const std::vector<Key>& keys, const Eigen::MatrixXd& J)>;
+
+/// Covariance of J x, x being a pose that is not in the graph yet and the variables `keys` of the
 /// graph, in that order. `motion` is the factor from the previous pose to the new one (its last
-/// key), with as many rows as the tangent of a pose; or the prior of the new pose, and then the
-/// covariance of that pose alone is returned. Its variables are in `newest` or in `values`.
-/// `joint_covariance` returns the joint covariance of variables of the graph. With r = A da + B db
-/// for the linearised motion, db = B^-1 (r - A da).
-Eigen::MatrixXd covariance_after_motion(
-    const ContinuousFactor& motion, const Values& newest, const Values& values,
-    const std::function<Eigen::MatrixXd(const std::vector<Key>&)>& joint_covariance,
-    std::vector<Key> keys);
+/// key), with as many rows as the tangent of a pose; or the prior of the new pose, of which nothing
+/// in the graph depends. Its variables are in `newest` or in `values`. With r = A da + B db for the
+/// linearised motion, db = B^-1 (r - A da).
+Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
+                                        const Values& values, const CovarianceOf& covariance_of,
+                                        std::vector<Key> keys, const Eigen::MatrixXd& J);
+
+/// The joint covariance of the new pose and the variables.
+Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
+                                        const Values& values, const CovarianceOf& covariance_of,
+                                        const std::vector<Key>& keys);
 
 }  // namespace hybrid

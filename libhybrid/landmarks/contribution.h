@@ -38,6 +38,9 @@ struct MapView {
   /// Joint covariance (eq. 11b) of the pose of the keyframe, before its detections are used, and of
   /// some variables of the map, in that order. Of the variables alone where there is no keyframe.
   std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
+  /// Covariance of J x, with x the same variables stacked: what is relative is known far better.
+  std::function<Eigen::MatrixXd(const std::vector<Key>&, const Eigen::MatrixXd& J)> covariance_of =
+      {};
 };
 
 /// What is to be changed for one keyframe.

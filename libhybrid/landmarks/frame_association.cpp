@@ -46,10 +46,12 @@ Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& 
 
 template <class Pose>
 PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vector<Key>& keys,
-                           const Values& values, const Eigen::MatrixXd& joint) {
+                           const MapView& map) {
   std::vector<typename Pose::Point> points;
-  for (const Key key : keys) points.push_back(values.at<typename Pose::Point>(key));
-  return predict_sightings<Pose>(pose, sensor, points, joint);
+  for (const Key key : keys) points.push_back(map.values.at<typename Pose::Point>(key));
+  return predict_sightings_by(pose, sensor, points, [&](const Eigen::MatrixXd& J) {
+    return keys.empty() ? Eigen::MatrixXd(0, 0) : map.covariance_of(keys, J);
+  });
 }
 
 /// The covariance of the robot's pose as seen from where this place was first looked at, in the
@@ -64,7 +66,15 @@ Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& fr
   if (!first) return map.joint_covariance({});
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
   J << Pose::Jacobian::Identity(), -T_map_robot.between(map.values.at<Pose>(*first)).adjoint();
-  return J * map.joint_covariance({*first}) * J.transpose();
+  return map.covariance_of({*first}, J);
+}
+
+/// How far off landmark j is, seen from the robot [m].
+double sigma_of(const PredictedSightings& predicted, Eigen::Index j) {
+  const Eigen::VectorXd variances =
+      predicted.covariance.diagonal().segment(predicted.dim * j, predicted.dim);
+  const double range = predicted.mean(0, j);
+  return std::sqrt(variances[0] + range * range * variances.tail(predicted.dim - 1).sum());
 }
 
 /// Landmarks that may be within the gate of some detection, nearest first where there are too many.
@@ -78,7 +88,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
     landmarks.grid().visit_near(at.point.x(), at.point.y(), 2 * coverage, [&](int t) {
       const Track& track = landmarks.track(t);
       if (!map.holds(track.position)) return;
-      const double own = std::min(std::sqrt(track.covariance.diagonal().sum()), spacing);
+      const double own = std::min(track.sigma, spacing);
       const double d = (point_at(map.values, track.position) - at.point).norm();
       if (d <= coverage + gate_sigmas * own) found.emplace_back(d / (sigma + own + 1e-9), t);
     });
@@ -276,7 +286,6 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
-  const Eigen::MatrixXd pose_covariance = map.joint_covariance({});
   const Eigen::MatrixXd local =
       map.is_3d ? local_covariance(to_se3(frame.T_map_robot), frame, coverage, views, map)
                 : local_covariance(to_se2(frame.T_map_robot), frame, coverage, views, map);
@@ -293,15 +302,13 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(landmarks.track(t).position);
-  const Eigen::MatrixXd joint = keys.empty() ? pose_covariance : map.joint_covariance(keys);
-  c.predicted = map.is_3d ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys,
-                                    map.values, joint)
-                          : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys,
-                                    map.values, joint);
-  const Eigen::Index first = pose_covariance.rows();
+  c.predicted = map.is_3d
+                    ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys, map)
+                    : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, map);
+  const double drift = std::sqrt(map.joint_covariance({}).topLeftCorner(dim, dim).trace());
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
-    const Eigen::Index at = first + dim * static_cast<Eigen::Index>(j);
-    landmarks.track(c.tracks[j]).covariance = joint.block(at, at, dim, dim);
+    landmarks.track(c.tracks[j]).sigma =
+        drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j));
     landmarks.place(c.tracks[j], map.values);
   }
   for (const MeasuredPoint& measured : c.measured) {

@@ -149,9 +149,7 @@ void LandmarkAssociation::create(int sighting, const Eigen::Isometry3d& T_map_ro
                                  const MapView& map, Contribution& out) {
   const int track = landmarks_.create(sighting, T_map_robot, classes_, map.is_3d, out);
   landmarks_.track(track).last_keyframe = keyframe_;
-  const int dim = map.is_3d ? 3 : 2;
-  const double width = landmarks_.sighting(sighting).detection.range;  // until it is asked for
-  landmarks_.track(track).covariance = width * width * Eigen::MatrixXd::Identity(dim, dim);
+  landmarks_.track(track).sigma = landmarks_.sighting(sighting).detection.range;
   landmarks_.track(track).existence =
       std::log(options_.landmarks_in_view / options_.clutter_in_view);
   merging_.sighted(track, keyframe_, landmarks_.track(track).sightings.size());

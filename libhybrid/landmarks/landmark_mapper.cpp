@@ -27,6 +27,9 @@ MapView LandmarkMapper<Pose>::view() const {
   map.joint_covariance = [this](const std::vector<Key>& keys) {
     return smoother_.joint_covariance(keys);
   };
+  map.covariance_of = [this](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return smoother_.joint_covariance(keys, J);
+  };
   return map;
 }
 
@@ -47,9 +50,12 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
   delta.continuous.push_back(factor);
   delta.values.insert(now, T_map_robot);
   MapView map = view();
+  const CovarianceOf before = map.covariance_of;
   map.joint_covariance = [&](const std::vector<Key>& keys) {
-    const auto joint = [this](const std::vector<Key>& k) { return smoother_.joint_covariance(k); };
-    return covariance_after_motion(*factor, delta.values, smoother_.values(), joint, keys);
+    return covariance_after_motion(*factor, delta.values, smoother_.values(), before, keys);
+  };
+  map.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return covariance_after_motion(*factor, delta.values, smoother_.values(), before, keys, J);
   };
   Contribution contribution;
   try {

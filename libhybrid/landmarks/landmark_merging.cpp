@@ -65,14 +65,11 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
   const double sigmas = std::sqrt(chi_square_quantile(options_.gate, dim));
   // Of what is known less well than landmarks are apart, no pair stands out.
   const double spacing = std::pow(density, -1.0 / dim);
-  const auto sigma = [&](const Track& t) {
-    return std::min(spacing, std::sqrt(t.covariance.trace()));
-  };
+  const auto sigma = [&](const Track& t) { return std::min(spacing, t.sigma); };
   std::vector<Pair> pairs;
   const auto usable = [&](int t) {
     const Track& track = landmarks.track(t);
-    return track.alive && track.open == 0 && track.covariance.size() > 0 &&
-           map.holds(track.position);
+    return track.alive && track.open == 0 && map.holds(track.position);
   };
   const auto compare = [&](int t) {
     if (!usable(t)) return;
@@ -103,26 +100,31 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
 /// The pairs under the joint covariance of all their landmarks.
 IdentityHypotheses LandmarkMerging::hypotheses_of(const std::vector<Pair>& pairs,
                                                   const MapView& map, const ClassModel& classes,
-                                                  double density, LandmarkTracks& landmarks) {
-  std::map<int, int> column;  // track -> first column in the joint covariance
-  std::vector<Key> keys;
+                                                  double density, const LandmarkTracks& landmarks) {
   const int dim = map.is_3d ? 3 : 2;
+  int columns = 0;
+  std::vector<Key> keys;
+  const Key seen_from = landmarks.last_seen_from(pairs.front().from);
+  if (map.holds(
+          seen_from)) {  // for what the joint covariance says of points relative to each other
+    keys.push_back(seen_from);
+    columns = map.is_3d ? 6 : 3;
+  }
+  std::map<int, int> column;  // of a track, the first in J
   const auto name = [&](int t) {
-    if (!column.emplace(t, dim * static_cast<int>(keys.size())).second) return;
+    if (!column.emplace(t, columns).second) return;
     keys.push_back(landmarks.track(t).position);
+    columns += dim;
   };
   for (const Pair& pair : pairs) {
     name(pair.from);
     name(pair.into);
   }
-  const Eigen::MatrixXd joint = map.joint_covariance(keys);
-  for (const auto& [t, at] : column) landmarks.track(t).covariance = joint.block(at, at, dim, dim);
-
   IdentityHypotheses h;
   h.dim = dim;
   const int n = static_cast<int>(pairs.size());
   h.difference.resize(dim * n);
-  h.covariance.resize(dim * n, dim * n);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(dim * n, columns);
   for (int p = 0; p < n; ++p) {
     h.a.push_back(pairs[p].from);
     h.b.push_back(pairs[p].into);
@@ -132,16 +134,12 @@ IdentityHypotheses LandmarkMerging::hypotheses_of(const std::vector<Pair>& pairs
         (point_at(map.values, landmarks.track(pairs[p].from).position) -
          point_at(map.values, landmarks.track(pairs[p].into).position))
             .head(dim);
-    const int ap = column.at(pairs[p].from), bp = column.at(pairs[p].into);
-    for (int q = 0; q < n; ++q) {
-      const int aq = column.at(pairs[q].from), bq = column.at(pairs[q].into);
-      h.covariance.block(dim * p, dim * q, dim, dim) =
-          joint.block(ap, aq, dim, dim) - joint.block(ap, bq, dim, dim) -
-          joint.block(bp, aq, dim, dim) + joint.block(bp, bq, dim, dim);
-    }
-    // Landmarks of many sightings are known better than sensors are calibrated.
-    h.covariance.block(dim * p, dim * p, dim, dim) += 1e-6 * Eigen::MatrixXd::Identity(dim, dim);
+    J.block(dim * p, column.at(pairs[p].from), dim, dim).setIdentity();
+    J.block(dim * p, column.at(pairs[p].into), dim, dim) = -Eigen::MatrixXd::Identity(dim, dim);
   }
+  h.covariance = map.covariance_of(keys, J);
+  // Landmarks of many sightings are known better than sensors are calibrated.
+  h.covariance.diagonal().array() += 1e-6;
   return h;
 }
 

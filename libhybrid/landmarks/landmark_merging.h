@@ -60,7 +60,7 @@ class LandmarkMerging {
                                    const LandmarkTracks& landmarks) const;
   static IdentityHypotheses hypotheses_of(const std::vector<Pair>& pairs, const MapView& map,
                                           const ClassModel& classes, double density,
-                                          LandmarkTracks& landmarks);
+                                          const LandmarkTracks& landmarks);
   bool refused(int from, int into, const LandmarkTracks& landmarks) const;
 
   AssociationOptions options_;

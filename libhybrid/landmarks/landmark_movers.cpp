@@ -20,8 +20,7 @@ namespace {
 /// where the former pose has left the graph, that of the keyframe's pose.
 Eigen::MatrixXd motion_covariance(const KeyframeView& frame, Key before, const MapView& map) {
   if (!map.holds(before)) return map.joint_covariance({});
-  const Eigen::MatrixXd joint = map.joint_covariance({before});
-  const Eigen::Index n = joint.rows() / 2;
+  const Eigen::Index n = map.is_3d ? 6 : 3;
   const Eigen::Isometry3d T_now_before =
       between(frame.T_map_robot, isometry_at(map.values, before));
   Eigen::MatrixXd J(n, 2 * n);
@@ -31,7 +30,7 @@ Eigen::MatrixXd motion_covariance(const KeyframeView& frame, Key before, const M
   } else {
     J.rightCols(n) = -to_se2(T_now_before).adjoint();
   }
-  return J * joint * J.transpose();
+  return map.covariance_of({before}, J);
 }
 
 /// The covariance that a point of the map has from that of the pose it was seen from.

@@ -72,7 +72,7 @@ void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const Cl
     track.position = position_key(known.id);
     track.alive = true;
     track.existence = known.existence;
-    track.covariance = known.covariance.topLeftCorner(dim, dim);
+    track.sigma = std::sqrt(known.covariance.topLeftCorner(dim, dim).trace());
     track.known_sightings = std::max(1, known.sightings);
     Sighting sighting;
     if (!known.class_probabilities.empty()) {

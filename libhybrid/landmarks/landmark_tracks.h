@@ -37,10 +37,10 @@ struct Track {
   std::optional<DiscreteKey> class_key;
   std::vector<int> sightings;          ///< numbers of them, in order
   std::vector<double> class_evidence;  ///< log p(sightings | class) by class
-  Eigen::MatrixXd covariance;          ///< of its position when last asked for
-  std::vector<Handle> prior;           ///< of its class
-  double undetected = 1;               ///< that of the sighting it was made of
-  double existence = 0;                ///< log odds that there is such a landmark
+  double sigma = 0;           ///< at most, of its position in the map when last asked for [m]
+  std::vector<Handle> prior;  ///< of its class
+  double undetected = 1;      ///< that of the sighting it was made of
+  double existence = 0;       ///< log odds that there is such a landmark
   int last_keyframe = 0;
   int open = 0;  ///< factors that hold it and are not decided
   bool alive = true;

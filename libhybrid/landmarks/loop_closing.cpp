@@ -21,28 +21,31 @@ constexpr std::size_t kMaxLandmarks = 60;  // of a constellation
 constexpr std::size_t kMaxAnchors = 20;
 constexpr std::size_t kFewest = 3;  // landmarks that can be a place
 
-/// Landmarks in the frame of a pose. `joint` is the covariance of the pose, then the landmarks.
+/// Landmarks in the frame of a pose.
 template <class Pose>
-Constellation<Pose> seen_from(const Pose& T_map_pose, const std::vector<int>& tracks,
-                              const Eigen::MatrixXd& joint, const Values& values,
+Constellation<Pose> seen_from(Key pose, const std::vector<int>& tracks, const MapView& map,
                               const LandmarkTracks& landmarks) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using Matrix = typename Constellation<Pose>::Matrix;
+  const Pose T_map_pose = map.values.at<Pose>(pose);
   const Matrix R = T_map_pose.rotation().matrix().transpose();
   const Pose T_pose_map = T_map_pose.inverse();
+  const auto n = static_cast<Eigen::Index>(tracks.size());
+  std::vector<Key> keys{pose};
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kDim * n, Pose::kDim + kDim * n);
   Constellation<Pose> out;
-  for (std::size_t k = 0; k < tracks.size(); ++k) {
-    const typename Pose::Point p =
-        T_pose_map * values.at<typename Pose::Point>(landmarks.track(tracks[k]).position);
-    const Eigen::Index at = Pose::kDim + kDim * static_cast<Eigen::Index>(k);
-    Eigen::Matrix<double, kDim, Pose::kDim> J;
-    J.template leftCols<kDim>() = -Matrix::Identity();
-    J.template rightCols<Pose::kDim - kDim>() = rotation_derivative(p);
-    const Matrix cross = J * joint.block(0, at, Pose::kDim, kDim) * R.transpose();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    keys.push_back(landmarks.track(tracks[k]).position);
+    const typename Pose::Point p = T_pose_map * map.values.at<typename Pose::Point>(keys.back());
+    auto by_pose = J.block<kDim, Pose::kDim>(kDim * k, 0);
+    by_pose.template leftCols<kDim>() = -Matrix::Identity();
+    by_pose.template rightCols<Pose::kDim - kDim>() = rotation_derivative(p);
+    J.block<kDim, kDim>(kDim * k, Pose::kDim + kDim * k) = R;
     out.points.push_back(p);
-    out.covariances.push_back(J * joint.topLeftCorner(Pose::kDim, Pose::kDim) * J.transpose() +
-                              cross + cross.transpose() +
-                              R * joint.block(at, at, kDim, kDim) * R.transpose());
+  }
+  const Eigen::MatrixXd covariance = map.covariance_of(keys, J);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    out.covariances.push_back(covariance.block<kDim, kDim>(kDim * k, kDim * k));
   }
   return out;
 }
@@ -65,13 +68,6 @@ bool out_of_reach(const ConstellationMatchProblem<Pose>& q, double radius, doubl
 /// Where a pose of the map is [m].
 Eigen::Vector3d point_of(const Values& values, Key pose) {
   return isometry_at(values, pose).translation();
-}
-
-std::vector<Key> keys_of(Key pose, const std::vector<int>& tracks,
-                         const LandmarkTracks& landmarks) {
-  std::vector<Key> keys{pose};
-  for (int t : tracks) keys.push_back(landmarks.track(t).position);
-  return keys;
 }
 
 /// A way to see the last stretch as a place of the map.
@@ -131,13 +127,12 @@ void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_r
 double LoopClosing::chance(const View& view, const KeyframeView& frame, double density,
                            const MapView& map) const {
   if (!map.holds(view.pose)) return std::numeric_limits<double>::infinity();
-  const Eigen::MatrixXd joint = map.joint_covariance({view.pose});
   const auto drift = [&](const auto& T_map_view, const auto& T_map_robot) {
     using Pose = std::decay_t<decltype(T_map_view)>;
     constexpr int kDim = Pose::Point::RowsAtCompileTime;
     Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
     J << Pose::Jacobian::Identity(), -T_map_robot.between(T_map_view).adjoint();
-    const typename Pose::Jacobian P = J * joint * J.transpose();
+    const typename Pose::Jacobian P = map.covariance_of({view.pose}, J);
     const double turn = P.diagonal().tail(Pose::kDim - kDim).sum();
     const double range = 0.5 * view.coverage.max_range;
     Eigen::Matrix<double, kDim, kDim> spread = P.template topLeftCorner<kDim, kDim>();
@@ -248,13 +243,12 @@ bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, co
   question.T_a_b = T_map_a.between(T_map_b);
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
   J << -question.T_a_b.inverse().adjoint(), Pose::Jacobian::Identity();
-  question.covariance = J * map.joint_covariance({here, there}) * J.transpose();
+  question.covariance = map.covariance_of({here, there}, J);
   if (out_of_reach(question, 0.5 * span(), options_.gate)) return false;
   const Eigen::Vector3d center = padded_point(T_map_b.translation());
   old = tracks_about(center, map, landmarks);
   if (old.size() < kFewest) return false;
-  question.b = seen_from<Pose>(T_map_b, old, map.joint_covariance(keys_of(there, old, landmarks)),
-                               map.values, landmarks);
+  question.b = seen_from<Pose>(there, old, map, landmarks);
   std::vector<std::size_t> views;
   views_.visit_near(center, 0.5 * span(), [&](std::size_t v) {
     if (v < first_recent_) views.push_back(v);
@@ -293,9 +287,7 @@ Merge LoopClosing::propose_in(const MapView& map, const ClassModel& classes, dou
 
   ConstellationMatchProblem<Pose> question;
   const Pose T_map_a = map.values.at<Pose>(here);
-  question.a =
-      seen_from<Pose>(T_map_a, recent, map.joint_covariance(keys_of(here, recent, landmarks)),
-                      map.values, landmarks);
+  question.a = seen_from<Pose>(here, recent, map, landmarks);
   question.log_density = std::log(density);
   std::vector<std::size_t> views;
   for (std::size_t v = first_recent_; v < views_.size(); ++v) views.push_back(v);

@@ -95,6 +95,11 @@ class BayesTree {
   /// Joint covariance of some variables, in their order: forward substitution along their paths to
   /// the root alone.
   Eigen::MatrixXd joint_covariance(const std::vector<int>& variables) const;
+  /// Covariance J Sigma J' of J x, with x the variables stacked and Sigma their joint covariance,
+  /// without computing Sigma: J x may be known to a millimetre where x itself is known to a
+  /// kilometre, and Sigma is not precise enough to tell.
+  Eigen::MatrixXd joint_covariance(const std::vector<int>& variables,
+                                   const Eigen::MatrixXd& J) const;
   /// Covariances of all variables by one recursion from the roots (Takahashi), visited as
   /// visit(variable, dim x dim covariance).
   void visit_covariances(

@@ -23,9 +23,17 @@ std::vector<int> BayesTree::top_down() const {
   return cliques;
 }
 
-// With the factor L of the information matrix, Sigma_ab = z_a' z_b where L z_a = e_a. The columns
-// z_a are zero off the path of a to the root, so only the union of the paths is visited.
 Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) const {
+  int dims = 0;
+  for (int v : variables) dims += variables_[v].dim;
+  return joint_covariance(variables, Eigen::MatrixXd::Identity(dims, dims));
+}
+
+// With the factor L of the information matrix, the covariance is z' z where L z = J'. A column of z
+// is zero off the paths of its variables to the root, so only the union of the paths is visited.
+// What is common to the variables cancels on the way, before it is squared.
+Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
+                                            const Eigen::MatrixXd& J) const {
   // Each path ends where it meets an earlier one; later paths come first, so that children precede
   // their parents.
   std::vector<std::vector<int>> paths;
@@ -41,8 +49,7 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
   for (auto p = paths.rbegin(); p != paths.rend(); ++p)
     path.insert(path.end(), p->begin(), p->end());
 
-  int columns = 0;
-  for (int v : variables) columns += variables_[v].dim;
+  const auto columns = static_cast<int>(J.rows());
   std::vector<std::pair<int, int>> row_of;  // (variable, first row), sorted
   int rows = 0;
   for (int c : path) {
@@ -57,9 +64,11 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) c
   };
 
   Eigen::MatrixXd z = Eigen::MatrixXd::Zero(rows, columns);
-  int column = 0;
+  int own = 0;  // first column of a variable in J
   for (int v : variables) {
-    for (int i = 0; i < variables_[v].dim; ++i) z(first_row(v) + i, column++) = 1.0;
+    const int dim = variables_[v].dim;
+    z.middleRows(first_row(v), dim) += J.middleCols(own, dim).transpose();
+    own += dim;
   }
   int row = 0;
   Eigen::MatrixXd front;

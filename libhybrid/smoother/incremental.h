@@ -108,6 +108,11 @@ class IncrementalSmoother {
   /// proportional to their paths in the tree; where a weak component with a factor is chosen, which
   /// the tree leaves out, at the cost of a batch factorisation.
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const;
+  /// Covariance of J x with x their tangents at the estimate stacked: precise where x itself is
+  /// not, as that of places relative to each other at the end of a long way. There a pose should be
+  /// among the keys, even if J does not depend on it: vectors of as many numbers as space has
+  /// dimensions count as points, and turn with the first pose.
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys, const Eigen::MatrixXd& J) const;
   /// Covariances of all continuous variables; the same holds.
   void visit_covariances(
       const std::function<void(Key key, const Eigen::MatrixXd& covariance)>& visit) const;

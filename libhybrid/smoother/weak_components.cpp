@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 // What the smoother does about weak components, which it keeps out of the tree for their fill-in.
-#include "libhybrid/marginals/continuous.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
@@ -41,26 +40,6 @@ bool IncrementalSmoother::eliminate_new(UpdateReport& report) {
   couple_weak_ = true;
   enter_left_out();
   return eliminate(report);
-}
-
-Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys) const {
-  if (!tree_is_whole()) return ContinuousMarginals(graph_, estimate()).joint_covariance(keys);
-  std::vector<int> slots;
-  for (Key key : keys) slots.push_back(theta_->slot(key));
-  return tree_.joint_covariance(slots);
-}
-
-void IncrementalSmoother::visit_covariances(
-    const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
-  if (!tree_is_whole()) {
-    const Covariances all = ContinuousMarginals(graph_, estimate()).all();
-    for (Key key : values().keys()) {
-      if (all.contains(key)) visit(key, all.at(key));
-    }
-    return;
-  }
-  tree_.visit_covariances(
-      [&](int slot, const Eigen::MatrixXd& covariance) { visit(theta_->key(slot), covariance); });
 }
 
 }  // namespace hybrid

@@ -77,6 +77,11 @@ class Backend {
   /// Joint covariance of some variables that the graph holds, in the order given. Throws
   /// SettingsError in a mode that keeps no estimate on the way.
   virtual Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const = 0;
+  /// Covariance of J x with x their tangents stacked.
+  virtual Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys,
+                                           const Eigen::MatrixXd& J) const {
+    return J * joint_covariance(keys) * J.transpose();
+  }
 
   /// Uncertainty of variables at the estimate; variables with unknown uncertainty are left out.
   virtual Uncertainty uncertainty(const std::vector<Key>& continuous,

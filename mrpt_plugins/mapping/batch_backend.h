@@ -33,6 +33,7 @@ class BatchBackend : public Backend {
   bool keeps_all() const override { return true; }
   bool holds(Key key) const override { return estimate_.values.contains(key); }
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override;
+  using Backend::joint_covariance;
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;
 

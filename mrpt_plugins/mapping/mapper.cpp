@@ -176,6 +176,9 @@ MapView Mapper::view() const {
   view.joint_covariance = [this](const std::vector<Key>& keys) {
     return backend_->joint_covariance(keys);
   };
+  view.covariance_of = [this](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return backend_->joint_covariance(keys, J);
+  };
   return view;
 }
 
@@ -184,10 +187,14 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
   const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
                     keyframe.observations};
   MapView map = view();
+  const CovarianceOf before = map.covariance_of;
   map.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(
-        *motion.factor, motion.delta.values, backend_->values(),
-        [this](const std::vector<Key>& held) { return backend_->joint_covariance(held); }, keys);
+    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(), before,
+                                   keys);
+  };
+  map.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(), before,
+                                   keys, J);
   };
   const std::vector<bool>& seeing = robot().options.plugins;
   return ask([&](std::size_t p) {

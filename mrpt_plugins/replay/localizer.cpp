@@ -68,7 +68,6 @@ Constellation<Pose> constellation(const Pose& T_map_pose, Key pose,
   const Pose T_pose_map = T_map_pose.inverse();
   Constellation<Pose> out;
   for (const Landmark* landmark : landmarks) {
-    const Eigen::MatrixXd joint = backend.joint_covariance({pose, landmark->position});
     const typename Pose::Point p =
         T_pose_map * backend.values().template at<typename Pose::Point>(landmark->position);
     Eigen::Matrix<double, kDim, Pose::kDim + kDim> J;
@@ -76,7 +75,7 @@ Constellation<Pose> constellation(const Pose& T_map_pose, Key pose,
     J.template middleCols<Pose::kDim - kDim>(kDim) = rotation_derivative(p);
     J.template rightCols<kDim>() = R;
     out.points.push_back(p);
-    out.covariances.push_back(J * joint * J.transpose());
+    out.covariances.push_back(backend.joint_covariance({pose, landmark->position}, J));
   }
   return out;
 }
@@ -93,7 +92,7 @@ KnownStart start_of(const FoundPlace<Pose>& place, Key first, Key here, const Ba
   if (first != here) {
     Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);
     J << -back, Jacobian::Identity();
-    covariance += J * backend.joint_covariance({here, first}) * J.transpose();
+    covariance += backend.joint_covariance({here, first}, J);
   }
   Values value;
   value.insert(first, place.T_map_here * T_here_first);

@@ -33,6 +33,10 @@ class WindowBackend : public Backend {
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override {
     return smoother_.smoother().joint_covariance(keys);
   }
+  Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys,
+                                   const Eigen::MatrixXd& J) const override {
+    return smoother_.smoother().joint_covariance(keys, J);
+  }
   std::map<std::string, double> statistics() const override;
   Uncertainty uncertainty(const std::vector<Key>& continuous,
                           const std::vector<DiscreteKey>& discrete) const override;

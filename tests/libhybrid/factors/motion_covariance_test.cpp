@@ -18,15 +18,19 @@ TEST(MotionCovariance, OfAFirstPoseAndOfTheLandmarksOfAMap) {
   known << 2, 0.5, 0.1, 0, 0.5, 3, 0, 0.2, 0.1, 0, 4, 0.3, 0, 0.2, 0.3, 5;
   Values newest;
   newest.insert(pose, SE2(1, 2, 0.3));
+  Values values;
+  values.insert(a, Eigen::Vector2d(0, 0));
+  values.insert(b, Eigen::Vector2d(0, 0));
   const Eigen::Vector3d sigmas(0.1, 0.2, 0.05);
   const Prior<SE2> prior(pose, SE2(1, 2, 0.3), Noise::diagonal(sigmas));
   std::vector<Key> asked;
-  const Eigen::MatrixXd joint = covariance_after_motion(prior, newest, {},
-                                                        [&](const std::vector<Key>& keys) {
-                                                          asked = keys;
-                                                          return known;
-                                                        },
-                                                        {a, b});
+  const Eigen::MatrixXd joint = covariance_after_motion(
+      prior, newest, values,
+      [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) -> Eigen::MatrixXd {
+        asked = keys;
+        return J * known * J.transpose();
+      },
+      {a, b});
   EXPECT_EQ(asked, (std::vector<Key>{a, b}));
   ASSERT_EQ(joint.rows(), 7);
   ASSERT_EQ(joint.cols(), 7);

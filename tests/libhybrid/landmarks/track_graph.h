@@ -59,7 +59,7 @@ struct TrackGraph {
     const int t = create(see(point, phi), out);
     for (int i = 1; i < times; ++i) tracks.attach(see(point, phi), t, false, out);
     apply(out);
-    tracks.track(t).covariance = sigma * sigma * Eigen::Matrix2d::Identity();
+    tracks.track(t).sigma = std::sqrt(2.0) * sigma;
     return t;
   }
 
@@ -83,22 +83,34 @@ struct TrackGraph {
   MapView map() const {
     MapView view{values, assignment, registry, false};
     view.holds = [this](Key key) { return values.contains(key); };
-    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, true); };
+    set_covariance(view, true);
     return view;
   }
   /// The same between two keyframes: without the pose of one.
   MapView map_alone() const {
     MapView view = map();
-    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, false); };
+    set_covariance(view, false);
     return view;
   }
 
  private:
+  void set_covariance(MapView& view, bool with_pose) const {
+    view.joint_covariance = [this, with_pose](const std::vector<Key>& keys) {
+      return joint(keys, with_pose);
+    };
+    view.covariance_of = [this, with_pose](const std::vector<Key>& keys,
+                                           const Eigen::MatrixXd& J) -> Eigen::MatrixXd {
+      return J * joint(keys, with_pose) * J.transpose();
+    };
+  }
   Eigen::MatrixXd joint(const std::vector<Key>& keys, bool with_pose) const {
-    const Eigen::Index first = with_pose ? 3 : 0, n = first + 2 * Eigen::Index(keys.size());
-    Eigen::VectorXd variances = Eigen::VectorXd::Constant(n, sigma * sigma);
-    variances.head(first).setConstant(pose_sigma * pose_sigma);
-    return variances.asDiagonal();
+    std::vector<double> variances(with_pose ? 3 : 0, pose_sigma * pose_sigma);
+    for (const Key key : keys) {
+      const int dim = values.type(key).dim;
+      variances.insert(variances.end(), dim, (dim == 3 ? pose_sigma * pose_sigma : sigma * sigma));
+    }
+    return Eigen::Map<const Eigen::VectorXd>(variances.data(), Eigen::Index(variances.size()))
+        .asDiagonal();
   }
 };
 
