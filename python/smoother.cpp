@@ -63,11 +63,14 @@ void bind_incremental(py::module_& m) {
       "Online alternating minimisation: the cost of an update depends on the variables it affects, "
       "the joint objective never rises, and a change is applied as a whole or not at all.")
       .def(py::init<const SmootherOptions&>(), "options"_a = SmootherOptions())
-      .def("update", &IncrementalSmoother::update, "delta"_a, Unlocked(),
+      .def("update", py::overload_cast<const Delta&>(&IncrementalSmoother::update), "delta"_a,
+           Unlocked(),
            "Applies a change. Raises Error for bad input; for a singular system, the report is not "
            "ok.")
       .def("converge", &IncrementalSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
            Unlocked(), "Relinearises everything and alternates to convergence.")
+      .def("settle", &IncrementalSmoother::settle, "max_updates"_a = 50, Unlocked(),
+           "Goes on where the last update has stopped, at the cost of what still moves.")
       .def("begin", &IncrementalSmoother::begin, Unlocked(),
            "Begins a transaction, which `commit` or `roll_back` ends.")
       .def("commit", &IncrementalSmoother::commit, Unlocked())
@@ -90,8 +93,18 @@ void bind_incremental(py::module_& m) {
       .def("estimate", &IncrementalSmoother::estimate, "A copy of the estimate.")
       .def("objective", &IncrementalSmoother::objective, "Objective of eq. 6 at the estimate.")
       .def("cost", &IncrementalSmoother::cost, Unlocked(), "Half the weighted squared error.")
-      .def("joint_covariance", &IncrementalSmoother::joint_covariance, "keys"_a, Unlocked(),
+      .def("joint_covariance",
+           py::overload_cast<const std::vector<Key>&>(&IncrementalSmoother::joint_covariance,
+                                                      py::const_),
+           "keys"_a, Unlocked(),
            "Joint covariance of continuous variables, in the given order (eq. 11b).")
+      .def(
+          "joint_covariance",
+          py::overload_cast<const std::vector<Key>&, const Eigen::MatrixXd&>(
+              &IncrementalSmoother::joint_covariance, py::const_),
+          "keys"_a, "J"_a, Unlocked(),
+          "Covariance of J x, with x the tangents of the variables stacked: precise where x itself "
+          "is not, as that of places relative to each other at the end of a long way.")
       .def("factors_of", &IncrementalSmoother::factors_of, "key"_a,
            "Handles of the factors of a continuous variable.")
       .def(

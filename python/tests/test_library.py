@@ -195,6 +195,12 @@ def test_smoothers_follow_a_walk():
     whole.converge()
     assert len(whole) == 10 and len(window.smoother) < 10 and "x0" in window.past().values
     np.testing.assert_allclose(window.smoother["x9"].storage, whole["x9"].storage, rtol=1e-9)
+    assert whole.settle().ok
+    # What of x9 is known relative to x8 is the noise of one step, wherever they are.
+    joint = whole.joint_covariance(["x8", "x9"])
+    J = np.hstack([-h.SE2(1, 0, 0.1).inverse().adjoint(), np.eye(3)])
+    np.testing.assert_allclose(whole.joint_covariance(["x8", "x9"], J), J @ joint @ J.T, atol=1e-9)
+    np.testing.assert_allclose(whole.joint_covariance(["x8", "x9"], J), 0.01 * np.eye(3), atol=1e-9)
     duplicate = h.Delta()
     duplicate.values = h.Values({"x3": h.SE2()})
     with pytest.raises(h.Error, match="x3"):
