@@ -37,7 +37,7 @@ using IsDetermined = std::function<bool(const std::vector<int>& variables)>;
 ///
 /// A pivot is the remaining information of a variable's own factors once the variables before it
 /// are eliminated. A pivot below kPivotShare of that information is lost in rounding; it is lifted
-/// to this share, which damps steps in a direction that nothing but rounding determines.
+/// to this share, which holds the present step in a direction that nothing but rounding determines.
 class BayesTree {
  public:
   /// Some thousand times the precision of a double: the rounding of sums of so many terms.
@@ -195,6 +195,7 @@ class BayesTree {
   void assemble_factor(const FactorState& factor, int last);
   void assemble_update(const Clique& child, int last);
   void set_thresholds(const Clique& clique);
+  void hold_lifted(const Clique& clique);
   void attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made);
   void refuse(std::size_t first);
   void reset_local();
@@ -240,6 +241,7 @@ class BayesTree {
   std::vector<int> edge_factor_;  // by edge of the problem: its factor, or -1 - orphan
   Front front_;
   std::vector<double> least_;          // least pivots of the front
+  std::vector<double> diagonal_;       // of its frontals, before elimination
   std::vector<int> lifted_;            // columns of the front
   std::vector<int> lifted_variables_;  // of the elimination
   std::vector<int> visited_, kept_;    // cliques

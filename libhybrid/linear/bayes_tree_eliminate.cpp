@@ -143,6 +143,33 @@ void BayesTree::set_thresholds(const Clique& clique) {
   }
 }
 
+/// Lets lifted pivots hold the present steps: what was added to a pivot pulls to them, not to zero.
+/// So the steps end where they would without it, after as many eliminations as that takes.
+void BayesTree::hold_lifted(const Clique& clique) {
+  if (lifted_.empty()) return;
+  const int n = clique.order;
+  const int f = clique.frontal_dim;
+  std::vector<double> steps;
+  for (int k = 0; k < clique.frontals; ++k) {
+    const VariableState& variable = variables_[clique.variables[k]];
+    const double* delta = deltas_.at(variable.delta);
+    steps.insert(steps.end(), delta, delta + variable.dim);
+  }
+  std::vector<double> pull(n - 1, 0.0);  // on the right-hand side, before elimination
+  for (int j : lifted_) {
+    double pivot = diagonal_[j];
+    for (int k = 0; k < j; ++k) pivot -= front_.column(k)[j] * front_.column(k)[j];
+    pull[j] = -(least_[j] - pivot) * steps[j];
+  }
+  for (int j = 0; j < f; ++j) {
+    const double* column = front_.column(j);
+    const double x = pull[j] / column[j];
+    for (int i = j + 1; i < n - 1; ++i) pull[i] -= column[i] * x;
+    front_.column(j)[n - 1] += x;
+  }
+  for (int i = f; i < n - 1; ++i) front_.column(i)[n - 1] += pull[i];
+}
+
 /// Eliminates one clique whose children among the new cliques are `children`. Returns its number,
 /// or -1 - v if the pivot of variable v is not finite.
 int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int>& children) {
@@ -172,9 +199,12 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
     return clique.variables[k];
   };
   lifted_.clear();
+  diagonal_.resize(f);
+  for (int j = 0; j < f; ++j) diagonal_[j] = front_.column(j)[j];
   const int failed = front_.factorize(f, least_.data(), lifted_);
   if (failed >= 0) return -1 - variable_of(failed);
   for (int column : lifted_) lifted_variables_.push_back(variable_of(column));
+  hold_lifted(clique);
 
   const std::size_t m = n - f;
   const std::size_t separators = clique.variables.size() - clique.frontals;
