@@ -148,14 +148,14 @@ double LoopClosing::span() const {
   return kStretch * views_.back().coverage.max_range;
 }
 
-std::vector<int> LoopClosing::recent_tracks(const MapView& map,
+std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
                                             const LandmarkTracks& landmarks) const {
   std::vector<int> tracks;
   for (int t = static_cast<int>(landmarks.tracks().size()) - 1; t >= 0; --t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
     if (is_old(t, landmarks) || tracks.size() == kMaxLandmarks) break;
-    if (landmarks.seen_times(t, options_.confirm)) tracks.push_back(t);
+    if (landmarks.seen_times(t, sightings)) tracks.push_back(t);
   }
   std::reverse(tracks.begin(), tracks.end());
   return tracks;
@@ -200,14 +200,15 @@ std::vector<std::size_t> LoopClosing::anchors_within(const MapView& map, double 
   return out;
 }
 
-std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, const MapView& map,
+std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, int sightings,
+                                           const MapView& map,
                                            const LandmarkTracks& landmarks) const {
   const double radius = 0.5 * span();
   std::vector<std::pair<double, int>> near;
   landmarks.grid().visit_near(center.x(), center.y(), radius, [&](int t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) return;
-    if (!landmarks.seen_times(t, options_.confirm) || !is_old(t, landmarks)) return;
+    if (!landmarks.seen_times(t, sightings) || !is_old(t, landmarks)) return;
     near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
   });
   std::sort(near.begin(), near.end());
@@ -223,19 +224,25 @@ bool LoopClosing::covered(const Eigen::Vector3d& point, const std::vector<std::s
                      [&](std::size_t v) { return views_.covers(v, point, map); });
 }
 
+/// Tentative landmarks count only where confirmed ones do not tell: more of them are clutter.
 Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double density,
                            bool concluding, const LandmarkTracks& landmarks) {
   const std::size_t asked = landmarks.tracks().size() + (concluding ? 1 : 0);
   if (views_.empty() || asked == asked_) return {};
   asked_ = asked;
-  return map.is_3d ? propose_in<SE3>(map, classes, density, concluding, landmarks)
-                   : propose_in<SE2>(map, classes, density, concluding, landmarks);
+  const auto among = [&](int sightings) {
+    return map.is_3d ? propose_among<SE3>(sightings, map, classes, density, concluding, landmarks)
+                     : propose_among<SE2>(sightings, map, classes, density, concluding, landmarks);
+  };
+  Merge merge = among(options_.confirm);
+  return merge.pairs.empty() ? among(1) : merge;
 }
 
 /// The place about an earlier view, as the one to compare `question.a` with.
 template <class Pose>
-bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, const MapView& map,
-                            const ClassModel& classes, const LandmarkTracks& landmarks,
+bool LoopClosing::ask_about(std::size_t view, int sightings, const std::vector<int>& recent,
+                            const MapView& map, const ClassModel& classes,
+                            const LandmarkTracks& landmarks,
                             ConstellationMatchProblem<Pose>& question,
                             std::vector<int>& old) const {
   const Key here = views_.back().pose, there = views_[view].pose;
@@ -246,7 +253,7 @@ bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, co
   question.covariance = map.covariance_of({here, there}, J);
   if (out_of_reach(question, 0.5 * span(), options_.gate)) return false;
   const Eigen::Vector3d center = padded_point(T_map_b.translation());
-  old = tracks_about(center, map, landmarks);
+  old = tracks_about(center, sightings, map, landmarks);
   if (old.size() < kFewest) return false;
   question.b = seen_from<Pose>(there, old, map, landmarks);
   std::vector<std::size_t> views;
@@ -271,10 +278,10 @@ bool LoopClosing::ask_about(std::size_t view, const std::vector<int>& recent, co
 }
 
 template <class Pose>
-Merge LoopClosing::propose_in(const MapView& map, const ClassModel& classes, double density,
-                              bool concluding, const LandmarkTracks& landmarks) {
+Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassModel& classes,
+                                 double density, bool concluding, const LandmarkTracks& landmarks) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
-  const std::vector<int> recent = recent_tracks(map, landmarks);
+  const std::vector<int> recent = recent_tracks(sightings, map, landmarks);
   if (recent.size() < kFewest) return {};
   const Key here = views_.back().pose;
   const Eigen::MatrixXd drift = map.joint_covariance({here}).topLeftCorner(kDim, kDim);
@@ -299,7 +306,7 @@ Merge LoopClosing::propose_in(const MapView& map, const ClassModel& classes, dou
   std::vector<Recognition> found;
   for (const std::size_t view : near) {
     std::vector<int> old;
-    if (!ask_about(view, recent, map, classes, landmarks, question, old)) continue;
+    if (!ask_about(view, sightings, recent, map, classes, landmarks, question, old)) continue;
     for (const ConstellationMatch<Pose>& answer : match_places(question, options)) {
       Recognition r{{}, answer.cost, answer.chi_square};
       for (const auto& [i, j] : answer.pairs) r.pairs.emplace_back(recent[i], old[j]);

@@ -40,18 +40,19 @@ class LoopClosing {
 
  private:
   template <class Pose>
-  Merge propose_in(const MapView& map, const ClassModel& classes, double density, bool concluding,
-                   const LandmarkTracks& landmarks);
+  Merge propose_among(int sightings, const MapView& map, const ClassModel& classes, double density,
+                      bool concluding, const LandmarkTracks& landmarks);
   template <class Pose>
-  bool ask_about(std::size_t view, const std::vector<int>& recent, const MapView& map,
-                 const ClassModel& classes, const LandmarkTracks& landmarks,
+  bool ask_about(std::size_t view, int sightings, const std::vector<int>& recent,
+                 const MapView& map, const ClassModel& classes, const LandmarkTracks& landmarks,
                  ConstellationMatchProblem<Pose>& question, std::vector<int>& old) const;
   double chance(const View& view, const KeyframeView& frame, double density,
                 const MapView& map) const;
-  std::vector<int> recent_tracks(const MapView& map, const LandmarkTracks& landmarks) const;
+  std::vector<int> recent_tracks(int sightings, const MapView& map,
+                                 const LandmarkTracks& landmarks) const;
   std::vector<std::size_t> anchors(const MapView& map, double radius) const;
   std::vector<std::size_t> anchors_within(const MapView& map, double radius) const;
-  std::vector<int> tracks_about(const Eigen::Vector3d& center, const MapView& map,
+  std::vector<int> tracks_about(const Eigen::Vector3d& center, int sightings, const MapView& map,
                                 const LandmarkTracks& landmarks) const;
   bool is_old(int track, const LandmarkTracks& landmarks) const;
   bool covered(const Eigen::Vector3d& point, const std::vector<std::size_t>& views,
