@@ -28,24 +28,16 @@ Constellation<Pose> seen_from(Key pose, const std::vector<int>& tracks, const Ma
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using Matrix = typename Constellation<Pose>::Matrix;
   const Pose T_map_pose = map.values.at<Pose>(pose);
-  const Matrix R = T_map_pose.rotation().matrix().transpose();
   const Pose T_pose_map = T_map_pose.inverse();
-  const auto n = static_cast<Eigen::Index>(tracks.size());
-  std::vector<Key> keys{pose};
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kDim * n, Pose::kDim + kDim * n);
+  Eigen::MatrixXd J(kDim, Pose::kDim + kDim);
+  J.leftCols<kDim>() = -Matrix::Identity();
+  J.rightCols<kDim>() = T_map_pose.rotation().matrix().transpose();
   Constellation<Pose> out;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    keys.push_back(landmarks.track(tracks[k]).position);
-    const typename Pose::Point p = T_pose_map * map.values.at<typename Pose::Point>(keys.back());
-    auto by_pose = J.block<kDim, Pose::kDim>(kDim * k, 0);
-    by_pose.template leftCols<kDim>() = -Matrix::Identity();
-    by_pose.template rightCols<Pose::kDim - kDim>() = rotation_derivative(p);
-    J.block<kDim, kDim>(kDim * k, Pose::kDim + kDim * k) = R;
-    out.points.push_back(p);
-  }
-  const Eigen::MatrixXd covariance = map.covariance_of(keys, J);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    out.covariances.push_back(covariance.block<kDim, kDim>(kDim * k, kDim * k));
+  for (const int t : tracks) {
+    const Key position = landmarks.track(t).position;
+    out.points.push_back(T_pose_map * map.values.at<typename Pose::Point>(position));
+    J.middleCols<Pose::kDim - kDim>(kDim) = rotation_derivative(out.points.back());
+    out.covariances.push_back(map.covariance_of({pose, position}, J));
   }
   return out;
 }
