@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <future>
 #include <iterator>
 #include <map>
@@ -21,6 +20,8 @@
 #include "apps/hybrid-experiment/trial_runner.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/folders.h"
+#include "libhybrid/io/regular_file.h"
 #include "libhybrid/io/write_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/output_directory.h"
@@ -60,7 +61,8 @@ void check_settings(const fs::path& folder, const ExperimentPlan& plan, const st
                     bool has_results) {
   std::map<std::string, std::string> all = plan.fingerprint;
   std::string versions;
-  std::ifstream in(folder / kSettings);
+  const fs::path before_them = folder / kSettings;
+  std::istringstream in(name_exists(before_them) ? read_file(before_them.string()) : "");
   for (std::string line; std::getline(in, line);) {
     const std::size_t equals = line.find('=');
     if (equals == std::string::npos) continue;

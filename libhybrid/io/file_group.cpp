@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <fstream>
 #include <set>
+#include <sstream>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/exchange_folders.h"
 #include "libhybrid/io/file_writer.h"
 #include "libhybrid/io/folders.h"
+#include "libhybrid/io/regular_file.h"
 
 namespace hybrid {
 namespace {
@@ -202,7 +203,7 @@ void FileGroup::write_journal(const std::vector<Move>& moves) const {
 
 std::vector<FileGroup::Move> FileGroup::read_journal(const fs::path& file) {
   std::vector<Move> moves;
-  std::ifstream in(file, std::ios::binary);
+  std::istringstream in(read_file(file.string()));
   for (std::string entry; std::getline(in, entry, '\0');) {
     if (entry.size() > 2) moves.push_back({entry.substr(2), entry[0] == '+', entry[1] == '+'});
   }

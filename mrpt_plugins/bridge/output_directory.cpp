@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <deque>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -19,6 +18,7 @@
 #include "libhybrid/io/exchange_folders.h"
 #include "libhybrid/io/file_writer.h"
 #include "libhybrid/io/folders.h"
+#include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/sha256.h"
 
 namespace hybrid {
@@ -76,8 +76,8 @@ class SetAside {
 
 /// The files that a summary.json lists; empty if it is not the summary of a result.
 std::optional<nlohmann::json> listed_files(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const auto summary = nlohmann::json::parse(in, nullptr, false);
+  if (!fs::is_regular_file(path)) return std::nullopt;
+  const auto summary = nlohmann::json::parse(read_file(path.string()), nullptr, false);
   if (!summary.is_object() || !summary.contains("status")) return std::nullopt;
   return summary.value("files", nlohmann::json());
 }

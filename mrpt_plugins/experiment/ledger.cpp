@@ -11,12 +11,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/file_writer.h"
+#include "libhybrid/io/folders.h"
 #include "libhybrid/io/parse_number.h"
+#include "libhybrid/io/regular_file.h"
 
 namespace hybrid {
 namespace {
@@ -49,8 +49,7 @@ std::string plain(std::string text) {
 
 Ledger::Ledger(const std::filesystem::path& folder, std::vector<std::string> metrics)
     : path_(folder / "results.csv"), metrics_(std::move(metrics)) {
-  std::ifstream in(path_, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = name_exists(path_) ? read_file(path_.string()) : std::string();
   try {
     bytes_ = read(text);
   } catch (const Error& e) {

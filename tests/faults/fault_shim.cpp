@@ -3,7 +3,7 @@
 
 // To be preloaded into a program: one of its calls goes wrong, from the start of main() to its end.
 //   HYBRID_FAULT_CALLS  disk: calls that change a disk; space: those of them that need room on it;
-//                       memory: allocations
+//                       open: openings of files that are there; memory: allocations
 //   HYBRID_FAULT_AT     number of the call, counted from 1; 0: none
 //   HYBRID_FAULT_HOW    once: this call fails; on: it and all after it; or the number of a signal
 //                       that the process gets instead
@@ -35,7 +35,7 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-enum class Calls { kNone, kDisk, kSpace, kMemory };
+enum class Calls { kNone, kDisk, kSpace, kOpen, kMemory };
 
 std::atomic<bool> armed{false};
 std::atomic<long> count{0};
@@ -49,29 +49,30 @@ Function next(const char* name) {
   return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
 }
 
-/// Whether the call that is about to be made goes wrong.
-bool fails(bool needs_space) {
-  if (!armed || calls == Calls::kMemory || (calls == Calls::kSpace && !needs_space)) return false;
+/// Counts a call of the kind in question. Whether it goes wrong, with this error.
+bool goes_wrong(int error) {
   const long number = ++count;
   if (at == 0 || (goes_on ? number < at : number != at)) return false;
   if (signal_number != 0) {
     if (number == at) syscall(SYS_kill, getpid(), signal_number);
     return false;
   }
-  errno = ENOSPC;
+  errno = error;
   return true;
 }
 
+/// Whether the call that is about to be made, which changes the disk, goes wrong.
+bool fails(bool needs_space) {
+  const bool counts = calls == Calls::kDisk || (calls == Calls::kSpace && needs_space);
+  return armed && counts && goes_wrong(ENOSPC);
+}
+
+bool cannot_open() {
+  return armed && calls == Calls::kOpen && goes_wrong(EMFILE);
+}
+
 bool no_memory() {
-  if (!armed || calls != Calls::kMemory) return false;
-  const long number = ++count;
-  if (at == 0 || (goes_on ? number < at : number != at)) return false;
-  if (signal_number != 0) {
-    if (number == at) syscall(SYS_kill, getpid(), signal_number);
-    return false;
-  }
-  errno = ENOMEM;
-  return true;
+  return armed && calls == Calls::kMemory && goes_wrong(ENOMEM);
 }
 
 void disarm() {
@@ -89,6 +90,7 @@ void read_settings() {
   const char* kind = variable("HYBRID_FAULT_CALLS");
   if (std::strcmp(kind, "disk") == 0) calls = Calls::kDisk;
   if (std::strcmp(kind, "space") == 0) calls = Calls::kSpace;
+  if (std::strcmp(kind, "open") == 0) calls = Calls::kOpen;
   if (std::strcmp(kind, "memory") == 0) calls = Calls::kMemory;
   at = std::atol(variable("HYBRID_FAULT_AT"));
   goes_on = std::strcmp(variable("HYBRID_FAULT_HOW"), "on") == 0;
@@ -182,7 +184,7 @@ char* mkdtemp(char* name) {
     va_start(rest, flags);                                                 \
     const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(rest, mode_t) : 0; \
     va_end(rest);                                                          \
-    if ((flags & O_CREAT) != 0 && fails(true)) return -1;                  \
+    if ((flags & O_CREAT) != 0 ? fails(true) : cannot_open()) return -1;   \
     static const auto real = next<int(*) parameters>(#name);               \
     return real arguments;                                                 \
   }
@@ -191,5 +193,15 @@ HYBRID_FAULT_OPEN(open, (const char* p, int flags, ...), (p, flags, mode))
 HYBRID_FAULT_OPEN(open64, (const char* p, int flags, ...), (p, flags, mode))
 HYBRID_FAULT_OPEN(openat, (int f, const char* p, int flags, ...), (f, p, flags, mode))
 HYBRID_FAULT_OPEN(openat64, (int f, const char* p, int flags, ...), (f, p, flags, mode))
+
+#define HYBRID_FAULT_FOPEN(name)                                                    \
+  std::FILE* name(const char* path, const char* mode) {                             \
+    if (*mode == 'r' && cannot_open()) return nullptr;                              \
+    static const auto real = next<std::FILE* (*)(const char*, const char*)>(#name); \
+    return real(path, mode);                                                        \
+  }
+
+HYBRID_FAULT_FOPEN(fopen)
+HYBRID_FAULT_FOPEN(fopen64)
 
 }  // extern "C"

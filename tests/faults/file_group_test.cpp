@@ -58,6 +58,26 @@ TEST_F(FileGroupFaults, AFailureLeavesTheOldGroupOrTheNewOne) {
   }
 }
 
+TEST_F(FileGroupFaults, ARecoveryThatCannotReadLeavesItToTheNext) {
+  const std::string next = "commit_driver " + at("out/main") + " a=newer";
+  set_files("out", old_);
+  const long all = count({"disk", "once"}, command());
+  for (long number = 1; number <= all; ++number) {
+    const Fault kill{"disk", "9", number};
+    const auto recover = [&](long opening) {
+      set_files("out", old_);
+      EXPECT_EQ(run_with(kill, command()).code, 128 + 9);
+      EXPECT_EQ(run_with({"open", "once", opening}, next).code, 1);
+    };
+    recover(0);
+    const long openings = std::stol(read("calls.txt"));
+    for (long opening = 1; opening <= openings; ++opening) {
+      recover(opening);
+      expect_recovery(kill);
+    }
+  }
+}
+
 TEST_F(FileGroupFaults, ADiskThatStaysFullLeavesTheOldGroup) {
   Fault fault{"space", "on"};
   set_files("out", old_);

@@ -20,7 +20,7 @@ namespace hybrid {
 
 /// One call of a program that goes wrong: see fault_shim.cpp.
 struct Fault {
-  std::string calls = "disk";  ///< disk, space or memory
+  std::string calls = "disk";  ///< disk, space, open or memory
   std::string how = "once";    ///< once, on, or the number of a signal
   long at = 0;                 ///< counted from 1; 0: none
 };

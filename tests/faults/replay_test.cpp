@@ -123,6 +123,10 @@ TEST_F(ReplayFaults, ACallOfTheDiskThatFailsBesideFilesOfOthers) {
   expect_old_or_new_at_calls({"disk", "once"}, 60, {{"notes.txt", "mine"}});
 }
 
+TEST_F(ReplayFaults, AFileThatDoesNotOpen) {
+  expect_old_or_new_at_calls({"open", "once"}, 60);
+}
+
 TEST_F(ReplayFaults, ADiskThatStaysFull) {
   expect_old_or_new_at_calls({"space", "on"}, 40);
 }
