@@ -58,6 +58,11 @@ class MpiChannel : public Channel {
     while (pending() && std::chrono::steady_clock::now() < end) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+    // It waits for all ranks, and for ever where one was lost, which only rank 0 knows.
+    std::thread([until = end + kPatience, code = rank_ == 0 ? EXIT_FAILURE : EXIT_SUCCESS] {
+      std::this_thread::sleep_until(until);
+      std::_Exit(code);
+    }).detach();
     MPI_Finalize();
   }
   MpiChannel(const MpiChannel&) = delete;
