@@ -22,7 +22,6 @@ namespace {
 
 constexpr int kMaxSteps = 10;     // of Gauss-Newton
 constexpr double kSmall = 1e-6;   // step at which it ends
-constexpr int kMaxMatchings = 8;  // in turn with it
 
 template <class Pose>
 class PlaceSearch {
@@ -217,7 +216,7 @@ class PlaceSearch {
     Fit at = fit(q_.T_a_b, pairs);
     if (at.chi_square > chi_square_quantile(options_.gate, 2 * kDim)) return;
     std::set<std::vector<Pair>> own;  // that this has come by
-    for (int round = 0; round < kMaxMatchings; ++round) {
+    for (int round = 0; round < kMaxSteps; ++round) {
       std::vector<Pair> next = match(at);
       if (next.size() < 2) return;
       const bool same = next == pairs;

@@ -20,7 +20,7 @@ struct AssociationOptions {
   double gate = 0.9999;                ///< chi-square probability of an innovation
   double information_penalty = 1.0;    ///< price of a match per nat of what it would tell
   int hypotheses = 8;                  ///< at most, per frame
-  double open_odds = 20;               ///< a hypothesis this much less probable is not kept open
+  double open_odds = 10;               ///< a hypothesis this much less probable is not kept open
   int window = 20;                     ///< keyframes until an open decision is taken
   double landmarks_in_view = 5;        ///< expected landmarks in the field of view of the sensor
   double clutter_in_view = 0.5;        ///< expected spurious detections per frame

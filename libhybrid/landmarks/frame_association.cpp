@@ -14,15 +14,13 @@
 #include "libhybrid/association/consensus.h"
 #include "libhybrid/association/joint_compatibility.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
-
-constexpr std::size_t kMaxCandidates = 64;
-constexpr int kMoreMatchings = 4;  // times those wanted: their order changes with correlations
 
 /// Where detections fall in the map and how far off they may be.
 struct Located {
@@ -96,7 +94,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
   std::sort(found.begin(), found.end());
   std::vector<int> tracks;
   for (const auto& [distance, t] : found) {
-    if (tracks.size() == kMaxCandidates) break;
+    if (tracks.size() == kMostCompared) break;
     if (std::find(tracks.begin(), tracks.end(), t) == tracks.end()) tracks.push_back(t);
   }
   std::sort(tracks.begin(), tracks.end());
@@ -331,8 +329,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   } else if (options.method == Method::kJcbb) {
     matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
-    matchings = k_best_matchings(candidates.problem, kMoreMatchings * options.hypotheses,
-                                 std::max(margin, 10.0));
+    matchings = k_best_matchings(candidates.problem, kMostCompared, margin);
     const bool ambiguous =
         (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
     if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
+#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
@@ -19,9 +20,7 @@ namespace hybrid {
 namespace {
 
 constexpr std::int64_t kMostIds = 10'000'000;  // of landmarks that a map may have had
-constexpr int kPlacedPerFrame = 32;            // tracks whose place in the grid is renewed
 constexpr double kSureOdds = 12.0;             // log odds of existence above which they do not grow
-constexpr double kClutterRate = 0.05;  // probability that clutter lies where a landmark is expected
 
 }  // namespace
 
@@ -58,7 +57,7 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
   ++keyframe_;
   things_are_decided_ = false;
   decide_old(map, keyframe_ - options_.window, out);
-  landmarks_.place_some(map.values, kPlacedPerFrame);
+  landmarks_.place_some(map.values, kMostCompared);
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
                                                       seen.sensor_label) != sensors_.end();
@@ -266,13 +265,16 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
   SensorCoverage& coverage = coverage_[seen.sensor_label];
   const Eigen::Isometry3d T_map_sensor = compose(frame.T_map_robot, seen.T_robot_sensor);
   const double detected = coverage.detection_probability(options_.detection_probability);
+  // Clutter in the share of the view that is nearest to a landmark is taken for it.
+  const double clutter = std::min(
+      detected, options_.clutter_in_view / coverage.expected_in_view(options_.landmarks_in_view));
   double seen_now = 0;
   for (int s : sightings) {
     const int t = landmarks_.sighting(s).track;
     if (t < 0) continue;
     ++seen_now;
     double& odds = landmarks_.track(t).existence;
-    odds = std::min(kSureOdds, odds + std::log(detected / kClutterRate));
+    odds = std::min(kSureOdds, odds + std::log(detected / clutter));
   }
   std::vector<int> missed;
   landmarks_.grid().visit_near(
@@ -292,13 +294,14 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
   coverage.around += seen_now * in_view;
   coverage.in_view += in_view;
   coverage.seen += seen_now;
-  const double miss = std::log((1 - detected) / (1 - kClutterRate));
+  const double miss = std::log((1 - detected) / (1 - clutter));
   for (int t : missed) {
     Track& track = landmarks_.track(t);
     track.existence += miss;
     const bool tentative =
         !landmarks_.seen_times(t, options_.confirm) && track.known_sightings == 0;
-    if (tentative && track.existence < kDeadOdds && map.keeps_all) discard(t, map, out);
+    if (tentative && track.existence < -std::log(options_.open_odds) && map.keeps_all)
+      discard(t, map, out);
   }
 }
 

@@ -62,8 +62,6 @@ class LandmarkAssociation {
   std::vector<std::string> class_names() const { return classes_.names(); }
 
  private:
-  /// log odds of existence of a landmark that is given up.
-  static constexpr double kDeadOdds = -3.0;
   static constexpr const char* kMoving = "detection dropped: its thing moves";
 
   struct OpenFrame {  // a frame whose matching is not decided
@@ -108,6 +106,7 @@ class LandmarkAssociation {
   void remember();
   void count_open();
   void keep_whole(const MapView& map, Merge& merge);
+  Contribution decide_before(const Merge& merge, const MapView& map);
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
   static MergeEvent event_of(const Merge& merge, bool undone);

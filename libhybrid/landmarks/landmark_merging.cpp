@@ -9,13 +9,11 @@
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 
 namespace hybrid {
 namespace {
-
-constexpr std::size_t kMaxPairs = 40;
-constexpr std::size_t kFirst = 3, kEvery = 8;  // sightings of a landmark after which to look again
 
 /// Drops the pairs that a new landmark explains better: what takes several landmarks to tell is a
 /// loop, which LoopClosing looks for in one place.
@@ -42,7 +40,7 @@ void keep_those_alone(IdentityHypotheses& h, double margin) {
 
 void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
   recent_[track] = keyframe;
-  news_ = news_ || n <= kFirst || n % kEvery == 0;
+  news_ = news_ || (n & (n - 1)) == 0;  // whenever they have doubled
 }
 
 bool LandmarkMerging::refused(int from, int into, const LandmarkTracks& landmarks) const {
@@ -69,7 +67,7 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
   std::vector<Pair> pairs;
   const auto usable = [&](int t) {
     const Track& track = landmarks.track(t);
-    return track.alive && track.open == 0 && map.holds(track.position);
+    return track.alive && map.holds(track.position);
   };
   const auto compare = [&](int t) {
     if (!usable(t)) return;
@@ -93,7 +91,7 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
   }
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
-  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
+  if (pairs.size() > kMostCompared) pairs.resize(kMostCompared);
   return pairs;
 }
 

@@ -90,7 +90,29 @@ Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything
     if (!merge.pairs.empty()) ++statistics_["loops_closed"];
   }
   if (merge.pairs.empty()) return {};
-  return apply(merge, map);
+  Contribution decided = decide_before(merge, map);
+  return decided.empty() ? apply(merge, map) : decided;
+}
+
+/// Decides the frames that are open between the landmarks of a merge, which is then proposed again:
+/// most are open because a landmark is in the map twice.
+Contribution LandmarkAssociation::decide_before(const Merge& merge, const MapView& map) {
+  const auto concerns = [&](const OpenFrame& open) {
+    for (const std::vector<int>& tracks : open.tracks) {
+      for (const auto& [from, into] : merge.pairs) {
+        if (std::find(tracks.begin(), tracks.end(), from) != tracks.end()) return true;
+        if (std::find(tracks.begin(), tracks.end(), into) != tracks.end()) return true;
+      }
+    }
+    return false;
+  };
+  Contribution out;
+  const auto first = std::stable_partition(open_.begin(), open_.end(),
+                                           [&](const OpenFrame& open) { return !concerns(open); });
+  const std::vector<OpenFrame> concerned(first, open_.end());
+  open_.erase(first, open_.end());
+  for (const OpenFrame& open : concerned) decide(open, map, out);
+  return out;
 }
 
 /// Leaves out the landmarks of which sightings have left the graph: they cannot be given to others.

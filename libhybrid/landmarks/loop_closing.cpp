@@ -10,16 +10,16 @@
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/sensor_view.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kStretch = 5;             // ranges of the sensor that make a stretch of the way
-constexpr std::size_t kMaxLandmarks = 60;  // of a constellation
-constexpr std::size_t kMaxAnchors = 20;
-constexpr std::size_t kFewest = 3;  // landmarks that can be a place
+constexpr std::size_t kMostAnchors = 20;  // each is a search of its own
+constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
+constexpr std::size_t kFewest = 3;        // landmarks that can be a place
 
 /// Landmarks in the frame of a pose.
 template <class Pose>
@@ -146,7 +146,7 @@ std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
   for (int t = static_cast<int>(landmarks.tracks().size()) - 1; t >= 0; --t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
-    if (is_old(t, landmarks) || tracks.size() == kMaxLandmarks) break;
+    if (is_old(t, landmarks) || tracks.size() == kMostCompared) break;
     if (landmarks.seen_times(t, sightings)) tracks.push_back(t);
   }
   std::reverse(tracks.begin(), tracks.end());
@@ -164,7 +164,7 @@ std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius)
   std::vector<std::size_t> out;
   for (double within = std::min(span(), radius);; within = std::min(2 * within, radius)) {
     out = anchors_within(map, within);
-    if (out.size() == kMaxAnchors || !(within < radius)) return out;
+    if (out.size() == kMostAnchors || !(within < radius)) return out;
   }
 }
 
@@ -185,7 +185,7 @@ std::vector<std::size_t> LoopClosing::anchors_within(const MapView& map, double 
     const bool crowded = std::any_of(taken.begin(), taken.end(), [&](const Eigen::Vector3d& q) {
       return (p - q).norm() < apart;
     });
-    if (crowded || out.size() == kMaxAnchors) continue;
+    if (crowded || out.size() == kMostAnchors) continue;
     out.push_back(view);
     taken.push_back(p);
   }
@@ -204,7 +204,7 @@ std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, int si
     near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
   });
   std::sort(near.begin(), near.end());
-  if (near.size() > kMaxLandmarks) near.resize(kMaxLandmarks);
+  if (near.size() > kMostCompared) near.resize(kMostCompared);
   std::vector<int> tracks;
   for (const auto& [distance, t] : near) tracks.push_back(t);
   return tracks;
@@ -288,6 +288,8 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   const Pose T_map_a = map.values.at<Pose>(here);
   question.a = seen_from<Pose>(here, recent, map, landmarks);
   question.log_density = std::log(density);
+  question.missed =
+      -std::log1p(-views_.back().coverage.detection_probability(options_.detection_probability));
   std::vector<std::size_t> views;
   for (std::size_t v = first_recent_; v < views_.size(); ++v) views.push_back(v);
   question.a.covers = [&](const typename Pose::Point& p) {
@@ -295,6 +297,7 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   };
   PlaceOptions options;
   options.gate = options_.gate;
+  options.answers = options_.hypotheses;
   std::vector<Recognition> found;
   for (const std::size_t view : near) {
     std::vector<int> old;

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
 namespace {
 
-constexpr double kWeightOfPrior = 10;  // detections that what is assumed of a sensor counts for
-constexpr double kWellInView = 0.9;    // share of range and field of view
+constexpr double kWellInView = 0.9;  // share of range and field of view
 
 }  // namespace
 
@@ -31,11 +31,11 @@ void SensorCoverage::learn(const DetectionFrame& frame) {
 }
 
 double SensorCoverage::expected_in_view(double before) const {
-  return (kWeightOfPrior * before + around) / (kWeightOfPrior + detections);
+  return (kPriorCount * before + around) / (kPriorCount + detections);
 }
 
 double SensorCoverage::detection_probability(double before) const {
-  const double p = (kWeightOfPrior * before + seen) / (kWeightOfPrior + in_view);
+  const double p = (kPriorCount * before + seen) / (kPriorCount + in_view);
   return std::clamp(p, 0.1, 0.9);
 }
 

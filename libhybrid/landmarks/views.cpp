@@ -8,26 +8,25 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/core/spatial_values.h"
 
 namespace hybrid {
 namespace {
 
-/// Looks that the detection probability of a landmark is known as well as: one that hides from a
-/// look is likely to hide from the next.
-constexpr double kLooksOfPrior = 10;
 /// Those that have left are searched for once there are this share more, so that the search costs
 /// each look the same however many there are.
 constexpr std::size_t kForgetShare = 16;
 constexpr std::size_t kFewLooks = 100;
-constexpr int kMostLooks = 20;  // that are counted: what is left after so many is nothing
+/// Looks that are counted: what is left after so many is nothing.
+constexpr int kMostLooks = 2 * static_cast<int>(kPriorCount);
 
 /// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
-/// (beta-binomial).
+/// (beta-binomial): one that hides from a look is likely to hide from the next.
 double log_probability(int hits, int n, double detected) {
-  const double a = kLooksOfPrior * detected, b = kLooksOfPrior - a;
+  const double a = kPriorCount * detected, b = kPriorCount - a;
   return std::lgamma(a + hits) - std::lgamma(a) + std::lgamma(b + n - hits) - std::lgamma(b) -
-         std::lgamma(kLooksOfPrior + n) + std::lgamma(kLooksOfPrior);
+         std::lgamma(kPriorCount + n) + std::lgamma(kPriorCount);
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ struct Two {
   int a, b;
 
   explicit Two(const Eigen::Vector2d& apart, const std::vector<double>& class_of_second = kTree)
-      : a(world.landmark({10, 0}, kTree, 3)),
-        b(world.landmark(Eigen::Vector2d(10, 0) + apart, class_of_second, 3)) {
+      : a(world.landmark({10, 0}, kTree, 4)),
+        b(world.landmark(Eigen::Vector2d(10, 0) + apart, class_of_second, 4)) {
     saw(a);
     saw(b);
   }
@@ -44,6 +44,14 @@ TEST(LandmarkMerging, TwoAtOnePlaceAreOne) {
   ASSERT_EQ(merge.pairs.size(), 1U);
   EXPECT_EQ(merge.pairs[0], std::make_pair(two.b, two.a));
   EXPECT_GT(merge.allowed_rise(), 0);
+}
+
+// Frames stay open between two that are one for as long as they are two.
+TEST(LandmarkMerging, TwoBetweenWhichAFrameIsOpenMayBeOne) {
+  Two two({0.1, 0.05});
+  two.world.tracks.track(two.a).open = 1;
+  two.world.tracks.track(two.b).open = 1;
+  EXPECT_EQ(two.propose().pairs.size(), 1U);
 }
 
 TEST(LandmarkMerging, TwoFarApartAreTwo) {
@@ -110,11 +118,11 @@ TEST(LandmarkMerging, ALandmarkThatMayBeEitherOfTwoIsNeither) {
   two.world.tracks.attach(two.world.see({10.4, 0}, kTree, frame), two.b, false, out);
   two.world.apply(out);
   EXPECT_TRUE(two.propose().pairs.empty());
-  const int c = two.world.landmark({10.2, 0}, kTree, 3);
+  const int c = two.world.landmark({10.2, 0}, kTree, 4);
   two.saw(c);
   EXPECT_TRUE(two.propose().pairs.empty());
   Two clear({0.4, 0});
-  clear.saw(clear.world.landmark({10.45, 0.02}, kTree, 3));  // nearer to one of them
+  clear.saw(clear.world.landmark({10.45, 0.02}, kTree, 4));  // nearer to one of them
   EXPECT_FALSE(clear.propose().pairs.empty());
 }
 
