@@ -31,7 +31,7 @@
 #include "libhybrid/marginals/posterior.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/window.h"
 #include "libhybrid/solvers/alternating.h"

@@ -5,7 +5,7 @@
 
 #include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 #include "libhybrid/selection/robust_methods.h"
 #include "python/bindings.h"
 
@@ -77,8 +77,6 @@ void bind_options(py::module_& m) {
       .field(
           "margin", &Selection::margin,
           "Log evidence for admission beyond the logarithm of the number of closures not admitted.")
-      .field("hysteresis", &Selection::hysteresis,
-             "Lack of log evidence up to which an admitted closure stays.")
       .field("gate", &Selection::gate, "Gate of innovations in standard deviations.")
       .field("pairs", &Selection::pairs,
              "If no closure passes alone, admit the best two that agree.")
@@ -90,12 +88,13 @@ void bind_options(py::module_& m) {
              "Refuse closures that are not checkable.")
       .field("max_rounds", &Selection::max_rounds, "Largest number of macro-steps.")
       .field("solver", &Selection::solver, "Settings of the last solve.");
-  using Online = OnlineClosureSelectionOptions;
-  SettingsClass<Online>(m, "OnlineClosureSelectionOptions", "Settings of OnlineClosureSelection.")
+  using Online = OnlineSelectionOptions;
+  SettingsClass<Online>(m, "OnlineSelectionOptions", "Settings of OnlineSelection.")
       .field("mixture", &Online::mixture, "The model of false closures.")
-      .field("gate", &Online::gate, "Gate of innovations: a chi-square probability.")
-      .field("min_redundancy", &Online::min_redundancy,
-             "Closures of less redundancy are not checkable.")
+      .field("decisive", &Online::decisive,
+             "Lack of log evidence at which a joint value of hypotheses is dropped.")
+      .field("patience", &Online::patience,
+             "Closures kept back at which the best joint value is taken.")
       .field("smoother", &Online::smoother, "Settings of the smoother.")
       .field("selection", &Online::selection, "Settings of the evaluation of all closures.");
 }
@@ -142,20 +141,19 @@ void bind_batch(py::module_& m) {
 
 void bind_online(py::module_& m) {
   py::enum_<ClosureStatus>(m, "ClosureStatus", "The present decision on a closure.")
-      .value("REJECTED_BY_ODOMETRY", ClosureStatus::kRejectedByOdometry)
+      .value("REJECTED", ClosureStatus::kRejected)
       .value("UNDECIDED", ClosureStatus::kUndecided)
       .value("ACCEPTED", ClosureStatus::kAccepted);
   py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
       .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
       .def_readonly("tried", &SelectionReport::tried);
-  py::class_<OnlineClosureSelection>(
-      m, "OnlineClosureSelection",
+  py::class_<OnlineSelection>(
+      m, "OnlineSelection",
       "Selects among closures that arrive pose by pose, on the incremental smoother.")
-      .def(py::init<const OnlineClosureSelectionOptions&>(),
-           "options"_a = OnlineClosureSelectionOptions())
+      .def(py::init<const OnlineSelectionOptions&>(), "options"_a = OnlineSelectionOptions())
       .def(
           "update",
-          [](OnlineClosureSelection& selection, const Delta& trusted,
+          [](OnlineSelection& selection, const Delta& trusted,
              const std::vector<FactorArgument>& closures) {
             const std::vector<ContinuousFactorPtr> pointers = to_pointers(closures);
             const py::gil_scoped_release unlocked;
@@ -164,13 +162,13 @@ void bind_online(py::module_& m) {
           "trusted"_a, "closures"_a = py::list(),
           "Applies a change of trusted factors and tests new closures, which are numbered in the "
           "order of arrival.")
-      .def("finish", &OnlineClosureSelection::finish, Unlocked(),
+      .def("finish", &OnlineSelection::finish, Unlocked(),
            "Evaluates all closures again, and solves to convergence.")
-      .def_property_readonly("smoother", &OnlineClosureSelection::smoother,
+      .def_property_readonly("smoother", &OnlineSelection::smoother,
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; update the selection, not the smoother.")
-      .def("status", &OnlineClosureSelection::status, "closure"_a)
-      .def("verdicts", &OnlineClosureSelection::verdicts, Unlocked(), "Decisions by closure.");
+      .def("status", &OnlineSelection::status, "closure"_a)
+      .def("verdicts", &OnlineSelection::verdicts, Unlocked(), "Decisions by closure.");
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ void bind_reports(py::module_& m) {
       .def_readonly("kept_because", &WindowReport::kept_because);
 }
 
-void bind_incremental(py::module_& m) {
+void bind_smoother_options(py::module_& m) {
   SettingsClass<SmootherOptions>(m, "SmootherOptions", "Settings of the incremental smoother.")
       .field("relinearize", &SmootherOptions::relinearize,
              "Error of a factor's linear model, in units of the objective, above which it is "
@@ -58,6 +58,9 @@ void bind_incremental(py::module_& m) {
       .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
       .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
       .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");
+}
+
+void bind_incremental(py::module_& m) {
   py::class_<IncrementalSmoother>(
       m, "IncrementalSmoother",
       "Online alternating minimisation: the cost of an update depends on the variables it affects, "
@@ -149,6 +152,7 @@ void bind_window(py::module_& m) {
 
 void bind_smoother(py::module_& m) {
   bind_reports(m);
+  bind_smoother_options(m);
   bind_incremental(m);
   bind_window(m);
 }

@@ -65,9 +65,7 @@ Solution solve_graph(const Input& input, const Options& options, std::vector<Loo
     return trusts_all(options) ? solve_batch(input, options.start == "auto")
                                : solve_robust(input, options, loops);
   }
-  if (!input.graph.alternatives.empty()) return solve_hypotheses(input);
-  const bool trust_all = options.trusted.empty() || options.trusted == "all";
-  return trust_all
+  return trusts_all(options) && input.graph.alternatives_count() == 0
              ? solve_online(input)
              : solve_selection(input, options.trusted, options.methods.online, options.report);
 }

@@ -54,12 +54,12 @@ Input read_input(const std::string& path, const std::string& start,
                                                  "matrix that is"));
   }
   if (shuffle) {
-    if (input.graph.alternatives.empty()) {
+    if (input.graph.alternatives_count() == 0) {
       throw Error(path + ": has no edge with several hypotheses; leave --shuffle out");
     }
     input.first_hypotheses = shuffle_hypotheses(input.graph, *shuffle);
   }
-  input.first_hypotheses.resize(input.graph.alternatives.size());
+  input.first_hypotheses.resize(input.graph.alternatives_count());
   try {
     input.initial = initialize_from_odometry(input.graph);  // throws if not connected
   } catch (const Error& e) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include "libhybrid/selection/online_selection.h"
+
 #include <fmt/format.h>
 
 #include <set>
@@ -13,8 +15,6 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/delayed_decision.h"
-#include "libhybrid/selection/online_closure_selection.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
 
@@ -83,22 +83,11 @@ const char* text_of(ClosureStatus status) {
 
 }  // namespace
 
-Solution solve_hypotheses(const Input& input) {
-  DelayedDecisionSmoother decisions;
-  PoseFeed feed(input.graph, input.initial);
-  Solution solution =
-      run(feed, decisions, [&](Key, const Delta& delta) { return decisions.update(delta); });
-  solution.method = "incremental, hypotheses decided";
-  for (std::size_t i = 0; i < input.graph.alternatives.size(); ++i) {
-    solution.hypotheses.push_back(decisions.smoother().assignment().find(hypothesis_key(i)));
-  }
-  return solution;
-}
-
 Solution solve_selection(const Input& input, const std::string& trusted,
-                         const OnlineClosureSelectionOptions& options, bool keep_history) {
-  const Pairs pairs = trusted == "odometry" ? Pairs() : read_closures(trusted, input);
-  OnlineClosureSelection selection(options);
+                         const OnlineSelectionOptions& options, bool keep_history) {
+  const bool trusts_all = trusted.empty() || trusted == "all";
+  const Pairs pairs = trusts_all || trusted == "odometry" ? Pairs() : read_closures(trusted, input);
+  OnlineSelection selection(options);
   PoseFeed feed(input.graph, input.initial);
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
@@ -118,7 +107,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
     for (const ContinuousFactorPtr& factor : delta.continuous) {
       const std::vector<Key>& keys = factor->keys();
       const std::size_t f = number.at(factor.get());
-      const bool closure = f < relative_poses && !is_odometry(keys[0], keys[1]) &&
+      const bool closure = !trusts_all && f < relative_poses && !is_odometry(keys[0], keys[1]) &&
                            pairs.count({keys[0].index(), keys[1].index()}) == 0;
       (closure ? closures : known).push_back(factor);
       if (closure) arrived.push_back(f);
@@ -130,11 +119,17 @@ Solution solve_selection(const Input& input, const std::string& trusted,
     for (std::size_t k = 0; k < arrived.size(); ++k) note(k);
     return report;
   });
-  solution.method = "incremental, closures selected";
+  const std::size_t choices = input.graph.alternatives_count();
+  solution.method = choices == 0 ? "incremental, closures selected"
+                    : trusts_all ? "incremental, hypotheses decided"
+                                 : "incremental, closures selected and hypotheses decided";
+  for (std::size_t i = 0; i < choices; ++i) {
+    solution.hypotheses.push_back(selection.smoother().assignment().find(hypothesis_key(i)));
+  }
   const std::vector<Verdict> verdicts = selection.verdicts();
   for (std::size_t k = 0; k < arrived.size(); ++k) {
     note(k);
-    decisions[k].inlier_probability = verdicts[k].inlier_probability;
+    decisions[k].verdict = verdicts[k];
     solution.decisions[arrived[k]] = std::move(decisions[k]);
   }
   return solution;

@@ -38,6 +38,13 @@ Eigen::Vector3d position(const Values& values, Key key) {
 
 }  // namespace
 
+void set_verdict(const Verdict& verdict, Loop& loop) {
+  loop.inlier_probability = verdict.inlier_probability;
+  loop.redundancy = verdict.redundancy;
+  loop.checkable = verdict.checkable;
+  loop.margin = std::isfinite(verdict.margin) ? verdict.margin : -1e3;
+}
+
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, Decision>& decisions) {
   std::vector<Loop> loops;
@@ -49,7 +56,7 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
     loops.back().residual = std::sqrt(2 * factor.cost(estimate));
     if (decision == decisions.end()) return;
     loops.back().decision = decision->second.text;
-    loops.back().inlier_probability = decision->second.inlier_probability;
+    set_verdict(decision->second.verdict, loops.back());
     loops.back().history = decision->second.history;
   });
   return loops;
@@ -57,11 +64,15 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
 
 std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
   std::string text = "i,j,hypothesis,first\n";
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const auto& edge = input.graph.poses2[input.graph.alternatives[k].edge];
+  const PoseGraph& graph = input.graph;
+  std::size_t k = 0;
+  const auto add = [&](const auto& edge) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{}\n", edge.from.index(), edge.to.index(),
                    chosen[k], input.first_hypotheses[k]);
-  }
+    ++k;
+  };
+  for (const auto& alternatives : graph.alternatives2) add(graph.poses2[alternatives.edge]);
+  for (const auto& alternatives : graph.alternatives3) add(graph.poses3[alternatives.edge]);
   return text;
 }
 

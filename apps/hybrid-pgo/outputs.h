@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/hybrid-pgo/solution.h"
+#include "libhybrid/closures/problem.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -27,6 +28,9 @@ struct Loop {
 
   bool in_force() const { return decision == "trusted" || decision == "accepted"; }
 };
+
+/// Probability, redundancy and margin, finite ones.
+void set_verdict(const Verdict& verdict, Loop& loop);
 
 /// All loop closures of a graph in the order of the file.
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,

@@ -137,10 +137,7 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
     const Verdict& verdict = result.verdicts[k];
     Loop& loop = loops[task.loop_of[k]];
     loop.decision = verdict.accepted ? "accepted" : "rejected";
-    loop.inlier_probability = verdict.inlier_probability;
-    loop.redundancy = verdict.redundancy;
-    loop.checkable = verdict.checkable;
-    loop.margin = std::isfinite(verdict.margin) ? verdict.margin : -1e3;
+    set_verdict(verdict, loop);
     loop.residual = std::sqrt(verdict.chi_square);
   }
   return solution;

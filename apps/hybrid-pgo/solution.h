@@ -10,9 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/closures/problem.h"
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 #include "libhybrid/solvers/starts.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
@@ -44,7 +45,7 @@ Input read_input(const std::string& path, const std::string& start,
 /// The decision about a loop closure that was not trusted.
 struct Decision {
   std::string text;  ///< "accepted", "undecided" or "rejected"
-  double inlier_probability = 0;
+  Verdict verdict;
   /// Online: poses at which the decision changed, and the new decision.
   std::vector<std::pair<std::uint64_t, std::string>> history = {};
 };
@@ -80,10 +81,9 @@ Solution solve_batch(const Input& input, bool compare);
 /// interrupted. Throws Error if there is no estimate, Interrupted before the first pose.
 Solution solve_online(const Input& input);
 
-/// The same with hypotheses, or with selection of closures (`trusted` as in Options). Throws Error
+/// The same with decisions about hypotheses and closures (`trusted` as in Options). Throws Error
 /// for a file that cannot be read or lists a closure that is not in the graph.
-Solution solve_hypotheses(const Input& input);
 Solution solve_selection(const Input& input, const std::string& trusted,
-                         const OnlineClosureSelectionOptions& options, bool keep_history);
+                         const OnlineSelectionOptions& options, bool keep_history);
 
 }  // namespace hybrid

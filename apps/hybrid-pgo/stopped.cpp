@@ -29,6 +29,22 @@ std::vector<std::size_t> keep(std::vector<Edge>& edges, const Values& values) {
   return numbers;
 }
 
+/// Keeps the alternatives of edges that stay, under their new numbers; returns whether each stays.
+template <class Pose>
+std::vector<bool> keep(std::vector<EdgeAlternatives<Pose>>& alternatives,
+                       const std::vector<std::size_t>& numbers) {
+  std::vector<bool> stays;
+  std::vector<EdgeAlternatives<Pose>> kept;
+  for (EdgeAlternatives<Pose>& edge : alternatives) {
+    stays.push_back(numbers[edge.edge] != kGone);
+    if (!stays.back()) continue;
+    edge.edge = numbers[edge.edge];
+    kept.push_back(std::move(edge));
+  }
+  alternatives = std::move(kept);
+  return stays;
+}
+
 }  // namespace
 
 void stopped(const PoseFeed& feed, Solution& solution) {
@@ -53,16 +69,15 @@ void keep_solved(Input& input, Solution& solution) {
   }
   solution.decisions = std::move(decisions);
 
-  std::vector<EdgeAlternatives> alternatives;
+  std::vector<bool> stays = keep(graph.alternatives2, numbers2);
+  const std::vector<bool> stays3 = keep(graph.alternatives3, numbers3);
+  stays.insert(stays.end(), stays3.begin(), stays3.end());
   std::vector<int> first, chosen;
-  for (std::size_t k = 0; k < graph.alternatives.size(); ++k) {
-    if (numbers2[graph.alternatives[k].edge] == kGone) continue;
-    alternatives.push_back(graph.alternatives[k]);
-    alternatives.back().edge = numbers2[graph.alternatives[k].edge];
+  for (std::size_t k = 0; k < stays.size(); ++k) {
+    if (!stays[k]) continue;
     first.push_back(input.first_hypotheses[k]);
     chosen.push_back(solution.hypotheses[k]);
   }
-  graph.alternatives = std::move(alternatives);
   input.first_hypotheses = std::move(first);
   solution.hypotheses = std::move(chosen);
 

@@ -144,7 +144,7 @@ class Parser {
         {"EDGE2", {0, "EDGE2 i j x y angle information(6)", &Parser::edge2}},
         {"EDGE_SE3:QUAT",
          {31, "EDGE_SE3:QUAT i j x y z qx qy qz qw information(21)", &Parser::edge_se3}},
-        {"EDGE3", {30, "EDGE3 i j x y z roll pitch yaw information(21)", &Parser::edge3}},
+        {"EDGE3", {0, "EDGE3 i j x y z roll pitch yaw information(21)", &Parser::edge3}},
         {"EDGE_SE2_XY", {8, "EDGE_SE2_XY i j x y information(3)", &Parser::edge_xy}},
         {"EDGE_SE3_TRACKXYZ",
          {13, "EDGE_SE3_TRACKXYZ i j parameter x y z information(6)", &Parser::edge_xyz}},
@@ -257,6 +257,13 @@ class Parser {
     add_edge(3, graph_.poses3, pose_from_quaternion(row, 3), symmetric<6>(row, 10), row);
   }
   void edge3(const TextRow& row) {
+    if (has_hypotheses("EDGE3", 12)) {
+      return edge_with_hypotheses<SE3>(
+          row, 6, "EDGE3 i 1 j 0 n, then x y z roll pitch yaw n times, n from 1 to 1000",
+          [&](std::size_t at) { return pose_from_angles(row, at); }, graph_.poses3,
+          graph_.alternatives3);
+    }
+    row.expect(30, find("EDGE3")->form);
     add_edge(3, graph_.poses3, pose_from_angles(row, 3), symmetric<6>(row, 9), row);
   }
   void edge_xy(const TextRow& row) {
@@ -267,37 +274,48 @@ class Parser {
     add_edge(3, graph_.points3, point<3>(row, 4), symmetric<3>(row, 7), row);
   }
   void edge2(const TextRow& row) {
-    if (has_hypotheses()) return edge_with_hypotheses(row);
+    if (has_hypotheses("EDGE2", 9)) {
+      return edge_with_hypotheses<SE2>(
+          row, 3, "EDGE2 i 1 j 0 n, then x y angle n times, n from 1 to 1000",
+          [&](std::size_t at) { return planar_pose(row, at); }, graph_.poses2,
+          graph_.alternatives2);
+    }
     row.expect(12, find("EDGE2")->form);
     add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric_toro(row, 6), row);
   }
 
-  /// Whether any EDGE2 line has a single hypothesis, a form that no line of TORO has.
-  bool has_hypotheses() {
+  /// Whether any line of that tag has a single hypothesis and so many words, which no line of TORO
+  /// has.
+  bool has_hypotheses(const char* tag, std::size_t words) {
     if (!hypotheses_) {
       bool found = false;
-      read_([&](const TextRow& row) { found = found || (row[0] == "EDGE2" && row.size() == 9); });
+      read_([&](const TextRow& row) { found = found || (row[0] == tag && row.size() == words); });
       hypotheses_ = found;
     }
     return *hypotheses_;
   }
 
-  void edge_with_hypotheses(const TextRow& row) {
-    const char* const form = "EDGE2 i 1 j 0 n, then x y angle n times, n from 1 to 1000";
-    row.expect(9, 6 + 3 * kMostHypotheses, form);
+  /// `numbers` make a pose, which `read` takes from a word on.
+  template <class Pose, class Read>
+  void edge_with_hypotheses(const TextRow& row, std::size_t numbers, const char* form,
+                            const Read& read, std::vector<GraphEdge<Pose>>& edges,
+                            std::vector<EdgeAlternatives<Pose>>& alternatives) {
+    row.expect(6 + numbers, 6 + numbers * kMostHypotheses, form);
     const std::uint64_t n = id(row, 5);
     if (id(row, 2) != 1 || id(row, 4) != 0 || n < 1 || n > kMostHypotheses) {
       row.fail("expected: " + std::string(form));
     }
-    row.expect(6 + 3 * n, form);
-    std::vector<SE2> measured;
-    for (std::uint64_t k = 0; k < n; ++k) measured.push_back(planar_pose(row, 6 + 3 * k));
-    const Eigen::Vector3d sigmas(1.0 / 30, 1.0 / 30, 1.0 / 100);
+    row.expect(6 + numbers * n, form);
+    std::vector<Pose> measured;
+    for (std::uint64_t k = 0; k < n; ++k) measured.push_back(read(6 + numbers * k));
+    constexpr int kPoint = Pose::Point::RowsAtCompileTime;
+    Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(Pose::kDim, 1.0 / 100);
+    sigmas.head(kPoint).setConstant(1.0 / 30);
     const Eigen::MatrixXd information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
-    add_edge(2, graph_.poses2, measured[0], information, row, 3);
+    add_edge(kPoint, edges, measured[0], information, row, 3);
     if (n == 1) return;
     measured.erase(measured.begin());
-    graph_.alternatives.push_back({graph_.poses2.size() - 1, std::move(measured)});
+    alternatives.push_back({edges.size() - 1, std::move(measured)});
   }
 
   void offset(const TextRow& row) {

@@ -33,6 +33,7 @@ class InformationError : public Error {
 ///   EDGE2                           i 1 j 0 n, x y angle n times: n hypotheses of one motion
 ///   EDGE_SE3:QUAT                   i j x y z qx qy qz qw, information row by row
 ///   EDGE3                           i j x y z roll pitch yaw, information row by row
+///   EDGE3                           i 1 j 0 n, x y z roll pitch yaw n times: n hypotheses
 ///   EDGE_SE2_XY                     i j x y, information row by row
 ///   EDGE_SE3_TRACKXYZ               i j parameter x y z, information row by row
 ///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: must be the identity
@@ -41,13 +42,14 @@ class InformationError : public Error {
 /// EQUIV marks an edge whose ends TORO merges into one vertex on request (loadEquivalences);
 /// otherwise it has no effect, in TORO and in other programs. Information is taken as that of the
 /// tangent (translation, rotation vector); for EDGE3, whose angles are roll, pitch, yaw, this holds
-/// to first order about small rotations. If any EDGE2 line has 8 numbers, all of the file are of
-/// the form with hypotheses; these have no information, and get standard deviations of 1/30 m and
-/// 1/100 rad. `#` starts a comment. Throws Error "file:line: what" for anything else: unknown tags,
-/// numbers that are too few, too many, malformed or not finite, quaternions that cannot be
-/// normalised, information that is not positive definite (InformationError), edges from a vertex to
-/// itself, duplicate vertices, a vertex used both as pose and as landmark, plane and space in one
-/// file; and for a file that cannot be read or holds no vertex and no edge.
+/// to first order about small rotations. If any EDGE2 line has 8 numbers, or any EDGE3 line 11, all
+/// of the file are of the form with hypotheses; these have no information, and get standard
+/// deviations of 1/30 m and 1/100 rad. `#` starts a comment. Throws Error "file:line: what" for
+/// anything else: unknown tags, numbers that are too few, too many, malformed or not finite,
+/// quaternions that cannot be normalised, information that is not positive definite
+/// (InformationError), edges from a vertex to itself, duplicate vertices, a vertex used both as
+/// pose and as landmark, plane and space in one file; and for a file that cannot be read or holds
+/// no vertex and no edge.
 PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options = {});
 
 /// The same from text; `name` is the name of the file in messages.

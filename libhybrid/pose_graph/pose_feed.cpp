@@ -84,8 +84,12 @@ PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFac
     : graph_(graph), initial_(initial), factors_(to_factors(graph, initial, options)) {
   if (factors_.empty()) return;
   hypotheses_.resize(factors_.size());
-  for (std::size_t i = 0; i < graph.alternatives.size(); ++i) {
-    hypotheses_[graph.alternatives[i].edge] = make_hypotheses(graph, i, options);
+  const std::size_t planar = graph.alternatives2.size();
+  for (std::size_t i = 0; i < graph.alternatives_count(); ++i) {
+    const std::size_t edge = i < planar
+                                 ? graph.alternatives2[i].edge
+                                 : graph.poses2.size() + graph.alternatives3[i - planar].edge;
+    hypotheses_[edge] = make_hypotheses(graph, i, options);
   }
   const Neighbours neighbours = connections(factors_);
   const Key first = first_pose(factors_, graph.edge_count(), neighbours);

@@ -34,10 +34,11 @@ bool add_relative_pose(const ContinuousFactor& factor, std::vector<GraphEdge<Pos
   return true;
 }
 
-/// Further hypotheses for the measurement of a planar edge; one of all its hypotheses is true.
+/// Further hypotheses for the measurement of an edge; one of all its hypotheses is true.
+template <class Pose>
 struct EdgeAlternatives {
-  std::size_t edge = 0;  ///< in PoseGraph::poses2, whose measurement is hypothesis 0
-  std::vector<SE2> measured;
+  std::size_t edge = 0;  ///< in poses2 or poses3 of the graph, whose measurement is hypothesis 0
+  std::vector<Pose> measured;
 };
 
 /// Largest id of a vertex: a key has 56 bits for it.
@@ -51,7 +52,8 @@ struct PoseGraph {
   std::vector<GraphEdge<SE3>> poses3;
   std::vector<GraphEdge<Eigen::Vector2d>> points2;
   std::vector<GraphEdge<Eigen::Vector3d>> points3;
-  std::vector<EdgeAlternatives> alternatives;  ///< in order of their edges
+  std::vector<EdgeAlternatives<SE2>> alternatives2;  ///< in order of their edges
+  std::vector<EdgeAlternatives<SE3>> alternatives3;
   std::vector<Key> fixed;
   std::size_t equivalences = 0;  ///< EQUIV lines, which are not applied
   std::size_t repaired = 0;      ///< information matrices of the file that were projected
@@ -59,6 +61,7 @@ struct PoseGraph {
   std::size_t edge_count() const {
     return poses2.size() + poses3.size() + points2.size() + points3.size();
   }
+  std::size_t alternatives_count() const { return alternatives2.size() + alternatives3.size(); }
 };
 
 /// Whether a relative pose is odometry, from one pose to the next, or else a loop closure.
@@ -96,7 +99,8 @@ std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values
                                             const GraphFactorOptions& options = {});
 
 /// The mixture over the hypotheses of an edge (eq. 3), with equal prior probabilities; the discrete
-/// variable hypothesis_key(index) chooses. Throws Error for an index that is out of range.
+/// variable hypothesis_key(index) chooses. Edges are numbered through alternatives2, then
+/// alternatives3. Throws Error for an index that is out of range.
 HybridFactorPtr make_hypotheses(const PoseGraph& graph, std::size_t index,
                                 const GraphFactorOptions& options = {});
 inline Key hypothesis_key(std::size_t index) {
@@ -104,8 +108,7 @@ inline Key hypothesis_key(std::size_t index) {
 }
 
 /// Puts the hypotheses of every edge in a random order, the same for the same seed on every
-/// machine. Returns, for each of `graph.alternatives`, the new index of the hypothesis that was
-/// first.
+/// machine. Returns, for each of these edges, the new index of the hypothesis that was first.
 std::vector<int> shuffle_hypotheses(PoseGraph& graph, std::uint64_t seed);
 
 /// The part of an estimated graph that a g2o file can hold: poses x<id> and landmarks l<id> with

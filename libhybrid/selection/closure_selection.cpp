@@ -11,9 +11,7 @@
 namespace hybrid {
 namespace {
 
-constexpr int kBatch = 4;  // larger batches that fail are cut to a quarter
-constexpr std::size_t kManyClosures = 100;
-constexpr double kNearlyAll = 0.995;
+constexpr std::size_t kCut = 4;  // a batch that fails is cut to this part, down to so many closures
 constexpr double kContradictedShare = 0.02;  // largest share of a batch that is kept
 
 /// One run of the selection.
@@ -27,29 +25,9 @@ class ClosureSelection {
     RobustResult result;
     result.objectives.push_back(map_.objective());
     if (try_all()) result.objectives.push_back(map_.objective());
-    double share = 1.0;
-    int round = 0;
-    for (; round < options_.max_rounds; ++round) {
-      std::vector<Candidate> batch = map_.candidates();
-      if (batch.empty() && options_.pairs) batch = map_.best_pair();
-      if (batch.empty()) {
-        if (!unfolds()) break;
-        result.objectives.push_back(map_.objective());
-        continue;
-      }
-      if (batch.front().partner < 0) {
-        batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
-      }
-      if (macro_step(batch)) {
-        result.objectives.push_back(map_.objective());
-        share = std::min(1.0, 2.0 * share);
-      } else if (batch.size() > kBatch) {
-        share *= 0.25;
-      } else {
-        for (const Candidate& candidate : batch) map_.refuse(candidate.closure);
-      }
-    }
-    result.converged = round < options_.max_rounds;
+    admit_all(result.objectives);
+    if (!options_.trust_start) ask_again(result.objectives);
+    result.converged = round_ < options_.max_rounds;
     map_.finish(result);
     if (!result.converged) {
       result.message = "closures were still admitted after " + std::to_string(options_.max_rounds) +
@@ -59,6 +37,47 @@ class ClosureSelection {
   }
 
  private:
+  /// Macro-steps until no closure is left to admit. Adds the objective after each.
+  void admit_all(std::vector<double>& objectives) {
+    double share = 1.0;
+    for (; round_ < options_.max_rounds; ++round_) {
+      std::vector<Candidate> batch = map_.candidates();
+      if (batch.empty() && options_.pairs) batch = map_.best_pair();
+      if (batch.empty()) {
+        if (!unfolds()) break;
+        objectives.push_back(map_.objective());
+        continue;
+      }
+      if (batch.front().partner < 0) {
+        batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
+      }
+      if (macro_step(batch)) {
+        objectives.push_back(map_.objective());
+        share = std::min(1.0, 2.0 * share);
+      } else if (batch.size() > kCut) {
+        share /= kCut;
+      } else {
+        for (const Candidate& candidate : batch) map_.refuse(candidate.closure);
+      }
+    }
+  }
+
+  /// Asks again what was refused while the map was another: one macro-step, which begins with the
+  /// closures that agree with the map.
+  void ask_again(std::vector<double>& objectives) {
+    const Readmission::Snapshot before = map_.snapshot();
+    map_.begin_again();
+    std::fill(drops_.begin(), drops_.end(), 0);
+    looked_for_folds_ = false;
+    std::vector<double> on_the_way;
+    admit_all(on_the_way);
+    if (map_.objective() < before.objective) {
+      objectives.push_back(map_.objective());
+    } else {
+      map_.restore(before);
+    }
+  }
+
   /// Once no closure is left to admit, solves again from chordal initial values if noise does not
   /// explain the map, which may be folded. Returns whether that lowered the objective.
   bool unfolds() {
@@ -71,30 +90,33 @@ class ClosureSelection {
 
   /// Admits all plausible closures at once if nearly all closures are plausible.
   bool try_all() {
-    const std::size_t count = drops_.size();
-    if (count < kManyClosures || options_.trust_start) return false;
+    if (options_.trust_start) return false;
     const std::vector<Candidate> plausible = map_.all_plausible();
-    return double(plausible.size()) >= kNearlyAll * double(count) && macro_step(plausible);
+    const double out = double(drops_.size()) - double(plausible.size());
+    const double few = kContradictedShare / kCut * double(drops_.size());
+    return out <= few && macro_step(plausible, true);
   }
 
-  /// Admits a batch and drops the closures, new or old, that the solution contradicts. False, with
-  /// nothing changed, unless the objective falls.
-  bool macro_step(const std::vector<Candidate>& batch) {
+  /// Admits a batch and drops the closures, new or old, that the solution contradicts, and of an
+  /// `untested` batch those that it would not admit. False, with nothing changed, unless the
+  /// objective falls.
+  bool macro_step(const std::vector<Candidate>& batch, bool untested = false) {
     const Readmission::Snapshot before = map_.snapshot();
+    const std::vector<bool>* tested = untested ? &before.accepted : nullptr;
     map_.admit(batch);
-    std::vector<int> contradicted = map_.contradicted();
+    std::vector<int> contradicted = map_.contradicted(tested);
     const double allowed = std::max(2.0, kContradictedShare * double(batch.size()));
-    if (batch.size() > kBatch && double(contradicted.size()) > allowed) {
+    if (batch.size() > kCut && double(contradicted.size()) > allowed) {
       // The solve may have folded the map, and the new closures may be true.
       map_.unfold();
-      contradicted = map_.contradicted();
+      contradicted = map_.contradicted(tested);
       if (double(contradicted.size()) > allowed) {
         map_.restore(before);
         return false;
       }
     }
     std::vector<int> dropped;
-    for (; !contradicted.empty(); contradicted = map_.contradicted()) {
+    for (; !contradicted.empty(); contradicted = map_.contradicted(tested)) {
       contradicted.resize((contradicted.size() + 1) / 2);
       dropped.insert(dropped.end(), contradicted.begin(), contradicted.end());
       map_.drop(contradicted);
@@ -112,6 +134,7 @@ class ClosureSelection {
   const ClosureSelectionOptions& options_;
   Readmission map_;
   std::vector<int> drops_;  // how often a closure was dropped
+  int round_ = 0;
   bool looked_for_folds_ = false;
 };
 

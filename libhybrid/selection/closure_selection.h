@@ -12,11 +12,9 @@ struct ClosureSelectionOptions {
   MixtureOptions mixture;  ///< the model of the joint objective
   /// A closure is admitted once the logarithm of its evidence (see EvidenceModel) exceeds the
   /// logarithm of the number of closures not admitted by this much, so that false admissions are
-  /// rare in the whole graph, not only for each closure.
+  /// rare in the whole graph, not only for each closure. It is dropped again when the logarithm of
+  /// its evidence is below that of this number by as much.
   double margin = 1.5;
-  /// An admitted closure is dropped when the logarithm of its evidence is below that threshold by
-  /// more than this.
-  double hysteresis = 2.0;
   double degrees_of_freedom = 4.0;  ///< of the Student t, see EvidenceModel
   double gate = 4.0;                ///< see EvidenceModel
   /// Whether pairs of closures that agree with each other may be admitted if none passes alone.
@@ -37,7 +35,8 @@ struct ClosureSelectionOptions {
 /// solution contradicts; it is kept only if the joint objective of eq. 6 falls, so that Proposition
 /// 1 holds for the sequence in `RobustResult::objectives`; else a smaller batch is tried. In that
 /// sequence outliers have the constant density of eq. 17 at a zero residual, since the small
-/// gradients of many false closures would together hold an incomplete map where it is.
+/// gradients of many false closures would together hold an incomplete map where it is. In the end
+/// what was refused is asked again, of the map that has come about.
 /// `RobustResult::objective` is that of `mixture`. The inlier probabilities are marginalised over
 /// the poses, with the share of inliers found as prior. Throws Error if the trusted factors leave
 /// poses undetermined.

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/prior_count.h"
 
 namespace hybrid {
 namespace {
@@ -17,12 +18,11 @@ namespace {
 constexpr double kGateProbability = 0.9999;
 constexpr int kMostRows = 6;              // with tabulated quantiles
 constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still [m]
-constexpr double kPriorCount = 10.0;      // weight of the prior on a variance factor of one
 constexpr double kSmallestVarianceFactor = 1e-6;
 constexpr double kLargestVarianceFactor = 4.0;
 
-/// log of the volume of the residuals that a false closure may have: positions in the map and any
-/// rotation.
+}  // namespace
+
 double log_volume(const ContinuousFactor& factor, double radius) {
   const double area = M_PI * radius * radius;
   const double ball = 4.0 / 3.0 * area * radius;
@@ -40,8 +40,6 @@ double log_volume(const ContinuousFactor& factor, double radius) {
       return std::log(ball * 8.0 * M_PI * M_PI);
   }
 }
-
-}  // namespace
 
 double EvidenceModel::density_ratio(double chi_square, double log_det,
                                     const ContinuousFactor& factor) const {
@@ -67,6 +65,26 @@ double EvidenceModel::largest_log_ratio(const Eigen::VectorXd& b, const Eigen::M
                                         const ContinuousFactor& factor) const {
   const double chi_square = S.llt().matrixL().solve(b).squaredNorm();
   return density_ratio(chi_square, 0.0, factor);
+}
+
+double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& options) {
+  return std::log1p(static_cast<double>(not_admitted)) + options.margin;
+}
+
+void write_evidence(const std::vector<double>& evidence, const std::vector<double>& redundancy,
+                    const ClosureSelectionOptions& options, std::vector<Verdict>& verdicts) {
+  const auto admitted = static_cast<std::size_t>(std::count_if(
+      verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return verdict.accepted; }));
+  const double needed = evidence_needed(verdicts.size() - admitted, options);
+  const double share = (1.0 + double(admitted)) / (2.0 + double(verdicts.size()));
+  const double log_odds = std::log(share / (1.0 - share));
+  for (std::size_t k = 0; k < verdicts.size(); ++k) {
+    Verdict& verdict = verdicts[k];
+    verdict.redundancy = redundancy[k];
+    verdict.checkable = redundancy[k] >= options.min_redundancy;
+    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence[k] - log_odds));
+    verdict.margin = evidence[k] - needed;
+  }
 }
 
 double gate_quantile(int degrees) {

@@ -2,7 +2,28 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/selection/detail/innovation.h"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
+
 namespace hybrid {
+namespace {
+
+constexpr double kRounding = 1e-12;
+
+}  // namespace
+
+GivenOthers given_others(const Innovation& innovation, bool is_part) {
+  const auto d = innovation.b.size();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(d, d);
+  if (!is_part) {
+    const Eigen::MatrixXd S = identity + innovation.APAt;
+    return {innovation.b, S, S.inverse().trace() / double(d)};
+  }
+  const Eigen::MatrixXd reduced = identity - innovation.APAt;
+  Eigen::MatrixXd S = (reduced + kRounding * identity).ldlt().solve(identity);
+  S = 0.5 * (S + S.transpose().eval());
+  return {S * innovation.b, S, std::clamp(reduced.trace() / double(d), 0.0, 1.0)};
+}
 
 InnovationPredictor::Linearized InnovationPredictor::linearize(
     const ContinuousFactor& factor) const {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "libhybrid/closures/closure_problem.h"
+#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
@@ -17,15 +18,6 @@ namespace hybrid {
 namespace {
 
 constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
-constexpr double kSurelyBelow = 3.0;  // by which a bound is below the threshold: no new prediction
-constexpr double kRedundant = 0.3;    // least redundancy of closures for the variance factor
-constexpr double kFarBelow = 8.0;     // below the threshold: tested when no candidate is left
-constexpr double kHopeless = -5.0;    // evidence below which no partner helps
-constexpr std::size_t kPartners = 120;  // closures among which pairs are sought
-constexpr std::size_t kLeastSample = 20;
-constexpr double kSampleShare = 0.05;
-constexpr double kSampleQuantile = 0.2;
-constexpr double kRounding = 1e-12;
 
 const double kNone = -std::numeric_limits<double>::infinity();
 
@@ -44,6 +36,7 @@ bool by_evidence(const Candidate& a, const Candidate& b) {
 Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOptions& options)
     : closure_problem_(problem),
       options_(options),
+      rough_(options.solver),
       graph_(mixture_graph(problem, without_outliers())),
       pool_(options.solver.threads),
       values_(problem.initial),
@@ -63,6 +56,7 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
                                                           std::log(mixture.outlier_variance)) -
         std::log(mixture.outlier_weight));
   }
+  rough_.relative_decrease = kRoughDecrease;
   model_.degrees = options.degrees_of_freedom;
   model_.gate = options.gate;
   problem_ =
@@ -72,23 +66,28 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
 }
 
 void Readmission::begin() {
-  SolverOptions rough = options_.solver;
-  rough.relative_decrease = kRoughDecrease;
-  settle(rough);
+  settle(rough_);
   model_.radius = map_radius(values_);
-  if (options_.trust_start) {
-    const Values& start = closure_problem_.initial;
-    for (std::size_t k = 0; k < accepted_.size(); ++k) {
-      const ContinuousFactor& closure = *closure_problem_.closures[k];
-      accepted_[k] = 2.0 * closure.cost(start) < gate_quantile(closure.rows());
-    }
-    state_ = problem_->load(start);
-    settle(rough);
-    for (std::vector<int> contradicted = this->contradicted(); !contradicted.empty();
-         contradicted = this->contradicted()) {
-      contradicted.resize((contradicted.size() + 1) / 2);
-      drop(contradicted);
-    }
+  if (options_.trust_start) trust(closure_problem_.initial);
+}
+
+/// Begins anew with the closures that agree with these values, less those that the solution
+/// contradicts, and of the new ones those that it would not admit.
+void Readmission::trust(const Values& values) {
+  const std::vector<bool> before = accepted_;
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    const ContinuousFactor& closure = *closure_problem_.closures[k];
+    accepted_[k] = 2.0 * closure.cost(values) < gate_quantile(closure.rows());
+    refused_[k] = false;
+    evidence_[k] = kNone;
+    predicted_[k].resize(0, 0);
+  }
+  state_ = problem_->load(values);
+  settle(rough_);
+  for (std::vector<int> contradicted = this->contradicted(&before); !contradicted.empty();
+       contradicted = this->contradicted(&before)) {
+    contradicted.resize((contradicted.size() + 1) / 2);
+    drop(contradicted);
   }
 }
 
@@ -119,8 +118,7 @@ void Readmission::settle(const SolverOptions& solver) {
   assess_accepted();
 }
 
-/// Evidence and redundancy of each accepted closure given the others, from its residual r and the
-/// reduced identity R = I - A P A': its innovation without itself is R^-1 r, of covariance R^-1.
+/// Evidence and redundancy of each accepted closure given the others.
 void Readmission::assess_accepted() {
   if (accepted_count_ == 0) return;
   const SelectedInverse inverse(problem_->system().cholesky(), pool_);
@@ -130,16 +128,13 @@ void Readmission::assess_accepted() {
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (!accepted_[k]) continue;
     const Innovation fit = predictor_->predict_joined(*closure_problem_.closures[k], inverse);
-    const auto d = fit.b.size();
-    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(d, d);
-    const Eigen::MatrixXd reduced = identity - fit.APAt;
-    redundancy_[k] = std::clamp(reduced.trace() / double(d), 0.0, 1.0);
-    covariance[k] = (reduced + kRounding * identity).ldlt().solve(identity);
-    covariance[k] = 0.5 * (covariance[k] + covariance[k].transpose().eval());
-    innovation_[k] = covariance[k] * fit.b;
-    if (redundancy_[k] > kRedundant) {
+    GivenOthers alone = given_others(fit, true);
+    redundancy_[k] = alone.redundancy;
+    covariance[k] = std::move(alone.S);
+    innovation_[k] = std::move(alone.b);
+    if (redundancy_[k] > options_.min_redundancy) {
       chi_squares.push_back(fit.b.squaredNorm() / redundancy_[k]);
-      degrees.push_back(static_cast<int>(d));
+      degrees.push_back(static_cast<int>(fit.b.size()));
     }
   }
   if (!chi_squares.empty()) model_.variance_factor = variance_factor(chi_squares, degrees);
@@ -150,15 +145,17 @@ void Readmission::assess_accepted() {
 }
 
 double Readmission::threshold() const {
-  return std::log(1.0 + double(accepted_.size()) - accepted_count_) + options_.margin;
+  return evidence_needed(accepted_.size() - static_cast<std::size_t>(accepted_count_), options_);
 }
 
-std::vector<int> Readmission::contradicted() const {
+std::vector<int> Readmission::contradicted(const std::vector<bool>* tested) const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     const bool unchecked = options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy;
     if (!accepted_[k]) continue;
-    if (unchecked || evidence_[k] < threshold() - options_.hysteresis) {
+    const bool is_new = tested != nullptr && !(*tested)[k];
+    const double least = threshold() - (is_new ? 0.0 : 2.0 * options_.margin);
+    if (unchecked || evidence_[k] < least) {
       found.push_back({-evidence_[k], static_cast<int>(k)});
     }
   }
@@ -171,24 +168,18 @@ std::vector<int> Readmission::contradicted() const {
 void Readmission::restore(const Snapshot& snapshot) {
   accepted_ = snapshot.accepted;
   state_ = snapshot.state;
-  SolverOptions rough = options_.solver;
-  rough.relative_decrease = kRoughDecrease;
-  settle(rough);
+  settle(rough_);
 }
 
 void Readmission::admit(const std::vector<Candidate>& batch) {
   for (const Candidate& candidate : batch) accepted_[candidate.closure] = true;
-  SolverOptions rough = options_.solver;
-  rough.relative_decrease = kRoughDecrease;
-  settle(rough);
+  settle(rough_);
 }
 
 void Readmission::drop(const std::vector<int>& closures) {
   for (int closure : closures) accepted_[closure] = false;
   for (Eigen::MatrixXd& covariance : predicted_) covariance.resize(0, 0);
-  SolverOptions rough = options_.solver;
-  rough.relative_decrease = kRoughDecrease;
-  settle(rough);
+  settle(rough_);
 }
 
 void Readmission::unfold() {
@@ -198,35 +189,32 @@ void Readmission::unfold() {
     if (accepted_[k]) factors.push_back(closure_problem_.closures[k]);
   }
   state_ = problem_->load(chordal_initialization(factors, values_));
-  SolverOptions rough = options_.solver;
-  rough.relative_decrease = kRoughDecrease;
-  settle(rough);
+  settle(rough_);
   if (objective_ > folded.objective) restore(folded);
 }
 
 /// Updates innovations, evidence and redundancy of the closures that are not admitted; unless
-/// `all`, of those not far below the threshold.
+/// `all`, of those that the evidence was for.
 void Readmission::predict_others(bool all) {
   std::vector<bool> fresh(accepted_.size(), false);
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k]) continue;
-    if (!all && evidence_[k] < threshold() - kFarBelow) continue;
+    if (!all && evidence_[k] < 0.0) continue;
     fresh[k] = true;
     const ContinuousFactor& closure = *closure_problem_.closures[k];
     if (predicted_[k].size() > 0 && accepted_count_ > 0) {
       const double most =
           model_.largest_log_ratio(predictor_->residual(closure), predicted_[k], closure);
-      if (most < threshold() - kSurelyBelow) {
+      if (most < threshold() - options_.margin) {
         innovation_[k].resize(0);
         evidence_[k] = most;
         continue;
       }
     }
-    Innovation innovation = predictor_->predict(closure);
-    const auto d = innovation.b.size();
-    predicted_[k] = Eigen::MatrixXd::Identity(d, d) + innovation.APAt;
-    innovation_[k] = std::move(innovation.b);
-    redundancy_[k] = predicted_[k].inverse().trace() / double(d);
+    GivenOthers alone = given_others(predictor_->predict(closure), false);
+    predicted_[k] = std::move(alone.S);
+    innovation_[k] = std::move(alone.b);
+    redundancy_[k] = alone.redundancy;
   }
   if (accepted_count_ == 0) first_variance_factor();
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -247,15 +235,14 @@ void Readmission::first_variance_factor() {
                         static_cast<int>(k));
   }
   std::sort(spread.begin(), spread.end());
-  const auto share = static_cast<std::size_t>(kSampleShare * double(spread.size()));
-  spread.resize(std::min(spread.size(), std::max(kLeastSample, share)));
+  spread.resize(std::min(spread.size(), kMostCompared));
   std::vector<double> chi_squares;
   std::vector<int> degrees;
   for (const auto& [size, k] : spread) {
     chi_squares.push_back(predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm());
     degrees.push_back(static_cast<int>(innovation_[k].size()));
   }
-  model_.variance_factor = std::min(1.0, variance_factor(chi_squares, degrees, kSampleQuantile));
+  model_.variance_factor = std::min(1.0, variance_factor(chi_squares, degrees));
 }
 
 std::vector<Candidate> Readmission::candidates() {
@@ -307,12 +294,12 @@ double Readmission::pair_evidence(const Candidate& a, const Candidate& b) {
 std::vector<Candidate> Readmission::best_pair() {
   std::vector<Candidate> hopeful;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k] || refused_[k] || evidence_[k] < kHopeless) continue;
+    if (accepted_[k] || refused_[k] || evidence_[k] < 0.0) continue;
     if (innovation_[k].size() == 0) continue;
     hopeful.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(hopeful.begin(), hopeful.end(), by_evidence);
-  hopeful.resize(std::min(hopeful.size(), kPartners));
+  hopeful.resize(std::min(hopeful.size(), kMostCompared));
   const double needed = 2.0 * threshold() - options_.margin;
   std::optional<Candidate> best;
   for (std::size_t j = 0; j < hopeful.size(); ++j) {
@@ -329,6 +316,7 @@ std::vector<Candidate> Readmission::best_pair() {
 void Readmission::finish(RobustResult& result) {
   settle(options_.solver);
   for (Eigen::MatrixXd& S : predicted_) S.resize(0, 0);  // the evidence itself, not a bound of it
+  std::fill(refused_.begin(), refused_.end(), false);
   predict_others(true);
   result.values = values_;
   hybrid::finish(closure_problem_, accepted_, options_.mixture, result);
@@ -337,15 +325,7 @@ void Readmission::finish(RobustResult& result) {
   result.converged = result.converged && converged_;
   result.message = message_;
   result.poses_integrated = true;
-  const double share = (1.0 + accepted_count_) / (2.0 + double(accepted_.size()));
-  const double log_odds = std::log(share / (1.0 - share));
-  for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    Verdict& verdict = result.verdicts[k];
-    verdict.redundancy = redundancy_[k];
-    verdict.checkable = redundancy_[k] >= options_.min_redundancy;
-    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence_[k] - log_odds));
-    verdict.margin = evidence_[k] - threshold();
-  }
+  write_evidence(evidence_, redundancy_, options_, result.verdicts);
 }
 
 }  // namespace hybrid

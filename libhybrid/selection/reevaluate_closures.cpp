@@ -7,26 +7,19 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 
 namespace hybrid {
-namespace {
-
-/// Ratio of the variance factors of two results beyond which the one with the larger has false
-/// closures.
-constexpr double kMoreNoise = 10.0;
-
-}  // namespace
-
-/// The robust problem of all factors so far, with the chosen components of trusted hybrid factors.
-RobustProblem OnlineClosureSelection::problem() const {
+/// The robust problem of all factors so far, with the components of trusted hybrid factors that an
+/// assignment chooses.
+RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
   RobustProblem problem;
   problem.initial = smoother_.values();
   smoother_.graph().continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { problem.trusted.push_back(factor); });
   smoother_.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     if (factor->discrete_keys()[0].key.letter() == key_letter::kClosureSwitch) return;
-    const Component component = factor->given(smoother_.assignment());
+    const Component component = factor->given(assignment);
     if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
   });
   for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
@@ -34,7 +27,7 @@ RobustProblem OnlineClosureSelection::problem() const {
 }
 
 /// The variance factor, at most one, of the accepted closures of a result.
-double OnlineClosureSelection::noise(const Values& values, const std::vector<bool>& in) const {
+double OnlineSelection::noise(const Values& values, const std::vector<bool>& in) const {
   std::vector<double> chi_squares;
   std::vector<int> rows;
   for (std::size_t k = 0; k < in.size(); ++k) {
@@ -48,12 +41,12 @@ double OnlineClosureSelection::noise(const Values& values, const std::vector<boo
 /// Evaluates all closures from scratch; or from the present map, if the last evaluation from
 /// scratch is recent, or if the accepted closures have far less noise in the present map: the
 /// evaluation from scratch has then accepted false closures within overstated noise.
-void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
-  const RobustProblem problem = this->problem();
+void OnlineSelection::reevaluate_all(SelectionReport& report) {
+  RobustProblem problem = this->problem(smoother_.assignment());
   ClosureSelectionOptions present = options_.selection;
   present.trust_start = true;
   RobustResult best;
-  if (closures_.size() > evaluated_ + evaluated_ / 8) {
+  if (closures_.size() > evaluated_) {
     best = select_closures(problem, options_.selection);
     evaluated_ = closures_.size();
     std::vector<bool> now, then;
@@ -61,35 +54,31 @@ void OnlineClosureSelection::reevaluate_all(SelectionReport& report) {
       now.push_back(accepted(k));
       then.push_back(best.verdicts[k].accepted);
     }
-    if (kMoreNoise * noise(smoother_.values(), now) < noise(best.values, then)) {
+    if (options_.selection.gate * noise(smoother_.values(), now) < noise(best.values, then)) {
       best = select_closures(problem, present);
     }
   } else {
     best = select_closures(problem, present);
   }
   adopt(best, report);
-  factor_.limit(best.variance_factor);
+  revise_by_closures(best, report);
+  variance_factor_ = best.variance_factor;
   verdicts_ = std::move(best.verdicts);
 }
 
 /// Adopts the decisions and values of a result of select_closures.
-void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& report) {
+void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report) {
   Delta delta;
   std::vector<std::size_t> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     Closure& closure = edit(k);
     const bool accept = result.verdicts[k].accepted;
-    if (accept && closure.refuted) {
-      closure.refuted = false;
-      open_.push_back(k);
-    }
     if (accept) in.push_back(k);
     if (closure.switch_state == (accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier))
       continue;
     if (accept && !accepted(k)) ++report.admitted;
     set_switch(k, accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
   }
-  std::sort(open_.begin(), open_.end());
   report.add(apply(std::move(delta)));
   IncrementalSmoother::Snapshot estimate{smoother_.values().keys(), {}};
   for (Key key : estimate.keys) {
@@ -100,10 +89,12 @@ void OnlineClosureSelection::adopt(const RobustResult& result, SelectionReport& 
   for (std::size_t k : in) {
     if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
   }
-  for (std::size_t k : open_) {
+  const double needed = threshold();
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
     Closure& closure = edit(k);
-    closure.failures = 0;
-    closure.innovation.information.resize(0, 0);  // covariances may have grown
+    closure.failed = false;
+    closure.predicted.resize(0, 0);  // covariances may have grown
+    closure.evidence = result.verdicts[k].margin + needed;
   }
 }
 

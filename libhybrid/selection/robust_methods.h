@@ -12,7 +12,7 @@
 #include "libhybrid/baselines/switchable.h"
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 #include "libhybrid/selection/portfolio.h"
 
 namespace HYBRID_API hybrid {
@@ -26,7 +26,7 @@ struct MethodOptions {
   ConsistencyOptions consistency;
   AlternationOptions alternation;
   PortfolioOptions portfolio;  ///< its selection is also that of the method "selection"
-  OnlineClosureSelectionOptions online;
+  OnlineSelectionOptions online;
 
   /// Gives all methods the same model of false closures; online it is constant (see
   /// MixtureOptions::flat) except in evaluations of all closures.

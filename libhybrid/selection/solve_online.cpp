@@ -11,7 +11,7 @@
 namespace hybrid {
 
 RobustResult solve_online(const PoseGraph& graph, const Values& initial, const Trust& trusted,
-                          const OnlineClosureSelectionOptions& options) {
+                          const OnlineSelectionOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   PoseFeed feed(graph, initial);
   const std::size_t relative_poses = graph.poses2.size() + graph.poses3.size();
@@ -20,7 +20,7 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
     const ContinuousFactor& factor = *feed.factors()[f];
     if (!trusted(factor.keys()[0], factor.keys()[1])) number.emplace(&factor, number.size());
   }
-  OnlineClosureSelection selection(options);
+  OnlineSelection selection(options);
   RobustResult result;
   result.method = "online";
   std::vector<std::size_t> order;  // numbers of the closures, as they arrive

@@ -3,15 +3,15 @@
 #pragma once
 
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 
 namespace HYBRID_API hybrid {
 
-/// Solves a pose graph pose by pose, with OnlineClosureSelection on its closures; verdicts are in
+/// Solves a pose graph pose by pose, with OnlineSelection on its closures; verdicts are in
 /// the order of `to_robust_problem`. `initial` holds the first pose. Throws Error if the trusted
 /// measurements do not connect a pose to those before it.
 RobustResult solve_online(const PoseGraph& graph, const Values& initial,
                           const Trust& trusted = is_odometry,
-                          const OnlineClosureSelectionOptions& options = {});
+                          const OnlineSelectionOptions& options = {});
 
 }  // namespace hybrid

@@ -31,13 +31,11 @@ MixtureOptions read_mixture(IniFile& ini, MixtureOptions o) {
 
 void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
   IniSection s = ini.section("selection", "Loop closure selection");
-  o.margin = s.get("margin", o.margin,
-                   "a closure is admitted once the log of its evidence exceeds that of the number "
-                   "of closures that are out by this",
-                   kLogOdds);
-  o.hysteresis =
-      s.get("hysteresis", o.hysteresis,
-            "an admitted closure leaves once its evidence falls short by more than this", kLogOdds);
+  o.margin =
+      s.get("margin", o.margin,
+            "a closure is admitted once the log of its evidence exceeds that of the number "
+            "of closures that are out by this, and leaves once it falls short of it by as much",
+            kLogOdds);
   o.degrees_of_freedom =
       s.get("degrees_of_freedom", o.degrees_of_freedom,
             "of the Student t of the innovations of true closures", IniRange{0.1, 1e6});
@@ -50,6 +48,7 @@ void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
   o.trust_start =
       s.get("trust_start", o.trust_start,
             "start with the closures that agree with the initial values, not with none");
+  s.replaces("min_redundancy", "min_redundancy", "online_selection");
   o.min_redundancy =
       s.get("min_redundancy", o.min_redundancy,
             "below it nothing else would reveal a false closure: it is flagged", kProbability);
@@ -63,19 +62,18 @@ void read_selection(IniFile& ini, ClosureSelectionOptions& o) {
                                      IniRange{1e-15, 1e-2});
 }
 
-void read_online(IniFile& ini, OnlineClosureSelectionOptions& o) {
+void read_online(IniFile& ini, OnlineSelectionOptions& o) {
   IniSection s =
       ini.section("online_selection",
                   "Loop closure selection pose by pose; all closures are evaluated again "
                   "with the settings of [selection]");
-  o.gate =
-      s.get("gate", o.gate,
-            "probability of the chi-square gate of an innovation, given the odometry alone and "
-            "given the map",
-            IniRange{0.5, 0.999999});
-  o.min_redundancy =
-      s.get("min_redundancy", o.min_redundancy,
-            "below it nothing else would reveal a false closure: it is flagged", kProbability);
+  o.decisive = s.get("decisive", o.decisive,
+                     "a joint value of hypotheses of this much less log evidence than the best is "
+                     "dropped",
+                     IniRange{0.0, 1e3});
+  o.patience =
+      s.get("patience", o.patience,
+            "closures kept back at which the best joint value of hypotheses is taken", kCount);
   o.smoother.relinearize = s.get("relinearize", o.smoother.relinearize,
                                  "as in [solver] of hybrid-replay", IniRange{1e-12, 1e6});
   o.smoother.wildfire = s.get("wildfire", o.smoother.wildfire, "as in [solver] of hybrid-replay",

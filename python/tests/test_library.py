@@ -308,7 +308,7 @@ def test_information_is_repaired_where_asked(tmp_path):
 
 def test_closures_selected_online(tmp_path):
     graph = ring(tmp_path)
-    selection = h.OnlineClosureSelection()
+    selection = h.OnlineSelection()
     feed = h.PoseFeed(graph, graph.values)
     while not feed.done:
         delta = feed.next(selection.smoother)

@@ -318,7 +318,20 @@ TEST_F(Pgo, SelectsOnlineAndComparesWithLabels) {
   EXPECT_EQ(s["inliers"], 24);
   EXPECT_EQ(s["truth"]["loop_precision"], 1.0);
   EXPECT_EQ(s["truth"]["loop_recall"], 1.0);
-  EXPECT_NE(read("selected/loops.csv").find("\n20,3,rejected,"), std::string::npos);
+  const std::string loops = read("selected/loops.csv");
+  EXPECT_NE(loops.find("\n20,3,rejected,"), std::string::npos);
+  std::istringstream rows(loops.substr(loops.find('\n') + 1));
+  for (std::string row; std::getline(rows, row);) {
+    std::vector<std::string> cells;
+    std::istringstream words(row);
+    for (std::string word; std::getline(words, word, ',');) cells.push_back(word);
+    ASSERT_EQ(cells.size(), 8u) << row;
+    const bool in = cells[2] == "accepted";
+    const double redundancy = std::stod(cells[5]), margin = std::stod(cells[7]);
+    EXPECT_LT(redundancy, 1.0) << row;
+    EXPECT_GT(redundancy, 0.0) << row;
+    EXPECT_GT(in ? margin : -margin, 0.0) << row;
+  }
   EXPECT_FALSE(s.contains("hypotheses"));
   // Of closures that are all trusted, 24 of 26 are true.
   ASSERT_EQ(run(options + " -o " + at("all")).code, 0);

@@ -7,6 +7,7 @@
 
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
+#include "libhybrid/selection/closure_selection.h"
 
 namespace hybrid {
 
@@ -42,6 +43,18 @@ struct EvidenceModel {
  private:
   double density_ratio(double chi_square, double log_det, const ContinuousFactor& factor) const;
 };
+
+/// Sets redundancy, checkability, probability and margin of verdicts from the log evidence for each
+/// closure and its redundancy, given all others; whether each is accepted is set.
+void write_evidence(const std::vector<double>& evidence, const std::vector<double>& redundancy,
+                    const ClosureSelectionOptions& options, std::vector<Verdict>& verdicts);
+
+/// The log evidence that a closure needs if so many are not admitted.
+double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& options);
+
+/// log of the volume of what a false closure may measure: positions in a map of that radius [m] and
+/// any rotation.
+double log_volume(const ContinuousFactor& factor, double radius);
 
 /// The 0.9999 quantile of a chi-square.
 double gate_quantile(int degrees);

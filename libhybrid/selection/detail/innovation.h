@@ -17,6 +17,17 @@ struct Innovation {
   Eigen::MatrixXd APAt;  ///< A P A', d x d
 };
 
+/// A measurement against all others: its innovation, whitened by its noise.
+struct GivenOthers {
+  Eigen::VectorXd b;
+  Eigen::MatrixXd S;        ///< covariance of b
+  double redundancy = 1.0;  ///< tr(S^-1) / d in [0, 1]: how far the others check it
+};
+
+/// The same from its residual at an estimate that it is part of or not. Of one that is part, with R
+/// = I - A P A', the innovation is R^-1 b, of covariance R^-1.
+GivenOthers given_others(const Innovation& innovation, bool is_part);
+
 /// Covariances of relative measurements from the factorised system of a problem: columns of L^-1
 /// along the paths of the elimination tree, kept by variable.
 class InnovationPredictor {

@@ -34,6 +34,8 @@ class Readmission {
   };
 
   void begin();
+  /// Begins anew with the closures that agree with the present values.
+  void begin_again() { trust(Values(values_)); }
   /// Eq. 6 with outliers of constant density, that of eq. 17 at a zero residual, so that rejected
   /// closures have no influence on the poses.
   double objective() const { return objective_; }
@@ -45,7 +47,7 @@ class Readmission {
   void unfold();
   /// Whether noise explains the map, see is_explained_by_noise.
   bool is_explained() const { return is_explained_by_noise(*problem_, state_); }
-  /// Excludes a closure for good.
+  /// Excludes a closure until begin_again().
   void refuse(int closure) { refused_[closure] = true; }
 
   /// Closures whose evidence exceeds the threshold, best first.
@@ -55,8 +57,9 @@ class Readmission {
   std::vector<Candidate> all_plausible();
   /// The two closures whose joint evidence is best, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
-  /// Admitted closures that the others contradict, worst first.
-  std::vector<int> contradicted() const;
+  /// Admitted closures that the others contradict, worst first. If `tested` is given, those that
+  /// are not in it have to reach the threshold.
+  std::vector<int> contradicted(const std::vector<bool>* tested = nullptr) const;
 
   /// Solves to the end and fills in all but method and time.
   void finish(RobustResult& result);
@@ -64,6 +67,7 @@ class Readmission {
  private:
   void settle(const SolverOptions& solver);
   void assess_accepted();
+  void trust(const Values& values);
   void predict_others(bool all);
   std::vector<Candidate> above_threshold() const;
   double threshold() const;
@@ -72,6 +76,7 @@ class Readmission {
 
   const RobustProblem& closure_problem_;
   const ClosureSelectionOptions& options_;
+  SolverOptions rough_;  // between macro-steps
   HybridGraph graph_;
   std::unique_ptr<Problem> problem_;
   std::unique_ptr<InnovationPredictor> predictor_;

@@ -29,10 +29,10 @@ std::string error_of(const std::string& text) {
 TEST(Hypotheses, AreReadBehindTheFirst) {
   const PoseGraph graph = parse_graph(kGraph, "f");
   ASSERT_EQ(graph.poses2.size(), 4u);
-  ASSERT_EQ(graph.alternatives.size(), 2u);
-  EXPECT_EQ(graph.alternatives[0].edge, 1u);
-  ASSERT_EQ(graph.alternatives[1].measured.size(), 2u);
-  EXPECT_DOUBLE_EQ(graph.alternatives[1].measured[1].x(), 3.0);
+  ASSERT_EQ(graph.alternatives2.size(), 2u);
+  EXPECT_EQ(graph.alternatives2[0].edge, 1u);
+  ASSERT_EQ(graph.alternatives2[1].measured.size(), 2u);
+  EXPECT_DOUBLE_EQ(graph.alternatives2[1].measured[1].x(), 3.0);
   EXPECT_NEAR(graph.poses2[0].noise.covariance()(0, 0), 1.0 / 900, 1e-12);
   EXPECT_NEAR(graph.poses2[0].noise.covariance()(2, 2), 1e-4, 1e-12);
 }
@@ -40,8 +40,25 @@ TEST(Hypotheses, AreReadBehindTheFirst) {
 TEST(Hypotheses, PlainTorosLinesStayWhatTheyWere) {
   const PoseGraph graph = parse_graph("EDGE2 0 1 1 0 2 1 0 1 1 0 0\n", "f");
   ASSERT_EQ(graph.poses2.size(), 1u);
-  EXPECT_TRUE(graph.alternatives.empty());
+  EXPECT_TRUE(graph.alternatives2.empty());
   EXPECT_EQ(graph.poses2[0].to, Key('x', 1));
+}
+
+TEST(Hypotheses, InSpace) {
+  const PoseGraph graph = parse_graph(
+      "EDGE3 0 1 1 0 1 1 0 0 0 0 0.5\n"
+      "EDGE3 1 1 2 0 4 1 0 0 0 0 0 2 0 0 0 0 0 3 0 0 0.1 0 0 4 0 0 0 0.2 0\n",
+      "f");
+  ASSERT_EQ(graph.poses3.size(), 2u);
+  EXPECT_NEAR(graph.poses3[0].measured.rotation().log()[2], 0.5, 1e-12);
+  EXPECT_NEAR(graph.poses3[0].noise.covariance()(0, 0), 1.0 / 900, 1e-12);
+  EXPECT_NEAR(graph.poses3[0].noise.covariance()(5, 5), 1e-4, 1e-12);
+  ASSERT_EQ(graph.alternatives3.size(), 1u);
+  EXPECT_EQ(graph.alternatives3[0].edge, 1u);
+  ASSERT_EQ(graph.alternatives3[0].measured.size(), 3u);
+  EXPECT_DOUBLE_EQ(graph.alternatives3[0].measured[1].translation()[0], 3.0);
+  EXPECT_EQ(make_hypotheses(graph, 0)->discrete_keys()[0].cardinality, 4);
+  EXPECT_THROW(make_hypotheses(graph, 1), Error);
 }
 
 TEST(Hypotheses, ErrorsNameTheLine) {
@@ -62,7 +79,7 @@ TEST(Hypotheses, ShuffleIsAPermutationThatTheSeedFixes) {
     const std::vector<int> first = shuffle_hypotheses(a, seed);
     EXPECT_EQ(first, shuffle_hypotheses(b, seed));
     for (std::size_t k = 0; k < 2; ++k) {
-      const EdgeAlternatives& alternatives = a.alternatives[k];
+      const EdgeAlternatives<SE2>& alternatives = a.alternatives2[k];
       const SE2 found = first[k] == 0 ? a.poses2[alternatives.edge].measured
                                       : alternatives.measured[first[k] - 1];
       EXPECT_EQ(found.x(), original.poses2[alternatives.edge].measured.x());

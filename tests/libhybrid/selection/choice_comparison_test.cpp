@@ -26,7 +26,7 @@ PoseGraph path() {
     const SE2 z = SE2(1.0, 0.0, 0.3) * random_motion<SE2>(0.05, rng);
     graph.poses2.push_back({pose(i - 1), pose(i), z, noise});
     if (i == 5 || i == 12)
-      graph.alternatives.push_back({graph.poses2.size() - 1, {z * SE2(1, 1, 1)}});
+      graph.alternatives2.push_back({graph.poses2.size() - 1, {z * SE2(1, 1, 1)}});
   }
   const SE2 back = SE2(1.0, 0.0, 0.3) * SE2(1.0, 0.0, 0.3) * SE2(1.0, 0.0, 0.3);
   graph.poses2.push_back({pose(14), pose(17), back, noise});
@@ -55,10 +55,10 @@ TEST(ChoiceComparison, CostsAreThoseOfTheWholeGraph) {
     closures.push_back(std::make_shared<BetweenSE2>(pose(a), pose(b), z, noise));
     whole.add(closures.back());
   }
-  const ChoiceComparison comparison(smoother, choices, closures);
+  const ChoiceComparison<SE2> comparison(smoother, choices, closures, {}, {}, 10.0);
   const auto cost_of_whole = [&](const std::vector<int>& values) {
     Estimate start{smoother.values(), {}};
-    SegmentTransforms swings;
+    SegmentTransforms<SE2> swings;
     for (std::size_t c : {0, 1}) {
       start.assignment.set(choices[c]->discrete_keys()[0].key, values[c]);
       swings.add(*choices[c], values[c], smoother.values());
@@ -70,9 +70,9 @@ TEST(ChoiceComparison, CostsAreThoseOfTheWholeGraph) {
   };
   // The two objectives differ by the constants of factors, and by the closure inside the last
   // piece.
-  const double whole_offset = cost_of_whole({0, 0}), offset = comparison.cost({0, 0});
+  const double whole_offset = cost_of_whole({0, 0}), offset = comparison.fit({0, 0}).cost;
   for (const std::vector<int>& values : {std::vector<int>{1, 0}, {0, 1}, {1, 1}}) {
-    const double more = comparison.cost(values) - offset;
+    const double more = comparison.fit(values).cost - offset;
     EXPECT_GT(more, 10.0);
     EXPECT_NEAR(cost_of_whole(values) - whole_offset, more, 0.05 * more);
   }
@@ -82,12 +82,12 @@ TEST(SegmentTransforms, MoveWhatHangsOnAChoice) {
   const PoseGraph graph = path();
   const HybridFactorPtr choice = make_hypotheses(graph, 1);
   const Values values = initialize_from_odometry(graph);
-  SegmentTransforms swings;
+  SegmentTransforms<SE2> swings;
   swings.add(*choice, 1, values);
   const SE2 before = values.at<SE2>(pose(11));
   EXPECT_EQ(swings(pose(11), before).x(), before.x());
   const SE2 behind = swings(pose(12), values.at<SE2>(pose(12)));
-  EXPECT_LT((before.between(behind).inverse() * *motion_of(*choice, 1)).log().norm(), 1e-12);
+  EXPECT_LT((before.between(behind).inverse() * motion_of<SE2>(*choice, 1)).log().norm(), 1e-12);
   const SE2 step = values.at<SE2>(pose(12)).between(values.at<SE2>(pose(16)));
   const SE2 moved = behind.between(swings(pose(16), values.at<SE2>(pose(16))));
   EXPECT_LT((step.inverse() * moved).log().norm(), 1e-12);

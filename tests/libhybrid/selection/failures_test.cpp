@@ -13,8 +13,7 @@
 
 #include "libhybrid/factors/position.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/delayed_decision.h"
-#include "libhybrid/selection/online_closure_selection.h"
+#include "libhybrid/selection/online_selection.h"
 #include "tests/support/changing_world.h"
 #include "tests/support/fragile_factor.h"
 
@@ -27,18 +26,13 @@ using testing::pose;
 using testing::random_motion;
 
 /// All that can be asked of a judge, as numbers.
-std::vector<double> state_of(const OnlineClosureSelection& judge) {
+std::vector<double> state_of(const OnlineSelection& judge) {
   std::vector<double> all = testing::state(judge.smoother());
   const std::vector<Verdict> verdicts = judge.verdicts();
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     all.push_back(static_cast<double>(judge.status(k)));
     for (double x : {verdicts[k].inlier_probability, verdicts[k].redundancy}) all.push_back(x);
   }
-  return all;
-}
-
-std::vector<double> state_of(const DelayedDecisionSmoother& judge) {
-  std::vector<double> all = testing::state(judge.smoother());
   all.push_back(judge.trials());
   all.push_back(static_cast<double>(judge.waiting()));
   return all;
@@ -102,7 +96,7 @@ int fail_everywhere(const Course<Judge>& course) {
 }
 
 /// Two laps with closures, true ones and false ones.
-class FragileLaps : public Course<OnlineClosureSelection> {
+class FragileLaps : public Course<OnlineSelection> {
  public:
   FragileLaps() {
     std::mt19937 rng(3);
@@ -112,7 +106,7 @@ class FragileLaps : public Course<OnlineClosureSelection> {
     }
   }
   int steps() const override { return 2 * kLap; }
-  void step(OnlineClosureSelection& judge, int k) const override {
+  void step(OnlineSelection& judge, int k) const override {
     Delta delta;
     if (k == 0) {
       delta.values.insert(pose(0), SE2());
@@ -138,12 +132,12 @@ class FragileLaps : public Course<OnlineClosureSelection> {
   std::vector<SE2> noise_, closure_noise_;
 };
 
-TEST(OnlineClosureSelection, AFactorThatThrowsAnywhereLeavesItAsItWas) {
+TEST(OnlineSelection, AFactorThatThrowsAnywhereLeavesItAsItWas) {
   EXPECT_GT(fail_everywhere(FragileLaps()), 500);
 }
 
 /// Two laps with choices among the steps, and closures that tell them apart.
-class FragileChoices : public Course<DelayedDecisionSmoother> {
+class FragileChoices : public Course<OnlineSelection> {
  public:
   FragileChoices() {
     std::mt19937 rng(5);
@@ -151,7 +145,7 @@ class FragileChoices : public Course<DelayedDecisionSmoother> {
     for (int i = 0; i < 2 * kLap; ++i) noise_.push_back(motion * random_motion<SE2>(0.02, rng));
   }
   int steps() const override { return 2 * kLap; }
-  void step(DelayedDecisionSmoother& judge, int k) const override {
+  void step(OnlineSelection& judge, int k) const override {
     Delta delta;
     if (k == 0) {
       delta.values.insert(pose(0), SE2());
@@ -181,13 +175,13 @@ class FragileChoices : public Course<DelayedDecisionSmoother> {
   std::vector<SE2> noise_;
 };
 
-TEST(DelayedDecisionSmoother, AFactorThatThrowsAnywhereLeavesItAsItWas) {
+TEST(OnlineChoices, AFactorThatThrowsAnywhereLeavesItAsItWas) {
   EXPECT_GT(fail_everywhere(FragileChoices()), 300);
 }
 
 /// A judge for which closures wait, since two choices that are the same cannot be told apart.
-DelayedDecisionSmoother with_waiting_closures() {
-  DelayedDecisionSmoother judge;
+OnlineSelection with_waiting_closures() {
+  OnlineSelection judge;
   const auto step = [](int i) { return between(i, i + 1, SE2(1.0, 0.0, 0.0), 0.1); };
   Delta delta;
   for (int i = 0; i < 4; ++i) delta.values.insert(pose(i), SE2(i, 0.0, 0.0));
@@ -204,8 +198,8 @@ DelayedDecisionSmoother with_waiting_closures() {
   return judge;
 }
 
-TEST(DelayedDecisionSmoother, ASingularChangeLeavesItAsItWas) {
-  DelayedDecisionSmoother judge = with_waiting_closures();
+TEST(OnlineChoices, ASingularChangeLeavesItAsItWas) {
+  OnlineSelection judge = with_waiting_closures();
   const std::vector<double> before = state_of(judge);
   Delta delta;  // of a pose that does not hang on the one before it, and is not determined
   delta.values.insert(pose(9), SE2());
@@ -222,8 +216,8 @@ TEST(DelayedDecisionSmoother, ASingularChangeLeavesItAsItWas) {
   EXPECT_EQ(judge.waiting(), 0u);
 }
 
-TEST(DelayedDecisionSmoother, BadInputLeavesWhatWaitsAsItWas) {
-  DelayedDecisionSmoother judge = with_waiting_closures();
+TEST(OnlineChoices, BadInputLeavesWhatWaitsAsItWas) {
+  OnlineSelection judge = with_waiting_closures();
   const std::vector<double> before = state_of(judge);
   Delta bad;
   bad.values.insert(pose(0), SE2());  // is there already, and hangs on nothing

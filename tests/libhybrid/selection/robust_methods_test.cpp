@@ -74,11 +74,11 @@ TEST(RobustMethods, WhatIsMissingIsAnError) {
   EXPECT_THROW(robust_method("online").solve(task, {}), Error);
 }
 
-// A margin that no closure reaches leaves all out, whichever way the method selects.
+// A gate that no closure passes leaves all out, whichever way the method selects.
 TEST(RobustMethods, SettingsOfSelectionReachEveryMethodThatSelects) {
   const auto g = testing::drive_laps<SE2>(3, 0, 1);
   MethodOptions options;
-  options.portfolio.selection.margin = 1e3;
+  options.portfolio.selection.gate = 1e-12;
   for (const char* name : {"selection", "consistency-selection"}) {
     for (const Verdict& v : robust_method(name).solve(task_of(g), options).verdicts) {
       EXPECT_FALSE(v.accepted) << name;

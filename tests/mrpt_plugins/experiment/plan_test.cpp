@@ -140,12 +140,12 @@ TEST_F(PlanTest, OldNamesOfMethodsStandForTheNewOnes) {
 TEST_F(PlanTest, SettingsOfMethodsAreRead) {
   const ExperimentPlan p =
       plan("graphs = a\nmethods = selection",
-           "[a]\nfile = a.g2o\n[selection]\nmargin = 3\n[online_selection]\ngate = 0.99\n"
+           "[a]\nfile = a.g2o\n[selection]\nmargin = 3\n[online_selection]\ndecisive = 7\n"
            "[mixture]\nnull_hypothesis = 4.5\ninlier_weight = 0.7\n[gnc]\nmax_rounds = 7\n");
   const MethodOptions& o = p.method_options;
   EXPECT_EQ(o.portfolio.selection.margin, 3);
   EXPECT_EQ(o.online.selection.margin, 3);
-  EXPECT_EQ(o.online.gate, 0.99);
+  EXPECT_EQ(o.online.decisive, 7);
   EXPECT_EQ(o.gnc.max_rounds, 7);
   EXPECT_EQ(o.gnc.mixture.null_hypothesis, 4.5);
   EXPECT_DOUBLE_EQ(o.online.mixture.outlier_weight, 0.3);

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+// Tests of single closures by the online selection.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/detail/budget.h"
+#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/selection/online_selection.h"
+
+namespace hybrid {
+namespace {
+
+/// An attempt ends when an update leaves more than this share of the rise of the objective.
+constexpr double kProgress = 0.8;
+/// The radius of the map is measured again when it has grown by this factor.
+constexpr double kMapGrowth = 1.1;
+
+}  // namespace
+
+bool OnlineSelection::accepted(std::size_t k) const {
+  return smoother_.assignment().at(closure_switch(k).key) == 0;
+}
+
+/// The model by which closures are tested: that of the last evaluation of all, on the present map.
+EvidenceModel OnlineSelection::evidence_model() const {
+  return {options_.selection.degrees_of_freedom, variance_factor_, options_.selection.gate,
+          radius_};
+}
+
+double OnlineSelection::threshold() const {
+  return evidence_needed(out_, options_.selection);
+}
+
+/// Measures the radius of the map anew when it has grown.
+void OnlineSelection::measure_map() {
+  const std::size_t size = smoother_.values().size();
+  if (static_cast<double>(size) < kMapGrowth * static_cast<double>(measured_at_)) return;
+  radius_ = map_radius(smoother_.values());
+  measured_at_ = size;
+}
+
+/// Tests a new closure, or keeps it back for the choices that it spans.
+void OnlineSelection::ask(std::size_t k, SelectionReport& report) {
+  const ContinuousFactorPtr& factor = closures_[k].factor;
+  const std::vector<Key>& keys = factor->keys();
+  const std::vector<std::size_t> choices = open_choices_.between(keys.front(), keys.back());
+  if (!choices.empty()) {
+    if (is_explained(factor, choices)) {
+      join(choices).closures.push_back({factor, k});
+    } else {
+      edit(k).evidence = -kInfinity;
+    }
+    return;
+  }
+  if (consider(k, report)) reconsider(report);
+}
+
+/// The squared residual at which the mixture of a closure switches.
+double OnlineSelection::switch_at(std::size_t k) const {
+  const MixtureOptions& mixture = options_.mixture;
+  const ContinuousFactor& factor = *closures_[k].factor;
+  const double outlier = mixture.null_hypothesis
+                             ? *mixture.null_hypothesis - factor.log_normalizer()
+                             : 0.5 * factor.rows() * std::log(mixture.outlier_variance);
+  return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
+}
+
+bool OnlineSelection::may_be_tried(const Closure& closure) const {
+  return closure.switch_state == SwitchState::kFixedOutlier && !closure.failed;
+}
+
+/// Tests a closure that is out by its evidence given the map. Over open choices, the map says
+/// nothing.
+bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
+  if (!may_be_tried(closures_[k])) return false;
+  Closure& closure = edit(k);
+  const ContinuousFactor& factor = *closure.factor;
+  if (!open_choices_.between(factor.keys().front(), factor.keys().back()).empty()) return false;
+  const GivenOthers alone = given_others(innovation_of(factor), false);
+  closure.predicted = alone.S;
+  closure.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
+  // To first order, the objective rises by half the chi-square of the innovation.
+  const double chi_square = alone.S.llt().matrixL().solve(alone.b).squaredNorm();
+  return closure.evidence > threshold() && chi_square < switch_at(k) && admit(k, report);
+}
+
+/// The residual of a closure and its covariance by the map.
+Innovation OnlineSelection::innovation_of(const ContinuousFactor& factor) const {
+  const auto x = gather(factor.keys(), factor.types(), smoother_.values());
+  Innovation innovation{Eigen::VectorXd(factor.rows()), {}};
+  Eigen::MatrixXd A(factor.rows(), factor.cols());
+  factor.linearize(x.data(), innovation.b.data(), A.data());
+  innovation.APAt = A * smoother_.joint_covariance(factor.keys()) * A.transpose();
+  return innovation;
+}
+
+/// Tests again the newest closures that have enough evidence now under the covariance last
+/// predicted, and those without one.
+void OnlineSelection::reconsider(SelectionReport& report) {
+  std::vector<std::size_t> newest;
+  for (std::size_t k = closures_.size(); k-- > 0 && newest.size() < kMostCompared;) {
+    if (may_be_tried(closures_[k])) newest.push_back(k);
+  }
+  std::reverse(newest.begin(), newest.end());
+  for (bool again = true; again;) {
+    again = false;
+    for (const std::size_t k : newest) {
+      const Closure& closure = closures_[k];
+      if (!may_be_tried(closure)) continue;
+      if (closure.predicted.size() > 0) {
+        const ContinuousFactor& factor = *closure.factor;
+        const auto x = gather(factor.keys(), factor.types(), smoother_.values());
+        Eigen::VectorXd b(factor.rows());
+        Eigen::MatrixXd A(factor.rows(), factor.cols());
+        factor.linearize(x.data(), b.data(), A.data());
+        if (evidence_model().log_ratio(b, closure.predicted, factor) <= threshold()) continue;
+      }
+      again = consider(k, report) || again;
+    }
+  }
+}
+
+void OnlineSelection::free(std::size_t k) {
+  Closure& closure = edit(k);
+  if (closure.table.valid()) lifted_.push_back(closure.table);
+  closure.table = {};
+  out_ -= closure.switch_state == SwitchState::kFixedOutlier ? 1 : 0;
+  closure.switch_state = SwitchState::kFree;
+}
+
+/// Admits a closure if that lowers the objective and does not make the system singular.
+bool OnlineSelection::admit(std::size_t k, SelectionReport& report) {
+  ++report.tried;
+  bool better = false;
+  attempts_.attempt({k, 0}, [&] { better = is_better_with(k, report); });
+  Closure& closure = edit(k);
+  closure.failed = !better;
+  if (!better) return false;
+  ++report.admitted;
+  return true;
+}
+
+/// Fixes a closure as an inlier for some updates. Frees its switch if the joint objective falls,
+/// else withdraws it.
+bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
+  const double before = smoother_.objective();
+  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
+  std::vector<bool> accepted_before(closures_.size());
+  for (std::size_t i = 0; i < closures_.size(); ++i) accepted_before[i] = accepted(i);
+  Delta delta;
+  set_switch(k, SwitchState::kFixedInlier, delta);
+  report.add(apply(std::move(delta)));
+  double left = smoother_.objective() - before;
+  for (int i = 1; i < kSettle && left >= 0.0; ++i) {
+    report.add(apply({}));
+    const double now = smoother_.objective() - before;
+    if (now > kProgress * left) break;
+    left = now;
+  }
+  const bool better = smoother_.objective() < before;
+  better ? free(k) : withdraw(k, accepted_before, estimate);
+  return better;
+}
+
+/// Undoes an attempt: the estimate and all switches are as before.
+void OnlineSelection::withdraw(std::size_t k, const std::vector<bool>& before,
+                               const IncrementalSmoother::Snapshot& estimate) {
+  std::vector<std::size_t> moved;
+  Delta delta;
+  set_switch(k, SwitchState::kFixedOutlier, delta);
+  while (!changed_switches_.empty()) {
+    apply(std::exchange(delta, {}));
+    for (std::size_t i = 0; i < closures_.size(); ++i) {
+      if (closures_[i].switch_state != SwitchState::kFree || accepted(i) == before[i]) continue;
+      set_switch(i, before[i] ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
+      moved.push_back(i);
+    }
+  }
+  taken(smoother_.restore(estimate));
+  for (std::size_t i : moved) free(i);
+}
+
+}  // namespace hybrid

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/selection/online_selection.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/budget.h"
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/detail/innovation.h"
+
+namespace hybrid {
+namespace {
+
+/// All closures are evaluated again when their number exceeds this many times that of the last
+/// evaluation, plus kMostCompared.
+constexpr std::size_t kGrowth = 4;
+
+/// Names the evaluation of all closures.
+constexpr Attempts::Name kReevaluate = {0, 2};
+
+using Clock = std::chrono::steady_clock;
+
+/// Throws Error if a discrete variable has the letter of the switches of closures.
+void check_names(const Delta& trusted) {
+  const auto check = [](Key key) {
+    if (key.letter() != key_letter::kClosureSwitch) return;
+    throw Error("discrete variable " + to_string(key) + ": the letter " +
+                std::string(1, key.letter()) +
+                " is that of the switches of closures; take another letter for it");
+  };
+  for (const HybridFactorPtr& factor : trusted.hybrid) {
+    if (factor == nullptr) continue;
+    for (const DiscreteKey& key : factor->discrete_keys()) check(key.key);
+  }
+  for (const Table& table : trusted.discrete) {
+    for (const DiscreteKey& key : table.keys()) check(key.key);
+  }
+  for (const auto& [key, value] : trusted.assignment) check(key);
+}
+
+}  // namespace
+
+void SelectionReport::add(const UpdateReport& update) {
+  status = update.status;
+  if (!update.message.empty()) message = update.message;
+  UpdateWork::add(update);
+}
+
+OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
+    : options_(options), smoother_(options.smoother) {}
+
+/// Runs change(report) and undoes all of it if it fails.
+template <class Change>
+SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
+  const auto start = Clock::now();
+  auto report = attempts_.run<SelectionReport>(
+      smoother_, [&] { return save(); }, [&](State&& before) { restore(std::move(before)); },
+      change);
+  report.objective_after = smoother_.objective();
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+OnlineSelection::State OnlineSelection::save() {
+  saved_.clear();
+  return {closures_.size(), evaluated_,   lifted_,  verdicts_, choices_.size(),
+          open_choices_,    explained_,   settled_, trials_,   variance_factor_,
+          radius_,          measured_at_, out_};
+}
+
+void OnlineSelection::restore(State&& before) {
+  closures_.resize(before.closures);
+  for (auto& [k, closure] : saved_) {
+    if (k < before.closures) closures_[k] = std::move(closure);
+  }
+  evaluated_ = before.evaluated;
+  lifted_ = std::move(before.lifted);
+  verdicts_ = std::move(before.verdicts);
+  changed_switches_.clear();
+  choices_.resize(before.choices);
+  open_choices_ = std::move(before.open_choices);
+  explained_ = before.explained;
+  settled_ = before.settled;
+  trials_ = before.trials;
+  variance_factor_ = before.variance_factor;
+  radius_ = before.radius;
+  measured_at_ = before.measured_at;
+  out_ = before.out;
+  held_ = {};
+}
+
+/// Returns a closure for modification; saves its state before the current change.
+OnlineSelection::Closure& OnlineSelection::edit(std::size_t k) {
+  saved_.try_emplace(k, closures_[k]);
+  return closures_[k];
+}
+
+/// Fixes the switch of a closure by a table that forbids the other value, or frees it.
+void OnlineSelection::set_switch(std::size_t k, SwitchState switch_state, Delta& delta) {
+  Closure& closure = edit(k);
+  if (closure.table.valid()) delta.remove.push_back(closure.table);
+  closure.table = {};
+  out_ -= closure.switch_state == SwitchState::kFixedOutlier ? 1 : 0;
+  out_ += switch_state == SwitchState::kFixedOutlier ? 1 : 0;
+  closure.switch_state = switch_state;
+  if (switch_state == SwitchState::kFree) return;
+  delta.discrete.emplace_back(std::vector<DiscreteKey>{closure_switch(k)},
+                              switch_state == SwitchState::kFixedInlier
+                                  ? std::vector<double>{0.0, kInfinity}
+                                  : std::vector<double>{kInfinity, 0.0});
+  changed_switches_.push_back(k);
+}
+
+/// Updates the smoother; throws Refused if the system is singular.
+UpdateReport OnlineSelection::apply(Delta delta) {
+  delta.remove.insert(delta.remove.end(), lifted_.begin(), lifted_.end());
+  const UpdateReport report = taken(smoother_.update(delta));
+  lifted_.clear();
+  const std::size_t first = delta.discrete.size() - changed_switches_.size();
+  for (std::size_t i = 0; i < changed_switches_.size(); ++i) {
+    edit(changed_switches_[i]).table = report.handles.discrete[first + i];
+  }
+  changed_switches_.clear();
+  return report;
+}
+
+SelectionReport OnlineSelection::update(const Delta& trusted,
+                                        const std::vector<ContinuousFactorPtr>& closures) {
+  check_names(trusted);
+  return all_or_nothing([&](SelectionReport& report) { take_in(trusted, closures, report); });
+}
+
+SelectionReport OnlineSelection::finish() {
+  return all_or_nothing([&](SelectionReport& report) {
+    report.objective_before = smoother_.objective();
+    let_all_in(report);
+    if (!closures_.empty()) reevaluate_all(report);
+    report.add(apply({}));
+    report.add(taken(smoother_.converge()));
+    while (resolve()) report.add(taken(smoother_.converge()));
+  });
+}
+
+void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
+                              SelectionReport& report) {
+  const bool chained = is_chained(trusted);
+  const std::vector<ContinuousFactorPtr> kept =
+      chained ? keep_back(trusted) : std::vector<ContinuousFactorPtr>();
+  if (!chained) let_all_in(report);
+  Delta delta = trusted;
+  const std::size_t first = closures_.size();
+  for (const ContinuousFactorPtr& factor : closures) {
+    const std::size_t k = closures_.size();
+    closures_.emplace_back();
+    closures_.back().factor = factor;
+    ++out_;
+    delta.hybrid.push_back(closure_mixture(k, factor, options_.mixture));
+    delta.assignment.set(closure_switch(k).key, 1);
+    set_switch(k, SwitchState::kFixedOutlier, delta);
+  }
+  const UpdateReport done = apply(std::move(delta));
+  report.add(done);
+  report.handles = done.handles;
+  report.objective_before = done.objective_before;
+  verdicts_.clear();
+  note_choices(trusted);
+  if (!closures.empty()) measure_map();
+  for (const ContinuousFactorPtr& closure : kept) {
+    join(open_choices_.between(closure->keys()[0], closure->keys()[1]))
+        .closures.push_back({closure, std::nullopt});
+  }
+  for (std::size_t k = first; k < closures_.size(); ++k) ask(k, report);
+  decide_choices(report);
+  if (closures_.size() > kGrowth * evaluated_ + kMostCompared && waiting() == 0) {
+    attempts_.attempt(kReevaluate, [&] { reevaluate_all(report); });
+  }
+  revise_choices();
+}
+
+ClosureStatus OnlineSelection::status(std::size_t closure) const {
+  if (accepted(closure)) return ClosureStatus::kAccepted;
+  return closures_[closure].evidence < 0.0 ? ClosureStatus::kRejected : ClosureStatus::kUndecided;
+}
+
+std::vector<Verdict> OnlineSelection::verdicts() const {
+  if (verdicts_.size() == closures_.size()) {
+    std::vector<Verdict> verdicts = verdicts_;
+    for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k].accepted = accepted(k);
+    return verdicts;
+  }
+  RobustProblem problem;
+  std::vector<bool> in;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    problem.closures.push_back(closures_[k].factor);
+    in.push_back(accepted(k));
+  }
+  std::vector<Verdict> verdicts = make_verdicts(problem, smoother_.values(), in, options_.mixture);
+  const EvidenceModel model = evidence_model();
+  std::vector<double> evidence, redundancy;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    const ContinuousFactor& factor = *closures_[k].factor;
+    const GivenOthers alone = given_others(innovation_of(factor), in[k]);
+    evidence.push_back(model.log_ratio(alone.b, alone.S, factor));
+    redundancy.push_back(alone.redundancy);
+  }
+  write_evidence(evidence, redundancy, options_.selection, verdicts);
+  return verdicts;
+}
+
+}  // namespace hybrid

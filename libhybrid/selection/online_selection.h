@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/closures/mixture_graph.h"
+#include "libhybrid/closures/problem.h"
+#include "libhybrid/core/infinity.h"
+#include "libhybrid/selection/attempts.h"
+#include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/open_choices.h"
+#include "libhybrid/smoother/incremental.h"
+
+namespace HYBRID_API hybrid {
+
+struct EvidenceModel;
+struct Innovation;
+
+struct OnlineSelectionOptions {
+  OnlineSelectionOptions() {
+    mixture.flat = true;
+    smoother.relinearize = 3e-2;
+    smoother.wildfire = 1e-3;
+  }
+
+  MixtureOptions mixture;
+  /// Joint values of open choices of less evidence than the best by this much (log) are dropped.
+  /// Other values of the choices of largest cost are tried when an update raises the cost of the
+  /// graph by more than this beyond its expected rise by noise.
+  double decisive = 10.0;
+  /// Number of closures kept back by a group of choices at which its best joint value is taken,
+  /// however close the next one is.
+  std::size_t patience = 40;
+  SmootherOptions smoother;
+  ClosureSelectionOptions selection;  ///< for tests of closures and evaluations of all of them
+};
+
+/// The present decision on a closure.
+enum class ClosureStatus {
+  kRejected,   ///< the evidence is against it
+  kUndecided,  ///< the evidence is for it, but not decisive, or it waits for choices
+  kAccepted
+};
+
+/// Report of one step of the selection.
+struct SelectionReport : UpdateReport {
+  int admitted = 0;  ///< closures admitted
+  int tried = 0;     ///< attempts to admit a closure
+
+  /// Adds the report of a further update of the smoother.
+  void add(const UpdateReport& update);
+};
+
+/// Selects online among loop closures that may be false, and decides about measurements with
+/// several hypotheses (choices), on the incremental smoother.
+///
+/// A closure enters as a mixture (eq. 16-17) fixed to its outlier component, which couples no
+/// poses. It is admitted if its evidence, by the covariance S = I + A P A' that the map predicts
+/// for its innovation, exceeds the threshold of select_closures (see EvidenceModel), and only if
+/// the joint objective of eq. 6 falls. From then on its switch is free: the discrete half-step
+/// rejects it when later measurements contradict it. The newest closures that are not admitted are
+/// tested again when the map has changed. Whenever the
+/// number of closures has grown fourfold, and in finish(), all are evaluated again from scratch by
+/// select_closures, which can reverse any decision; the earlier evaluations together cost about a
+/// third of the last one.
+///
+/// A wrong choice about a step of odometry costs nothing until the robot returns to a known place;
+/// then its error spreads over the whole loop, so that no other value of a single choice costs
+/// less: the alternation of eq. 8 is stuck. Closures that span open choices are therefore kept back
+/// until they tell the joint values of these choices apart by their evidence (ChoiceComparison), in
+/// which those that may be false take part as such; then they enter together with the remaining
+/// joint value. One that no joint value explains is false and keeps no choice open. If the cost of
+/// the map rises nevertheless, the choices of largest cost are fixed to their other values, one by
+/// one, and keep a value that lowers the joint objective. So every choice can be revised.
+///
+/// Every change is all or nothing, as those of IncrementalSmoother: if it throws, or its report
+/// says that the system is singular, nothing has changed.
+class OnlineSelection {
+ public:
+  explicit OnlineSelection(const OnlineSelectionOptions& options = {});
+
+  /// Applies a change of trusted factors, and tests the closures that come with it. They are
+  /// numbered in the order in which they arrive. Hybrid factors of one discrete variable are
+  /// choices; those between a pose and the next stay open until closures decide. Trusted closures
+  /// that are kept back have no handles in the report. Errors as those of
+  /// IncrementalSmoother::update, and for discrete variables with the letter of the switches of
+  /// closures (see closure_switch).
+  SelectionReport update(const Delta& trusted,
+                         const std::vector<ContinuousFactorPtr>& closures = {});
+
+  /// Lets in all closures kept back, evaluates all that may be false again, from scratch or from
+  /// the present map, converges, and tries choices again until none changes.
+  SelectionReport finish();
+
+  const IncrementalSmoother& smoother() const { return smoother_; }
+  ClosureStatus status(std::size_t closure) const;
+  /// Verdicts by closure, at the present estimate. Directly after an evaluation of all closures
+  /// they are those of the evaluation; else each is made of one covariance.
+  std::vector<Verdict> verdicts() const;
+  int trials() const { return trials_; }  ///< other values of choices tried so far
+  /// Number of closures kept back until choices are decided.
+  std::size_t waiting() const { return open_choices_.waiting(); }
+
+ private:
+  /// Updates within which an admitted closure, or another value of a choice, must lower the
+  /// objective.
+  static constexpr int kSettle = 6;
+
+  enum class SwitchState { kFree, kFixedInlier, kFixedOutlier };
+  struct Closure {
+    ContinuousFactorPtr factor;
+    SwitchState switch_state = SwitchState::kFixedOutlier;
+    Handle table;               // fixes the switch
+    bool failed = false;        // the last attempt to admit it, since all were evaluated
+    Eigen::MatrixXd predicted;  // covariance of its innovation, as last predicted, or empty
+    double evidence = 0.0;      // log, as last predicted; 0 before that
+  };
+
+  /// The state that a change may alter, besides the smoother and earlier closures.
+  struct State {
+    std::size_t closures = 0, evaluated = 0;
+    std::vector<Handle> lifted;
+    std::vector<Verdict> verdicts;
+    std::size_t choices = 0;
+    OpenChoices open_choices;
+    double explained = 0.0, settled = 0.0;
+    int trials = 0;
+    double variance_factor = 1.0, radius = 0.0;
+    std::size_t measured_at = 0, out = 0;
+  };
+
+  template <class Change>
+  SelectionReport all_or_nothing(const Change& change);
+  State save();
+  void restore(State&& before);
+  Closure& edit(std::size_t k);
+  void take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
+               SelectionReport& report);
+  void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
+  UpdateReport apply(Delta delta);
+
+  // Closures.
+  bool accepted(std::size_t k) const;
+  void ask(std::size_t k, SelectionReport& report);
+  EvidenceModel evidence_model() const;
+  double threshold() const;
+  void measure_map();
+  Innovation innovation_of(const ContinuousFactor& factor) const;
+  double switch_at(std::size_t k) const;
+  bool may_be_tried(const Closure& closure) const;
+  bool consider(std::size_t k, SelectionReport& report);
+  void reconsider(SelectionReport& report);
+  bool admit(std::size_t k, SelectionReport& report);
+  bool is_better_with(std::size_t k, SelectionReport& report);
+  void withdraw(std::size_t k, const std::vector<bool>& before,
+                const IncrementalSmoother::Snapshot& estimate);
+  RobustProblem problem(const Assignment& assignment) const;
+  double noise(const Values& values, const std::vector<bool>& in) const;
+  void reevaluate_all(SelectionReport& report);
+  void adopt(const RobustResult& result, SelectionReport& report);
+  void free(std::size_t k);
+
+  // Choices.
+  bool is_chained(const Delta& delta) const;
+  std::vector<ContinuousFactorPtr> keep_back(Delta& delta) const;
+  void note_choices(const Delta& trusted);
+  ChoiceGroup& join(const std::vector<std::size_t>& choices);
+  bool in_the_plane(const ChoiceGroup& group) const;
+  bool is_explained(const ContinuousFactorPtr& closure,
+                    const std::vector<std::size_t>& choices) const;
+  template <class Pose>
+  bool is_explained_by(const ChoiceGroup& group) const;
+  void compare(ChoiceGroup& group) const;
+  template <class Pose>
+  void compare_as(ChoiceGroup& group) const;
+  void take(const ChoiceGroup& group);
+  template <class Pose>
+  void take_as(const ChoiceGroup& group);
+  void decide_choices(SelectionReport& report);
+  void let_in(const std::vector<WaitingClosure>& closures, SelectionReport& report);
+  void let_all_in(SelectionReport& report);
+  int value_of(std::size_t choice) const;
+  static Table table_of(DiscreteKey key, int value);
+  int spanned(std::size_t closure, const std::vector<std::size_t>& choices) const;
+  std::vector<std::vector<std::size_t>> doubted() const;
+  ChoiceGroup compared_again(const std::vector<std::size_t>& choices) const;
+  void revise_by_closures(RobustResult& present, SelectionReport& report);
+  RobustProblem problem_with(const ChoiceGroup& group) const;
+  void revise_choices();
+  std::vector<std::size_t> strained() const;
+  bool resolve();
+  bool try_value(std::size_t choice, int value);
+  bool is_better(DiscreteKey key, int value);
+  void hold(DiscreteKey key, int value);
+  void lift();
+
+  OnlineSelectionOptions options_;
+  IncrementalSmoother smoother_;
+  double variance_factor_ = 1.0;  // of the last evaluation of all closures
+  double radius_ = 0.0;           // of the map when it had measured_at_ variables [m]
+  std::size_t measured_at_ = 0;
+  std::size_t out_ = 0;  // closures fixed as outliers
+  std::vector<Closure> closures_;
+  std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
+  std::vector<Handle> lifted_;                 // tables to remove with the next update
+  std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last
+  std::vector<Verdict> verdicts_;              // of that evaluation; empty once outdated
+  std::vector<Choice> choices_;
+  OpenChoices open_choices_;  // that alone connect the poses on both sides
+  double explained_ = 0.0;    // expected cost, by noise, of factors added since the last update
+  double settled_ = 0.0;      // continuous cost after the last update
+  Handle held_;
+  int trials_ = 0;
+  Attempts attempts_;
+  std::unordered_map<std::size_t, Closure> saved_;  // closures as before the current change
+};
+
+}  // namespace hybrid
