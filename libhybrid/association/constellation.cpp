@@ -20,8 +20,8 @@
 namespace hybrid {
 namespace {
 
-constexpr int kMaxSteps = 10;     // of Gauss-Newton
-constexpr double kSmall = 1e-6;   // step at which it ends
+constexpr int kMaxSteps = 10;    // of Gauss-Newton
+constexpr double kSmall = 1e-6;  // step at which it ends
 
 template <class Pose>
 class PlaceSearch {
