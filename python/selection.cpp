@@ -57,9 +57,9 @@ void bind_problem(py::module_& m) {
       .def_readonly("variance_factor", &RobustResult::variance_factor,
                     "Estimated factor by which the variances of the noise are understated.");
   m.def("to_robust_problem", &to_robust_problem, "graph"_a, "initial"_a,
-        "trusted"_a = Trust(&is_odometry), "options"_a = GraphFactorOptions(),
+        "trusted"_a = Trust(), "options"_a = GraphFactorOptions(),
         "A pose graph as a robust problem. Relative poses are closures unless "
-        "trusted(from_key, to_key); by default, those from one pose to the next are trusted.");
+        "trusted(from_key, to_key); by default, those between successive poses are trusted.");
 }
 
 void bind_options(py::module_& m) {

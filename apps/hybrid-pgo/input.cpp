@@ -9,6 +9,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/solvers/chordal.h"
 
 namespace hybrid {
@@ -25,7 +26,7 @@ std::string missing_text(const std::vector<Key>& keys, const Values& values) {
   std::sort(missing.begin(), missing.end());
   std::string text;
   for (std::size_t i = 0; i < std::min(kNamed, missing.size()); ++i) {
-    text += fmt::format("{}{}", i == 0 ? "" : ", ", missing[i].index());
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", vertex_id(missing[i].index()));
   }
   if (missing.size() > kNamed) text += fmt::format(", ... ({} in all)", missing.size());
   return text;
@@ -79,7 +80,10 @@ Input read_input(const std::string& path, const std::string& start,
     }
   }
   input.factors = to_factors(input.graph, input.initial);
-  if (start == "chordal") input.initial = chordal_initialization(input.factors, input.initial);
+  if (start == "chordal") {
+    input.initial = chordal_initialization(input.factors, input.initial);
+    move_to_map(input.graph, input.initial);
+  }
   if (start == "tree") input.initial = initialize_from_tree(input.graph);
   if (start != "auto") input.start = start;
   return input;

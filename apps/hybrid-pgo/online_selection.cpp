@@ -14,6 +14,7 @@
 #include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
@@ -89,6 +90,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   const Pairs pairs = trusts_all || trusted == "odometry" ? Pairs() : read_closures(trusted, input);
   OnlineSelection selection(options);
   PoseFeed feed(input.graph, input.initial);
+  const OdometryEdges is_odometry(input.graph);
   std::unordered_map<const ContinuousFactor*, std::size_t> number;
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();

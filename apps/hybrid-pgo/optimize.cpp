@@ -19,6 +19,7 @@
 #include "apps/hybrid-pgo/stopped.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
@@ -54,13 +55,24 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
   }
   summary.note = solution.note;
-  if (input.graph.equivalences > 0) {
-    summary.note += fmt::format("{}{} EQUIV lines of the graph are not applied",
-                                summary.note.empty() ? "" : "; ", input.graph.equivalences);
+  const PoseGraph& graph = input.graph;
+  const auto note = [&](const std::string& text) {
+    summary.note += (summary.note.empty() ? "" : "; ") + text;
+  };
+  if (graph.equivalences > 0) {
+    note(fmt::format("{} EQUIV lines of the graph are not applied", graph.equivalences));
   }
-  if (input.graph.repaired > 0) {
-    summary.note += fmt::format("{}{} information matrices were not positive definite: repaired",
-                                summary.note.empty() ? "" : "; ", input.graph.repaired);
+  if (graph.repaired > 0) {
+    note(fmt::format("{} information matrices were not positive definite: repaired",
+                     graph.repaired));
+  }
+  if (graph.edge2_by_rows) {
+    note(
+        "information of EDGE2 is not positive definite in TORO's order: read row by row, as iSAM "
+        "writes it");
+  }
+  if (graph.unseen > 0) {
+    note(fmt::format("{} landmarks that nothing measures are left out", graph.unseen));
   }
   summary.variance_factor = solution.variance_factor;
   summary.members = solution.members;
@@ -129,7 +141,7 @@ void check_finite(const Input& input, const Solution& solution, const std::strin
   for (const ContinuousFactorPtr& factor : input.factors) {
     if (std::isfinite(factor->cost(solution.values))) continue;
     for (const Key key : factor->keys()) {
-      which += fmt::format("{}{}", which.empty() ? "" : " to ", key.index());
+      which += fmt::format("{}{}", which.empty() ? "" : " to ", vertex_id(key.index()));
     }
     break;
   }
@@ -157,8 +169,11 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
   if (!solution.steps.empty()) out.write("steps.csv", steps_csv(solution.steps));
   const std::vector<Key> poses = input.poses();
   const Trajectory path = trajectory_of(poses, solution.values);
-  out.write("trajectory.tum", tum_text(path));
-  if (!truth.empty()) out.write("trajectory_truth.tum", tum_text(true_path(path, truth)));
+  const std::vector<std::string> ids = ids_of(poses, solution.values);
+  out.write("trajectory.tum", tum_text(path, ids));
+  if (!truth.empty()) {
+    out.write("trajectory_truth.tum", tum_text(true_path(path, truth), ids));
+  }
   if (options.pictures) draw_graph(out, title, input, solution, loops, truth);
   if (!options.sparsity) return;
   HybridGraph graph;
@@ -193,6 +208,10 @@ int optimize(const Options& options) {
   }
   if (input.graph.alternatives_count() > 0 && options.certify) {
     throw Error(options.graph + ": has edges with hypotheses, of which nothing can be certified");
+  }
+  if (options.certify && input.graph.prior_count() > 0) {
+    throw Error(options.graph +
+                ": has poses measured in the map; only graphs of relative poses can be certified");
   }
   if (options.certify && input.graph.points2.size() + input.graph.points3.size() > 0) {
     throw Error(options.graph + ": has landmarks; only graphs of relative poses can be certified");

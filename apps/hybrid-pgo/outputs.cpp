@@ -11,6 +11,8 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/write_graph.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/output/graph_image.h"
@@ -18,13 +20,15 @@
 namespace hybrid {
 namespace {
 
-/// Calls visit(from, to, factor) for every relative pose.
+/// Calls visit(from, to, factor, is_odometry) for every relative pose.
 template <class Visit>
 void for_each_relative_pose(const Input& input, const Visit& visit) {
   const std::size_t count = input.graph.poses2.size() + input.graph.poses3.size();
+  const OdometryEdges is_odometry(input.graph);
   for (std::size_t f = 0; f < count; ++f) {
     const ContinuousFactor& factor = *input.factors[f];
-    visit(factor.keys()[0], factor.keys()[1], factor);
+    const Key from = factor.keys()[0], to = factor.keys()[1];
+    visit(from, to, factor, is_odometry(from, to));
   }
 }
 
@@ -49,16 +53,17 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                              const std::map<std::size_t, Decision>& decisions) {
   std::vector<Loop> loops;
   std::size_t number = 0;
-  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor& factor) {
-    const auto decision = decisions.find(number++);
-    if (is_odometry(from, to)) return;
-    loops.push_back({from, to});
-    loops.back().residual = std::sqrt(2 * factor.cost(estimate));
-    if (decision == decisions.end()) return;
-    loops.back().decision = decision->second.text;
-    set_verdict(decision->second.verdict, loops.back());
-    loops.back().history = decision->second.history;
-  });
+  for_each_relative_pose(input,
+                         [&](Key from, Key to, const ContinuousFactor& factor, bool is_odometry) {
+                           const auto decision = decisions.find(number++);
+                           if (is_odometry) return;
+                           loops.push_back({from, to});
+                           loops.back().residual = std::sqrt(2 * factor.cost(estimate));
+                           if (decision == decisions.end()) return;
+                           loops.back().decision = decision->second.text;
+                           set_verdict(decision->second.verdict, loops.back());
+                           loops.back().history = decision->second.history;
+                         });
   return loops;
 }
 
@@ -67,8 +72,8 @@ std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
   const PoseGraph& graph = input.graph;
   std::size_t k = 0;
   const auto add = [&](const auto& edge) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{}\n", edge.from.index(), edge.to.index(),
-                   chosen[k], input.first_hypotheses[k]);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{}\n", vertex_id(edge.from.index()),
+                   vertex_id(edge.to.index()), chosen[k], input.first_hypotheses[k]);
     ++k;
   };
   for (const auto& alternatives : graph.alternatives2) add(graph.poses2[alternatives.edge]);
@@ -79,9 +84,10 @@ std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
 std::string loops_csv(const std::vector<Loop>& loops) {
   std::string text = "i,j,decision,inlier_probability,residual,redundancy,checkable,margin\n";
   for (const Loop& loop : loops) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", loop.from.index(),
-                   loop.to.index(), loop.decision, loop.inlier_probability, loop.residual,
-                   loop.redundancy, loop.checkable ? 1 : 0, loop.margin);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n",
+                   vertex_id(loop.from.index()), vertex_id(loop.to.index()), loop.decision,
+                   loop.inlier_probability, loop.residual, loop.redundancy, loop.checkable ? 1 : 0,
+                   loop.margin);
   }
   return text;
 }
@@ -93,6 +99,14 @@ void write_graph(const OutputDirectory& out, const Input& input, const Values& e
     graph.values.insert(key, estimate.type(key), estimate.data(key));
   }
   out.write("graph.g2o", to_g2o(graph));
+}
+
+std::vector<std::string> ids_of(const std::vector<Key>& poses, const Values& values) {
+  std::vector<std::string> ids;
+  for (const Key key : poses) {
+    if (values.contains(key)) ids.push_back(std::to_string(vertex_id(key.index())));
+  }
+  return ids;
 }
 
 Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values) {
@@ -115,8 +129,8 @@ GraphDrawing drawing_of(const std::string& title, const Input& input, const Valu
   for (Key key : values.keys()) {
     if (key.letter() == key_letter::kLandmark) drawing.landmarks.push_back(position(values, key));
   }
-  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
-    if (!is_odometry(from, to)) return;
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&, bool is_odometry) {
+    if (!is_odometry) return;
     drawing.odometry.emplace_back(position(values, from), position(values, to));
   });
   return drawing;
@@ -125,8 +139,8 @@ GraphDrawing drawing_of(const std::string& title, const Input& input, const Valu
 GraphDrawing drawing_of_start(const std::string& title, const Input& input) {
   GraphDrawing drawing = drawing_of(title, input, input.initial);
   drawing.subtitle = "Before optimisation, where the solver starts";
-  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
-    if (is_odometry(from, to)) return;
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&, bool is_odometry) {
+    if (is_odometry) return;
     drawing.closures.emplace_back(position(input.initial, from), position(input.initial, to));
   });
   return drawing;
@@ -163,15 +177,15 @@ GraphReport graph_report(const std::string& title, const Input& input, const Sol
   for (const Key key : input.poses()) {
     if (!values.contains(key)) continue;
     place[key] = report.ids.size();
-    report.ids.push_back(key.index());
+    report.ids.push_back(vertex_id(key.index()));
     report.before.push_back(position(input.initial, key));
     report.after.push_back(position(values, key));
   }
   for (const Key key : values.keys()) {
     if (key.letter() == key_letter::kLandmark) report.landmarks.push_back(position(values, key));
   }
-  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&) {
-    if (is_odometry(from, to)) report.edges.emplace_back(place.at(from), place.at(to));
+  for_each_relative_pose(input, [&](Key from, Key to, const ContinuousFactor&, bool is_odometry) {
+    if (is_odometry) report.edges.emplace_back(place.at(from), place.at(to));
   });
   for (const Loop& loop : loops) {
     report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision,

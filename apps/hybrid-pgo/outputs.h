@@ -46,6 +46,9 @@ std::string loops_csv(const std::vector<Loop>& loops);
 /// graph.g2o: the estimate with the measurements of the input.
 void write_graph(const OutputDirectory& out, const Input& input, const Values& estimate);
 
+/// Ids of the poses that have values, in the order of `poses`, as their file has them.
+std::vector<std::string> ids_of(const std::vector<Key>& poses, const Values& values);
+
 /// Poses by increasing id, with the id as time.
 Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values);
 

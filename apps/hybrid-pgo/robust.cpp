@@ -13,6 +13,7 @@
 #include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/selection/closure_posterior.h"
 
 namespace hybrid {
@@ -72,6 +73,7 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
   Task task;
   task.problem.initial = input.initial;
   Parts parts;
+  const OdometryEdges is_odometry(input.graph);
   std::vector<std::pair<ContinuousFactorPtr, std::size_t>> candidates;
   const std::size_t relative = input.graph.poses2.size() + input.graph.poses3.size();
   for (std::size_t f = 0; f < input.factors.size(); ++f) {

@@ -8,6 +8,7 @@
 #include "apps/hybrid-pgo/stopped.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/pose_graph/pose_feed.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "libhybrid/smoother/incremental.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
@@ -23,7 +24,7 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
   for (const auto& factor : delta.continuous) normalizer += factor->log_normalizer();
   const UpdateReport report = smoother.update(delta);
   if (report.status != UpdateReport::Status::kOk) {
-    throw Error(fmt::format("at pose {}: {}", pose.index(), report.message));
+    throw Error(fmt::format("at pose {}: {}", vertex_id(pose.index()), report.message));
   }
   StepRecord record{report};
   record.keyframe = static_cast<int>(pose.index());

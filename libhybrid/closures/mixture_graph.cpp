@@ -7,6 +7,7 @@
 
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 
 namespace hybrid {
 namespace {
@@ -122,11 +123,12 @@ RobustProblem to_robust_problem(const PoseGraph& graph, const Values& initial, c
                                 const GraphFactorOptions& options) {
   RobustProblem problem;
   problem.initial = initial;
+  const Trust trust = trusted ? trusted : OdometryEdges(graph);
   const std::size_t relative_poses = graph.poses2.size() + graph.poses3.size();
   std::vector<ContinuousFactorPtr> factors = to_factors(graph, initial, options);
   for (std::size_t f = 0; f < factors.size(); ++f) {
     const std::vector<Key>& keys = factors[f]->keys();
-    const bool closure = f < relative_poses && !trusted(keys[0], keys[1]);
+    const bool closure = f < relative_poses && !trust(keys[0], keys[1]);
     (closure ? problem.closures : problem.trusted).push_back(std::move(factors[f]));
   }
   return problem;

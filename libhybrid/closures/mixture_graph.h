@@ -72,10 +72,9 @@ std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& v
 using Trust = std::function<bool(Key from, Key to)>;
 
 /// A pose graph as a robust problem: relative poses that are not trusted are the closures, in the
-/// order of the graph; sightings of landmarks and priors are trusted. `initial` holds all
-/// variables.
+/// order of the graph; sightings of landmarks and priors are trusted, and odometry if `trusted` is
+/// empty. `initial` holds all variables.
 RobustProblem to_robust_problem(const PoseGraph& graph, const Values& initial,
-                                const Trust& trusted = is_odometry,
-                                const GraphFactorOptions& options = {});
+                                const Trust& trusted = {}, const GraphFactorOptions& options = {});
 
 }  // namespace hybrid

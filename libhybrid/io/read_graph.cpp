@@ -2,8 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/io/read_graph.h"
 
-#include <Eigen/Eigenvalues>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/io/detail/graph_row.h"
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
 
@@ -21,10 +20,6 @@ namespace {
 constexpr TextFormat kFormat{TextFormat::Cut::kWords, "#"};
 constexpr std::size_t kMostHypotheses = 1000;
 
-using Visit = std::function<void(const TextRow&)>;
-/// Reads all rows of the graph from its start.
-using ReadRows = std::function<void(const Visit&)>;
-
 /// The likely kind, for a message, of a file whose rows begin with this word.
 const char* other_form(std::string_view word) {
   if (word[0] == '[') return ": this is an INI file, not a pose graph";
@@ -33,70 +28,11 @@ const char* other_form(std::string_view word) {
   return is_table ? ": this is a table, not a pose graph" : "";
 }
 
-std::uint64_t id(const TextRow& row, std::size_t i) {
-  return static_cast<std::uint64_t>(row.id(i, kLargestVertexId));
-}
-
-SE2 planar_pose(const TextRow& row, std::size_t i) {
-  return {row.coordinate(i), row.coordinate(i + 1), row.coordinate(i + 2)};
-}
-
-template <int n>
-Eigen::Matrix<double, n, 1> point(const TextRow& row, std::size_t i) {
-  Eigen::Matrix<double, n, 1> p;
-  for (int axis = 0; axis < n; ++axis) p[axis] = row.coordinate(i + std::size_t(axis));
-  return p;
-}
-
-SE3 pose_from_quaternion(const TextRow& row, std::size_t i) {
-  Eigen::Quaterniond q(row.coordinate(i + 6), row.coordinate(i + 3), row.coordinate(i + 4),
-                       row.coordinate(i + 5));
-  const double norm = q.coeffs().norm();
-  if (!(norm > 1e-6)) row.fail(i + 3, "a quaternion that has no direction");
-  q.coeffs() /= norm;
-  return {point<3>(row, i), q};
-}
-
-SE3 pose_from_angles(const TextRow& row, std::size_t i) {
-  const Eigen::Quaterniond q = Eigen::AngleAxisd(row.coordinate(i + 5), Eigen::Vector3d::UnitZ()) *
-                               Eigen::AngleAxisd(row.coordinate(i + 4), Eigen::Vector3d::UnitY()) *
-                               Eigen::AngleAxisd(row.coordinate(i + 3), Eigen::Vector3d::UnitX());
-  return {point<3>(row, i), q};
-}
-
-/// Symmetric matrix from its upper triangle, row by row.
-template <int n>
-Eigen::Matrix<double, n, n> symmetric(const TextRow& row, std::size_t at) {
-  Eigen::Matrix<double, n, n> m;
-  for (int i = 0; i < n; ++i) {
-    for (int j = i; j < n; ++j) m(i, j) = m(j, i) = row.number(at++);
-  }
-  return m;
-}
-
-/// The same in the order of TORO's EDGE2: I11 I12 I22 I33 I13 I23.
-Eigen::Matrix3d symmetric_toro(const TextRow& row, std::size_t at) {
-  constexpr std::size_t kPlace[3][3] = {{0, 1, 4}, {1, 2, 5}, {4, 5, 3}};
-  Eigen::Matrix3d m;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) m(i, j) = row.number(at + kPlace[i][j]);
-  }
-  return m;
-}
-
-/// The nearest matrix whose smallest eigenvalue is at least the root of epsilon times its largest.
-Eigen::MatrixXd nearest_definite(const Eigen::MatrixXd& m) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(m);
-  const Eigen::VectorXd& values = eigen.eigenvalues();
-  const double least = std::sqrt(std::numeric_limits<double>::epsilon()) * values.maxCoeff();
-  const Eigen::MatrixXd& V = eigen.eigenvectors();
-  const Eigen::MatrixXd near = V * values.cwiseMax(least).asDiagonal() * V.transpose();
-  return 0.5 * (near + near.transpose());
-}
-
-/// The letter of the key of each vertex by its number; 0 for a vertex that no line has named.
-class Letters {
+/// What the vertices of each number are: poses, landmarks, or one of each.
+class Kinds {
  public:
+  enum : char { kPose = 1, kLandmark = 2 };
+
   char& operator[](std::uint64_t number) {
     if (number >= kDense) return sparse_[number];
     if (number >= dense_.size()) dense_.resize(number + 1);
@@ -112,15 +48,17 @@ class Letters {
 
 class Parser {
  public:
-  Parser(const std::string& name, const ReadGraphOptions& options, ReadRows read)
+  Parser(const std::string& name, const ReadGraphOptions& options, ReadGraphRows read)
       : name_(name), options_(options), read_(std::move(read)) {}
 
   PoseGraph run() {
     read_([this](const TextRow& row) { parse(row); });
-    if (graph_.values.empty() && graph_.edge_count() == 0) {
+    if (graph_.values.empty() && graph_.edge_count() + graph_.prior_count() == 0) {
       throw Error(name_ + ": holds no vertex and no edge");
     }
     for (const TextRow& row : fixed_) fix(row);
+    place_sensors();
+    graph_.unseen = erase_unseen_landmarks(graph_);
     return std::move(graph_);
   }
 
@@ -148,6 +86,17 @@ class Parser {
         {"EDGE_SE2_XY", {8, "EDGE_SE2_XY i j x y information(3)", &Parser::edge_xy}},
         {"EDGE_SE3_TRACKXYZ",
          {13, "EDGE_SE3_TRACKXYZ i j parameter x y z information(6)", &Parser::edge_xyz}},
+        {"EDGE_PRIOR_SE2",
+         {8 + 3, "EDGE_PRIOR_SE2 i x y angle information(6)", &Parser::prior_se2}},
+        {"EDGE_SE2_PRIOR",
+         {8 + 3, "EDGE_SE2_PRIOR i x y angle information(6)", &Parser::prior_se2}},
+        {"EDGE_PRIOR_SE2_XY", {7, "EDGE_PRIOR_SE2_XY i x y information(3)", &Parser::prior_xy}},
+        {"EDGE_SE2_XYPRIOR", {7, "EDGE_SE2_XYPRIOR i x y information(3)", &Parser::prior_xy}},
+        {"EDGE_SE3_PRIOR",
+         {31, "EDGE_SE3_PRIOR i parameter x y z qx qy qz qw information(21)", &Parser::prior_se3}},
+        {"EDGE_SE3_XYZPRIOR",
+         {12, "EDGE_SE3_XYZPRIOR i parameter x y z information(6)", &Parser::prior_xyz}},
+        {"PARAMS_SE2OFFSET", {5, "PARAMS_SE2OFFSET id x y angle", &Parser::planar_offset}},
         {"PARAMS_SE3OFFSET", {9, "PARAMS_SE3OFFSET id x y z qx qy qz qw", &Parser::offset}},
         {"FIX", {0, "FIX id ...", &Parser::note_fixed}},
         {"EQUIV", {3, "EQUIV i j", &Parser::equivalence}},
@@ -163,14 +112,10 @@ class Parser {
     (this->*tag->read)(row);
   }
 
-  /// The key of vertex `number`, word `at` of the row, which must be a pose (key_letter::kPose) or
-  /// a landmark (key_letter::kLandmark) throughout the file.
-  Key key(char letter, std::uint64_t number, const TextRow& row, std::size_t at) {
-    char& known = letters_[number];
-    if (known == 0) known = letter;
-    if (known != letter) {
-      row.fail(at, "vertex " + std::to_string(number) + " is both a pose and a landmark");
-    }
+  /// The key of the pose or landmark (`letter`) that word `at` of the row names.
+  Key key(char letter, const TextRow& row, std::size_t at) {
+    const std::uint64_t number = vertex_in(row, at);
+    kinds_[number] |= letter == key_letter::kPose ? Kinds::kPose : Kinds::kLandmark;
     return Key(letter, number);
   }
 
@@ -185,9 +130,9 @@ class Parser {
   template <class T>
   void add_vertex(int dimension, char letter, const T& value, const TextRow& row) {
     check_space(dimension, row);
-    const Key name = key(letter, id(row, 1), row, 1);
+    const Key name = key(letter, row, 1);
     if (graph_.values.contains(name)) {
-      row.fail(1, "vertex " + std::to_string(name.index()) + " is there already");
+      row.fail(1, "vertex " + std::string(row[1]) + " is there already");
     }
     graph_.values.insert(name, value);
   }
@@ -198,11 +143,18 @@ class Parser {
                 const Eigen::MatrixXd& information, const TextRow& row, std::size_t to = 2) {
     check_space(dimension, row);
     const bool to_point = Variable<T>::type().kind == VariableKind::kVector;
-    const std::uint64_t i = id(row, 1), j = id(row, to);
-    if (i == j) row.fail(to, "an edge from vertex " + std::to_string(i) + " to itself");
-    const Key from = key(key_letter::kPose, i, row, 1);
-    edges.push_back({from, key(to_point ? key_letter::kLandmark : key_letter::kPose, j, row, to),
-                     measured, noise(information, row)});
+    const Key i = key(key_letter::kPose, row, 1);
+    const Key j = key(to_point ? key_letter::kLandmark : key_letter::kPose, row, to);
+    if (i == j) row.fail(to, "an edge from vertex " + std::string(row[1]) + " to itself");
+    edges.push_back({i, j, measured, noise(information, row)});
+  }
+
+  /// What is measured of the pose in word 1 in the frame of the map.
+  template <class Measurement, class T>
+  void add_absolute(int dimension, std::vector<Measurement>& priors, const T& measured,
+                    const Eigen::MatrixXd& information, const TextRow& row) {
+    check_space(dimension, row);
+    priors.push_back({key(key_letter::kPose, row, 1), measured, noise(information, row)});
   }
 
   /// Most edges of a file have the information of the one before.
@@ -244,10 +196,10 @@ class Parser {
     add_vertex(3, key_letter::kPose, pose_from_angles(row, 2), row);
   }
   void vertex_xy(const TextRow& row) {
-    add_vertex(2, key_letter::kLandmark, point<2>(row, 2), row);
+    add_vertex(2, key_letter::kLandmark, point_in<2>(row, 2), row);
   }
   void vertex_xyz(const TextRow& row) {
-    add_vertex(3, key_letter::kLandmark, point<3>(row, 2), row);
+    add_vertex(3, key_letter::kLandmark, point_in<3>(row, 2), row);
   }
 
   void edge_se2(const TextRow& row) {
@@ -257,7 +209,7 @@ class Parser {
     add_edge(3, graph_.poses3, pose_from_quaternion(row, 3), symmetric<6>(row, 10), row);
   }
   void edge3(const TextRow& row) {
-    if (has_hypotheses("EDGE3", 12)) {
+    if (forms().hypotheses) {
       return edge_with_hypotheses<SE3>(
           row, 6, "EDGE3 i 1 j 0 n, then x y z roll pitch yaw n times, n from 1 to 1000",
           [&](std::size_t at) { return pose_from_angles(row, at); }, graph_.poses3,
@@ -267,32 +219,43 @@ class Parser {
     add_edge(3, graph_.poses3, pose_from_angles(row, 3), symmetric<6>(row, 9), row);
   }
   void edge_xy(const TextRow& row) {
-    add_edge(2, graph_.points2, point<2>(row, 3), symmetric<2>(row, 5), row);
+    add_edge(2, graph_.points2, point_in<2>(row, 3), symmetric<2>(row, 5), row);
   }
   void edge_xyz(const TextRow& row) {
-    id(row, 3);  // of the sensor offset, which is the identity
-    add_edge(3, graph_.points3, point<3>(row, 4), symmetric<3>(row, 7), row);
+    add_edge(3, graph_.points3, point_in<3>(row, 4), symmetric<3>(row, 7), row);
+    point_sensors_.push_back(sensor(row, 3));
+  }
+  void prior_se2(const TextRow& row) {
+    add_absolute(2, graph_.priors2, planar_pose(row, 2), symmetric<3>(row, 5), row);
+  }
+  void prior_xy(const TextRow& row) {
+    add_absolute(2, graph_.positions2, point_in<2>(row, 2), symmetric<2>(row, 4), row);
+  }
+  void prior_se3(const TextRow& row) {
+    add_absolute(3, graph_.priors3, pose_from_quaternion(row, 3), symmetric<6>(row, 10), row);
+    pose_sensors_.push_back(sensor(row, 2));
+  }
+  void prior_xyz(const TextRow& row) {
+    add_absolute(3, graph_.positions3, point_in<3>(row, 3), symmetric<3>(row, 6), row);
+    position_sensors_.push_back(sensor(row, 2));
   }
   void edge2(const TextRow& row) {
-    if (has_hypotheses("EDGE2", 9)) {
+    if (forms().hypotheses) {
       return edge_with_hypotheses<SE2>(
           row, 3, "EDGE2 i 1 j 0 n, then x y angle n times, n from 1 to 1000",
           [&](std::size_t at) { return planar_pose(row, at); }, graph_.poses2,
           graph_.alternatives2);
     }
     row.expect(12, find("EDGE2")->form);
-    add_edge(2, graph_.poses2, planar_pose(row, 3), symmetric_toro(row, 6), row);
+    const bool by_rows = forms().by_rows;
+    graph_.edge2_by_rows = by_rows;
+    add_edge(2, graph_.poses2, planar_pose(row, 3),
+             by_rows ? symmetric<3>(row, 6) : symmetric_toro(row, 6), row);
   }
 
-  /// Whether any line of that tag has a single hypothesis and so many words, which no line of TORO
-  /// has.
-  bool has_hypotheses(const char* tag, std::size_t words) {
-    if (!hypotheses_) {
-      bool found = false;
-      read_([&](const TextRow& row) { found = found || (row[0] == tag && row.size() == words); });
-      hypotheses_ = found;
-    }
-    return *hypotheses_;
+  const GraphForms& forms() {
+    if (!forms_) forms_ = graph_forms(read_);
+    return *forms_;
   }
 
   /// `numbers` make a pose, which `read` takes from a word on.
@@ -301,8 +264,8 @@ class Parser {
                             const Read& read, std::vector<GraphEdge<Pose>>& edges,
                             std::vector<EdgeAlternatives<Pose>>& alternatives) {
     row.expect(6 + numbers, 6 + numbers * kMostHypotheses, form);
-    const std::uint64_t n = id(row, 5);
-    if (id(row, 2) != 1 || id(row, 4) != 0 || n < 1 || n > kMostHypotheses) {
+    const std::uint64_t n = vertex_in(row, 5);
+    if (vertex_in(row, 2) != 1 || vertex_in(row, 4) != 0 || n < 1 || n > kMostHypotheses) {
       row.fail("expected: " + std::string(form));
     }
     row.expect(6 + numbers * n, form);
@@ -318,46 +281,84 @@ class Parser {
     alternatives.push_back({edges.size() - 1, std::move(measured)});
   }
 
-  void offset(const TextRow& row) {
-    id(row, 1);
-    if (pose_from_quaternion(row, 2).log().norm() > 1e-9) {
-      row.fail("a sensor offset other than the identity is not supported");
+  void offset(const TextRow& row) { offsets_[sensor(row, 1)] = pose_from_quaternion(row, 2); }
+  void planar_offset(const TextRow& row) { sensor(row, 1); }  // no line that is read uses it
+
+  static std::int64_t sensor(const TextRow& row, std::size_t i) {
+    return row.id(i, std::numeric_limits<std::int64_t>::max());
+  }
+
+  /// The pose of a sensor on the robot: the identity in a file that gives none.
+  SE3 sensor_pose(std::int64_t sensor) const {
+    if (offsets_.empty()) return {};
+    const auto offset = offsets_.find(sensor);
+    if (offset != offsets_.end()) return offset->second;
+    throw Error(name_ + ": no PARAMS_SE3OFFSET line gives sensor offset " + std::to_string(sensor) +
+                ", which a measurement names");
+  }
+
+  /// Measurements of sensors become those of the robot: exactly for points, and for poses too.
+  void place_sensors() {
+    for (std::size_t k = 0; k < point_sensors_.size(); ++k) {
+      const SE3 T_robot_sensor = sensor_pose(point_sensors_[k]);
+      if (T_robot_sensor.log().isZero(0)) continue;
+      GraphEdge<Eigen::Vector3d>& edge = graph_.points3[k];
+      const Eigen::Matrix3d R = T_robot_sensor.rotation().matrix();
+      edge.measured = T_robot_sensor * edge.measured;
+      edge.noise = Noise::information(R * edge.noise.information() * R.transpose());
+    }
+    for (std::size_t k = 0; k < pose_sensors_.size(); ++k) {
+      const SE3 T_sensor_robot = sensor_pose(pose_sensors_[k]).inverse();
+      if (T_sensor_robot.log().isZero(0)) continue;
+      GraphPrior<SE3>& prior = graph_.priors3[k];
+      const SE3::Jacobian A = T_sensor_robot.adjoint();
+      prior.measured = prior.measured * T_sensor_robot;
+      prior.noise = Noise::information(A.transpose() * prior.noise.information() * A);
+    }
+    for (std::size_t k = 0; k < position_sensors_.size(); ++k) {
+      graph_.positions3[k].lever_arm = sensor_pose(position_sensors_[k]).translation();
     }
   }
 
   void equivalence(const TextRow& row) {
-    id(row, 1);
-    id(row, 2);
+    vertex_in(row, 1);
+    vertex_in(row, 2);
     ++graph_.equivalences;
   }
 
   void note_fixed(const TextRow& row) {
     row.expect(2, row.size(), find("FIX")->form);
-    for (std::size_t i = 1; i < row.size(); ++i) id(row, i);
+    for (std::size_t i = 1; i < row.size(); ++i) vertex_in(row, i);
     fixed_.push_back(row);
   }
+  /// A number of both a pose and a landmark is that of the pose.
   void fix(const TextRow& row) {
     for (std::size_t i = 1; i < row.size(); ++i) {
-      const std::uint64_t number = id(row, i);
-      const char letter = letters_[number];
-      if (letter == 0) row.fail(i, "FIX names unknown vertex " + std::to_string(number));
-      graph_.fixed.push_back(Key(letter, number));
+      const std::uint64_t number = vertex_in(row, i);
+      const char kinds = kinds_[number];
+      if (kinds == 0) row.fail(i, "FIX names unknown vertex " + std::string(row[i]));
+      const bool pose = (kinds & Kinds::kPose) != 0;
+      graph_.fixed.push_back(Key(pose ? key_letter::kPose : key_letter::kLandmark, number));
     }
   }
 
   const std::string& name_;
   ReadGraphOptions options_;
-  ReadRows read_;
+  ReadGraphRows read_;
   PoseGraph graph_;
   int dimension_ = 0;
-  std::optional<bool> hypotheses_;
-  Letters letters_;
+  std::optional<GraphForms> forms_;
+  Kinds kinds_;
+  std::unordered_map<std::int64_t, SE3> offsets_;  // by the number of the sensor
+  std::vector<std::int64_t> point_sensors_;        // of points3
+  std::vector<std::int64_t> pose_sensors_;         // of priors3
+  std::vector<std::int64_t> position_sensors_;     // of positions3
   std::vector<TextRow> fixed_;
   Eigen::MatrixXd information_;  // of noise_
   std::optional<Noise> noise_;   // the newest
 };
 
-void read_rows(TextReader& text, const Visit& visit) {
+void read_rows(TextReader& text, const VisitRow& visit) {
   TextRow row;
   while (text.next(row)) visit(row);
 }
@@ -367,7 +368,7 @@ void read_rows(TextReader& text, const Visit& visit) {
 PoseGraph parse_graph(std::string_view text, const std::string& name,
                       const ReadGraphOptions& options) {
   return Parser(name, options,
-                [&](const Visit& visit) {
+                [&](const VisitRow& visit) {
                   TextReader reader(text, name, kFormat);
                   read_rows(reader, visit);
                 })
@@ -376,7 +377,7 @@ PoseGraph parse_graph(std::string_view text, const std::string& name,
 
 PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options) {
   return Parser(path, options,
-                [&](const Visit& visit) {
+                [&](const VisitRow& visit) {
                   TextReader reader(path, kFormat);
                   read_rows(reader, visit);
                 })

@@ -36,9 +36,18 @@ class InformationError : public Error {
 ///   EDGE3                           i 1 j 0 n, x y z roll pitch yaw n times: n hypotheses
 ///   EDGE_SE2_XY                     i j x y, information row by row
 ///   EDGE_SE3_TRACKXYZ               i j parameter x y z, information row by row
-///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: must be the identity
+///   EDGE_PRIOR_SE2, EDGE_SE2_PRIOR  i x y angle, information row by row
+///   EDGE_PRIOR_SE2_XY               i x y, information row by row (EDGE_SE2_XYPRIOR too)
+///   EDGE_SE3_PRIOR                  i parameter x y z qx qy qz qw, information row by row
+///   EDGE_SE3_XYZPRIOR               i parameter x y z, information row by row
+///   PARAMS_SE3OFFSET                id x y z qx qy qz qw: the pose of a sensor on the robot, which
+///                                   `parameter` names; PARAMS_SE2OFFSET is not used
 ///   FIX                             id ...
 ///   EQUIV                           i j: counted, and not applied
+/// Poses and landmarks may be numbered apart. Ids have 64 bits, see vertex_index. Measurements by a
+/// sensor with an offset become those of the robot. The information of EDGE2 is taken row by row,
+/// as iSAM writes it, if that is positive definite in all lines and TORO's order is not
+/// (PoseGraph::edge2_by_rows). Landmarks that nothing measures are left out (PoseGraph::unseen).
 /// EQUIV marks an edge whose ends TORO merges into one vertex on request (loadEquivalences);
 /// otherwise it has no effect, in TORO and in other programs. Information is taken as that of the
 /// tangent (translation, rotation vector); for EDGE3, whose angles are roll, pitch, yaw, this holds
@@ -47,9 +56,8 @@ class InformationError : public Error {
 /// deviations of 1/30 m and 1/100 rad. `#` starts a comment. Throws Error "file:line: what" for
 /// anything else: unknown tags, numbers that are too few, too many, malformed or not finite,
 /// quaternions that cannot be normalised, information that is not positive definite
-/// (InformationError), edges from a vertex to itself, duplicate vertices, a vertex used both as
-/// pose and as landmark, plane and space in one file; and for a file that cannot be read or holds
-/// no vertex and no edge.
+/// (InformationError), edges from a vertex to itself, duplicate vertices, plane and space in one
+/// file; and for a file that cannot be read or holds no vertex and no edge.
 PoseGraph read_graph(const std::string& path, const ReadGraphOptions& options = {});
 
 /// The same from text; `name` is the name of the file in messages.

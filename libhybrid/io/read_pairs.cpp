@@ -2,8 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/io/read_pairs.h"
 
+#include "libhybrid/io/detail/graph_row.h"
 #include "libhybrid/io/text_reader.h"
-#include "libhybrid/pose_graph/pose_graph.h"
 
 namespace hybrid {
 
@@ -14,8 +14,8 @@ std::vector<VertexPair> read_pairs(const std::string& path, bool flags) {
   while (text.next(row)) {
     row.expect(2, flags ? 3 : 2, flags ? "i j, or i j 0|1" : "i j");
     VertexPair& pair = pairs.emplace_back();
-    pair.i = static_cast<std::uint64_t>(row.id(0, kLargestVertexId));
-    pair.j = static_cast<std::uint64_t>(row.id(1, kLargestVertexId));
+    pair.i = vertex_in(row, 0);
+    pair.j = vertex_in(row, 1);
     pair.flag = row.size() < 3 || row.id(2, 1) == 1;
     pair.line = row.line();
   }

@@ -11,6 +11,7 @@
 
 #include "libhybrid/io/write_file.h"
 #include "libhybrid/pose_graph/graph_variables.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
 namespace {
@@ -30,7 +31,7 @@ class Writer {
   }
 
   std::string run() {
-    if (!graph_.points3.empty()) text_ += "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n";
+    if (!graph_.points3.empty() || !graph_.priors3.empty() || !graph_.positions3.empty()) offsets();
     for (int s = 0; s < graph_.values.slot_count(); ++s) {
       if (graph_.values.occupied(s)) vertex(graph_.values.key(s));
     }
@@ -43,6 +44,12 @@ class Writer {
     for (const auto& e : graph_.poses3) edge("EDGE_SE3:QUAT", e);
     for (const auto& e : graph_.points2) edge("EDGE_SE2_XY", e);
     for (const auto& e : graph_.points3) edge("EDGE_SE3_TRACKXYZ", e, " 0");
+    for (const auto& p : graph_.priors2) prior("EDGE_PRIOR_SE2", p);
+    for (const auto& p : graph_.priors3) prior("EDGE_SE3_PRIOR", p, " 0");
+    for (const auto& p : graph_.positions2) prior("EDGE_PRIOR_SE2_XY", p);
+    for (const auto& p : graph_.positions3) {
+      prior("EDGE_SE3_XYZPRIOR", p, ' ' + std::to_string(arm(p.lever_arm)));
+    }
     return std::move(text_);
   }
 
@@ -58,9 +65,26 @@ class Writer {
     if (!both.empty()) shift_ = poses.back() + 1;
   }
 
+  /// Sensors: at the robot's origin first, then one for each lever arm.
+  void offsets() {
+    arms_ = {Eigen::Vector3d::Zero()};
+    for (const auto& p : graph_.positions3) {
+      if (arm(p.lever_arm) == arms_.size()) arms_.push_back(p.lever_arm);
+    }
+    for (std::size_t k = 0; k < arms_.size(); ++k) {
+      text_ += "PARAMS_SE3OFFSET " + std::to_string(k);
+      value(SE3(arms_[k], Eigen::Quaterniond::Identity()));
+      text_ += '\n';
+    }
+  }
+  std::size_t arm(const Eigen::Vector3d& lever_arm) const {
+    return static_cast<std::size_t>(std::find(arms_.begin(), arms_.end(), lever_arm) -
+                                    arms_.begin());
+  }
+
   void id(Key key) {
-    text_ +=
-        ' ' + std::to_string(key.index() + (key.letter() == key_letter::kLandmark ? shift_ : 0));
+    const std::uint64_t shift = key.letter() == key_letter::kLandmark ? shift_ : 0;
+    text_ += ' ' + std::to_string(vertex_id(key.index() + shift));
   }
 
   void number(double x) {
@@ -115,8 +139,21 @@ class Writer {
     id(e.from);
     id(e.to);
     text_ += parameter;
-    value(e.measured);
-    const Eigen::MatrixXd information = e.noise.information();
+    measurement(e.measured, e.noise);
+  }
+
+  template <class Measurement>
+  void prior(std::string_view tag, const Measurement& p, std::string_view parameter = "") {
+    text_ += tag;
+    id(p.pose);
+    text_ += parameter;
+    measurement(p.measured, p.noise);
+  }
+
+  template <class T>
+  void measurement(const T& measured, const Noise& noise) {
+    value(measured);
+    const Eigen::MatrixXd information = noise.information();
     for (int i = 0; i < information.rows(); ++i) {
       for (int j = i; j < information.cols(); ++j) number(information(i, j));
     }
@@ -126,6 +163,7 @@ class Writer {
   const PoseGraph& graph_;
   std::string text_;
   std::uint64_t shift_ = 0;
+  std::vector<Eigen::Vector3d> arms_;  // by the number of the sensor
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 
 namespace hybrid {
 namespace {
@@ -48,7 +49,8 @@ SE3 random_pose(Uniform& uniform, const SE3&) {
 }
 
 template <class Pose>
-void add(std::vector<GraphEdge<Pose>>& edges, double rate, std::uint64_t seed) {
+void add(std::vector<GraphEdge<Pose>>& edges, const OdometryEdges& is_odometry, double rate,
+         std::uint64_t seed) {
   std::vector<Key> poses;
   std::vector<std::size_t> closures;
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -78,8 +80,9 @@ PoseGraph add_false_closures(const PoseGraph& graph, double rate, std::uint64_t 
     throw Error("the share of false closures must be in [0, 1), got " + std::to_string(rate));
   }
   PoseGraph corrupted = graph;
-  add(corrupted.poses2, rate, seed);
-  add(corrupted.poses3, rate, seed);
+  const OdometryEdges is_odometry(graph);
+  add(corrupted.poses2, is_odometry, rate, seed);
+  add(corrupted.poses3, is_odometry, rate, seed);
   return corrupted;
 }
 

@@ -81,7 +81,10 @@ void check_reached(const Neighbours& neighbours, const std::unordered_map<Key, s
 }  // namespace
 
 PoseFeed::PoseFeed(const PoseGraph& graph, const Values& initial, const GraphFactorOptions& options)
-    : graph_(graph), initial_(initial), factors_(to_factors(graph, initial, options)) {
+    : graph_(graph),
+      is_odometry_(graph),
+      initial_(initial),
+      factors_(to_factors(graph, initial, options)) {
   if (factors_.empty()) return;
   hypotheses_.resize(factors_.size());
   const std::size_t planar = graph.alternatives2.size();
@@ -133,7 +136,7 @@ void PoseFeed::start_pose(const std::vector<GraphEdge<Pose>>& edges, std::size_t
     for (std::size_t f : factors_of_[next_]) {
       if (f < first || f >= first + edges.size()) continue;
       const GraphEdge<Pose>& edge = edges[f - first];
-      if (is_odometry(edge.from, edge.to) != odometry) continue;
+      if (is_odometry_(edge.from, edge.to) != odometry) continue;
       if (predict(edge, estimate, fresh)) return;
     }
   }

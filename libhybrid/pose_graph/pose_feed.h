@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_graph.h"
 
 namespace HYBRID_API hybrid {
@@ -42,6 +43,7 @@ class PoseFeed {
                        const Values& estimate, Values& fresh) const;
 
   const PoseGraph& graph_;
+  OdometryEdges is_odometry_;
   Values initial_;
   std::vector<ContinuousFactorPtr> factors_;
   std::vector<Key> poses_;

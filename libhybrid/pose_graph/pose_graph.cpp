@@ -14,7 +14,9 @@
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/detail/sighted_point.h"
+#include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 
 namespace hybrid {
 namespace {
@@ -41,8 +43,9 @@ std::vector<Key> pose_keys(const PoseGraph& graph, const std::vector<GraphEdge<P
 template <class Pose>
 class Spanning {
  public:
-  Spanning(const std::vector<Key>& keys, const std::vector<GraphEdge<Pose>>& edges)
-      : edges_(edges), incident_(keys.size()) {
+  Spanning(const std::vector<Key>& keys, const std::vector<GraphEdge<Pose>>& edges,
+           const OdometryEdges& is_odometry)
+      : edges_(edges), is_odometry_(is_odometry), incident_(keys.size()) {
     for (std::size_t i = 0; i < keys.size(); ++i) ids_.emplace(keys[i], i);
     for (std::size_t e = 0; e < edges.size(); ++e) {
       incident_[ids_.at(edges[e].from)].push_back(e);
@@ -66,7 +69,7 @@ class Spanning {
         stack.pop_back();
         for (std::size_t e : incident_[ids_.at(key)]) {
           const GraphEdge<Pose>& edge = edges_[e];
-          if (!is_odometry(edge.from, edge.to)) {
+          if (!is_odometry_(edge.from, edge.to)) {
             others.push_back(e);
           } else {
             cross(edge, values, reach);
@@ -125,6 +128,7 @@ class Spanning {
   }
 
   const std::vector<GraphEdge<Pose>>& edges_;
+  const OdometryEdges& is_odometry_;
   std::vector<std::vector<std::size_t>> incident_;
   std::unordered_map<Key, std::size_t> ids_;
 };
@@ -150,7 +154,8 @@ void chain(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
   std::vector<Key> keys = pose_keys(graph, edges, sightings);
   if (keys.empty()) return;
   const Pose start = graph.values.contains(keys[0]) ? graph.values.at<Pose>(keys[0]) : Pose();
-  Spanning<Pose> spanning(keys, edges);
+  const OdometryEdges is_odometry(graph);
+  Spanning<Pose> spanning(keys, edges, is_odometry);
   if (shortest_paths) {
     spanning.along_shortest_paths(keys, start, values);
   } else {
@@ -164,6 +169,7 @@ void chain(const PoseGraph& graph, const std::vector<GraphEdge<Pose>>& edges,
     if (graph.values.type(key) == Variable<Point>::type()) keys.push_back(key);
   }
   check_connected(keys, values);
+  move_to_map(graph, values);
 }
 
 template <class Pose, class Factor>
@@ -173,6 +179,19 @@ void add_factors(const std::vector<GraphEdge<Pose>>& edges, const Loss& loss,
     factors.push_back(
         std::make_shared<Factor>(edge.from, edge.to, edge.measured, edge.noise, loss));
   }
+}
+
+template <class Factor, class T>
+void add_priors(const std::vector<GraphPrior<T>>& priors, const Loss& loss,
+                std::vector<ContinuousFactorPtr>& factors) {
+  for (const auto& prior : priors) {
+    factors.push_back(std::make_shared<Factor>(prior.pose, prior.measured, prior.noise, loss));
+  }
+}
+
+template <class Pose>
+ContinuousFactorPtr position(const GraphPosition<typename Pose::Point>& p, const Loss& loss) {
+  return std::make_shared<Position<Pose>>(p.pose, p.measured, p.noise, p.lever_arm, loss);
 }
 
 template <class T>
@@ -208,7 +227,8 @@ Values initialize_from_tree(const PoseGraph& graph) {
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options) {
   std::vector<ContinuousFactorPtr> factors;
-  factors.reserve(graph.edge_count() + std::max<std::size_t>(1, graph.fixed.size()));
+  factors.reserve(graph.edge_count() + graph.prior_count() +
+                  std::max<std::size_t>(1, graph.fixed.size()));
   if (options.planar_logarithm) {
     add_factors<SE2, Between<SE2>>(graph.poses2, options.loss, factors);
   } else {
@@ -217,13 +237,20 @@ std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values
   add_factors<SE3, Between<SE3>>(graph.poses3, options.loss, factors);
   add_factors<Eigen::Vector2d, SightedPoint<SE2>>(graph.points2, options.loss, factors);
   add_factors<Eigen::Vector3d, SightedPoint<SE3>>(graph.points3, options.loss, factors);
+  add_priors<Prior<SE2>>(graph.priors2, options.loss, factors);
+  add_priors<Prior<SE3>>(graph.priors3, options.loss, factors);
+  for (const auto& p : graph.positions2) factors.push_back(position<SE2>(p, options.loss));
+  for (const auto& p : graph.positions3) factors.push_back(position<SE3>(p, options.loss));
   std::vector<Key> anchored = graph.fixed;
-  if (anchored.empty()) {
+  if (anchored.empty() && graph.prior_count() == 0) {
     std::vector<Key> keys = pose_keys(graph, graph.poses2, graph.points2);
     if (keys.empty()) keys = pose_keys(graph, graph.poses3, graph.points3);
     if (!keys.empty()) anchored.push_back(keys[0]);
   }
-  for (Key key : anchored) factors.push_back(anchor(key, initial, options.anchor_sigma));
+  for (Key key : anchored) {
+    const bool surveyed = anchored.size() > 1 && graph.values.contains(key);
+    factors.push_back(anchor(key, surveyed ? graph.values : initial, options.anchor_sigma));
+  }
   return factors;
 }
 

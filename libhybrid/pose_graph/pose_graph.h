@@ -41,38 +41,63 @@ struct EdgeAlternatives {
   std::vector<Pose> measured;
 };
 
-/// Largest id of a vertex: a key has 56 bits for it.
-inline constexpr std::int64_t kLargestVertexId = (std::int64_t{1} << 56) - 1;
+/// A pose measured in the frame of the map.
+template <class Pose>
+struct GraphPrior {
+  Key pose;
+  Pose measured;
+  Noise noise;
+};
+
+/// A position [m] measured in the frame of the map, of the point at `lever_arm` [m] on a pose.
+template <class Point>
+struct GraphPosition {
+  Key pose;
+  Point measured;
+  Noise noise;
+  Point lever_arm = Point::Zero();
+};
 
 /// The contents of a g2o or TORO file: all in the plane, or all in space. Poses are Key{'x', id},
-/// landmarks Key{'l', id}.
+/// landmarks Key{'l', id}; vertex_index has the index of ids beyond 55 bits.
 struct PoseGraph {
   Values values;  ///< of VERTEX lines, which may be missing
   std::vector<GraphEdge<SE2>> poses2;
   std::vector<GraphEdge<SE3>> poses3;
   std::vector<GraphEdge<Eigen::Vector2d>> points2;
   std::vector<GraphEdge<Eigen::Vector3d>> points3;
+  std::vector<GraphPrior<SE2>> priors2;
+  std::vector<GraphPrior<SE3>> priors3;
+  std::vector<GraphPosition<Eigen::Vector2d>> positions2;
+  std::vector<GraphPosition<Eigen::Vector3d>> positions3;
   std::vector<EdgeAlternatives<SE2>> alternatives2;  ///< in order of their edges
   std::vector<EdgeAlternatives<SE3>> alternatives3;
   std::vector<Key> fixed;
   std::size_t equivalences = 0;  ///< EQUIV lines, which are not applied
   std::size_t repaired = 0;      ///< information matrices of the file that were projected
+  std::size_t unseen = 0;        ///< landmarks of the file that nothing measures, left out
+  bool edge2_by_rows = false;    ///< information of EDGE2 was taken row by row
 
   std::size_t edge_count() const {
     return poses2.size() + poses3.size() + points2.size() + points3.size();
   }
+  /// Measurements in the frame of the map.
+  std::size_t prior_count() const {
+    return priors2.size() + priors3.size() + positions2.size() + positions3.size();
+  }
   std::size_t alternatives_count() const { return alternatives2.size() + alternatives3.size(); }
 };
 
-/// Whether a relative pose is odometry, from one pose to the next, or else a loop closure.
+/// Whether the ids of two poses follow each other, in either direction: then a relative pose is
+/// odometry, or else a loop closure. OdometryEdges tells it in a graph whose ids skip numbers.
 inline bool is_odometry(Key from, Key to) {
-  return to.index() == from.index() + 1;
+  return to.index() == from.index() + 1 || from.index() == to.index() + 1;
 }
 
-/// Values of all poses from relative motions alone: odometry edges (from i to i + 1, the first of
-/// each) as far as they reach, then other edges; landmarks from their first sighting. The pose of
-/// smallest id has its VERTEX value, or else is at the origin. Throws Error naming vertices that no
-/// edge connects to it.
+/// Values of all poses from relative motions alone: odometry edges (between successive poses, the
+/// first of each) as far as they reach, then other edges; landmarks from their first sighting. The
+/// pose of smallest id has its VERTEX value, or else is at the origin; then all is moved to the
+/// map, see move_to_map. Throws Error naming vertices that no edge connects to it.
 Values initialize_from_odometry(const PoseGraph& graph);
 
 /// The same along the tree of shortest paths from that pose, where the length of an edge is the
@@ -80,6 +105,14 @@ Values initialize_from_odometry(const PoseGraph& graph);
 /// chained relative motions these have the least variance of rotation, which decides whether
 /// solvers converge.
 Values initialize_from_tree(const PoseGraph& graph);
+
+/// Moves values rigidly to where the graph measures the map: by the first pose measured in it, or
+/// by its positions if there are at least two in the plane or three in space, or by the first of
+/// several fixed poses that have VERTEX values. Otherwise they stay.
+void move_to_map(const PoseGraph& graph, Values& values);
+
+/// Leaves out landmarks that nothing measures and that are not fixed; returns their number.
+std::size_t erase_unseen_landmarks(PoseGraph& graph);
 
 /// Options of the factors made of edges.
 struct GraphFactorOptions {
@@ -93,8 +126,9 @@ struct GraphFactorOptions {
 };
 
 /// The factors of a graph: one per edge (relative poses in order of the file, then sightings of
-/// landmarks), then a prior at the `initial` value of each fixed vertex, or of the pose of smallest
-/// id if none is fixed.
+/// landmarks), then one per measurement in the frame of the map, then a prior on each fixed vertex,
+/// or on the pose of smallest id if nothing is fixed and no pose or position measured in the map.
+/// Several fixed vertices are at their VERTEX values, one at its `initial` value.
 std::vector<ContinuousFactorPtr> to_factors(const PoseGraph& graph, const Values& initial,
                                             const GraphFactorOptions& options = {});
 

@@ -77,6 +77,7 @@ PoseGraph to_pose_graph(const HybridGraph& graph, const Estimate& estimate) {
     const Component component = factor->given(estimate.assignment);
     if (component.factor != nullptr && !component.weak) add(*component.factor);
   });
+  erase_unseen_landmarks(result);
   return result;
 }
 

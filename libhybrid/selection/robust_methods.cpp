@@ -36,7 +36,7 @@ RobustResult solve_pose_by_pose(const Task& task, const Options& options) {
   if (task.graph.poses2.empty() && task.graph.poses3.empty()) {
     throw Error("the online selection needs the pose graph of the problem");
   }
-  return solve_online(task.graph, task.problem.initial, is_odometry, options.online);
+  return solve_online(task.graph, task.problem.initial, {}, options.online);
 }
 
 RobustResult solve_filtered(const Task& task, const Options& options, const RobustSolver& solver) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 
 namespace hybrid {
@@ -14,11 +15,12 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
                           const OnlineSelectionOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   PoseFeed feed(graph, initial);
+  const Trust trust = trusted ? trusted : OdometryEdges(graph);
   const std::size_t relative_poses = graph.poses2.size() + graph.poses3.size();
   std::unordered_map<const ContinuousFactor*, std::size_t> number;  // among the closures
   for (std::size_t f = 0; f < relative_poses; ++f) {
     const ContinuousFactor& factor = *feed.factors()[f];
-    if (!trusted(factor.keys()[0], factor.keys()[1])) number.emplace(&factor, number.size());
+    if (!trust(factor.keys()[0], factor.keys()[1])) number.emplace(&factor, number.size());
   }
   OnlineSelection selection(options);
   RobustResult result;

@@ -17,6 +17,7 @@
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/io/text_reader.h"
 #include "libhybrid/pose_graph/false_closures.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/selection/closure_posterior.h"
 #include "libhybrid/selection/solve_online.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -72,6 +73,7 @@ ClosureLabel agrees(const Edge& edge, const PreparedGraph& prepared, const Graph
 void label(const GraphPlan& plan, const std::string& variant, PreparedGraph& prepared) {
   std::set<KeyPair> pairs;
   if (!plan.labels.empty()) pairs = read_labels(with_variant(plan.labels, variant));
+  const OdometryEdges is_odometry(prepared.graph);
   const auto add = [&](const auto& edges) {
     for (const auto& edge : edges) {
       if (is_odometry(edge.from, edge.to)) continue;

@@ -110,6 +110,7 @@ ExportedGraph export_graph(const HybridGraph& graph, const Estimate& estimate) {
   for (const Key key : out.graph.values.keys()) {
     if (!has_vertex(key, out.graph.values)) out.graph.values.erase(key);
   }
+  erase_unseen_landmarks(out.graph);
   return out;
 }
 

@@ -10,14 +10,16 @@
 
 namespace hybrid {
 
-std::string tum_text(const Trajectory& trajectory) {
+std::string tum_text(const Trajectory& trajectory, const std::vector<std::string>& names) {
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-  for (const TimedPose& p : trajectory) {
+  for (std::size_t k = 0; k < trajectory.size(); ++k) {
+    const TimedPose& p = trajectory[k];
     mrpt::math::CQuaternionDouble q;
     p.pose.getAsQuaternion(q);
     const double sign = q.r() < 0 ? -1.0 : 1.0;
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n", p.time, p.pose.x(),
-                   p.pose.y(), p.pose.z(), sign * q.x(), sign * q.y(), sign * q.z(), sign * q.r());
+    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n",
+                   names.empty() ? fmt::to_string(p.time) : names[k], p.pose.x(), p.pose.y(),
+                   p.pose.z(), sign * q.x(), sign * q.y(), sign * q.z(), sign * q.r());
   }
   return text;
 }

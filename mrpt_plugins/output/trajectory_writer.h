@@ -12,8 +12,10 @@
 namespace HYBRID_API hybrid {
 
 /// The trajectory in TUM format: `timestamp tx ty tz qx qy qz qw` per line (s, m, unit quaternion
-/// with qw >= 0), with enough digits to restore the same doubles. The heading starts with `#`.
-std::string tum_text(const Trajectory& trajectory);
+/// with qw >= 0), with enough digits to restore the same doubles. `names`, one for each pose, take
+/// the place of the stamps, such as ids of vertices that no double holds. The heading starts with
+/// `#`.
+std::string tum_text(const Trajectory& trajectory, const std::vector<std::string>& names = {});
 
 /// The covariances of the poses, one for each, 3x3 over (x, y, yaw) or 6x6 over (x, y, z, rotation
 /// vector), in the axes of the robot: the true pose is T_map_robot Exp(e), e ~ N(0, P) [m, rad].

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/pose_graph/odometry_edges.h"
+
+#include <utility>
+#include <vector>
+
+#include "libhybrid/core/detail/sort_unique.h"
+
+namespace hybrid {
+
+OdometryEdges::OdometryEdges(const PoseGraph& graph) {
+  std::vector<Key> poses;
+  const auto add = [&](const auto& edges) {
+    for (const auto& edge : edges) {
+      poses.push_back(edge.from);
+      poses.push_back(edge.to);
+    }
+  };
+  add(graph.poses2);
+  add(graph.poses3);
+  for (const Key key : graph.values.keys()) {
+    if (is_pose(graph.values.type(key))) poses.push_back(key);
+  }
+  sort_unique(poses);
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    if (poses[k].index() != poses[k - 1].index() + 1) next_.emplace(poses[k - 1], poses[k]);
+  }
+}
+
+bool OdometryEdges::operator()(Key from, Key to) const {
+  const auto [first, second] = std::minmax(from, to);
+  if (second.index() == first.index() + 1) return true;
+  const auto next = next_.find(first);
+  return next != next_.end() && next->second == second;
+}
+
+}  // namespace hybrid
