@@ -49,6 +49,22 @@ fs::path checked(const fs::path& main) {
   return main;
 }
 
+bool is_link(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_symlink(fs::symlink_status(path, ignored));
+}
+
+/// The first folder on the way from `folder` to the file `name` that is a link, which may lead
+/// anywhere; empty if none is.
+fs::path link_on_the_way(const fs::path& folder, const std::string& name) {
+  fs::path at = folder;
+  for (const fs::path& part : fs::path(name).parent_path()) {
+    at /= part;
+    if (is_link(at)) return at;
+  }
+  return {};
+}
+
 }  // namespace
 
 FileGroup::CreatedFolders::CreatedFolders(const fs::path& folder) {
@@ -73,6 +89,9 @@ FileGroup::FileGroup(const fs::path& main, const fs::path& shown)
       hidden_(folder_ / ("." + main_ + ".part")),
       created_(folder_),
       lock_(hidden_, shown.empty() ? main : shown) {
+  for (const fs::path& folder : {fresh(), old()}) {
+    if (is_link(folder)) ::unlink(folder.c_str());
+  }
   recover();
   make_folders(fresh(), main);
 }
@@ -88,8 +107,19 @@ bool FileGroup::is_name(const std::string& name) {
                       [](const fs::path& part) { return part == "." || part == ".."; });
 }
 
+/// Whether a name, perhaps of a journal or a summary that somebody else wrote, is of a file in the
+/// folder or below it, and not of one elsewhere to which links lead.
+bool FileGroup::is_ours(const std::string& name) const {
+  return is_name(name) && link_on_the_way(folder_, name).empty() &&
+         link_on_the_way(fresh(), name).empty() && link_on_the_way(old(), name).empty();
+}
+
 fs::path FileGroup::stage(const std::string& name) const {
   if (!is_name(name)) throw Error("cannot write '" + target(name).string() + "': no plain name");
+  if (const fs::path link = link_on_the_way(folder_, name); !link.empty()) {
+    throw Error("cannot write '" + target(name).string() + "': '" + link.string() +
+                "' is a link, not a folder; remove it");
+  }
   const fs::path path = fresh() / name;
   make_folders(path.parent_path(), target(name));
   return path;
@@ -122,7 +152,7 @@ std::vector<FileGroup::Move> FileGroup::plan(const std::vector<std::string>& for
   }
   for (const std::string& name : former) {
     if (std::binary_search(names.begin(), names.end(), name)) continue;
-    if (is_name(name) && name_exists(target(name))) moves.push_back({name, false, true});
+    if (is_ours(name) && name_exists(target(name))) moves.push_back({name, false, true});
   }
   return moves;
 }
@@ -201,11 +231,13 @@ void FileGroup::write_journal(const std::vector<Move>& moves) const {
   sync_to_disk(hidden_, target(main_));
 }
 
-std::vector<FileGroup::Move> FileGroup::read_journal(const fs::path& file) {
+/// Entries that name no file of the folder are left out: a journal may come from anywhere.
+std::vector<FileGroup::Move> FileGroup::read_journal(const fs::path& file) const {
   std::vector<Move> moves;
   std::istringstream in(read_file(file.string()));
   for (std::string entry; std::getline(in, entry, '\0');) {
-    if (entry.size() > 2) moves.push_back({entry.substr(2), entry[0] == '+', entry[1] == '+'});
+    if (entry.size() < 3 || !is_ours(entry.substr(2))) continue;
+    moves.push_back({entry.substr(2), entry[0] == '+', entry[1] == '+'});
   }
   return moves;
 }

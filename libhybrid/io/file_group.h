@@ -82,7 +82,8 @@ class FileGroup {
   void sync_staged() const;
   std::vector<Move> plan(const std::vector<std::string>& former) const;
   void write_journal(const std::vector<Move>& moves) const;
-  static std::vector<Move> read_journal(const std::filesystem::path& file);
+  bool is_ours(const std::string& name) const;
+  std::vector<Move> read_journal(const std::filesystem::path& file) const;
   void apply(const std::vector<Move>& moves) const;
   void keep(const Move& move, bool away) const;
   void bring(const Move& move) const;

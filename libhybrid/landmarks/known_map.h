@@ -23,6 +23,7 @@ struct KnownLandmark {
 
 /// Landmarks that are known before the first keyframe, by ascending id.
 struct KnownMap {
+  bool identified = true;  ///< the ids are those of logs, else numbers of the program that made it
   std::vector<std::string> class_names;
   std::vector<KnownLandmark> landmarks;
   /// On their positions, Key(key_letter::kLandmark, id): what is known of them together.

@@ -41,6 +41,7 @@ void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
   }
   if (!known.class_names.empty()) classes_.learn_names(known.class_names);
   landmarks_.adopt(known.landmarks, classes_, is_3d);
+  adopted_ = !known.landmarks.empty();
 }
 
 std::map<std::int64_t, double> LandmarkAssociation::existence() const {
@@ -117,7 +118,10 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   }
   const bool open = found.size() > 1 && map.keeps_all;
   if (open) keep_ambiguous(found, sightings, frame, map, out);
-  if (!open && !found.empty()) take_best(found.front(), sightings, frame, map, out);
+  if (!open && !found.empty()) {
+    take_best(found.front(), sightings, frame, map, out);
+    if (options_.use_ids) learn_ids(sightings);
+  }
   if (map.explain) {
     explain_frame(landmarks_, noted, sightings, candidates, found, classes_, open, out.events);
   }
@@ -131,11 +135,22 @@ bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& fram
   const auto it = track_of_id_.find(*id);
   if (it != track_of_id_.end() && landmarks_.track(it->second).alive) {
     attach(sighting, it->second, map, out);
+  } else if (adopted_) {
+    return false;
   } else {
     create(sighting, frame.T_map_robot, map, out);
     track_of_id_[*id] = landmarks_.sighting(sighting).track;
   }
   return true;
+}
+
+void LandmarkAssociation::learn_ids(const std::vector<int>& sightings) {
+  for (const int s : sightings) {
+    const Sighting& sighting = landmarks_.sighting(s);
+    if (sighting.detection.id && sighting.track >= 0) {
+      track_of_id_[*sighting.detection.id] = sighting.track;
+    }
+  }
 }
 
 void LandmarkAssociation::attach(int sighting, int track, const MapView& map, Contribution& out) {

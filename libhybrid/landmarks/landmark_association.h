@@ -91,6 +91,7 @@ class LandmarkAssociation {
   void leave_open(const AmbiguousFrame& frame, const MapView& map, Contribution& out);
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
+  void learn_ids(const std::vector<int>& sightings);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
   void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
               Contribution& out);
@@ -126,6 +127,7 @@ class LandmarkAssociation {
   Eigen::MatrixXd since_followed_;    // tangent covariance of the motion since the frame before it
   std::set<int> to_withdraw_;         // sightings of movers that landmarks still have
   bool things_are_decided_ = false;   // by all sightings, once no more come
+  bool adopted_ = false;  // landmarks of a map, whose ids of the log are learned by their places
   std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
   std::vector<AmbiguousFrame> ambiguous_;
   std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution

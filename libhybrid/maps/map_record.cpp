@@ -12,6 +12,7 @@ namespace hybrid {
 
 KnownMap known_map(const MapRecord& map) {
   KnownMap out;
+  out.identified = map.identified;
   out.class_names = map.class_names;
   const int dim = map.dim();
   const Noise unit = Noise::unit(dim);

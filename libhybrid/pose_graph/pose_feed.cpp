@@ -154,7 +154,16 @@ void PoseFeed::start_landmarks(const std::vector<GraphEdge<typename Pose::Point>
   }
 }
 
+Key PoseFeed::pose() const {
+  if (done()) {
+    throw Error("no pose is left of the " + std::to_string(steps()) +
+                " of the graph; ask whether the feed is done before each step");
+  }
+  return poses_[next_];
+}
+
 Delta PoseFeed::next(const Values& estimate) {
+  pose();  // there is one
   Delta delta;
   if (next_ == 0) {
     const VariableType type = initial_.type(pose());

@@ -21,15 +21,15 @@ class PoseFeed {
 
   std::size_t steps() const { return poses_.size(); }
   bool done() const { return next_ == poses_.size(); }
-  /// The pose that the next step adds.
-  Key pose() const { return poses_[next_]; }
+  /// The pose that the next step adds. Throws Error if all are done.
+  Key pose() const;
 
   /// The factors of `to_factors`, to which `next` returns pointers.
   const std::vector<ContinuousFactorPtr>& factors() const { return factors_; }
 
   /// The next pose with its factors; an edge with hypotheses comes as their mixture. The initial
   /// value of the pose is from its first measurement, odometry preferred, and the estimate of the
-  /// poses so far; that of a landmark is from its first sighting.
+  /// poses so far; that of a landmark is from its first sighting. Throws Error if all are done.
   Delta next(const Values& estimate);
 
  private:

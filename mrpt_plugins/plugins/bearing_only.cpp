@@ -14,6 +14,7 @@
 #include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
+#include "mrpt_plugins/plugins/detail/refuse_numbered.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BearingOnlyKnownIds, hybrid)
@@ -113,6 +114,10 @@ void BearingOnlyKnownIds::add_sighting(std::int64_t id, const Measurement& measu
 
 void BearingOnlyKnownIds::applied(const Outcome& outcome) {
   placed_.applied(outcome.handles);
+}
+
+void BearingOnlyKnownIds::adopt(const KnownMap& known, bool) {
+  refuse_numbered(known);
 }
 
 void BearingOnlyKnownIds::refused() {

@@ -14,6 +14,7 @@
 #include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
+#include "mrpt_plugins/plugins/detail/refuse_numbered.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"
 
 HYBRID_REGISTER_PLUGIN(BearingRangeKnownIds, hybrid)
@@ -70,6 +71,10 @@ int first_class(std::vector<double> prior, const std::vector<double>& likelihood
 
 }  // namespace
 
+void BearingRangeKnownIds::adopt(const KnownMap& known, bool) {
+  refuse_numbered(known);
+}
+
 void BearingRangeKnownIds::configure(IniSection section) {
   sensors_ = read_sensors(section);
   huber_width_ =
@@ -101,6 +106,7 @@ void ClassedBearingRangeKnownIds::configure(IniSection section) {
 }
 
 void ClassedBearingRangeKnownIds::adopt(const KnownMap& known, bool) {
+  refuse_numbered(known);
   classes_.learn_names(known.class_names);
 }
 

@@ -231,6 +231,8 @@ void MapRun::finish(const Mapper& mapper, const MapResult& result,
 
 MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {
   MapRecord out = record_of(mapper, result);
+  // A session without detections does not change what the ids are.
+  if (!map_.landmarks.empty()) out.identified = map_.identified;
   out.sessions = map_.sessions;
   out.origin = options_.origin.empty() ? map_.origin : options_.origin;
   for (MapLandmark& landmark : out.landmarks) {

@@ -29,6 +29,7 @@ class BearingOnlyKnownIds : public MappingPlugin {
   bool suits(const LogContents& log) const override {
     return log.without_range.mostly_identified();
   }
+  void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override;
   void refused() override;

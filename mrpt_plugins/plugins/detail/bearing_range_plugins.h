@@ -24,6 +24,7 @@ class BearingRangeKnownIds : public MappingPlugin {
   bool suits(const LogContents& log) const override {
     return log.with_range.mostly_identified() && !log.with_range.mostly_classified();
   }
+  void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
 
  private:

@@ -164,6 +164,44 @@ TEST_F(FileGroupTest, AnUndoThatADeadWriterBeganIsCompletedFirst) {
   EXPECT_EQ(files(), (Files{{"main", "old"}, {"a", "old"}, {"e", "old"}}));
 }
 
+TEST_F(FileGroupTest, AJournalOfSomebodyElseReachesNothingOutside) {
+  write("victim", "precious");
+  fs::create_directories(at("elsewhere"));
+  write("elsewhere/file", "precious");
+  const auto expect_untouched = [&] {
+    const FileGroup next(at("out/main"));
+    EXPECT_EQ(read("victim"), "precious");
+    EXPECT_EQ(read("elsewhere/file"), "precious");
+  };
+  // Each name leaves the folder: by dots, as an absolute path, or through a link.
+  const std::string absolute = at("victim");
+  for (const std::string& name : {std::string("../victim"), absolute, std::string("d/file")}) {
+    for (const char* journal : {"undo", "journal"}) {
+      fs::create_directories(at("out/.main.part/new/d"));
+      fs::create_directories(at("out/.main.part/old"));
+      std::error_code ignored;
+      fs::create_directory_symlink("../elsewhere", at("out/d"), ignored);
+      write("out/.main.part/new/main", "new");
+      write("out/.main.part/new/d/file", "evil");
+      write("out/.main.part/victim", "evil");
+      const std::string sign = journal == std::string("undo") ? "+-" : "++";
+      write(std::string("out/.main.part/") + journal, sign + name + std::string("\0++main\0", 8));
+      expect_untouched();
+    }
+  }
+  // The folder of new files is a link itself.
+  fs::create_directories(at("out/.main.part"));
+  fs::create_directory_symlink("../../elsewhere", at("out/.main.part/new"));
+  {
+    FileGroup group(at("out/main"));
+    stage(group, {{"main", "1"}, {"file", "evil"}});
+    group.commit({"d/file"});
+  }
+  expect_untouched();
+  FileGroup group(at("out/main"));
+  expect_error([&] { group.stage("d/file"); }, "is a link");
+}
+
 TEST_F(FileGroupTest, FoldersThatItMadeGoWhereNothingIsCommitted) {
   { const FileGroup group(at("x/y/main")); }
   EXPECT_FALSE(fs::exists(at("x")));

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/io/read_graph.h"
 
 namespace hybrid {
@@ -53,6 +54,17 @@ TEST(PoseFeed, NamesWhatIsNotConnected) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("vertex 4 to vertex 0 (2 such"), std::string::npos);
   }
+}
+
+TEST(PoseFeed, PastItsEndIsAnError) {
+  const PoseGraph graph = parse_graph("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n", "file");
+  PoseFeed feed(graph, initialize_from_odometry(graph));
+  while (!feed.done()) feed.next(initialize_from_odometry(graph));
+  EXPECT_THROW(feed.pose(), Error);
+  EXPECT_THROW(feed.next(Values()), Error);
+  const PoseGraph none;
+  const PoseFeed empty(none, Values());
+  EXPECT_THROW(empty.pose(), Error);
 }
 
 }  // namespace
