@@ -99,8 +99,9 @@ class ClosureSelection {
 
   /// Admits a batch and drops the closures, new or old, that the solution contradicts, and of an
   /// `untested` batch those that it would not admit. False, with nothing changed, unless the
-  /// objective falls.
+  /// objective falls, and for a batch that the map does not afford.
   bool macro_step(const std::vector<Candidate>& batch, bool untested = false) {
+    if (batch.size() > kCut && !map_.affords(batch)) return false;
     const Readmission::Snapshot before = map_.snapshot();
     const std::vector<bool>* tested = untested ? &before.accepted : nullptr;
     map_.admit(batch);

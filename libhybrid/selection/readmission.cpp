@@ -10,6 +10,7 @@
 
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/core/detail/budget.h"
+#include "libhybrid/linear/sparsity.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
@@ -18,6 +19,10 @@ namespace hybrid {
 namespace {
 
 constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
+/// Operations of a factorisation that any batch may need, about a tenth of a second of one core;
+/// one that needs more may need so many times those of the map without it.
+constexpr double kCheapFlops = 1e9;
+constexpr double kLargestGrowth = 8.0;
 
 const double kNone = -std::numeric_limits<double>::infinity();
 
@@ -174,6 +179,18 @@ void Readmission::restore(const Snapshot& snapshot) {
 void Readmission::admit(const std::vector<Candidate>& batch) {
   for (const Candidate& candidate : batch) accepted_[candidate.closure] = true;
   settle(rough_);
+}
+
+/// Operations of one factorisation of the map with these closures.
+double Readmission::work(const std::vector<bool>& accepted) const {
+  return order_blocks(information_pattern(jacobian_pattern(graph_, to_assignment(accepted)))).flops;
+}
+
+bool Readmission::affords(const std::vector<Candidate>& batch) const {
+  std::vector<bool> joined = accepted_;
+  for (const Candidate& candidate : batch) joined[candidate.closure] = true;
+  const double needed = work(joined);
+  return needed <= kCheapFlops || needed <= kLargestGrowth * work(accepted_);
 }
 
 void Readmission::drop(const std::vector<int>& closures) {

@@ -41,6 +41,9 @@ class Readmission {
   double objective() const { return objective_; }
   Snapshot snapshot() const { return {state_, accepted_, objective_}; }
   void restore(const Snapshot& snapshot);
+  /// Whether a factorisation costs little with this batch, or not much more than without it. False
+  /// closures between many places fill the system, and a smaller batch shows most of them as false.
+  bool affords(const std::vector<Candidate>& batch) const;
   void admit(const std::vector<Candidate>& batch);
   void drop(const std::vector<int>& closures);
   /// Solves again from chordal initial values, and keeps the better of the two maps.
@@ -65,6 +68,7 @@ class Readmission {
   void finish(RobustResult& result);
 
  private:
+  double work(const std::vector<bool>& accepted) const;
   void settle(const SolverOptions& solver);
   void assess_accepted();
   void trust(const Values& values);
