@@ -102,7 +102,12 @@ void bind_certificate(py::module_& m) {
   py::class_<Certificate>(m, "Certificate",
                           "Certificate of optimality of an estimate of a pose graph.")
       .def_readonly("verified", &Certificate::verified,
-                    "Whether no poses cost less, up to `relative_gap`.")
+                    "Whether no poses cost less, up to `stated_gap`.")
+      .def_readonly("isotropic_verified", &Certificate::isotropic_verified,
+                    "The same of the isotropic problem alone, up to `relative_gap`.")
+      .def_readonly("stated_gap", &Certificate::stated_gap,
+                    "How much less other poses cost at most by the factors as stated, as a share; "
+                    "1 if nothing is proven of them.")
       .def_readonly("min_eigenvalue", &Certificate::min_eigenvalue)
       .def_readonly("relative_gap", &Certificate::relative_gap)
       .def_readonly("cost", &Certificate::cost, "Cost of the isotropic problem.")

@@ -8,11 +8,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <list>
+#include <mutex>
 #include <thread>
 
+#include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #ifdef HYBRID_MPI
@@ -41,7 +45,46 @@ bool has_address() {
                      [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
-/// All functions are called by the main thread.
+/// Ends this process where a call of MPI does not return, as some networks wait for ever for a rank
+/// that was lost. What was written stays.
+class Watchdog {
+ public:
+  ~Watchdog() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      over_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  void begin() { until_ = (Clock::now() + kPatience).time_since_epoch().count(); }
+  void end() { until_ = 0; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kPatience{10};
+
+  void watch() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (!changed_.wait_for(lock, std::chrono::milliseconds(200), [&] { return over_; })) {
+      const Clock::rep until = until_;
+      if (until == 0 || Clock::now().time_since_epoch().count() < until) continue;
+      complain("hybrid-experiment: MPI waits for a rank that was lost; run again to go on\n");
+      // So that the launcher ends the others; it may not return either.
+      std::thread([] { MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE); }).detach();
+      std::this_thread::sleep_for(std::chrono::seconds(2));
+      std::_Exit(EXIT_FAILURE);
+    }
+  }
+
+  std::atomic<Clock::rep> until_{0};  // 0: no call is under way
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false;
+  std::thread thread_{[this] { watch(); }};  // the last member
+};
+
+/// All functions are called by the main thread. None takes longer than the watchdog allows.
 class MpiChannel : public Channel {
  public:
   MpiChannel() {
@@ -58,12 +101,7 @@ class MpiChannel : public Channel {
     while (pending() && std::chrono::steady_clock::now() < end) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    // It waits for all ranks, and for ever where one was lost, which only rank 0 knows.
-    std::thread([until = end + kPatience, code = rank_ == 0 ? EXIT_FAILURE : EXIT_SUCCESS] {
-      std::this_thread::sleep_until(until);
-      std::_Exit(code);
-    }).detach();
-    MPI_Finalize();
+    within_patience([] { return MPI_Finalize(); });  // it waits for all ranks
   }
   MpiChannel(const MpiChannel&) = delete;
   MpiChannel& operator=(const MpiChannel&) = delete;
@@ -81,20 +119,25 @@ class MpiChannel : public Channel {
   void send(int to, const std::string& text) override {
     sent_.push_back({text, MPI_REQUEST_NULL});
     Sent& sent = sent_.back();
-    check(MPI_Isend(sent.text.data(), static_cast<int>(sent.text.size()), MPI_CHAR, to, 0,
-                    MPI_COMM_WORLD, &sent.request));
+    check(within_patience([&] {
+      return MPI_Isend(sent.text.data(), static_cast<int>(sent.text.size()), MPI_CHAR, to, 0,
+                       MPI_COMM_WORLD, &sent.request);
+    }));
   }
 
   std::optional<Message> receive() override {
     pending();
     int found = 0, length = 0;
     MPI_Status status;
-    check(MPI_Iprobe(MPI_ANY_SOURCE, 0, MPI_COMM_WORLD, &found, &status));
+    check(within_patience(
+        [&] { return MPI_Iprobe(MPI_ANY_SOURCE, 0, MPI_COMM_WORLD, &found, &status); }));
     if (found == 0) return std::nullopt;
     MPI_Get_count(&status, MPI_CHAR, &length);
     Message message{status.MPI_SOURCE, std::string(static_cast<std::size_t>(length), ' ')};
-    check(MPI_Recv(message.text.data(), length, MPI_CHAR, status.MPI_SOURCE, 0, MPI_COMM_WORLD,
-                   MPI_STATUS_IGNORE));
+    check(within_patience([&] {
+      return MPI_Recv(message.text.data(), length, MPI_CHAR, status.MPI_SOURCE, 0, MPI_COMM_WORLD,
+                      MPI_STATUS_IGNORE);
+    }));
     return message;
   }
 
@@ -112,11 +155,21 @@ class MpiChannel : public Channel {
     throw Error(fmt::format("MPI: {}", text.data()));
   }
 
+  template <class Call>
+  int within_patience(const Call& call) {
+    watchdog_.begin();
+    const int code = call();
+    watchdog_.end();
+    return code;
+  }
+
   /// Whether a message is still on its way. Forgets the others.
   bool pending() {
-    sent_.remove_if([](Sent& sent) {
+    sent_.remove_if([this](Sent& sent) {
       int arrived = 0;
-      return MPI_Test(&sent.request, &arrived, MPI_STATUS_IGNORE) != MPI_SUCCESS || arrived != 0;
+      const int code =
+          within_patience([&] { return MPI_Test(&sent.request, &arrived, MPI_STATUS_IGNORE); });
+      return code != MPI_SUCCESS || arrived != 0;
     });
     return !sent_.empty();
   }
@@ -124,6 +177,7 @@ class MpiChannel : public Channel {
   int rank_ = 0, size_ = 1;
   bool leaving_ = false;
   std::list<Sent> sent_;  // in memory that does not move
+  Watchdog watchdog_;
 };
 
 #endif

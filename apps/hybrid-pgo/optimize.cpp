@@ -105,9 +105,13 @@ void report(const GraphSummary& summary, const OutputDirectory& out) {
   say(" -> {}\n", out.folder().string());
   if (summary.certificate) {
     const Certificate& proof = *summary.certificate;
-    say("certificate: {} (relative gap {:.2g}, smallest eigenvalue {:.3g}{}){}\n",
-        proof.verified ? "verified, no other poses cost less" : "not verified", proof.relative_gap,
-        proof.min_eigenvalue,
+    const std::string verdict =
+        proof.verified ? fmt::format("verified, no other poses cost less than {:.6g} times this",
+                                     1.0 - proof.stated_gap)
+        : proof.isotropic_verified ? "verified for isotropic noise only"
+                                   : "not verified";
+    say("certificate: {} (relative gap {:.2g}, smallest eigenvalue {:.3g}{}){}\n", verdict,
+        proof.relative_gap, proof.min_eigenvalue,
         proof.discrete_gap
             ? fmt::format("; with other decisions, an objective at most {:.3g} lower",
                           *proof.discrete_gap)

@@ -25,8 +25,9 @@ struct ObjectiveBound {
 /// of this and of zero. The node of least bound is split at the closure with the largest residual.
 /// Small problems are enumerated as far as their bounds require; after `budget` relaxations (with
 /// 0, without any) the least bound of all open nodes is returned, which is valid, too. The bound
-/// includes the slack of the isotropic problem, so the gap is rarely zero. Throws Error if a factor
-/// over several variables is no relative pose.
+/// includes the slack of the isotropic problem, and of
+/// relative poses under a robust loss, which count as nothing, so the gap is rarely zero. Throws
+/// Error if a factor over several variables is no relative pose.
 ObjectiveBound bound_objective(const RobustProblem& problem, const Values& values,
                                const std::vector<bool>& accepted, const MixtureOptions& mixture,
                                int budget);

@@ -71,10 +71,13 @@ AssignmentPosterior posterior(const HybridGraph& graph, const Estimate& estimate
 AssignmentPosterior posterior(const HybridGraph& graph, const Estimate& estimate,
                               const std::vector<Key>& keys, const PosteriorOptions& options = {});
 
-/// p(d | Z) of each of some discrete variables: posterior() of each connected component of the
-/// discrete graph that holds some of them. In a component with too many joint values, windows along
-/// the order of `keys` are sampled, given the values of the estimate outside. If `covariance`
-/// returns an empty matrix, variables that choose components are undetermined.
+/// Of each of some discrete variables, p(d | Z, others): posterior() of each connected component of
+/// the discrete graph that holds some of them, given the values that the estimate has for all other
+/// components. That is p(d | Z) unless components share continuous variables through which they
+/// bear on each other; posterior() of several such together sums over all of them. In a component
+/// with too many joint values, windows along the order of `keys` are sampled, given the values of
+/// the estimate outside. If `covariance` returns an empty matrix, variables that choose components
+/// are undetermined.
 AssignmentPosterior posterior_marginals(const HybridGraph& graph, const Estimate& estimate,
                                         const std::vector<Key>& keys,
                                         const JointCovariance& covariance,

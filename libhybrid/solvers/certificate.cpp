@@ -28,7 +28,9 @@ class Verification {
       : graph_(std::move(graph)),
         form_(isotropic_form(graph_)),
         reference_(graph_.front().from),
-        estimate_(estimate) {
+        estimate_(estimate),
+        is_bound_(std::all_of(graph_.begin(), graph_.end(),
+                              [](const IsotropicEdge<Pose>& edge) { return edge.is_bound; })) {
     std::unordered_set<Key> poses;
     for (const IsotropicEdge<Pose>& edge : graph_) poses.insert({edge.from, edge.to});
     bool anchored = false;
@@ -50,7 +52,7 @@ class Verification {
     result.cost = result.cost_before = cost(stated_, estimate_, {});
     IsotropicMinimum minimum = isotropic_minimum(form_, stacked(graph_, estimate_));
     result.certificate = certificate(minimum);
-    if (improve && minimum.dual && !result.certificate.verified) {
+    if (improve && minimum.dual && !result.certificate.isotropic_verified) {
       result.levels = climb(form_, minimum);
       const double bound = minimum.dual->bound;
       const SolverResult other = stated_minimum(minimum.Y);
@@ -80,16 +82,27 @@ class Verification {
       return certificate;
     }
     certificate.min_eigenvalue = minimum.dual->min_eigenvalue;
-    certificate.verified = minimum.dual->tight;
+    certificate.isotropic_verified = minimum.dual->tight;
     if (minimum.dual->gap > 0.0) {
       certificate.relative_gap = std::clamp(minimum.dual->gap / certificate.cost, 0.0, 1.0);
     }
-    if (!certificate.verified) return certificate;
-    // Else the estimate is in the basin of another minimum, or has not converged.
     const double here = cost(stated_, estimate_, {});
+    if (is_bound_) {
+      const double bound = std::max(0.0, 0.5 * minimum.dual->bound);
+      certificate.stated_gap = here > 0.0 ? std::clamp(1.0 - bound / here, 0.0, 1.0) : 0.0;
+    }
+    if (!certificate.isotropic_verified) return certificate;
+    // Else the estimate is in the basin of another minimum, or has not converged.
     const double there = stated_minimum(minimum.Y).report.final_cost();
-    if (std::isfinite(there) && !is_lower(there, here)) return certificate;
-    certificate.verified = false;
+    if (std::isfinite(there) && !is_lower(there, here)) {
+      certificate.verified = is_bound_;
+      if (!is_bound_) {
+        certificate.message =
+            "the noise is not isotropic, or has robust losses: other poses may cost less";
+      }
+      return certificate;
+    }
+    certificate.isotropic_verified = false;
     certificate.message = "poses that cost less were found on the way";
     return certificate;
   }
@@ -114,6 +127,7 @@ class Verification {
   HybridGraph stated_;
   Key reference_;  // stays where it is
   Values estimate_;
+  bool is_bound_ = false;  // the stated factors cost at least as much as the isotropic problem
 };
 
 StaircaseResult verify(const std::vector<ContinuousFactorPtr>& factors, const Values& estimate,

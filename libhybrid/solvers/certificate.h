@@ -12,10 +12,15 @@ namespace HYBRID_API hybrid {
 
 /// The result of the verification of an estimate of a pose graph.
 struct Certificate {
-  bool verified = false;        ///< no other poses cost less, but for `relative_gap`
+  bool verified = false;  ///< no other poses cost less, but for the gaps
+  /// The same of the isotropic problem alone, if the noise of the factors is not isotropic or they
+  /// have robust losses.
+  bool isotropic_verified = false;
   double min_eigenvalue = 0.0;  ///< of the dual certificate matrix, see certify
   double relative_gap = 0.0;    ///< bound on how much less other poses cost, as a share of `cost`
-  double cost = 0.0;            ///< of the isotropic problem
+  /// The same for the factors as stated, as a share of their cost; 1 if nothing is proven of them.
+  double stated_gap = 1.0;
+  double cost = 0.0;  ///< of the isotropic problem
   /// Bound on how much lower the joint objective is for other poses and decisions about closures,
   /// if there is one (see bound_objective); not set by certify.
   std::optional<double> discrete_gap;
@@ -30,10 +35,12 @@ struct Certificate {
 /// isotropic problem nearest to the estimate is computed first. There M Y = Lambda Y, with M the
 /// matrix of the quadratic form and Lambda the multipliers of the rotations' orthogonality. No
 /// other poses cost less if S = M - Lambda, translations eliminated, has no negative eigenvalue:
-/// the cost of all others is at least `cost` + d n min_eigenvalue, for n poses. This bound does not
-/// hold for costs that are not isotropic; the estimate counts as verified only if minimising the
-/// factors as stated from the verified poses does not lead below its cost. Robust losses of factors
-/// are left out of the isotropic problem. Throws Error if no factor is a relative pose, if a factor
+/// the cost of all others is at least `cost` + d n min_eigenvalue, for n poses. Factors with
+/// isotropic noise and without a robust loss cost at least as much as in the isotropic problem, so
+/// the bound holds for them; the difference is in `stated_gap`. It does not hold for other noise,
+/// nor with losses, which are left out of the isotropic problem: then the estimate is at most
+/// `isotropic_verified`. Neither is it verified if minimising the factors as stated from the
+/// verified poses leads below its cost. Throws Error if no factor is a relative pose, if a factor
 /// over several variables is none, or if values are missing.
 Certificate certify(const std::vector<ContinuousFactorPtr>& factors, const Values& estimate);
 

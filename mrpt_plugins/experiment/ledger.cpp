@@ -23,6 +23,8 @@ namespace {
 
 const std::vector<std::string> kBefore = {"trial",        "graph", "variant", "method",
                                           "outlier_rate", "seed",  "status"};
+const std::vector<std::string> kStatuses = {"ok",      "partial", "failed",
+                                            "timeout", "crashed", "unfinished"};
 const std::vector<std::string> kAfter = {"reliability", "message"};
 
 std::vector<std::string> split(const std::string& line) {
@@ -91,6 +93,10 @@ std::size_t Ledger::read(const std::string& text) {
     if (number == 1) continue;
     TrialResult result;
     result.status = cells[kBefore.size() - 1];
+    if (std::find(kStatuses.begin(), kStatuses.end(), result.status) == kStatuses.end()) {
+      throw Error(fmt::format("line {}: '{}' is no status ({}); remove it to run its trial again",
+                              number, result.status, fmt::join(kStatuses, ", ")));
+    }
     for (std::size_t m = 0; m < metrics_.size(); ++m) {
       const std::string& cell = cells[kBefore.size() + m];
       double value = 0;

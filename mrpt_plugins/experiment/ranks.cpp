@@ -27,7 +27,7 @@ constexpr const char* kRun = "run";
 constexpr const char* kStop = "stop";
 
 constexpr std::chrono::milliseconds kPause(2);         // between looks for messages
-constexpr std::chrono::milliseconds kHeartbeat(500);   // between messages of a rank at work
+constexpr std::chrono::milliseconds kHeartbeat(500);   // between messages of a rank
 constexpr std::chrono::milliseconds kFarewell(10000);  // how long rank 0 waits for the others' end
 
 std::pair<std::string, std::string> first_word(const std::string& text) {
@@ -117,8 +117,7 @@ std::size_t Workers::give_up_silent(double silence, const Events& events) {
   for (std::size_t r = 1; r < workers_.size(); ++r) {
     Worker& worker = workers_[r];
     const std::chrono::duration<double> silent = Clock::now() - worker.heard;
-    const bool waits = worker.state == Worker::State::kNew || worker.state == Worker::State::kBusy;
-    if (!waits || silent.count() <= silence) continue;
+    if (worker.state >= Worker::State::kLost || silent.count() <= silence) continue;
     ended += give_up(worker, Worker::State::kLost,
                      fmt::format("rank {}{}{} has said nothing for {:g} s", r,
                                  worker.host.empty() ? "" : " on ", worker.host, silence),
@@ -155,7 +154,9 @@ void Workers::run(const std::vector<std::string>& tasks, const std::string& gree
 
 void Workers::stop() {
   for (std::size_t r = 1; r < workers_.size(); ++r) {
-    if (workers_[r].state != Worker::State::kGone) channel_.send(static_cast<int>(r), kStop);
+    const Worker::State state = workers_[r].state;
+    if (state == Worker::State::kGone || state == Worker::State::kLost) continue;
+    channel_.send(static_cast<int>(r), kStop);
   }
   const auto all_ended = [&] {
     return std::all_of(workers_.begin(), workers_.end(),
@@ -194,15 +195,18 @@ void serve(
   });
   bool stopped = false;
   Clock::time_point told = Clock::now();
+  const auto say_alive = [&] {
+    if (stopped || Clock::now() - told < kHeartbeat) return;
+    tell(kAlive);
+    told = Clock::now();
+  };
   const AtWork at_work = [&] {
     if (const auto message = channel.receive()) stopped = stopped || message->text == kStop;
-    if (!stopped && Clock::now() - told >= kHeartbeat) {
-      tell(kAlive);
-      told = Clock::now();
-    }
+    say_alive();
     return !stopped && interrupted() == 0;
   };
   while (!stopped && interrupted() == 0) {
+    say_alive();
     const auto message = channel.receive();
     if (!message) {
       std::this_thread::sleep_for(kPause);

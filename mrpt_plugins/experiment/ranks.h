@@ -26,7 +26,7 @@ class Channel {
   virtual int rank() const = 0;
   virtual int size() const = 0;
   virtual std::string host() const = 0;
-  /// Does not wait for the other rank.
+  /// Does not wait for the other rank to receive it.
   virtual void send(int to, const std::string& text) = 0;
   /// The oldest message that has arrived, if any. Does not wait.
   virtual std::optional<Message> receive() = 0;
@@ -35,7 +35,7 @@ class Channel {
 };
 
 /// The other ranks, as rank 0 sees them: each runs one task at a time. They are told to end when
-/// this object goes.
+/// this object goes. A rank that was given up is sent nothing any more.
 class Workers {
  public:
   struct Events {
@@ -55,8 +55,8 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   /// Runs the tasks of these names, handed out in order. Ranks must have the same `greeting`, lines
-  /// of settings and versions; others are refused. A rank with a task that says nothing for
-  /// `silence` [s] is given up. Throws Error if no worker is left.
+  /// of settings and versions; others are refused. A rank that says nothing for `silence`
+  /// [s] is given up. Throws Error if no worker is left.
   void run(const std::vector<std::string>& tasks, const std::string& greeting, double silence,
            const Events& events);
 

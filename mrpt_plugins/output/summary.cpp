@@ -225,6 +225,8 @@ Json summary_json(const GraphSummary& s) {
   }
   if (s.certificate) {
     out["certificate"] = {{"verified", s.certificate->verified},
+                          {"isotropic_verified", s.certificate->isotropic_verified},
+                          {"stated_gap", s.certificate->stated_gap},
                           {"min_eigenvalue", s.certificate->min_eigenvalue},
                           {"relative_gap", s.certificate->relative_gap}};
     if (s.certificate->discrete_gap) {

@@ -14,6 +14,8 @@
 namespace hybrid {
 namespace {
 
+constexpr double kNegligible = 1e-6;  // relative difference of information
+
 template <class Pose>
 using OtherPose = std::conditional_t<std::is_same_v<Pose, SE2>, SE3, SE2>;
 
@@ -39,6 +41,18 @@ int pose_count(const std::vector<IsotropicEdge<Pose>>& graph) {
   return last + 1;
 }
 
+/// Whether a large error costs less than by the information, as under a robust loss.
+template <class Pose>
+bool is_robust(const ContinuousFactor& factor, const RelativePose<Pose>& motion) {
+  constexpr double kSigmas = 1e3;
+  typename Pose::Tangent error = Pose::Tangent::Zero();
+  error[0] = kSigmas / std::sqrt(motion.information(0, 0));
+  Values values;
+  values.insert(factor.keys()[0], Pose());
+  values.insert(factor.keys()[1], motion.measured * Pose::exp(error));
+  return factor.cost(values) < 0.5 * kSigmas * kSigmas * (1.0 - kNegligible);
+}
+
 template <class Pose>
 void set_weights(const typename Pose::Jacobian& information, IsotropicWeights weights,
                  IsotropicEdge<Pose>& edge) {
@@ -48,14 +62,14 @@ void set_weights(const typename Pose::Jacobian& information, IsotropicWeights we
   const double tau = d / covariance.template topLeftCorner<d, d>().trace();
   const double turn =
       kRotation / covariance.template bottomRightCorner<kRotation, kRotation>().trace();
-  double share = 1.0;
-  if (weights == IsotropicWeights::kLower) {
-    typename Pose::Tangent root;
-    root.template head<d>().setConstant(1.0 / std::sqrt(tau));
-    root.template tail<kRotation>().setConstant(1.0 / std::sqrt(turn));
-    const typename Pose::Jacobian relative = root.asDiagonal() * information * root.asDiagonal();
-    share = Eigen::SelfAdjointEigenSolver<typename Pose::Jacobian>(relative).eigenvalues()[0];
-  }
+  typename Pose::Tangent root;
+  root.template head<d>().setConstant(1.0 / std::sqrt(tau));
+  root.template tail<kRotation>().setConstant(1.0 / std::sqrt(turn));
+  const typename Pose::Jacobian relative = root.asDiagonal() * information * root.asDiagonal();
+  const double least =
+      Eigen::SelfAdjointEigenSolver<typename Pose::Jacobian>(relative).eigenvalues()[0];
+  const double share = weights == IsotropicWeights::kLower ? least : 1.0;
+  edge.is_bound = share <= least * (1.0 + kNegligible);
   edge.tau = share * tau;
   edge.kappa = 0.5 * share * turn;
 }
@@ -77,10 +91,13 @@ std::vector<IsotropicEdge<Pose>> relative_poses(const std::vector<ContinuousFact
                   ": only graphs of relative poses can be certified");
     }
     if (!motion) continue;
+    const bool robust = is_robust(*factor, *motion);
+    if (robust && weights == IsotropicWeights::kLower) continue;
     const Key from = factor->keys()[0], to = factor->keys()[1];
     const int i = number(from), j = number(to);
     graph.push_back({from, to, i, j, motion->measured});
     set_weights(motion->information, weights, graph.back());
+    graph.back().is_bound = graph.back().is_bound && !robust;
   }
   return graph;
 }

@@ -19,10 +19,12 @@ struct IsotropicEdge {
   int i = 0, j = 0;  ///< numbers of the poses
   Pose measured;
   double kappa = 1.0, tau = 1.0;  ///< weights of rotation and translation
+  bool is_bound = false;          ///< twice the cost of the factor is nowhere below the edge's
 };
 
 /// How the information of a relative pose becomes isotropic. Twice the cost of a factor is near the
-/// cost of its edge with mean weights, and never below it with lower ones.
+/// cost of its edge with mean weights, and never below it with lower ones, for which factors under
+/// a loss are left out.
 enum class IsotropicWeights {
   kMean,  ///< tau = d / tr(Sigma_t), and kappa half of the same for the rotation
   kLower  ///< the largest of the same ratio that are below the information in every direction;

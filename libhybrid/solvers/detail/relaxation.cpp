@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "libhybrid/solvers/detail/isotropic_graph.h"
@@ -24,6 +25,47 @@ RelaxedPoses relax(const std::vector<IsotropicEdge<Pose>>& graph, const Values& 
   // Twice the cost of the factors is at least that of the form.
   if (minimum.dual) result.bound = std::max(0.0, 0.5 * minimum.dual->bound);
   result.values = unstacked(graph, rounded(form, minimum.Y), graph.front().from, start);
+  return result;
+}
+
+/// The edges of each connected part, with its own numbers of poses.
+template <class Pose>
+std::vector<std::vector<IsotropicEdge<Pose>>> connected_parts(
+    const std::vector<IsotropicEdge<Pose>>& graph) {
+  std::vector<int> root;  // by number of a pose
+  const auto find = [&](int i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (const IsotropicEdge<Pose>& edge : graph) {
+    while (static_cast<int>(root.size()) <= std::max(edge.i, edge.j)) root.push_back(root.size());
+    root[find(edge.j)] = find(edge.i);
+  }
+  std::map<int, std::vector<IsotropicEdge<Pose>>> parts;  // by root
+  std::vector<int> number(root.size(), -1);
+  std::map<int, int> poses;  // of each part
+  for (IsotropicEdge<Pose> edge : graph) {
+    const int part = find(edge.i);
+    for (int* pose : {&edge.i, &edge.j}) {
+      if (number[*pose] < 0) number[*pose] = poses[part]++;
+      *pose = number[*pose];
+    }
+    parts[part].push_back(edge);
+  }
+  std::vector<std::vector<IsotropicEdge<Pose>>> all;
+  for (auto& [part, edges] : parts) all.push_back(std::move(edges));
+  return all;
+}
+
+/// The sum of the bounds of the connected parts, which are independent of each other.
+template <class Pose>
+RelaxedPoses relax_parts(const std::vector<IsotropicEdge<Pose>>& graph, const Values& start) {
+  RelaxedPoses result{0.0, start};
+  for (const auto& part : connected_parts(graph)) {
+    RelaxedPoses relaxed = relax(part, result.values);
+    relaxed.bound += result.bound;
+    result = std::move(relaxed);
+  }
   return result;
 }
 
@@ -53,9 +95,9 @@ int climb(const IsotropicForm& form, IsotropicMinimum& minimum) {
 
 RelaxedPoses relax_poses(const std::vector<ContinuousFactorPtr>& factors, const Values& start) {
   const auto planar = relative_poses<SE2>(factors, IsotropicWeights::kLower);
-  if (!planar.empty()) return relax(planar, start);
+  if (!planar.empty()) return relax_parts(planar, start);
   const auto spatial = relative_poses<SE3>(factors, IsotropicWeights::kLower);
-  if (!spatial.empty()) return relax(spatial, start);
+  if (!spatial.empty()) return relax_parts(spatial, start);
   return {0.0, start};
 }
 

@@ -31,7 +31,8 @@ struct RelaxedPoses {
   Values values;
 };
 
-/// By the isotropic problem of lower weights, from the poses given. Throws Error as certify does.
+/// By the isotropic problem of lower weights, from the poses given. Factors under a loss count as
+/// nothing, as no such problem is below them. Throws Error as certify does.
 RelaxedPoses relax_poses(const std::vector<ContinuousFactorPtr>& factors, const Values& start);
 
 }  // namespace hybrid

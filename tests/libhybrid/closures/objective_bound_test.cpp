@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/pose_graph_worlds.h"
@@ -114,6 +115,29 @@ TEST(ObjectiveBound, HoldsWithNoiseThatIsNotIsotropic) {
     const Best best = enumerate(problem, starts, {});
     const ObjectiveBound bound = bound_objective(problem, best.values, best.accepted, {}, 500);
     EXPECT_LE(bound.bound, best.objective + 1e-6) << "seed " << seed;
+  }
+}
+
+TEST(ObjectiveBound, HoldsWithRobustLosses) {
+  // Odometry of which a step disagrees with a trusted closure by 4 m, under a loss or not.
+  for (const Loss& loss : {Loss(), Loss::huber(1.0), Loss::cauchy(1.0), Loss::tukey(4.0)}) {
+    const Noise noise = Noise::isotropic(3, 0.1);
+    RobustProblem problem;
+    for (int i = 0; i < 5; ++i) problem.initial.insert(Key('x', i), SE2(i, 0, 0));
+    problem.trusted.push_back(std::make_shared<Prior<SE2>>(Key('x', 0), SE2(), noise));
+    const auto add = [&](int i, int j, double x, const Loss& loss) {
+      problem.trusted.push_back(
+          std::make_shared<Between<SE2>>(Key('x', i), Key('x', j), SE2(x, 0, 0), noise, loss));
+    };
+    for (int i = 1; i < 5; ++i) add(i - 1, i, 1.0, loss);
+    add(0, 4, 8.0, loss);
+    add(2, 3, 1.2, {});  // without a loss, in a part of its own
+    problem.closures.push_back(
+        std::make_shared<Between<SE2>>(Key('x', 1), Key('x', 3), SE2(2, 0, 0), noise));
+    const Best best = enumerate(problem, {problem.initial}, {});
+    const ObjectiveBound bound = bound_objective(problem, problem.initial, {true}, {}, 50);
+    EXPECT_LE(bound.bound, best.objective + 1e-6);
+    EXPECT_GT(bound.bound, -100.0);
   }
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/pose_graph_worlds.h"
 
@@ -79,6 +81,39 @@ TEST(Certificate, ALoopOnceTooOftenIsRefused) {
   EXPECT_TRUE(once.verified) << once.min_eigenvalue;
   EXPECT_LT(once.cost, 1e-12);  // of which rounding is a large share
   EXPECT_EQ(once.relative_gap, 0.0);
+}
+
+TEST(Certificate, OnlyIsotropicNoiseWithoutLossesIsProven) {
+  const World world = worlds::torus(3, 5, {0.1, 0.05}, 1);
+  const auto certified = [&](const Eigen::VectorXd& scale, const Loss& loss) {
+    const Key first = world.graph.poses3.front().from;
+    std::vector<ContinuousFactorPtr> factors{
+        std::make_shared<Prior<SE3>>(first, world.truth.at<SE3>(first), Noise::unit(6))};
+    for (const auto& edge : world.graph.poses3) {
+      const SE3::Jacobian information =
+          scale.asDiagonal() * edge.noise.information() * scale.asDiagonal();
+      factors.push_back(std::make_shared<Between<SE3>>(edge.from, edge.to, edge.measured,
+                                                       Noise::information(information), loss));
+    }
+    SolverOptions options;
+    options.threads = 1;
+    const SolverResult found =
+        levenberg_marquardt(worlds::graph_of(factors), {world.truth, {}}, options);
+    return certify(factors, found.values);
+  };
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(6);
+  const Certificate proven = certified(scale, {});
+  EXPECT_TRUE(proven.verified && proven.isotropic_verified) << proven.message;
+  EXPECT_LT(proven.stated_gap, 0.01);
+  const Certificate robust = certified(scale, Loss::huber());
+  EXPECT_FALSE(robust.verified);
+  EXPECT_EQ(robust.stated_gap, 1.0);
+  scale[1] = 2.0;
+  const Certificate anisotropic = certified(scale, {});
+  EXPECT_FALSE(anisotropic.verified);
+  EXPECT_TRUE(anisotropic.isotropic_verified) << anisotropic.message;
+  EXPECT_EQ(anisotropic.stated_gap, 1.0);
+  EXPECT_NE(anisotropic.message, "");
 }
 
 TEST(Certificate, NothingToCertifyIsAnError) {

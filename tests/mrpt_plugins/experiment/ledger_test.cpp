@@ -116,6 +116,8 @@ TEST_F(LedgerTest, RefusesOtherColumnsAndDamage) {
   EXPECT_THROW(Ledger(folder, {"a", "b"}), Error);
   write("results.csv", whole + "g//gnc/0.5/3,g,,gnc,0.5,3,ok,many,,,\n");
   EXPECT_THROW(Ledger(folder, {"a", "b"}), Error);
+  write("results.csv", whole + "g//gnc/0.5/3,g,,gnc,0.5,3,okk,1,,,\n");
+  EXPECT_THROW(Ledger(folder, {"a", "b"}), Error);  // neither done nor to be run
   EXPECT_THROW(Ledger(folder / "absent", {"a"}), Error);
 }
 

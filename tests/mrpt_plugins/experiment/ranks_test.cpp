@@ -62,7 +62,8 @@ class ThreadChannel : public Channel {
 struct Heard {
   std::map<std::size_t, std::string> done, lost;
   Tasks refused;
-  std::set<int> left;  ///< ranks that do not wait for the others
+  std::set<int> left;                                ///< ranks that do not wait for the others
+  std::vector<std::deque<Channel::Message>> unread;  ///< by rank
 
   Workers::Events events() {
     return {[this](std::size_t i, const std::string& text) { done[i] = text; },
@@ -107,6 +108,7 @@ void run(const std::vector<Serve>& workers, const Tasks& tasks, double silence, 
   }
   for (std::thread& thread : threads) thread.join();
   heard.left = post.left;
+  heard.unread = post.boxes;
   if (error) std::rethrow_exception(error);
 }
 
@@ -183,8 +185,30 @@ TEST(Ranks, OneThatDiesLosesOnlyItsTask) {
   ASSERT_EQ(heard.lost.size(), 1U);
   EXPECT_NE(heard.lost.begin()->second.find("rank 1 on dead has said nothing"), std::string::npos);
   EXPECT_EQ(heard.left, std::set<int>{0});  // nobody waits for the dead
+  EXPECT_TRUE(heard.unread[1].empty());     // nor sends to it: some networks wait for ever
   Heard nobody;
   EXPECT_THROW(run({die}, many(2), 0.2, nobody), Error);
+}
+
+TEST(Ranks, OneThatDiesWithoutATaskIsLost) {
+  // Both have greeted; the last one says nothing more while the other runs the only task.
+  const auto long_one = [](const std::string& task, const AtWork& at_work) {
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - start < std::chrono::seconds(2)) {
+      EXPECT_TRUE(at_work());
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return std::optional<std::string>(task);
+  };
+  const auto late = [](Channel& channel) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    channel.send(0, "hello dead\na=1\n");
+  };
+  Heard heard;
+  run({worker(long_one), late}, {"a"}, 1.0, heard);
+  EXPECT_EQ(heard.done.size(), 1U);
+  ASSERT_EQ(heard.refused.size(), 1U);
+  EXPECT_TRUE(heard.unread[2].empty());
 }
 
 TEST(Ranks, OneThatIsAtWorkMayTakeLong) {
