@@ -90,13 +90,38 @@ Eigen::MatrixXd transported(const std::vector<Key>& keys, Eigen::MatrixXd J, std
   return J;
 }
 
+/// J with its columns by tangents at the linearisation points rather than at the estimate.
+Eigen::MatrixXd transported(const std::vector<Key>& keys, const Eigen::MatrixXd& J,
+                            const Values& theta, const Values& estimate) {
+  const auto pose =
+      std::find_if(keys.begin(), keys.end(), [&](Key key) { return is_pose(theta.type(key)); });
+  if (pose == keys.end()) return J;
+  const auto anchor = static_cast<std::size_t>(pose - keys.begin());
+  return theta.type(*pose).kind == VariableKind::kSE2
+             ? transported<SE2>(keys, J, anchor, theta, estimate)
+             : transported<SE3>(keys, J, anchor, theta, estimate);
+}
+
+/// A covariance by tangents at the linearisation points, by those at the estimate.
+Eigen::MatrixXd moved_along(const std::vector<Key>& keys, const Eigen::MatrixXd& covariance,
+                            const Values& theta, const Values& estimate) {
+  if (std::all_of(keys.begin(), keys.end(), [&](Key key) {
+        const double* x = theta.data(key);
+        return std::equal(x, x + theta.type(key).size, estimate.data(key));
+      }))
+    return covariance;
+  const Eigen::MatrixXd D = transported(
+      keys, Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows()), theta, estimate);
+  return D * covariance * D.transpose();
+}
+
 }  // namespace
 
 Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys) const {
   if (!tree_is_whole()) return ContinuousMarginals(graph_, estimate()).joint_covariance(keys);
   std::vector<int> slots;
   for (Key key : keys) slots.push_back(theta_->slot(key));
-  return tree_.joint_covariance(slots);
+  return moved_along(keys, tree_.joint_covariance(slots), theta_.get(), values());
 }
 
 Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys,
@@ -104,14 +129,7 @@ Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& ke
   if (!tree_is_whole()) return J * joint_covariance(keys) * J.transpose();
   std::vector<int> slots;
   for (Key key : keys) slots.push_back(theta_->slot(key));
-  const auto pose =
-      std::find_if(keys.begin(), keys.end(), [&](Key key) { return is_pose(theta_->type(key)); });
-  if (pose == keys.end()) return tree_.joint_covariance(slots, J);
-  const auto anchor = static_cast<std::size_t>(pose - keys.begin());
-  return tree_.joint_covariance(slots,
-                                theta_->type(*pose).kind == VariableKind::kSE2
-                                    ? transported<SE2>(keys, J, anchor, theta_.get(), values())
-                                    : transported<SE3>(keys, J, anchor, theta_.get(), values()));
+  return tree_.joint_covariance(slots, transported(keys, J, theta_.get(), values()));
 }
 
 void IncrementalSmoother::visit_covariances(
@@ -123,8 +141,10 @@ void IncrementalSmoother::visit_covariances(
     }
     return;
   }
-  tree_.visit_covariances(
-      [&](int slot, const Eigen::MatrixXd& covariance) { visit(theta_->key(slot), covariance); });
+  tree_.visit_covariances([&](int slot, const Eigen::MatrixXd& covariance) {
+    const Key key = theta_->key(slot);
+    visit(key, moved_along({key}, covariance, theta_.get(), values()));
+  });
 }
 
 }  // namespace hybrid

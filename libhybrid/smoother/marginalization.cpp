@@ -92,6 +92,7 @@ double objective_of(const HybridGraph& graph, const Values& values, const Assign
 /// What elimination leaves of a system.
 struct Eliminated {
   Eigen::MatrixXd rest;   // H of the separator and the right-hand side
+  Eigen::MatrixXd moved;  // the variables that are gone by the separator and the right-hand side
   double log_det = 0.0;   // of the block of the variables that are gone
   int rank = 0;           // rows of that block in the determinant
   std::vector<int> open;  // rows of which nothing is known
@@ -114,7 +115,10 @@ Eliminated eliminate(const System& system) {
   const Eigen::MatrixXd Y = factor.triangle().solve(
       factor.pivots_of(scale.asDiagonal() * system.H.bottomLeftCorner(n, g).transpose()));
   out.rest.selfadjointView<Eigen::Lower>().rankUpdate(Y.transpose(), -1.0);
+  out.moved = Eigen::MatrixXd::Zero(g, n);
+  const Eigen::MatrixXd X = factor.triangle().adjoint().solve(Y);
   for (int k = 0; k < out.rank; ++k) {
+    out.moved.row(factor.order[k]) = -scale[factor.order[k]] * X.row(k);
     out.log_det += 2.0 * std::log(factor.lower(k, k) / scale[factor.order[k]]);
   }
   out.open.assign(factor.order.data() + out.rank, factor.order.data() + g);
@@ -225,6 +229,7 @@ Marginalization marginalize(const HybridGraph& graph, const Values& values,
       result.undetermined.push_back(key);
   }
   const int s = system.size - system.gone;
+  result.follows = left.moved.leftCols(s);
   // Laplace: -log of the integral over the variables that go, less what the prior says of it.
   double constant = objective_of(graph, values, assignment, factors) +
                     0.5 * (left.log_det - left.rank * std::log(2.0 * M_PI)) +

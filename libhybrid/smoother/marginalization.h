@@ -15,6 +15,9 @@ struct Marginalization {
   std::vector<Key> separator;     ///< variables that shared a factor with them, now tied together
   int fill = 0;                   ///< pairs of separator variables that shared no factor before
   std::vector<Key> undetermined;  ///< variables of which the factors leave a direction open
+  /// How they move, by their tangents, with the tangents of the separator, given all that is said
+  /// of both by the factors that go.
+  Eigen::MatrixXd follows;
   bool finite = true;  ///< false where a derivative is not: the delta is then not to be used
 };
 

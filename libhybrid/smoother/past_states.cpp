@@ -8,6 +8,7 @@
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
+#include "libhybrid/geometry/so3.h"
 
 namespace hybrid {
 namespace {
@@ -63,10 +64,44 @@ struct Motion {
   double off = 0.0, wide = 0.0;  // as RigidMotion::spread
 };
 
-/// A pose after a motion, of which it had the covariance C before: a displacement normal with C,
-/// measured by the motion.
+/// The tangent of a variable by one of `pose` that moves both rigidly; zero if it has no place.
 template <class Pose>
-Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& C) {
+Eigen::MatrixXd carried(Key key, const Values& values, const Pose& pose) {
+  constexpr int kPosition = Pose::Point::RowsAtCompileTime;
+  const VariableType type = values.type(key);
+  if (type == Variable<Pose>::type()) return values.at<Pose>(key).between(pose).adjoint();
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(type.dim, Pose::kDim);
+  if (type != Variable<typename Pose::Point>::type()) return D;
+  const auto R = pose.rotation().matrix();
+  const typename Pose::Point arm = pose.inverse() * values.at<typename Pose::Point>(key);
+  D.template leftCols<kPosition>() = R;
+  if constexpr (kPosition == 2) {
+    D.rightCols(1) = R * Eigen::Vector2d(-arm.y(), arm.x());
+  } else {
+    D.rightCols(3) = -R * hat(arm);
+  }
+  return D;
+}
+
+/// See PastStates::Departure::follows; `rows` are those of the pose in Marginalization::follows.
+template <class Pose>
+Eigen::MatrixXd follows(const Pose& pose, const Eigen::MatrixXd& rows,
+                        const std::vector<Key>& separator, const Values& values) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(Pose::kDim, Pose::kDim);
+  Eigen::Index at = 0;
+  for (const Key key : separator) {
+    const int dim = values.type(key).dim;
+    out += rows.middleCols(at, dim) * carried(key, values, pose);
+    at += dim;
+  }
+  return out;
+}
+
+/// A pose after a motion, of which it had the covariance C before: a displacement normal with C,
+/// measured by the motion, which it follows by F.
+template <class Pose>
+Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& F,
+           const Eigen::MatrixXd& C) {
   constexpr int kPosition = Pose::Point::RowsAtCompileTime;
   Values there;
   insert_pose(there, Key('x', 0), motion.T * to_isometry(pose), Pose::kDim == SE3::kDim);
@@ -74,15 +109,26 @@ Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& C) {
   typename Pose::Tangent noise = Pose::Tangent::Constant(motion.off / motion.wide);
   noise.template head<kPosition>().setConstant(motion.off);
   const Eigen::MatrixXd S = C + Eigen::MatrixXd(noise.asDiagonal());
-  const typename Pose::Tangent step = C * S.completeOrthogonalDecomposition().solve(d);
+  const typename Pose::Tangent step = F * C * S.completeOrthogonalDecomposition().solve(d);
   return pose * Pose::exp(step);
 }
 
 }  // namespace
 
-PastStates::Departure::Departure(const std::vector<Key>& states, const std::vector<Key>& tied,
+PastStates::Departure::Departure(const Marginalization& made, const std::vector<Key>& tied,
                                  const Values& values) {
-  for (const Key key : states) copy(key, values, this->states);
+  Eigen::Index at = 0;
+  for (const Key key : made.delta.remove_values) {
+    copy(key, values, states);
+    const VariableType type = values.type(key);
+    const auto rows = made.follows.middleRows(at, type.dim);
+    if (type == Variable<SE2>::type()) {
+      follows[key] = hybrid::follows(values.at<SE2>(key), rows, made.separator, values);
+    } else if (type == Variable<SE3>::type()) {
+      follows[key] = hybrid::follows(values.at<SE3>(key), rows, made.separator, values);
+    }
+    at += type.dim;
+  }
   for (const Key key : tied) copy(key, values, this->tied);
 }
 
@@ -109,9 +155,11 @@ Values PastStates::at(const Values& window,
       if (window.contains(key) || out.contains(key)) continue;
       const VariableType type = it->states.type(key);
       if (motion.is_fixed() && type == Variable<SE2>::type()) {
-        out.insert(key, moved(it->states.at<SE2>(key), how, covariances.at(key)));
+        out.insert(key,
+                   moved(it->states.at<SE2>(key), how, it->follows.at(key), covariances.at(key)));
       } else if (motion.is_fixed() && type == Variable<SE3>::type()) {
-        out.insert(key, moved(it->states.at<SE3>(key), how, covariances.at(key)));
+        out.insert(key,
+                   moved(it->states.at<SE3>(key), how, it->follows.at(key), covariances.at(key)));
       } else {
         copy(key, it->states, out);
       }

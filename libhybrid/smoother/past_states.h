@@ -8,6 +8,7 @@
 
 #include "libhybrid/core/values.h"
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/smoother/marginalization.h"
 
 namespace HYBRID_API hybrid {
 
@@ -19,17 +20,21 @@ class PastStates {
   /// States that leave together, and the poses and points that they are tied to, where they are.
   struct Departure {
     Values states, tied;
+    /// Of each pose, what its own tangent moves by where all that it is tied to moves by a rigid
+    /// motion of that tangent: the unit matrix, unless more is known of where it is.
+    std::unordered_map<Key, Eigen::MatrixXd> follows;
 
     Departure() = default;
-    Departure(const std::vector<Key>& states, const std::vector<Key>& tied, const Values& values);
+    /// `tied` are those of the separator that have a place.
+    Departure(const Marginalization& made, const std::vector<Key>& tied, const Values& values);
   };
 
   void leave(Departure departure) { departures_.push_back(std::move(departure)); }
 
   /// The states at the estimate of the window. Each is moved rigidly, as what it was tied to has
-  /// moved in the least squares sense, as far as its covariance then allows beside what that
-  /// motion leaves unexplained: a start that was given stays. Those that are in the window again
-  /// are left out. `covariances` are those of the states when they left.
+  /// moved in the least squares sense, as far as it then follows that (a start that was given
+  /// stays) and its covariance allows beside what that motion leaves unexplained. Those that are in
+  /// the window again are left out. `covariances` are those of the states when they left.
   Values at(const Values& window,
             const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const;
 

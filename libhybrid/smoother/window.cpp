@@ -336,7 +336,7 @@ bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) 
   const Eigen::MatrixXd covariance =
       is_bounded() ? smoother_.joint_covariance(keys) : Eigen::MatrixXd();
   PastStates::Departure places;
-  if (is_bounded()) places = {keys, tied_by(change.made.delta), smoother_.values()};
+  if (is_bounded()) places = {change.made, tied_by(change.made.delta), smoother_.values()};
   const UpdateReport done = smoother_.update(change.made.delta);
   if (done.status != UpdateReport::Status::kOk) {
     report.kept_because = done.message;

@@ -174,5 +174,37 @@ TEST(Covariance, OfAVariableThatHangsOnAWeakComponent) {
   EXPECT_NEAR(second.values().at<Vector1>(pose(1))[0], 10.0, 1e-6);
 }
 
+// The estimate of an update may be turned from where it was linearised.
+TEST(Covariance, IsOneBeforeConvergenceToo) {
+  IncrementalSmoother smoother;
+  const Noise noise = Noise::diagonal(Eigen::Vector3d(0.05, 0.02, 0.01));
+  for (int i = 0; i < 30; ++i) {
+    Delta delta;
+    const SE2 step(1, 0, 0.05);
+    if (i == 0) {
+      delta.values.insert(pose(0), SE2());
+      delta.continuous.push_back(std::make_shared<Prior<SE2>>(
+          pose(0), SE2(), Noise::diagonal(Eigen::Vector3d(0.1, 0.3, 1.0))));
+    } else {
+      delta.values.insert(pose(i), smoother.values().at<SE2>(pose(i - 1)) * step);
+      delta.continuous.push_back(std::make_shared<BetweenSE2>(pose(i - 1), pose(i), step, noise));
+    }
+    smoother.update(delta);
+  }
+  const SE2 last = smoother.values().at<SE2>(pose(29));
+  Delta compass;
+  compass.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose(29), SE2(last.x(), last.y(), last.angle() + 1.2),
+                                   Noise::diagonal(Eigen::Vector3d(1e4, 1e4, 0.3))));
+  smoother.update(compass);
+  const std::vector<Key> keys = {pose(0), pose(10), pose(29)};
+  const Eigen::MatrixXd all = smoother.joint_covariance(keys, Eigen::MatrixXd::Identity(9, 9));
+  EXPECT_LT(difference(smoother.joint_covariance(keys), all), 1e-9);
+  smoother.visit_covariances([&](Key key, const Eigen::MatrixXd& covariance) {
+    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(3, 3);
+    EXPECT_LT(difference(covariance, smoother.joint_covariance({key}, I)), 1e-9) << to_string(key);
+  });
+}
+
 }  // namespace
 }  // namespace hybrid

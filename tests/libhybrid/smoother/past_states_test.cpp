@@ -122,5 +122,45 @@ TEST(PastStates, AreThoseThatHaveLeft) {
   for (const Key key : past.keys()) EXPECT_FALSE(window.smoother().values().contains(key));
 }
 
+/// The change of step t of a road without landmarks, from a start that is given.
+Delta straight_step(int t, const Values& estimate) {
+  Delta delta;
+  if (t == 0) {
+    delta.values.insert(pose_key(0), SE2());
+    delta.continuous.push_back(
+        std::make_shared<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-6)));
+  } else {
+    const SE2 step(1, 0, 0);
+    delta.values.insert(pose_key(t), estimate.at<SE2>(pose_key(t - 1)) * step);
+    delta.continuous.push_back(std::make_shared<BetweenSE2>(
+        pose_key(t - 1), pose_key(t), step, Noise::diagonal(Eigen::Vector3d(0.1, 0.1, 0.01))));
+  }
+  return delta;
+}
+
+// What is tied to one pose alone moves with it as far as the start allows.
+TEST(PastStates, HangBetweenAGivenStartAndWhatHasMoved) {
+  WindowSmoother window(bounded(60, 5));
+  IncrementalSmoother full;
+  for (int t = 0; t < 130; ++t) {
+    window.update(straight_step(t, window.smoother().values()));
+    full.update(straight_step(t, full.values()));
+  }
+  Delta found;
+  found.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose_key(129), SE2(129, 5, 0.05), Noise::isotropic(3, 1e-3)));
+  window.update(found);
+  full.update(found);
+  window.converge();
+  full.converge();
+  const Values past = window.past_states();
+  ASSERT_GE(past.keys().size(), 100U);
+  for (const Key key : past.keys()) {
+    const SE2 error = full.values().at<SE2>(key).between(past.at<SE2>(key));
+    EXPECT_LT(error.log().norm(), 0.05) << to_string(key);
+  }
+  EXPECT_LT(past.at<SE2>(pose_key(0)).log().norm(), 1e-5);
+}
+
 }  // namespace
 }  // namespace hybrid
