@@ -90,7 +90,8 @@ int info(const Options& options) {
 int check(const Options& options) {
   const std::vector<std::string> faults = faults_of(read_map(options.maps[0]));
   if (faults.empty()) {
-    say("{}: all well\n", options.maps[0]);
+    say("{}: all well{}\n", options.maps[0],
+        has_checksum(options.maps[0]) ? "" : ", but of a format without checksum");
     return kExitOk;
   }
   throw Error(options.maps[0] + ": " + faults.front() +

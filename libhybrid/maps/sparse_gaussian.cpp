@@ -4,6 +4,7 @@
 #include "libhybrid/maps/sparse_gaussian.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -75,7 +76,74 @@ SparseRow row_of(const Eigen::MatrixXd& covariance, int i, const std::vector<int
   return row;
 }
 
+/// The blocks of the joint covariance that those of single landmarks follow from, landmark by
+/// landmark: each landmark with those before it that the elimination of later ones couples it to.
+class CoupledBlocks {
+ public:
+  explicit CoupledBlocks(const SparseGaussian& all) : all_(all), before_(all.rows.size()) {
+    for (std::size_t i = before_.size(); i-- > 0;) {
+      std::vector<int>& own = before_[i];
+      const std::vector<int>& variables = all.rows[i].variables;
+      own.insert(own.end(), variables.begin() + 1, variables.end());
+      std::sort(own.begin(), own.end());
+      own.erase(std::unique(own.begin(), own.end()), own.end());
+      if (own.empty()) continue;
+      std::vector<int>& next = before_[static_cast<std::size_t>(own.back())];
+      next.insert(next.end(), own.begin(), own.end() - 1);
+    }
+    blocks_.resize(before_.size());
+    for (std::size_t i = 0; i < before_.size(); ++i) fill(static_cast<int>(i));
+  }
+
+  /// Covariance of two landmarks, of which one couples to the other.
+  Eigen::MatrixXd at(int a, int b) const {
+    if (a < b) return at(b, a).transpose();
+    const std::vector<int>& own = before_[static_cast<std::size_t>(a)];
+    const auto place = std::lower_bound(own.begin(), own.end(), b) - own.begin();
+    return blocks_[static_cast<std::size_t>(a)].middleCols(all_.dim * place, all_.dim);
+  }
+
+ private:
+  /// The row of a landmark, itself last: x_i = W (w - sum of R_k x_given(k)), w being N(0, I).
+  void fill(int i) {
+    const int dim = all_.dim;
+    const SparseRow& row = all_.rows[static_cast<std::size_t>(i)];
+    const std::vector<int>& own = before_[static_cast<std::size_t>(i)];
+    const Eigen::MatrixXd W = row.R.leftCols(dim).inverse();
+    const Eigen::MatrixXd B = -W * row.R;
+    const auto with = [&](int h) {
+      Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(dim, dim);
+      for (std::size_t k = 1; k < row.variables.size(); ++k) {
+        sum += B.middleCols(dim * static_cast<Eigen::Index>(k), dim) * at(row.variables[k], h);
+      }
+      return sum;
+    };
+    Eigen::MatrixXd& out = blocks_[static_cast<std::size_t>(i)];
+    out.resize(dim, dim * static_cast<Eigen::Index>(own.size() + 1));
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      out.middleCols(dim * static_cast<Eigen::Index>(k), dim) = with(own[k]);
+    }
+    Eigen::MatrixXd variance = W * W.transpose();
+    for (std::size_t k = 1; k < row.variables.size(); ++k) {
+      variance += at(i, row.variables[k]) *
+                  B.middleCols(dim * static_cast<Eigen::Index>(k), dim).transpose();
+    }
+    out.rightCols(dim) = variance;
+  }
+
+  const SparseGaussian& all_;
+  std::vector<std::vector<int>> before_;
+  std::vector<Eigen::MatrixXd> blocks_;
+};
+
 }  // namespace
+
+std::vector<Eigen::MatrixXd> SparseGaussian::covariances() const {
+  const CoupledBlocks blocks(*this);
+  std::vector<Eigen::MatrixXd> out;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) out.push_back(blocks.at(i, i));
+  return out;
+}
 
 Eigen::MatrixXd SparseGaussian::covariance() const {
   const Eigen::Index n = dim * static_cast<Eigen::Index>(rows.size());

@@ -25,6 +25,9 @@ struct SparseGaussian {
 
   /// The joint covariance that the rows stand for.
   Eigen::MatrixXd covariance() const;
+  /// The covariance of each landmark alone, by what the rows couple: time and memory are those of a
+  /// sparse factorisation.
+  std::vector<Eigen::MatrixXd> covariances() const;
 };
 
 /// Splits a joint covariance, dim rows for each landmark, so that no more than `most_loss` [nat]

@@ -17,13 +17,13 @@ namespace {
 constexpr const char* kPrefix = "robot.";
 constexpr std::size_t kLongestName = 64;
 
-bool is_name(const std::string& name) {
+}  // namespace
+
+bool is_robot_name(const std::string& name) {
   return !name.empty() && name.size() <= kLongestName &&
          std::all_of(name.begin(), name.end(),
                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
 }
-
-}  // namespace
 
 std::vector<std::string> robot_names(const IniFile& ini) {
   std::vector<std::string> names;
@@ -31,7 +31,7 @@ std::vector<std::string> robot_names(const IniFile& ini) {
   for (const std::string& section : ini.sections()) {
     if (section.rfind(prefix, 0) != 0) continue;
     names.push_back(section.substr(prefix.size()));
-    if (is_name(names.back())) continue;
+    if (is_robot_name(names.back())) continue;
     throw Error(
         fmt::format("{}: [{}]: the name of a robot is made of letters, digits, _ and -, {} "
                     "at most",

@@ -13,6 +13,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// Whether a robot may have this name: up to 64 letters, digits, _ and -, as a file may be named.
+bool is_robot_name(const std::string& name);
+
 /// The names of the robots of an INI in order. Throws Error for a name that makes no file name.
 std::vector<std::string> robot_names(const IniFile& ini);
 

@@ -5,16 +5,15 @@
 
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Exception.h>
-#include <SQLiteCpp/Statement.h>
 #include <SQLiteCpp/Transaction.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/map_file/detail/map_database.h"
 #include "mrpt_plugins/map_file/detail/map_rows.h"
 #include "mrpt_plugins/map_file/detail/map_schema.h"
 
@@ -23,89 +22,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kPatience = 2000;  // [ms] for a reader to finish
-
 constexpr const char* kEmpty = "is empty, not a map yet";
-
-/// The text in one line.
-std::string in_a_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
-/// What SQLite says in the words of who has the file.
-Error explained(const fs::path& file, const SQLite::Exception& e) {
-  const std::string name = file.string() + ": ", what = in_a_line(e.what());
-  switch (e.getErrorCode()) {
-    case SQLITE_FULL:
-      return Error(name + "no room left on its disk; the map is as it was");
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      return Error(name + "another program is writing it; try again when it has ended");
-    case SQLITE_NOTADB:
-      return Error(name + "is no map: not a SQLite database");
-    case SQLITE_CORRUPT:
-      return Error(name + "is damaged: " + what + "; take a copy from before");
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-    case SQLITE_PERM:
-      return Error(name + "cannot be written: " + what);
-    default:
-      return Error(name + what);
-  }
-}
-
-/// What `work` returns; its errors name the file.
-template <class Work>
-auto about_map(const fs::path& file, const Work& work) {
-  try {
-    return work();
-  } catch (const SQLite::Exception& e) {
-    throw explained(file, e);
-  } catch (const Error& e) {
-    const std::string message = e.what();
-    if (message.rfind(file.string(), 0) == 0) throw;
-    throw Error(file.string() + ": " + message);
-  }
-}
-
-int pragma(SQLite::Database& database, const char* name) {
-  return database.execAndGet(fmt::format("PRAGMA {}", name)).getInt();
-}
-
-/// Throws Error unless this is a map whose pages are whole.
-void check(SQLite::Database& database) {
-  const int id = pragma(database, "application_id"), version = pragma(database, "user_version");
-  if (id != map_schema::kApplicationId) throw Error("is no map: a SQLite database of another kind");
-  if (version < 1 || version > map_schema::kVersion) {
-    throw Error(
-        fmt::format("is a map of format {}, this program reads formats 1 to {}; use the version "
-                    "that wrote it",
-                    version, map_schema::kVersion));
-  }
-  const std::string whole = database.execAndGet("PRAGMA quick_check(1)").getString();
-  if (whole != "ok") throw Error("is damaged: " + in_a_line(whole) + "; take a copy from before");
-}
-
-/// Opens for writing where that is allowed: an interrupted transaction is then rolled back.
-std::unique_ptr<SQLite::Database> open(const fs::path& file, int flags) {
-  auto database = std::make_unique<SQLite::Database>(file.string(), flags, kPatience);
-  database->exec("PRAGMA foreign_keys = ON");
-  return database;
-}
-
-void refuse_folder(const fs::path& file) {
-  std::error_code unknown;
-  if (fs::is_directory(file, unknown)) throw Error(file.string() + ": is a folder, not a map");
-}
-
-/// Whether a file is new, or was left by a process that died before its first transaction ended.
-bool holds_nothing(SQLite::Database& database) {
-  return pragma(database, "page_count") == 0;
-}
 
 fs::path lock_of(const fs::path& file) {
   return file.parent_path() / ("." + file.filename().string() + ".lock");
+}
+
+/// Throws Error for a file of several names: SQLite rolls back by the name.
+void refuse_hard_links(const fs::path& file) {
+  std::error_code unknown;
+  if (fs::hard_link_count(file, unknown) <= 1 || unknown) return;
+  throw Error("has several names (hard links), each of which would be written apart; copy it");
 }
 
 }  // namespace
@@ -113,48 +40,59 @@ fs::path lock_of(const fs::path& file) {
 MapRecord read_map(const fs::path& file) {
   std::error_code unknown;
   if (!fs::exists(file, unknown)) throw Error(file.string() + ": no such map");
-  refuse_folder(file);
+  const fs::path path = map_path(file);
   return about_map(file, [&] {
     std::unique_ptr<SQLite::Database> database;
     try {
-      database = open(file, SQLite::OPEN_READWRITE);
+      database = open_map(path, SQLite::OPEN_READWRITE);
     } catch (const SQLite::Exception&) {
-      database = open(file, SQLite::OPEN_READONLY);
+      database = open_map(path, SQLite::OPEN_READONLY);
     }
     if (holds_nothing(*database)) throw Error(kEmpty);
-    check(*database);
+    check_map(*database);
     SQLite::Transaction snapshot(*database);
     return read_rows(*database);
   });
 }
 
-MapFile::MapFile(fs::path file) : file_(std::move(file)), lock_(lock_of(file_), file_) {
-  refuse_folder(file_);
+bool has_checksum(const fs::path& file) {
+  const fs::path path = map_path(file);
+  return about_map(file, [&] {
+    const auto database = open_map(path, SQLite::OPEN_READONLY);
+    check_map(*database);
+    return pragma(*database, "user_version") >= map_schema::kFirstWithChecksum;
+  });
+}
+
+MapFile::MapFile(fs::path file) : file_(std::move(file)), lock_(lock_of(map_path(file_)), file_) {
   const bool fresh = about_map(file_, [&] {
-    database_ = open(file_, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    const fs::path path = map_path(file_);
+    refuse_hard_links(path);
+    database_ = open_map(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
     if (holds_nothing(*database_)) return true;
-    check(*database_);
+    check_map(*database_);
     record_ = read_rows(*database_);
     return false;
   });
   if (!fresh) return;
   transaction([&] {
     database_->exec(map_schema::kTables);
-    database_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
-                                map_schema::kApplicationId, map_schema::kVersion));
+    database_->exec(fmt::format("PRAGMA application_id = {}", map_schema::kApplicationId));
     write_kind(*database_, record_);
+    return note_checksum(*database_);
   });
 }
 
 MapFile::~MapFile() = default;
 
+/// Commits what `work` does where it returns true.
 template <class Work>
 void MapFile::transaction(const Work& work) {
   about_map(file_, [&] {
     SQLite::Transaction all(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     if (pragma(*database_, "user_version") == 1) database_->exec(map_schema::kFromVersion1);
-    work();
-    all.commit();
+    database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
+    if (work()) all.commit();
   });
 }
 
@@ -169,6 +107,7 @@ int MapFile::begin(const MapSession& session, bool is_3d) {
     write_kind(*database_, record);
     write_session(*database_, added);
     write_drafts(*database_, {});
+    return note_checksum(*database_);
   });
   record.sessions.push_back(added);
   record_ = std::move(record);
@@ -180,15 +119,26 @@ void MapFile::note(int session, const std::vector<std::pair<std::size_t, MapKeyf
   transaction([&] {
     write_keyframes(*database_, session, keyframes);
     write_drafts(*database_, landmarks);
+    return true;
   });
 }
 
 void MapFile::replace(const MapRecord& record, const std::function<void()>& before_commit) {
   transaction([&] {
-    write_rows(*database_, record);
+    write_rows(*database_, record, record_);
+    const bool changed = note_checksum(*database_);
+    if (changed) take_room();
     if (before_commit) before_commit();
+    return changed;
   });
   record_ = record;
+}
+
+/// Writes all pages of a transaction that go beyond what the file and its journal have, so that to
+/// commit needs no room on the disk.
+void MapFile::take_room() {
+  const int code = sqlite3_db_cacheflush(database_->getHandle());
+  if (code != SQLITE_OK) throw SQLite::Exception(database_->getHandle(), code);
 }
 
 }  // namespace hybrid

@@ -24,6 +24,10 @@ namespace HYBRID_API hybrid {
 /// where it is missing, no map, damaged, of a later version of the format, or contradicts itself.
 MapRecord read_map(const std::filesystem::path& file);
 
+/// Whether a map has a checksum of its content, which `read_map` compares; those of formats before
+/// 3 do not. Throws Error as `read_map`.
+bool has_checksum(const std::filesystem::path& file);
+
 /// A landmark of a session that is not complete.
 struct DraftLandmark {
   std::int64_t id = 0;
@@ -51,13 +55,15 @@ class MapFile {
   /// Replaces keyframes of a session, by number, and the landmarks that it sees so far.
   void note(int session, const std::vector<std::pair<std::size_t, MapKeyframe>>& keyframes,
             const std::vector<DraftLandmark>& landmarks);
-  /// Replaces everything. `before_commit` is called once everything is written: where it throws,
-  /// the file is as it was.
+  /// Replaces everything; where nothing changes, no byte of the file does. `before_commit` is
+  /// called once everything is written and to commit needs no more room on the disk: where it
+  /// throws, the file is as it was.
   void replace(const MapRecord& record, const std::function<void()>& before_commit = {});
 
  private:
   template <class Work>
   void transaction(const Work& work);
+  void take_room();
 
   std::filesystem::path file_;
   WriteLock lock_;

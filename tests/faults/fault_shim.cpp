@@ -84,6 +84,12 @@ const char* variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// Whether bytes at `end` would make a file longer; what it has already needs no room.
+bool grows(int file, off64_t end) {
+  struct stat64 status {};
+  return fstat64(file, &status) != 0 || end > status.st_size;
+}
+
 int (*real_main)(int, char**, char**) = nullptr;
 
 void read_settings() {
@@ -153,8 +159,10 @@ int posix_memalign(void** out, size_t alignment, size_t size) {
   }
 
 HYBRID_FAULT(ssize_t, write, true, (int f, const void* b, size_t n), (f, b, n))
-HYBRID_FAULT(ssize_t, pwrite, true, (int f, const void* b, size_t n, off_t o), (f, b, n, o))
-HYBRID_FAULT(ssize_t, pwrite64, true, (int f, const void* b, size_t n, off64_t o), (f, b, n, o))
+HYBRID_FAULT(ssize_t, pwrite, grows(f, o + static_cast<off64_t>(n)),
+             (int f, const void* b, size_t n, off_t o), (f, b, n, o))
+HYBRID_FAULT(ssize_t, pwrite64, grows(f, o + static_cast<off64_t>(n)),
+             (int f, const void* b, size_t n, off64_t o), (f, b, n, o))
 HYBRID_FAULT(ssize_t, writev, true, (int f, const iovec* v, int n), (f, v, n))
 HYBRID_FAULT(int, mkdir, true, (const char* p, mode_t m), (p, m))
 HYBRID_FAULT(int, link, true, (const char* a, const char* b), (a, b))

@@ -108,5 +108,17 @@ TEST_F(MapFaults, AMapOutlivesAFullDisk) {
   }
 }
 
+TEST_F(MapFaults, OutAndMapAppearTogetherOrNotAtAll) {
+  const long calls = count({"space", "on"}, command("a.hmap", "counted"));
+  for (long at_call = calls - 30; at_call <= calls; ++at_call) {
+    SCOPED_TRACE(at_call);
+    std::filesystem::remove(at("a.hmap"));
+    std::filesystem::remove_all(at("out"));
+    run_with({"space", "on", at_call}, command("a.hmap", "out"));
+    const bool out = std::filesystem::exists(at("out/trajectory.tum"));
+    EXPECT_EQ(info_of("a.hmap")["sessions"][0]["complete"], out);
+  }
+}
+
 }  // namespace
 }  // namespace hybrid

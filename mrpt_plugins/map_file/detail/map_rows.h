@@ -13,8 +13,8 @@ namespace hybrid {
 /// Reads all tables. Throws Error where they contradict each other.
 MapRecord read_rows(SQLite::Database& database);
 
-/// Empties all tables and fills them.
-void write_rows(SQLite::Database& database, const MapRecord& record);
+/// Makes the tables of a file those of `record`, where they were those of `before`.
+void write_rows(SQLite::Database& database, const MapRecord& record, const MapRecord& before);
 
 /// One session without its keyframes; and one keyframe and one draft, replaced or new.
 void write_session(SQLite::Database& database, const MapSession& session);

@@ -9,7 +9,9 @@ namespace hybrid::map_schema {
 inline constexpr int kApplicationId = 0x484d4150;
 /// The user version in the header: raised with every change of the tables. Files of earlier
 /// versions are read, and changed by the first transaction.
-inline constexpr int kVersion = 2;
+inline constexpr int kVersion = 3;
+/// The version from which on files have a checksum.
+inline constexpr int kFirstWithChecksum = 3;
 
 /// The tables of docs/map_format.md.
 inline constexpr const char* kTables = R"(
@@ -52,13 +54,17 @@ CREATE TABLE draft (
   class INTEGER, sightings INTEGER NOT NULL);
 )";
 
-/// Makes a file of version 1, which knew of one robot a session, one of this version.
+/// Makes the tables of version 1, which knew of one robot a session, those of later versions.
 inline constexpr const char* kFromVersion1 = R"(
 ALTER TABLE keyframe ADD COLUMN robot INTEGER NOT NULL DEFAULT 0;
 CREATE TABLE robot (
   session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, name TEXT NOT NULL,
   PRIMARY KEY (session, number)) WITHOUT ROWID;
-PRAGMA user_version = 2;
+)";
+/// The reverse.
+inline constexpr const char* kToVersion1 = R"(
+DROP TABLE robot;
+ALTER TABLE keyframe DROP COLUMN robot;
 )";
 
 }  // namespace hybrid::map_schema

@@ -51,6 +51,38 @@ TEST(SparseGaussian, LosesNoMoreThanItMay) {
   EXPECT_NEAR(sparse.loss, divergence(C, sparse.covariance()), 1e-6);
 }
 
+TEST(SparseGaussian, KnowsEachLandmarkAlone) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd A(120, 120);
+  for (double& v : A.reshaped()) v = normal(random);
+  const SparseGaussian sparse =
+      sparsify(A * A.transpose() + Eigen::MatrixXd::Identity(120, 120), 3, 1e9);
+  const Eigen::MatrixXd C = sparse.covariance();
+  const auto alone = sparse.covariances();
+  ASSERT_EQ(alone.size(), 40U);
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_LT((alone[static_cast<std::size_t>(i)] - C.block<3, 3>(3 * i, 3 * i)).norm(),
+              1e-9 * C.norm());
+  }
+}
+
+TEST(SparseGaussian, LandmarksAloneNeedNoJointCovariance) {
+  SparseGaussian walk;  // of which the joint covariance would have 13 GB
+  for (int i = 0; i < 20000; ++i) {
+    SparseRow row;
+    row.variables = {i};
+    row.R = Eigen::MatrixXd::Identity(2, 2);
+    if (i > 0) {
+      row.variables.push_back(i - 1);
+      row.R.conservativeResize(2, 4);
+      row.R.rightCols(2) = -Eigen::Matrix2d::Identity();
+    }
+    walk.rows.push_back(row);
+  }
+  EXPECT_NEAR(walk.covariances().back()(0, 0), 20000, 1e-6);
+}
+
 TEST(SparseGaussian, RefusesWhatIsNoCovariance) {
   EXPECT_THROW(sparsify(-Eigen::MatrixXd::Identity(4, 4), 2), Error);
 }
