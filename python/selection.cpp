@@ -56,8 +56,8 @@ void bind_problem(py::module_& m) {
                     "Objective of the method, at the start and after each macro-step.")
       .def_readonly("variance_factor", &RobustResult::variance_factor,
                     "Estimated factor by which the variances of the noise are understated.");
-  m.def("to_robust_problem", &to_robust_problem, "graph"_a, "initial"_a,
-        "trusted"_a = Trust(), "options"_a = GraphFactorOptions(),
+  m.def("to_robust_problem", &to_robust_problem, "graph"_a, "initial"_a, "trusted"_a = Trust(),
+        "options"_a = GraphFactorOptions(),
         "A pose graph as a robust problem. Relative poses are closures unless "
         "trusted(from_key, to_key); by default, those between successive poses are trusted.");
 }
