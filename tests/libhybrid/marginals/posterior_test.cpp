@@ -295,37 +295,6 @@ TEST(PosteriorMarginals, OfALongChainAreNearThoseOfAllOfIt) {
 }
 
 // phi(D) psi(C): D weighs the factor and does not change it.
-TEST(PosteriorMarginals, TakeModesOfOtherComponentsAsTheyAreEstimated) {
-  // Two modes that only a scalar connects: each measurement is near -1 or near 1.
-  HybridGraph graph;
-  Estimate estimate;
-  estimate.values.insert(scalar(0), Vector1(0.0));
-  graph.add(prior(0, 0.2, 1.0));
-  std::vector<Key> keys;
-  for (int i = 0; i < 2; ++i) {
-    graph.add(either(mode(i), prior(0, -1.0, 0.7), prior(0, 1.0, 0.7 + 0.1 * i)));
-    keys.push_back(mode(i).key);
-    estimate.assignment.set(keys.back(), 1);
-  }
-  double joint[2][2], sum = 0.0;
-  for (int a : {0, 1}) {
-    for (int b : {0, 1}) {
-      Estimate at = estimate;
-      at.assignment.set(keys[0], a);
-      at.assignment.set(keys[1], b);
-      at.values = levenberg_marquardt(graph, at, {}).values;
-      joint[a][b] = std::exp(log_evidence(graph, at).log.value());
-      sum += joint[a][b];
-      if (a == 1 && b == 1) estimate.values = at.values;
-    }
-  }
-  const double given = joint[1][1] / (joint[0][1] + joint[1][1]);
-  const double marginal = (joint[1][0] + joint[1][1]) / sum;
-  EXPECT_GT(given, marginal + 0.1);
-  EXPECT_NEAR(posterior_marginals(graph, estimate, keys).at(keys[0]).p[1], given, 1e-6);
-  EXPECT_NEAR(posterior(graph, estimate, keys).at(keys[0]).p[1], marginal, 1e-6);
-}
-
 TEST(PosteriorMarginals, OfClassesAreTheConditionalOnes) {
   HybridGraph graph;
   Estimate estimate;
