@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/processes.h"
 #include "mrpt_plugins/experiment/replay_trial.h"
 
@@ -52,14 +53,28 @@ TrialResult result_of_text(const std::string& text) {
 }
 
 void TrialRunner::prepare(const Trial& trial) {
-  if (plan_.replay || (graph_ && prepared_ == std::pair(trial.graph, trial.variant))) return;
+  if (plan_.replay || prepared_ == std::pair(trial.graph, trial.variant)) return;
+  prepared_ = {};
   graph_.reset();
-  graph_ = prepare_graph(plan_.graphs.at(trial.source), trial.variant);
+  fault_.clear();
+  try {
+    graph_ = prepare_graph(plan_.graphs.at(trial.source), trial.variant);
+  } catch (const Error& e) {
+    if (is_machine_fault(e.what())) throw;
+    fault_ = e.what();
+  }
   prepared_ = {trial.graph, trial.variant};
 }
 
 void TrialRunner::run(const std::vector<Trial>& trials, int jobs, const Done& done,
                       const Stop& stop) const {
+  if (!fault_.empty()) {
+    TrialResult failed;
+    failed.status = "failed";
+    failed.message = fault_;
+    for (const Trial& trial : trials) done(trial, failed);
+    return;
+  }
   run_processes(
       trials.size(), jobs, plan_.time_limit,
       [&](std::size_t i) {

@@ -31,7 +31,8 @@ class TrialRunner {
               std::filesystem::path folder)
       : plan_(plan), provenance_(provenance), folder_(std::move(folder)) {}
 
-  /// Reads the graph of a trial, which stays in memory until that of another is read.
+  /// Reads the graph of a trial, which stays in memory until that of another is read. One that
+  /// cannot be read makes its trials fail.
   void prepare(const Trial& trial);
   /// Runs trials on the prepared graph, `jobs` at a time, until `stop` returns true.
   void run(const std::vector<Trial>& trials, int jobs, const Done& done, const Stop& stop) const;
@@ -41,6 +42,7 @@ class TrialRunner {
   const Provenance& provenance_;
   std::filesystem::path folder_;
   std::optional<PreparedGraph> graph_;
+  std::string fault_;                             // why there is none
   std::pair<std::string, std::string> prepared_;  // graph and variant
 };
 

@@ -37,7 +37,7 @@ bool trusts_all(const Options& options) {
 Solution solve_from(const Values& values, Input input, Options options, std::vector<Loop>& loops) {
   input.initial = values;
   if (trusts_all(options)) {
-    Solution solution = solve_batch(input, false);
+    Solution solution = solve_batch(input, false, options.solver);
     loops = find_loops(input, solution.values, solution.decisions);
     return solution;
   }
@@ -62,7 +62,7 @@ void take(Solution from_staircase, const std::string& first_start, Solution& sol
 
 Solution solve_graph(const Input& input, const Options& options, std::vector<Loop>& loops) {
   if (!options.online) {
-    return trusts_all(options) ? solve_batch(input, options.start == "auto")
+    return trusts_all(options) ? solve_batch(input, options.start == "auto", options.solver)
                                : solve_robust(input, options, loops);
   }
   return trusts_all(options) && input.graph.alternatives_count() == 0

@@ -15,6 +15,8 @@
 namespace hybrid {
 namespace {
 
+constexpr IniRange kIterations{1, 1000000};
+
 constexpr const char* kAbout =
     "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "
     "without.\n";
@@ -63,6 +65,16 @@ void read_methods(IniFile& ini, const std::vector<std::string>& settings, Option
   MethodOptions defaults;
   defaults.portfolio.selection.solver.relative_decrease = 1e-9;
   options.methods = read_method_options(ini, defaults);
+  IniSection solver = ini.section("solver", "Levenberg-Marquardt, in batch");
+  options.solver.max_iterations =
+      solver.get("max_iterations", 1000, "linear systems that are solved at most", kIterations);
+  options.solver.relative_decrease = solver.get(
+      "relative_decrease", 1e-9,
+      "lm ends once an iteration promises to lower the cost by less than this share; for selection "
+      "see [selection]",
+      IniRange{1e-15, 1e-2});
+  options.methods.common.solver.max_iterations = options.solver.max_iterations;
+  options.methods.portfolio.selection.solver.max_iterations = options.solver.max_iterations;
   ini.reject_unknown();
   options.provenance.configuration = ini.settings();
   options.warnings.insert(options.warnings.end(), ini.warnings().begin(), ini.warnings().end());

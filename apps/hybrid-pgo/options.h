@@ -25,6 +25,7 @@ struct Options {
   std::string truth;                     ///< file; empty if unknown
   std::string labels;                    ///< file of true closures; empty if unknown
   MethodOptions methods;                 ///< settings of the methods
+  SolverOptions solver;                  ///< of a batch with all closures
   std::vector<std::string> warnings;     ///< about deprecated names
   bool pictures = true;
   bool sparsity = false;

@@ -75,7 +75,7 @@ struct Solution {
 
 /// Levenberg-Marquardt on the whole graph, from the initial values of the input, or with `compare`
 /// from the best of all cheap starts. Throws Error if there is no estimate.
-Solution solve_batch(const Input& input, bool compare);
+Solution solve_batch(const Input& input, bool compare, const SolverOptions& options);
 
 /// The incremental smoother, pose by pose, then to convergence. Stops when the program is
 /// interrupted. Throws Error if there is no estimate, Interrupted before the first pose.

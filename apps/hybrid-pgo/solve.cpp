@@ -34,21 +34,21 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
 
 }  // namespace
 
-Solution solve_batch(const Input& input, bool compare) {
+Solution solve_batch(const Input& input, bool compare, const SolverOptions& options) {
   Solution solution;
   solution.method = "lm";
   HybridGraph graph;
   for (const auto& factor : input.factors) graph.add(factor);
-  SolverOptions options;
-  options.relative_decrease = 1e-9;
   std::vector<Start> starts =
       pose_graph_starts(input.graph, input.factors, input.start, input.initial);
   if (!compare) starts.resize(1);
   StartsResult result = solve_from_starts(graph, starts, options);
   const SolverReport& report = result.report;
   if (report.status == SolverStatus::kIterationLimit) {
-    solution.message =
-        fmt::format("stopped after {} iterations before it converged", report.iterations);
+    solution.message = fmt::format(
+        "stopped after {} iterations before it converged; --set "
+        "solver.max_iterations=N allows more",
+        report.iterations);
   } else if (report.status == SolverStatus::kStalled) {
     solution.message = report.message;
   } else if (report.status != SolverStatus::kConverged) {

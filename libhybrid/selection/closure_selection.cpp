@@ -27,9 +27,9 @@ class ClosureSelection {
     if (try_all()) result.objectives.push_back(map_.objective());
     admit_all(result.objectives);
     if (!options_.trust_start) ask_again(result.objectives);
-    result.converged = round_ < options_.max_rounds;
     map_.finish(result);
-    if (!result.converged) {
+    if (round_ >= options_.max_rounds) {
+      result.converged = false;
       result.message = "closures were still admitted after " + std::to_string(options_.max_rounds) +
                        " macro-steps, the limit";
     }

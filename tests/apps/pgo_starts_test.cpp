@@ -54,6 +54,21 @@ TEST_F(PgoStarts, AGoodStartIsTakenAsItIs) {
   EXPECT_NEAR(solve(file, "--start tree")["cost"], chosen["cost"], 1e-4);
 }
 
+TEST_F(PgoStarts, IterationsThatRanOutAreSaidAndSettable) {
+  worlds::World world = worlds::torus(12, 20, {0.1, 0.1}, 5);
+  const std::string file = write("graph.g2o", to_g2o(world.graph));
+  for (const char* method : {"lm", "selection"}) {
+    const std::string command = "hybrid-pgo " + file + " --no-pictures --start odometry --method " +
+                                method + " -o " + at("out") + " --set ";
+    const Ran few = run_app(command + "solver.max_iterations=1");
+    EXPECT_EQ(few.code, 2) << few.text;
+    EXPECT_NE(few.text.find("iteration"), std::string::npos) << few.text;
+    EXPECT_EQ(few.text.find("macro-steps"), std::string::npos) << few.text;
+    const Ran many = run_app(command + "solver.max_iterations=200");
+    EXPECT_EQ(many.code, 0) << many.text;
+  }
+}
+
 TEST_F(PgoStarts, ACertificateTellsTheOptimumFromAnotherMinimum) {
   worlds::World world = worlds::torus(12, 20, {0.1, 0.2}, 5);
   scramble(world, 6);

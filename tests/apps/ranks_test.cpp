@@ -92,11 +92,17 @@ TEST_F(RanksTest, TellAnErrorOnce) {
   ASSERT_NE(first, std::string::npos) << ran.text;
   EXPECT_NE(ran.text.find("did you mean 'trials'"), std::string::npos) << ran.text;
   EXPECT_EQ(ran.text.find("hybrid-experiment: ", first + 1), std::string::npos) << ran.text;
-  // A file that fails when its turn comes.
+  // A file that fails when its turn comes: its trials fail, and no others.
   write("b.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 6 1 0 0 1 0 0 1 0 1\n");
   const Ran parts = run_app(command(config("trials = 1"), "parts"), mpirun(2));
-  EXPECT_EQ(parts.code, 1) << parts.text;
+  EXPECT_EQ(parts.code, 2) << parts.text;
   EXPECT_NE(parts.text.find("b.g2o"), std::string::npos) << parts.text;
+  const std::string ini = config("trials = 1");
+  EXPECT_EQ(run_app(command(ini, "alone")).code, 2);
+  EXPECT_EQ(rows("parts"), rows("alone"));
+  EXPECT_EQ(rows("alone").size(), 4U);
+  EXPECT_NE(read("alone/results.csv").find("a,,gnc,0,1,ok,"), std::string::npos);
+  EXPECT_NE(read("alone/results.csv").find("b,,gnc,0,1,failed,"), std::string::npos);
 }
 
 /// The processes of a program whose command line holds this text, except mpirun itself, by their
@@ -157,6 +163,18 @@ TEST_F(RanksTest, ADeadOneLosesOnlyItsTrial) {
   const Ran again = run_app(run);
   EXPECT_EQ(again.code, 0) << again.text;
   EXPECT_NE(again.text.find("159 of 160 trials have been run before"), std::string::npos);
+}
+
+TEST_F(RanksTest, ADeadOneKeepsNoneOverLibfabric) {
+  // A message to a dead rank waits for ever there.
+  if (run_shell("ompi_info | grep -q 'MCA mtl: ofi'").code != 0) GTEST_SKIP() << "no libfabric";
+  const std::string ini = config("outlier_rates = 0.4\ntrials = 40\nrank_silence = 3");
+  const std::string run = command(ini, "out");
+  const Ran ran = run_and_kill(run, mpirun(3, "--enable-recovery --mca pml cm --mca mtl ofi"),
+                               folder / "out/results.csv", 2);
+  const Ran again = run_app(run);  // the first one has ended
+  EXPECT_EQ(again.code, 0) << again.text << ran.text;
+  EXPECT_EQ(rows("out").size(), 160U);
 }
 
 TEST_F(RanksTest, GoOnAfterMpirunHasEndedAll) {
