@@ -74,7 +74,8 @@ std::vector<WindowSmoother::Departure> WindowSmoother::surplus() {
   std::unordered_map<Key, int> newer;
   std::vector<std::size_t> found;  // newest first
   for (std::size_t i = states_.size(); i-- > 0;) {
-    const bool needed = is_needed(states_[i], newer) || anchors_.count(states_[i]) != 0;
+    const bool needed = is_needed(states_[i], newer) || anchors_.count(states_[i]) != 0 ||
+                        held_.count(states_[i]) != 0;
     if (!needed && states_.size() - i > static_cast<std::size_t>(std::max(window_.sightings, 1)))
       found.push_back(i);
   }

@@ -30,13 +30,20 @@ const Table* WindowSmoother::past_table(Key key) const {
   return it == past_tables_.end() ? nullptr : &it->second;
 }
 
-WindowReport WindowSmoother::update(const Delta& delta) {
+WindowReport WindowSmoother::update_keeping_all(const Delta& delta) {
   WindowReport report;
   const bool full = window_.mode == WindowOptions::Mode::kFull;
   static_cast<UpdateReport&>(report) = full ? smoother_.update(delta) : take_in(delta);
   if (full || report.status != UpdateReport::Status::kOk) return report;
   ++updates_;
   touch(delta, report.handles);
+  return report;
+}
+
+WindowReport WindowSmoother::update(const Delta& delta) {
+  WindowReport report = update_keeping_all(delta);
+  const bool full = window_.mode == WindowOptions::Mode::kFull;
+  if (full || report.status != UpdateReport::Status::kOk) return report;
   if (is_bounded()) {
     for (const Departure& going : surplus()) {
       if (leave(going, report) && going.anchor) absorb(*going.anchor, report);
@@ -162,7 +169,7 @@ std::vector<Key> WindowSmoother::outdated(const Delta& delta) const {
     new_state = new_state || is_state(key, delta.values.type(key));
   }
   for (const auto& [key, update] : last_touch_) {
-    if (names(window_.lasting, key)) continue;
+    if (names(window_.lasting, key) || held_.count(key) != 0) continue;
     if (!filter && update <= updates_ - window_.lag) keys.push_back(key);
     if (filter && new_state && is_state(key, smoother_.values().type(key)) &&
         !delta.values.contains(key)) {

@@ -87,11 +87,19 @@ class WindowSmoother {
       : window_(window), smoother_(options) {}
 
   WindowReport update(const Delta& delta);
+  /// The same, but nothing leaves before the next update: objectives before and after tell what the
+  /// change is worth, and the change can be taken back.
+  WindowReport update_keeping_all(const Delta& delta);
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10) {
     return smoother_.converge(max_rounds, tolerance);
   }
 
   UpdateReport settle() { return smoother_.settle(); }
+
+  /// Keeps a variable in the graph, e.g. one of which something is to be taken back, until
+  /// `release`.
+  void hold(Key key) { held_.insert(key); }
+  void release(Key key) { held_.erase(key); }
 
   /// Converges from another place, of all variables in the window, and stays there only if the
   /// objective is lower then; the report is empty if it is not.
@@ -178,6 +186,7 @@ class WindowSmoother {
   std::unordered_map<Key, std::vector<Handle>> holders_;  // factors by discrete variable
   std::unordered_map<Key, Handle> table_;  // single-variable tables that marginalisation left
   std::optional<Handle> constant_;         // and the table over no variable
+  std::set<Key> held_;                     // see hold
   int updates_ = 0;
 
   // Of a bounded window.

@@ -47,6 +47,9 @@ class Backend {
 
   /// Applies one atomic change. Throws Error, and stays unchanged, if the change is impossible.
   virtual BackendReport update(const Delta& delta) = 0;
+  /// The same for a change that is judged by the objectives before and after: nothing leaves the
+  /// graph before the next update.
+  virtual BackendReport update_keeping_all(const Delta& delta) { return update(delta); }
 
   /// Solves to convergence, after the last change.
   virtual BackendReport finish() = 0;
@@ -70,6 +73,10 @@ class Backend {
 
   /// Whether a variable is in the graph and not marginalised.
   virtual bool holds(Key key) const = 0;
+
+  /// Keeps a variable in the graph although its time comes, until `release`.
+  virtual void hold(Key /*key*/) {}
+  virtual void release(Key /*key*/) {}
 
   /// Figures for the summary of a run, by name; empty if there are none.
   virtual std::map<std::string, double> statistics() const { return {}; }

@@ -59,6 +59,7 @@ void Mapper::note_start(const Delta& motion, const BackendReport& report) {
   const bool first = robot().poses.empty() && !motion.continuous.empty();
   if (!first || !robot().options.motion.start || robot().start) return;
   robot().start = report.handles.continuous.front();
+  if (robot().options.motion.start->found) backend_->hold(pose_key(steps_.size()));
 }
 
 void Mapper::forget_start(std::size_t number) {
@@ -71,6 +72,7 @@ void Mapper::forget_start(std::size_t number) {
   delta.continuous.push_back(origin_factor(pose_key(robot.poses.front()), wide, is_3d_));
   robot.start.reset();
   count(backend_->update(delta));
+  backend_->release(pose_key(robot.poses.front()));
 }
 
 std::map<std::int64_t, double> Mapper::existence() const {

@@ -10,6 +10,7 @@
 #include <new>
 #include <utility>
 
+#include "libhybrid/core/elapsed.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
 namespace hybrid {
@@ -91,10 +92,12 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
   Delta all = delta;
   std::array<std::size_t, 3> first = {delta.continuous.size(), delta.discrete.size(),
                                       delta.hybrid.size()};
+  const bool settles = std::any_of(contributions.begin(), contributions.end(),
+                                   [](const Contribution& c) { return c.settle; });
   BackendReport report;
   try {
     for (const Contribution& contribution : contributions) merge(all, contribution.delta);
-    report = backend_->update(all);
+    report = settles ? backend_->update_keeping_all(all) : backend_->update(all);
   } catch (const std::bad_alloc&) {
     for (const auto& plugin : plugins_) plugin->refused();
     landmarks_.roll_back();
@@ -107,10 +110,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
   keep(report);
   for (const Contribution& contribution : contributions) keep(contribution);
   note_start(delta, report);
-  if (std::any_of(contributions.begin(), contributions.end(),
-                  [](const Contribution& c) { return c.settle; })) {
-    add_work(report, solve(&Backend::settle));
-  }
+  if (settles) add_work(report, solve(&Backend::settle));
   for (std::size_t p = 0; p < contributions.size(); ++p) tell(p, contributions[p], report, first);
   count(report);
   return report;
@@ -131,10 +131,12 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
     }
     try {
       enter(own, landmarks_);
-      BackendReport one = backend_->update(own.delta);
+      BackendReport one =
+          own.settle ? backend_->update_keeping_all(own.delta) : backend_->update(own.delta);
       landmarks_.commit();
       keep(one);
       keep(own);
+      if (own.settle) add_work(one, solve(&Backend::settle));
       std::array<std::size_t, 3> first{};
       tell(p, own, one, first);
       count(one);
@@ -174,9 +176,12 @@ void Mapper::count(const BackendReport& report) {
   objective_ = report.objective_after;
 }
 
-/// Solves by one of the back-end's ways; if that fails, the estimate stays as it is.
+/// Solves by one of the back-end's ways, all of whose time counts; if that fails, the estimate
+/// stays as it is.
 BackendReport Mapper::solve(BackendReport (Backend::*way)()) try {
+  const auto start = std::chrono::steady_clock::now();
   BackendReport report = (backend_.get()->*way)();
+  report.seconds = seconds_since(start);
   keep(report);
   return report;
 } catch (const Error& e) {

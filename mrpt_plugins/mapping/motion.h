@@ -28,6 +28,9 @@ struct KnownStart {
   Eigen::Isometry3d T_map_robot = Eigen::Isometry3d::Identity();
   /// Tangent covariance of a right perturbation, 3x3 in 2-D, 6x6 in 3-D.
   Eigen::MatrixXd covariance;
+  /// Whether it is from measurements that the map gets too: Mapper::forget_start gives it up, and
+  /// until then its pose stays in the graph.
+  bool found = false;
 };
 
 /// Motion model. Sigmas are over (x, y, angle) in 2-D and over (x, y, z, rotation vector) in 3-D

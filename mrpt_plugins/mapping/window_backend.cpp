@@ -71,7 +71,15 @@ void WindowBackend::merge(const std::vector<Key>& changed, const std::vector<Key
 }
 
 BackendReport WindowBackend::update(const Delta& delta) {
-  const WindowReport update = smoother_.update(delta);
+  return take(smoother_.update(delta), delta);
+}
+
+BackendReport WindowBackend::update_keeping_all(const Delta& delta) {
+  return take(smoother_.update_keeping_all(delta), delta);
+}
+
+/// Takes an update of the window over into the estimate of all variables.
+BackendReport WindowBackend::take(const WindowReport& update, const Delta& delta) {
   if (update.status == UpdateReport::Status::kSingular) throw Error(update.message);
   for (const Key key : delta.remove_values) {
     if (merged_.values.contains(key)) merged_.values.erase(key);

@@ -41,12 +41,13 @@ Team::Team(const ReplayRequest& request, ReplaySettings& settings, const MapReco
   std::vector<std::size_t> lost;
   const auto enter = [&](std::size_t i, const FoundStart& found) {
     robots[i].options.motion.start = found.start;
+    robots[i].options.motion.start->found = !members_[i].given;
     members_[i].known_at = found.keyframe;
   };
   for (std::size_t i = 0; i < robots.size(); ++i) {
     if (const auto given = given_start(robots[i].start, is_3d)) {
-      enter(i, {*given, 0});
       members_[i].given = true;
+      enter(i, {*given, 0});
     } else if (const auto found =
                    has_map ? find_in_map(chosen, settings, i, known) : std::nullopt) {
       enter(i, *found);

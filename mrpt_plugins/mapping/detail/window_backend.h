@@ -22,6 +22,7 @@ class WindowBackend : public Backend {
 
   std::string mode() const override;
   BackendReport update(const Delta& delta) override;
+  BackendReport update_keeping_all(const Delta& delta) override;
   BackendReport finish() override;
   BackendReport settle() override;
   const Values& values() const override;
@@ -30,6 +31,8 @@ class WindowBackend : public Backend {
   std::vector<Key> elimination_order() const override;
   bool keeps_all() const override { return is_full() || is_bounded(); }
   bool holds(Key key) const override { return smoother_.smoother().values().contains(key); }
+  void hold(Key key) override { smoother_.hold(key); }
+  void release(Key key) override { smoother_.release(key); }
   Eigen::MatrixXd joint_covariance(const std::vector<Key>& keys) const override {
     return smoother_.smoother().joint_covariance(keys);
   }
@@ -46,6 +49,7 @@ class WindowBackend : public Backend {
   bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }
   /// Whether the estimate of the graph is that of all variables.
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
+  BackendReport take(const WindowReport& update, const Delta& delta);
   UpdateReport solve_from_chordal_start();
   void merge(const std::vector<Key>& changed, const std::vector<Key>& left,
              const std::vector<Key>& left_discrete);

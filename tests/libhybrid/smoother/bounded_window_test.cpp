@@ -82,6 +82,21 @@ TEST(BoundedWindow, GraphAndMemoryStayAsTheyAreInAKnownPlace) {
   }
 }
 
+// A change is judged by the objective before and after: what leaves has to wait.
+TEST(BoundedWindow, KeepsAllWhereAChangeIsToBeJudged) {
+  WindowSmoother window(bounded(60, 5));
+  SimulatedWalk<SE2> world({}, 3);
+  for (int t = 0; t < 150; ++t) {
+    EXPECT_TRUE(window.update_keeping_all(world.step(window.smoother().values())).left.empty());
+  }
+  window.settle();
+  const double before = window.smoother().objective();
+  EXPECT_TRUE(window.update_keeping_all({}).left.empty());
+  EXPECT_NEAR(window.smoother().objective(), before, 1e-3);
+  EXPECT_EQ(window.update({}).left.size(), 50U);
+  EXPECT_GT(std::abs(window.smoother().objective() - before), 10.0);
+}
+
 // What is newly explored stays, and of a place as many sightings of each landmark as are asked for.
 TEST(BoundedWindow, KeepsTheNewestSightingsOfEachLandmark) {
   const int sightings = 7;
