@@ -45,6 +45,10 @@ void bind_keys(py::module_& m) {
   py::class_<DiscreteKey>(m, "DiscreteKey",
                           "A discrete variable: its key and the number of values it can take.")
       .def(py::init([](Key key, int cardinality) {
+             if (cardinality < 1) {
+               throw Error("discrete variable " + to_string(key) +
+                           " needs at least one value, got " + std::to_string(cardinality));
+             }
              return DiscreteKey{key, cardinality};
            }),
            "key"_a, "cardinality"_a)

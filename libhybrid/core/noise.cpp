@@ -35,6 +35,7 @@ Noise::Noise(Eigen::MatrixXd sqrt_information) : sqrt_information_(std::move(sqr
 }
 
 Noise Noise::isotropic(int dim, double sigma) {
+  if (dim < 1) throw Error("noise needs at least one dimension, got " + std::to_string(dim));
   return diagonal(Eigen::VectorXd::Constant(dim, sigma));
 }
 

@@ -24,6 +24,11 @@ Eigen::MatrixXd random_covariance(testing::Random& random, int dim) {
   return a * a.transpose() + 0.1 * Eigen::MatrixXd::Identity(dim, dim);
 }
 
+TEST(Noise, ANegativeDimensionIsRefused) {
+  EXPECT_THROW(Noise::isotropic(-1, 1.0), Error);
+  EXPECT_THROW(Noise::isotropic(0, 1.0), Error);
+}
+
 TEST(Noise, AllConstructorsAgree) {
   testing::Random random{41};
   for (int dim = 1; dim <= 6; ++dim) {
