@@ -321,6 +321,21 @@ def test_closures_selected_online(tmp_path):
     assert selection.status(1) == h.ClosureStatus.ACCEPTED
 
 
+def test_misuse_is_an_error_and_no_crash(tmp_path):
+    graph = ring(tmp_path)
+    feed = h.PoseFeed(graph, graph.values)
+    smoother = h.IncrementalSmoother()
+    while not feed.done:
+        smoother.update(feed.next(smoother))
+    for beyond in (lambda: feed.pose, lambda: feed.next(smoother)):
+        with pytest.raises(h.Error, match="no pose is left"):
+            beyond()
+    with pytest.raises(h.Error, match="at least one value"):
+        h.DiscreteKey("d0", -1)
+    with pytest.raises(h.Error, match="at least one dimension"):
+        h.Noise.isotropic(-1, 0.1)
+
+
 def test_clouds(tmp_path):
     with pytest.raises(h.Error, match="n x 3"):
         h.register_clouds(np.zeros((4, 2)), np.zeros((4, 3)))
