@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Makes the tables that `hybrid-import csv` reads of a ROS 2 bag in MCAP: nav_msgs/Odometry and vision_msgs/Detection3DArray.
+"""Makes the tables that `hybrid-import csv` reads of a ROS 2 bag in MCAP: nav_msgs/Odometry, and vision_msgs/Detection3DArray or
+the transforms from a camera to tags that apriltag_ros publishes.
 
 Chunks that are compressed need python3-zstandard or python3-lz4; all else is Python's own. Messages are decoded by the
 definitions that the bag itself holds, so that any version of vision_msgs serves. docs/importing.md has an example.
@@ -11,12 +12,14 @@ import argparse
 import csv
 import math
 import pathlib
+import re
 import struct
 import sys
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
 ODOMETRY, DETECTIONS = "nav_msgs/msg/Odometry", "vision_msgs/msg/Detection3DArray"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
 
 class BagError(Exception):
@@ -288,16 +291,39 @@ def best_class(results):
     return str(best.get("class_id", best.get("id", ""))), best["score"]
 
 
+def measured_of(p, plane, optical):
+    """Range and yaw, in space also pitch, of a point in the frame of the sensor."""
+    x, y, z = (p["z"], -p["x"], -p["y"]) if optical else (p["x"], p["y"], p["z"])
+    flat = math.hypot(x, y)
+    return [flat, math.atan2(y, x)] if plane else [math.hypot(flat, z), math.atan2(y, x), -math.atan2(z, flat)]
+
+
+def tag_rows(messages, camera, plane):
+    """Rows of the transforms from the optical frame of a camera to frames whose names end in the number of a tag."""
+    rows, parents = [], set()
+    for message in messages:
+        for transform in message["transforms"]:
+            number = re.search(r"[0-9]+$", transform["child_frame_id"])
+            if number is None:
+                continue
+            parents.add(transform["header"]["frame_id"])
+            if transform["header"]["frame_id"] == camera:
+                measured = measured_of(transform["transform"]["translation"], plane, True)
+                rows.append([time_of(transform["header"]), *measured, "", "", int(number.group())])
+    if not rows:
+        known = ", ".join(sorted(parents)) or "none"
+        raise BagError(f"no transform leads from {camera} to a tag; frames that lead to numbered ones: {known}")
+    return sorted(rows, key=lambda row: row[0])
+
+
 def detection_rows(messages, plane, optical):
     rows, numbers = [], {}
     for message in messages:
         for detection in message["detections"]:
             p = detection["bbox"]["center"]["position"]
-            x, y, z = (p["z"], -p["x"], -p["y"]) if optical else (p["x"], p["y"], p["z"])
-            flat = math.hypot(x, y)
             name = detection.get("id", detection.get("tracking_id", ""))
             number = "" if name == "" else int(name) if name.isdigit() else numbers.setdefault(name, len(numbers))
-            measured = [flat, math.atan2(y, x)] if plane else [math.hypot(flat, z), math.atan2(y, x), -math.atan2(z, flat)]
+            measured = measured_of(p, plane, optical)
             rows.append([time_of(message["header"]), *measured, *best_class(detection["results"]), number])
     if numbers and any(isinstance(row[-1], int) and row[-1] not in numbers.values() for row in rows):
         raise BagError("some ids of detections are numbers and some are names")
@@ -320,7 +346,8 @@ def convert(options):
         raise BagError("no MCAP file is there")
     topics = topics_of(files)
     odometry = chosen_topic(topics, ODOMETRY, options.odometry)
-    detections = chosen_topic(topics, DETECTIONS, options.detections)
+    kind = TRANSFORMS if options.tags else DETECTIONS
+    detections = chosen_topic(topics, kind, options.detections or ("/tf" if options.tags else None))
     rows, dropped = odometry_rows(messages_of(files, odometry), options.plane)
     if dropped:
         print(f"odometry dropped: its time does not rise: {dropped}")
@@ -329,8 +356,10 @@ def convert(options):
     pose = ["time", "x", "y", "yaw"] if options.plane else ["time", "x", "y", "z", "yaw", "pitch", "roll"]
     write_table(out / "odometry.csv", pose, rows)
     measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
+    seen = messages_of(files, detections)
     write_table(out / "detections.csv", [*measured, "class", "score", "id"],
-                detection_rows(messages_of(files, detections), options.plane, options.optical))
+                tag_rows(seen, options.tags, options.plane) if options.tags else
+                detection_rows(seen, options.plane, options.optical))
 
 
 def main():
@@ -338,6 +367,9 @@ def main():
     parser.add_argument("bag", nargs="+", help="F.mcap, or the folder of a bag")
     parser.add_argument("--odometry", metavar="TOPIC", help="of nav_msgs/Odometry; may be left out where there is one")
     parser.add_argument("--detections", metavar="TOPIC", help="of vision_msgs/Detection3DArray; likewise")
+    parser.add_argument("--tags", metavar="FRAME",
+                        help="detections are the transforms (of /tf, or --detections) from this optical frame of a camera to "
+                             "frames whose names end in the number of a tag, as tag36h11:7")
     parser.add_argument("--plane", action="store_true", help="leave z, pitch and roll out")
     parser.add_argument("--optical", action="store_true",
                         help="detections are in the optical frame of a camera: z ahead, x to the right, y down")

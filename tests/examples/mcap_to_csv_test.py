@@ -25,7 +25,10 @@ COMMON = {
     "geometry_msgs/Point": "float64 x\nfloat64 y\nfloat64 z\n",
     "geometry_msgs/Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
     "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
+    "geometry_msgs/TransformStamped": "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
+    "geometry_msgs/Transform": "Vector3 translation\nQuaternion rotation\n",
 }
+TRANSFORMS = {"tf2_msgs/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"}
 ODOMETRY = {"nav_msgs/Odometry": "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"}
 DETECTIONS = {
     "vision_msgs/Detection3DArray": "uint8 KIND=3\nstd_msgs/Header header\nvision_msgs/Detection3D[] detections\n",
@@ -68,8 +71,8 @@ class Cdr:
         self.data += value.encode() + b"\0"
         return self
 
-    def header(self, time):
-        return self.put("i", int(time)).put("I", round(1e9 * (time % 1))).string("map")
+    def header(self, time, frame="map"):
+        return self.put("i", int(time)).put("I", round(1e9 * (time % 1))).string(frame)
 
     def pose(self, x, y, z=0.0, yaw=0.0):
         return self.put("d", x, y, z, 0, 0, math.sin(yaw / 2), math.cos(yaw / 2))
@@ -93,6 +96,14 @@ def detections(time, seen, old=False):
         if old:
             out.put("B", 1)
         out.string(name)
+    return out.whole()
+
+
+def transforms(time, seen):
+    """`seen` is (parent, child, x, y, z)."""
+    out = Cdr().put("I", len(seen))
+    for parent, child, x, y, z in seen:
+        out.header(time, parent).string(child).pose(x, y, z)
     return out.whole()
 
 
@@ -192,6 +203,19 @@ class McapToCsv(unittest.TestCase):
         low = self.table("detections.csv")[1]  # 2 m ahead and 2 m down
         self.assertAlmostEqual(float(low["yaw"]), 0)
         self.assertAlmostEqual(float(low["pitch"]), math.pi / 4)
+
+    def test_tags_are_transforms_from_the_camera(self):
+        topics = [("/odom", ODOMETRY), ("/tf", TRANSFORMS)]
+        seen = [("camera", "tag36h11:12", 0.5, 1.0, 2.0), ("odom", "base_2", 9, 9, 9), ("camera", "mount", 1, 1, 1)]
+        messages = [(0, odometry(5, 0, 0, 0)), (1, transforms(5.25, seen))]
+        ran = self.run_script(bag(topics, messages), "--tags", "camera", "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        (tag,) = self.table("detections.csv")  # 2 m ahead and .5 m to the right
+        self.assertEqual((tag["time"], tag["id"]), ("5.25", "12"))
+        self.assertAlmostEqual(float(tag["range"]), math.hypot(2, 0.5))
+        self.assertAlmostEqual(float(tag["yaw"]), math.atan2(-0.5, 2))
+        ran = self.run_script(bag(topics, messages), "--tags", "lens")
+        self.assertIn("no transform leads from lens to a tag; frames that lead to numbered ones: camera, odom", ran.stderr)
 
     def test_what_cannot_be_read_is_told(self):
         whole = bag(TOPICS, drive())
