@@ -19,7 +19,10 @@ std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t r
   settings.robots = {std::move(settings.robots[robot])};
   LogMerge source = open_logs(settings);
   Mapper mapper = make_mapper(settings, source.is_3d());
-  if (!map.class_names.empty()) mapper.adopt({map.class_names, {}, {}});
+  KnownMap kinds;  // without landmarks: these are not in the frame of the robot yet
+  kinds.identified = map.identified;
+  kinds.class_names = map.class_names;
+  mapper.adopt(kinds);
   Localizer localizer(map, odds);
   return about({settings.robots.front().rawlog}, [&]() -> std::optional<FoundStart> {
     for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {
