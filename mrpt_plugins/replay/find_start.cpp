@@ -22,7 +22,10 @@ std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t r
   KnownMap kinds;  // without landmarks: these are not in the frame of the robot yet
   kinds.identified = map.identified;
   kinds.class_names = map.class_names;
-  mapper.adopt(kinds);
+  about(std::vector<std::string>{settings.map.file}, [&] {
+    mapper.adopt(kinds);
+    return 0;
+  });
   Localizer localizer(map, odds);
   return about({settings.robots.front().rawlog}, [&]() -> std::optional<FoundStart> {
     for (std::size_t i = 0; const auto keyframe = source.next(); ++i) {
