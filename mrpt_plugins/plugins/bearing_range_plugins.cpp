@@ -107,7 +107,7 @@ void ClassedBearingRangeKnownIds::configure(IniSection section) {
 
 void ClassedBearingRangeKnownIds::adopt(const KnownMap& known, bool) {
   refuse_numbered(known);
-  classes_.learn_names(known.class_names);
+  if (!known.class_names.empty()) classes_.learn_names(known.class_names);
 }
 
 Contribution ClassedBearingRangeKnownIds::observe(const Frame& frame, const MapView& map) {
