@@ -127,7 +127,7 @@ TEST_F(MapTest, RefusesWhatDoesNotFitTheLog) {
   expect_refusal(with + " -c " + config("kf_slam_6d_demo.ini") + " --set solver.mode=incremental",
                  "a.hmap", "in the plane");
   expect_refusal(with + " -c " + config("classed_demo.ini") + " --set map.start=0,0,0", "a.hmap",
-                 "classes");
+                 "--set sensor.ids=none");
   const std::string again = "hybrid-replay " + replay_of("", "a.hmap", "new");
   expect_refusal(again + " --map-mode build", "a.hmap", "holds a map already");
   expect_refusal(again + " --resume", "a.hmap", "nothing to resume");
