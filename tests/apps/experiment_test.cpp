@@ -244,7 +244,7 @@ TEST_F(Experiment, BadInput) {
   // A graph of two parts fails when its turn comes, and says so.
   write("laps.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 6 1 0 0 1 0 0 1 0 1\n");
   const Ran parts = run("-c " + config("methods = gnc") + " -o " + at("parts"));
-  EXPECT_EQ(parts.code, 1);
+  EXPECT_EQ(parts.code, 2);
   EXPECT_NE(parts.text.find("laps.g2o"), std::string::npos) << parts.text;
   // Without closures nothing can be false, and all methods are odometry.
   write("laps.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
