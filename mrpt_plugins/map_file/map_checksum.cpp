@@ -23,8 +23,8 @@ constexpr const char* kContent[] = {
     "SELECT * FROM session ORDER BY id",
     "SELECT * FROM input ORDER BY session, number",
     "SELECT * FROM robot ORDER BY session, number",
-    "SELECT * FROM keyframe WHERE session IN (SELECT id FROM session WHERE complete = 1) "
-    "ORDER BY session, number",
+    ("SELECT * FROM keyframe WHERE session IN (SELECT id FROM session WHERE complete = 1) "
+     "ORDER BY session, number"),
     "SELECT * FROM landmark ORDER BY id",
     "SELECT * FROM landmark_class ORDER BY landmark, class",
     "SELECT * FROM prior ORDER BY landmark, number"};
