@@ -7,10 +7,9 @@
 
 namespace HYBRID_API hybrid {
 
-/// Solves a pose graph pose by pose, with OnlineSelection on its closures; verdicts are in
-/// the order of `to_robust_problem`, which says what an empty `trusted` means. `initial` holds the
-/// first pose. Throws Error if the trusted
-/// measurements do not connect a pose to those before it.
+/// Solves a pose graph pose by pose, with OnlineSelection on its closures; verdicts are in the
+/// order of `to_robust_problem`, which says what an empty `trusted` means. `initial` holds the
+/// first pose. Throws Error if the trusted measurements do not connect a pose to those before it.
 RobustResult solve_online(const PoseGraph& graph, const Values& initial, const Trust& trusted = {},
                           const OnlineSelectionOptions& options = {});
 
