@@ -40,7 +40,7 @@ FLOORS = {
         {"movers"},
         {"baselines", "landmarks"},
         {"selection", "maps", "initialization"},
-        {"objects"},
+        {"objects", "scans"},
         {"hybrid.h"},
     ],
     "mrpt_plugins": [
