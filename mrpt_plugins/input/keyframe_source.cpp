@@ -204,10 +204,22 @@ DropReport KeyframeSource::warnings() const {
   return all;
 }
 
+/// The keyframe of a step, whose detections it has already.
+Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
+  keyframe.row = step.index;
+  keyframe.time = step.time;
+  keyframe.odometry = policy_.odometry();
+  keyframe.observations = std::move(step.observations);
+  keyframe.scans = scans_.release();
+  return keyframe;
+}
+
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
     const bool is_keyframe = policy_.is_keyframe(*step);
     collect_scans(*step);
+    skipped_.reset();
+    if (!is_keyframe && options_.ends_with_keyframe) skipped_ = *step;
     if (!is_keyframe && !options_.tracklets) continue;
     Keyframe keyframe;
     for (const auto& observation : step->observations) {
@@ -219,15 +231,11 @@ std::optional<Keyframe> KeyframeSource::read() {
       keyframe.detections.push_back(std::move(*frame));
     }
     if (options_.tracklets) track(*step, is_keyframe, keyframe.detections);
-    if (!is_keyframe) continue;
-    keyframe.row = step->index;
-    keyframe.time = step->time;
-    keyframe.odometry = policy_.odometry();
-    keyframe.observations = std::move(step->observations);
-    keyframe.scans = scans_.release();
-    return keyframe;
+    if (is_keyframe) return make_keyframe(*step, std::move(keyframe));
   }
-  return std::nullopt;
+  if (!skipped_) return std::nullopt;
+  LogStep last = *std::exchange(skipped_, std::nullopt);
+  return make_keyframe(last, {});
 }
 
 }  // namespace hybrid

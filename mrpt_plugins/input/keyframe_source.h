@@ -43,6 +43,8 @@ struct SourceOptions {
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
   ScanOptions scans;
+  /// The last step becomes a keyframe, so that the scans since the keyframe before are not lost.
+  bool ends_with_keyframe = false;
   Dimension dimension = Dimension::kAuto;
 };
 
@@ -80,13 +82,15 @@ class KeyframeSource {
   std::optional<Keyframe> read();
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
   void collect_scans(const LogStep& step);
+  Keyframe make_keyframe(LogStep& step, Keyframe keyframe);
 
   SourceOptions options_;
   RawlogReader reader_;
   KeyframePolicy policy_;
   DetectionTracker tracker_;
   ScanCollector scans_;
-  std::size_t halved_scans_ = 0;  // see is_halved_scan()
+  std::size_t halved_scans_ = 0;    // see is_halved_scan()
+  std::optional<LogStep> skipped_;  // the last step, where it is no keyframe and may become one
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;
