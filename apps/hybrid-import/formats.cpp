@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "mrpt_plugins/import/carmen.h"
 #include "mrpt_plugins/import/detection_tables.h"
 #include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
@@ -157,6 +158,23 @@ CLI::App* add_plaza(CLI::App& app, Convert& convert) {
   format->add_option("--identities", o->identities, "the graph with all identities, as truth");
   format->add_option("--inflate", o->inflate, "factor of the stated sigmas of x and y of motions");
   format->add_option("--period", o->period, "between poses [s]");
+  return format;
+}
+
+CLI::App* add_carmen(CLI::App& app, Convert& convert) {
+  const auto [format, o] = subcommand<CarmenOptions>(
+      app, convert, "carmen", "CARMEN: a robot with a laser range finder, such as those of Radish",
+      import_carmen);
+  format->add_option("log", o->file, "F.clf, also compressed: .bz2, .gz, .zst")->required();
+  format
+      ->add_option("--fov", o->fov_deg,
+                   "angle that the rays of FLASER lines cover [deg]; 0: as the log says, else 180")
+      ->check(CLI::Range(0.0, 360.0));
+  format
+      ->add_option("--max-range", o->max_range,
+                   "at which the sensor sees nothing [m]; 0: as the log says, else 80")
+      ->check(CLI::NonNegativeNumber);
+  add_walk(*format, o->walk);
   return format;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "libhybrid/movers/mover.h"
 #include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
+#include "mrpt_plugins/mapping/grid_map.h"
 
 namespace HYBRID_API hybrid {
 
@@ -81,6 +83,7 @@ struct MapResult {
   std::vector<std::string> mode_names;  ///< of motion; empty when motion has no modes
   std::vector<int> motion_modes;        ///< mode of the motion to each pose; -1: none
   std::vector<std::vector<double>> mode_probabilities;  ///< of these modes; empty where not known
+  std::shared_ptr<const GridMap> grid;  ///< of laser scans; null where none are kept
 };
 
 /// The poses of one robot.

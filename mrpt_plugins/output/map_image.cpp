@@ -24,6 +24,66 @@ std::vector<Pixel> to_pixels(const Axes& axes, const Trajectory& path) {
   return out;
 }
 
+/// What laser scans saw, at the resolution of the sheet, as far as a box shows it.
+class GridSheet {
+ public:
+  GridSheet(const Axes& axes, const Box& box, const GridMap& grid)
+      : grid_(grid),
+        image_{static_cast<int>(Canvas::kScale * box.width()),
+               static_cast<int>(Canvas::kScale * box.height()),
+               {}} {
+    constexpr std::uint8_t kWhite = 255;
+    image_.rgb.assign(kBytes * size(image_.width) * size(image_.height), kWhite);
+    const Pixel corner = axes.pixel(grid.corner.x(), grid.corner.y());
+    scale_ = Canvas::kScale * axes.pixels_per_unit() * grid.resolution;
+    left_ = Canvas::kScale * (corner.x() - box.left);
+    bottom_ = Canvas::kScale * (corner.y() - box.top);
+  }
+
+  /// Paints all cells of a kind, each at least a pixel large.
+  void paint(GridMap::Cell kind, const Color& color) {
+    for (int y = 0; y < grid_.height; ++y) {
+      const int top = clamped(bottom_ - (y + 1) * scale_, image_.height);
+      const int below = clamped(bottom_ - y * scale_ + 1, image_.height);
+      for (int x = 0; x < grid_.width; ++x) {
+        if (grid_.at(x, y) != kind) continue;
+        const int from = clamped(left_ + x * scale_, image_.width);
+        const int to = clamped(left_ + (x + 1) * scale_ + 1, image_.width);
+        for (int row = top; row < below; ++row) paint_row(row, from, to, color);
+      }
+    }
+  }
+
+  const Image& image() const { return image_; }
+
+ private:
+  static constexpr std::size_t kBytes = 3;  // of a pixel
+
+  static std::size_t size(int count) { return static_cast<std::size_t>(count); }
+  static int clamped(double at, int end) {
+    return static_cast<int>(std::clamp(std::floor(at), 0.0, static_cast<double>(end)));
+  }
+  void paint_row(int row, int from, int to, const Color& color) {
+    for (int column = from; column < to; ++column) {
+      const std::size_t at = kBytes * (size(row) * size(image_.width) + size(column));
+      image_.rgb[at] = color.red;
+      image_.rgb[at + 1] = color.green;
+      image_.rgb[at + 2] = color.blue;
+    }
+  }
+
+  const GridMap& grid_;
+  Image image_;
+  double scale_ = 1, left_ = 0, bottom_ = 0;  // of a cell, and where the grid begins [pixels]
+};
+
+void draw_grid(Canvas& canvas, const Axes& axes, const Box& box, const GridMap& grid) {
+  GridSheet sheet(axes, box, grid);
+  sheet.paint(GridMap::kFree, map_style::kFreeFloor);
+  sheet.paint(GridMap::kOccupied, map_style::kWall);
+  canvas.paste(sheet.image(), {box.left, box.top});
+}
+
 void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, double factor) {
   for (const LandmarkEstimate& l : result.landmarks) {
     const Eigen::Matrix2d covariance = l.covariance.topLeftCorner<2, 2>();
@@ -173,6 +233,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
       fmt::format("{}: {}{} poses of {}, {} landmarks",
                   result.is_3d ? "3-D map seen from above (z left out)" : "Plan", moment.clock,
                   result.trajectory.size(), whose(result), result.landmarks.size()));
+  if (result.grid) draw_grid(canvas, axes, box, *result.grid);
   axes.draw(canvas);
 
   LabelPlacer labels(box);
@@ -186,6 +247,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
+  if (result.grid) legend.line("wall, by laser scans", {map_style::kWall, 3});
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", palette::kMuted);

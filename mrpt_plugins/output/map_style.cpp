@@ -13,6 +13,18 @@
 #include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
+namespace {
+
+/// On the ground; of the height of another.
+Extent extent_of(const GridMap& grid, const Extent& height) {
+  Extent out = height;
+  out.low.head<2>() = grid.corner.array();
+  out.high.head<2>() =
+      grid.corner.array() + grid.resolution * Eigen::Array2d(grid.width, grid.height);
+  return out;
+}
+
+}  // namespace
 
 std::vector<DrawnPath> drawn_paths(const MapResult& result) {
   if (result.robots.empty()) return {{"estimated", result.trajectory, map_style::kEstimate}};
@@ -104,10 +116,14 @@ Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   if (extent.empty()) extent = reckoned;
   if (extent.empty()) extent.add(Eigen::Vector3d::Zero());
   const double room = 0.5 * (extent.high - extent.low).maxCoeff();
-  if (!reckoned.empty()) {
-    extent.low = extent.low.min(reckoned.low.max(extent.low - room));
-    extent.high = extent.high.max(reckoned.high.min(extent.high + room));
-  }
+  const Extent shown = extent;
+  const auto add_up_to_room = [&](const Extent& more) {
+    if (more.empty()) return;
+    extent.low = extent.low.min(more.low.max(shown.low - room));
+    extent.high = extent.high.max(more.high.min(shown.high + room));
+  };
+  add_up_to_room(reckoned);
+  if (result.grid) add_up_to_room(extent_of(*result.grid, shown));
   if ((extent.high - extent.low).head<2>().maxCoeff() < 0.5) {
     extent.low.head<2>() -= 0.25;
     extent.high.head<2>() += 0.25;

@@ -20,6 +20,7 @@ constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashe
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
 constexpr Stroke kSight{{106, 81, 163}, 2, LineStyle::kDashed};
 constexpr Color kTrueLandmark{110, 110, 110};
+constexpr Color kWall{70, 70, 70}, kFreeFloor{236, 240, 244};
 constexpr Stroke kMover{{200, 30, 120}, 2, LineStyle::kSolid};
 /// Motions of modes other than the first, drawn over the estimate.
 inline Stroke mode_stroke(int mode) {
@@ -60,9 +61,9 @@ struct Extent {
   bool empty() const { return low.x() > high.x(); }
 };
 
-/// Bounds of estimate, truth and landmarks, and of dead reckoning as long as it does not make the
-/// picture more than half as large again on any side; that of several robots is not drawn. Never
-/// empty, at least half a metre wide.
+/// Bounds of estimate, truth and landmarks, and of dead reckoning and what scans saw as long as
+/// they do not make the picture more than half as large again on any side; the dead reckoning of
+/// several robots is not drawn. Never empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
 
 /// Extent and scale of a picture of a map, shared by pictures that belong together.

@@ -24,6 +24,7 @@
 #include "mrpt_plugins/replay/detail/movie.h"
 #include "mrpt_plugins/replay/detail/result_files.h"
 #include "mrpt_plugins/replay/detail/run_report.h"
+#include "mrpt_plugins/replay/detail/scan_outputs.h"
 #include "mrpt_plugins/replay/detail/team.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
@@ -74,13 +75,14 @@ std::optional<Keyframe> next_keyframe(LogMerge& source, int& signal) {
 /// Feeds the log to the mapper, until the program is asked to stop, and solves to convergence.
 Ending map_log(LogMerge& source, Mapper& mapper, MapPlace& place, Team& team,
                const std::function<void(const ReplayProgress&)>& progress, Movie& movie,
-               RunReport& report) {
+               RunReport& report, ScanOutputs& scans) {
   int signal = 0;
   std::size_t keyframes = 0;
   while (const auto keyframe = next_keyframe(source, signal)) {
     const StepRecord& step = mapper.add(*keyframe);
     team.added(keyframe->robot, mapper);
     place.added(mapper);
+    scans.added(step, *keyframe);
     ++keyframes;
     std::string line = report.watch(mapper, step, *keyframe);
     if (progress) {
@@ -304,9 +306,14 @@ std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Tr
 std::vector<std::string> write_estimates(const OutputDirectory& out, const MapResult& result,
                                          const std::vector<RobotPart>& parts,
                                          const std::vector<Truth>& truths, const Mapper& mapper,
-                                         bool with_covariances) {
+                                         const ScanOutputs& scans, bool with_covariances) {
   std::vector<std::string> warnings = write_map(out, result, mapper.backend());
-  write_paths(out, parts, truths);
+  for (std::string& warning : scans.write(out, result, mapper)) {
+    warnings.push_back(std::move(warning));
+  }
+  std::vector<Trajectory> paths;
+  for (std::size_t i = 0; i < parts.size(); ++i) paths.push_back(scans.path(parts[i], result, i));
+  write_paths(out, parts, paths, truths);
   if (with_covariances) write_covariances(out, parts);
   return warnings;
 }
@@ -348,13 +355,15 @@ ReplayOutcome replay(const ReplayRequest& request,
   Mapper mapper = make_mapper(settings, is_3d);
   place.enter(mapper, team.is_in_map());
   RunReport report(request, settings, out);
+  ScanOutputs scans(settings);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
-  const auto [last, signal] =
-      about(files, [&] { return map_log(source, mapper, place, team, progress, movie, report); });
+  const auto [last, signal] = about(
+      files, [&] { return map_log(source, mapper, place, team, progress, movie, report, scans); });
 
   MapResult result = about(files, [&] { return mapper.result(); });
   result.title = settings.title;
+  scans.finish(result);
   report.finish(mapper, result, last.objective_after);
   ReplayOutcome outcome{summarize(source, plugins, mapper, last, result, signal), out.folder(),
                         signal};
@@ -369,7 +378,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   summary.provenance = provenance(request, settings, ini);
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
 
-  warn(summary, write_estimates(out, result, parts, truths, mapper, place.localizes()));
+  warn(summary, write_estimates(out, result, parts, truths, mapper, scans, place.localizes()));
   summary.total_s = seconds_since(start);  // without pictures
   const GroundTruth truth = joint_truth(truths);
   if (request.pictures) {

@@ -176,6 +176,13 @@ std::vector<std::string> read_plugin_names(IniFile& ini) {
            "suit what the log holds");
 }
 
+std::string read_scans_choice(IniFile& ini) {
+  return ini.section("map").choice(
+      "scans", kAuto, {kAuto, "yes", "no"},
+      "keep laser scans for map.pgm, map.simplemap, the pictures and a pose for each in "
+      "trajectory.tum; auto: where a plugin maps them");
+}
+
 bool is_auto(const std::vector<std::string>& names) {
   return names.size() == 1 && names.front() == kAuto;
 }
@@ -194,6 +201,33 @@ void reject_second_reading(const ReplayRequest& request, const SourceOptions& so
     throw Error(reason + "--frames and --video need a file, to know how many keyframes there are");
   }
   if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
+}
+
+/// Where nothing but scans is mapped, whose plugins take those between keyframes as well, and the
+/// INI sets no threshold: keyframes some motion apart.
+void space_keyframes(IniFile& ini, ReplaySettings& settings) {
+  const auto& plugins = settings.plugins;
+  const bool only_scans =
+      !plugins.empty() && std::all_of(plugins.begin(), plugins.end(), [](const auto& plugin) {
+        return plugin->takes_scans_between();
+      });
+  const IniSection keyframes = ini.section("keyframes");
+  const bool is_set =
+      keyframes.has("min_distance") || keyframes.has("min_angle_deg") || keyframes.has("min_time");
+  if (!only_scans || is_set) return;
+  for (RobotSettings& robot : settings.robots) {
+    KeyframeOptions& own = robot.source.keyframes;
+    if (own.min_distance > 0 || own.min_angle > 0 || own.min_time > 0) continue;
+    own = kScanKeyframes;
+    robot.source.ends_with_keyframe = true;
+  }
+}
+
+/// Whether scans are kept for the outputs, where that is up to the plugins.
+bool keeps_scans(const std::string& choice, const ReplaySettings& settings) {
+  if (choice != kAuto) return choice == "yes";
+  return std::any_of(settings.plugins.begin(), settings.plugins.end(),
+                     [](const auto& plugin) { return plugin->takes_scans_between(); });
 }
 
 /// Which of the plugins see what each robot observes.
@@ -222,6 +256,7 @@ void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
 ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   ReplaySettings settings = read_all_but_plugins(ini, request);
   const std::vector<std::string> names = read_plugin_names(ini);
+  const std::string scans = read_scans_choice(ini);
   std::map<std::string, std::shared_ptr<MappingPlugin>> made;
   const auto make = [&](const std::string& name) {
     auto& plugin = made[without_namespace(name)];
@@ -261,6 +296,8 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   if (request.report) {
     settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
   }
+  space_keyframes(ini, settings);
+  settings.keeps_scans = keeps_scans(scans, settings);
   choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
   return settings;
 }
@@ -298,6 +335,7 @@ std::string config_text(const ReplayRequest& request) {
   const std::unique_ptr<IniFile> ini = open_config(request);
   read_all_but_plugins(*ini, request);
   std::vector<std::string> names = read_plugin_names(*ini);
+  read_scans_choice(*ini);
   const std::vector<std::string> registered = registered_plugins();
   if (is_auto(names)) names = registered;
   for (const std::string& name : names) make_plugin(name, *ini);

@@ -38,6 +38,7 @@ struct ReplaySettings {
   MapOptions map;
   std::vector<std::shared_ptr<MappingPlugin>> plugins;
   std::vector<std::string> chosen;  ///< their names, where they were chosen by what the log holds
+  bool keeps_scans = false;         ///< for the outputs
   std::unique_ptr<Backend> backend;
 };
 

@@ -18,11 +18,11 @@ namespace hybrid {
 std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
                                    const Backend& backend);
 
-/// Writes trajectory.tum, trajectory_dead_reckoning.tum and, where there is a true path,
-/// trajectory_truth.tum, the true poses at the times of trajectory.tum in the frame of the map; of
+/// Writes trajectory.tum, which is `paths`, trajectory_dead_reckoning.tum and, where there is a
+/// true path, trajectory_truth.tum, the true poses at the keyframes in the frame of the map; of
 /// several robots, each in a folder of its name.
 void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
-                 const std::vector<Truth>& truths);
+                 const std::vector<Trajectory>& paths, const std::vector<Truth>& truths);
 
 /// Writes trajectory_covariances.csv; of several robots, each in a folder of its name.
 void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "mrpt_plugins/import/carmen.h"
 #include "mrpt_plugins/import/detection_tables.h"
 #include "mrpt_plugins/import/kitti.h"
 #include "mrpt_plugins/import/kitti_tracking.h"
@@ -38,7 +39,8 @@ constexpr const char* kNames[] = {"odometry.csv",
                                   "scan_times.txt",
                                   "tree_detections.txt",
                                   "gps.txt",
-                                  "victoria_park_known_assoc_gtsam.txt"};
+                                  "victoria_park_known_assoc_gtsam.txt",
+                                  "log.clf"};
 
 /// Writes the files of the input that have a name which a format reads; the others are removed.
 void write_files(const fuzz::Folder& folder, std::string_view text) {
@@ -98,7 +100,10 @@ ImportReport import_as(std::size_t format, const fuzz::Folder& folder, const std
     options.oracle_radius = 0.4;
     return import_stata(options, log);
   }
-  return import_victoria_park({path}, log);
+  if (format == 7) return import_victoria_park({path}, log);
+  CarmenOptions options;
+  options.file = folder.at("log.clf");
+  return import_carmen(options, log);
 }
 
 }  // namespace
@@ -106,7 +111,7 @@ ImportReport import_as(std::size_t format, const fuzz::Folder& folder, const std
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::Folder folder;
   fuzz::Input input(data, size);
-  const std::size_t format = input.choose(8);
+  const std::size_t format = input.choose(16);
   write_files(folder, input.rest());
   fuzz::allow_error([&] {
     const ImportReport report = import_as(format, folder, folder.at("out.rawlog"));

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <string>
+
+#include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/import/velocity_odometry.h"
+
+namespace HYBRID_API hybrid {
+
+/// A log of CARMEN with a laser range finder, as the Robotics Data Set Repository has them.
+struct CarmenOptions {
+  std::string file;  ///< F.clf, also compressed by bzip2, gzip or Zstandard
+  /// Angle that the rays of FLASER lines cover [deg]; 0: as PARAM lines say, else 180.
+  double fov_deg = 0;
+  double max_range = 0;  ///< where the sensor sees nothing [m]; 0: as the log says, else 80
+  /// Noise of the odometry, of which the log says nothing.
+  OdometryWalk walk{0.05, 0.05, 0.02, 0.05, 1e-3};
+};
+
+/// Converts a log into a planar one with one step per scan: the front laser of FLASER, ROBOTLASER1
+/// and RAWLASER1 lines, with the odometry in the same line or, for RAWLASER1, of the ODOM line
+/// before. Other lines are left out.
+///
+/// FLASER lines tell no angles: with an even number of rays over 180 degrees the first is at -90
+/// degrees and the last one step before 90, as CARMEN has them, with an odd number it is at 90.
+/// Throws Error that names file, line and column for a line that cannot be read, and for a file
+/// without scans.
+ImportReport import_carmen(const CarmenOptions& options, const std::string& output);
+
+}  // namespace hybrid

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/output/scan_map.h"
+
+#include <fmt/format.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mrpt_plugins/bridge/gzip_writer.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/input/scans.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kReach = 30;        // m, up to where a ray counts
+constexpr double kMostCells = 64e6;  // of a grid, a byte each
+constexpr double kRim = 0.5;         // m around what was seen
+constexpr double kNearMotion = 0.2;  // m
+constexpr double kNearTurn = 10 * M_PI / 180;
+constexpr float kOccupiedAbove = 0.65F, kFreeBelow = 0.196F;  // probabilities of ROS maps
+
+bool is_near(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) {
+  const Eigen::Isometry3d motion = to_isometry(a).inverse() * to_isometry(b);
+  return motion.translation().norm() < kNearMotion &&
+         Eigen::AngleAxisd(motion.linear()).angle() < kNearTurn;
+}
+
+/// What the rays that count reach, on the ground; empty where there are none.
+Eigen::AlignedBox2d reached(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
+  Eigen::AlignedBox2d box;
+  for (const KeyframeScans& at : scans) {
+    const Eigen::Isometry3d T_map_robot = to_isometry(keyframes[at.keyframe].pose);
+    for (const LaserScan* scan : at.scans) {
+      const Eigen::Isometry3d T_map_sensor = T_map_robot * scan->T_robot_sensor;
+      for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+        const double range = std::min(static_cast<double>(scan->ranges[i]), kReach);
+        if (std::isnan(scan->ranges[i])) continue;
+        const double angle = scan->first_angle + static_cast<double>(i) * scan->angle_step;
+        const Eigen::Vector3d end =
+            T_map_sensor * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
+        box.extend(end.head<2>());
+        box.extend(T_map_sensor.translation().head<2>());
+      }
+    }
+  }
+  return box;
+}
+
+double resolution_for(const Eigen::AlignedBox2d& box) {
+  double resolution = GridMap().resolution;
+  while (box.sizes().prod() / (resolution * resolution) > kMostCells) resolution *= 2;
+  return resolution;
+}
+
+GridMap converted(const mrpt::maps::COccupancyGridMap2D& grid) {
+  GridMap out;
+  out.resolution = static_cast<double>(grid.getResolution());
+  out.corner = {static_cast<double>(grid.getXMin()), static_cast<double>(grid.getYMin())};
+  out.width = static_cast<int>(grid.getSizeX());
+  out.height = static_cast<int>(grid.getSizeY());
+  out.cells.reserve(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      const float occupied = 1 - grid.getCell(x, y);
+      out.cells.push_back(occupied > kOccupiedAbove ? GridMap::kOccupied
+                          : occupied < kFreeBelow   ? GridMap::kFree
+                                                    : GridMap::kUnknown);
+    }
+  }
+  return out;
+}
+
+constexpr int kSimpleMapCompression = 6;
+
+Matrix6d in_space(const Eigen::MatrixXd& covariance) {
+  if (covariance.rows() == 6) return covariance;
+  if (covariance.rows() == 3) return planar_to_6d(covariance);
+  return Matrix6d::Zero();
+}
+
+}  // namespace
+
+std::vector<KeyframeScans> drawn_keyframes(const ScanArchive& archive,
+                                           const Trajectory& keyframes) {
+  std::vector<KeyframeScans> out;
+  std::map<std::size_t, std::size_t> last;  // of each robot, the keyframe drawn last
+  for (const ScanArchive::Entry& entry : archive.entries()) {
+    if (!entry.is_own || entry.scan.ranges.empty()) continue;
+    if (!out.empty() && out.back().keyframe == entry.keyframe) {
+      out.back().scans.push_back(&entry.scan);
+      continue;
+    }
+    const std::size_t robot = archive.robot_of(entry.keyframe);
+    const auto before = last.find(robot);
+    if (before != last.end() &&
+        is_near(keyframes[before->second].pose, keyframes[entry.keyframe].pose)) {
+      continue;
+    }
+    last[robot] = entry.keyframe;
+    out.push_back({entry.keyframe, {&entry.scan}});
+  }
+  return out;
+}
+
+GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
+  const Eigen::AlignedBox2d box = reached(scans, keyframes);
+  if (box.isEmpty()) return {};
+  mrpt::maps::COccupancyGridMap2D grid;
+  const Eigen::Vector2d low = box.min().array() - kRim, high = box.max().array() + kRim;
+  grid.setSize(static_cast<float>(low.x()), static_cast<float>(high.x()),
+               static_cast<float>(low.y()), static_cast<float>(high.y()),
+               static_cast<float>(resolution_for(box)), 0.5F);
+  auto& options = grid.insertionOptions;
+  options.maxDistanceInsertion = static_cast<float>(kReach);
+  options.considerInvalidRangesAsFreeSpace = false;
+  for (const KeyframeScans& at : scans) {
+    for (const LaserScan* scan : at.scans) {
+      grid.insertObservation(*to_mrpt(*scan), keyframes[at.keyframe].pose);
+    }
+  }
+  return converted(grid);
+}
+
+std::string grid_pgm(const GridMap& grid) {
+  constexpr char kShades[] = {static_cast<char>(205), static_cast<char>(254), 0};
+  std::string out = fmt::format("P5\n{} {}\n255\n", grid.width, grid.height);
+  for (int y = grid.height - 1; y >= 0; --y) {
+    for (int x = 0; x < grid.width; ++x) out += kShades[grid.at(x, y)];
+  }
+  return out;
+}
+
+std::string grid_yaml(const GridMap& grid, const std::string& pgm) {
+  return fmt::format(
+      "image: {}\nmode: trinary\nresolution: {:.6g}\norigin: [{:.6f}, {:.6f}, 0.0]\nnegate: 0\n"
+      "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+      pgm, grid.resolution, grid.corner.x(), grid.corner.y());
+}
+
+void write_simple_map(const OutputDirectory& out, const std::string& name,
+                      const std::vector<KeyframeScans>& scans, const Trajectory& keyframes,
+                      const std::vector<Eigen::MatrixXd>& covariances) {
+  mrpt::maps::CSimpleMap map;
+  for (const KeyframeScans& at : scans) {
+    mrpt::obs::CSensoryFrame frame;
+    for (const LaserScan* scan : at.scans) frame.insert(to_mrpt(*scan));
+    map.insert(pose_pdf(keyframes[at.keyframe].pose, in_space(covariances[at.keyframe])), frame);
+  }
+  out.save(name, [&](const std::string& path) {
+    GzipWriter file(path, kSimpleMapCompression, out.folder() / name);
+    mrpt::serialization::archiveFrom<mrpt::io::CStream>(file) << map;
+    file.close();
+  });
+}
+
+}  // namespace hybrid

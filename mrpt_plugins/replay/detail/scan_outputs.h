@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/scan_archive.h"
+#include "mrpt_plugins/output/scan_map.h"
+#include "mrpt_plugins/replay/detail/truth.h"
+#include "mrpt_plugins/replay/settings.h"
+
+namespace hybrid {
+
+/// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
+/// trajectory with a pose for each; nothing at all where the settings do not keep them.
+class ScanOutputs {
+ public:
+  explicit ScanOutputs(const ReplaySettings& settings);
+
+  /// Takes the scans of the newest keyframe of the mapper.
+  void added(const StepRecord& step, const Keyframe& keyframe);
+
+  /// Draws the grid of the whole result. Call it once, before the following.
+  void finish(MapResult& result);
+
+  /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return. Returns warnings.
+  std::vector<std::string> write(const OutputDirectory& out, const MapResult& result,
+                                 const Mapper& mapper) const;
+
+  /// The path of a robot at every scan; that of its keyframes where scans are not kept.
+  Trajectory path(const RobotPart& part, const MapResult& whole, std::size_t robot) const;
+
+ private:
+  std::optional<ScanArchive> archive_;
+  std::vector<KeyframeScans> drawn_;
+};
+
+}  // namespace hybrid

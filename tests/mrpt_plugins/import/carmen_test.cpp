@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/carmen.h"
+
+#include <bzlib.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <cmath>
+
+#include "mrpt_plugins/input/scans.h"
+#include "tests/mrpt_plugins/import/import_files.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kStepDegree = M_PI / 180;
+
+/// A FLASER line of `rays` ranges, all of 2 m but the last at 81.91.
+std::string front_laser(int rays, double x, double time) {
+  std::string line = "FLASER " + std::to_string(rays);
+  for (int i = 1; i < rays; ++i) line += " 2.00";
+  const std::string pose = " " + std::to_string(x) + " 0 0";
+  return line + " 81.91 9 9 9" + pose + " " + std::to_string(time) + " host 0.5\n";
+}
+
+std::string compressed(const std::string& text) {
+  std::string out(text.size() + 1000, '\0');
+  auto size = static_cast<unsigned>(out.size());
+  EXPECT_EQ(BZ2_bzBuffToBuffCompress(out.data(), &size, const_cast<char*>(text.data()),
+                                     static_cast<unsigned>(text.size()), 1, 0, 0),
+            BZ_OK);
+  out.resize(size);
+  return out;
+}
+
+class Carmen : public ImportTest {
+ protected:
+  ImportReport import(const std::string& text, CarmenOptions options = {}) {
+    write("log.clf", text);
+    options.file = at("log.clf");
+    return import_carmen(options, log());
+  }
+
+  /// The scan of step i as the mapping sees it.
+  LaserScan scan_of(std::size_t i) const {
+    DropReport report;
+    return scan_in(*steps().at(i).observations.at(0), {}, report).value();
+  }
+
+  static bool notes_angle(const ImportReport& report) {
+    return std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
+      return note.find("180 degrees taken") != std::string::npos;
+    });
+  }
+};
+
+/// Direction of a ray seen from the robot.
+double direction(const LaserScan& scan, std::size_t i) {
+  const double angle = scan.first_angle + static_cast<double>(i) * scan.angle_step;
+  const Eigen::Vector3d ray =
+      scan.T_robot_sensor.linear() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+  return std::atan2(ray.y(), ray.x());
+}
+
+TEST_F(Carmen, FrontLaserWithItsOdometry) {
+  const ImportReport report =
+      import("# a comment\nPARAM robot_frontlaser_offset 0.25 x 1\n" + front_laser(180, 1, 10) +
+             "ODOM 7 7 7\n" + front_laser(180, 1.5, 10.2) + "UNHEARD line\n");
+  EXPECT_TRUE(notes_angle(report));
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NEAR(all[1].time, 10.2, 1e-6);
+  ASSERT_TRUE(all[1].odometry);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 0.5, 1e-9);
+  EXPECT_NEAR(all[1].odometry->covariance(0, 0), 0.05 * 0.05 * 0.5 + 1e-6, 1e-9);
+  const LaserScan scan = scan_of(0);
+  ASSERT_EQ(scan.ranges.size(), 180U);
+  EXPECT_EQ(scan.ranges[0], 2);
+  EXPECT_TRUE(std::isnan(scan.ranges[179])) << "nothing seen up to the maximum range";
+  EXPECT_NEAR(direction(scan, 0), -M_PI_2, 1e-6);
+  EXPECT_NEAR(direction(scan, 179), 89 * kStepDegree, 1e-6);
+  EXPECT_NEAR(scan.T_robot_sensor.translation().x(), 0.25, 1e-9);
+}
+
+TEST_F(Carmen, AnglesOfTheRays) {
+  import(front_laser(361, 0, 1));
+  EXPECT_NEAR(direction(scan_of(0), 0), -M_PI_2, 1e-6);
+  EXPECT_NEAR(direction(scan_of(0), 360), M_PI_2, 1e-6);
+  const std::string told = "PARAM laser_front_laser_resolution 0.5 x 1\n";
+  EXPECT_FALSE(notes_angle(import(told + front_laser(180, 0, 1))));
+  EXPECT_NEAR(direction(scan_of(0), 0), -45 * kStepDegree, 1e-6);
+  EXPECT_NEAR(direction(scan_of(0), 179), 44.5 * kStepDegree, 1e-6);
+  CarmenOptions options;
+  options.fov_deg = 360;
+  EXPECT_FALSE(notes_angle(import(told + front_laser(180, 0, 1), options)));
+  EXPECT_NEAR(direction(scan_of(0), 91), 2 * kStepDegree, 1e-6);
+  import(front_laser(1, 0, 1));
+  EXPECT_TRUE(std::isnan(scan_of(0).ranges.at(0)));
+}
+
+TEST_F(Carmen, LasersThatDescribeThemselves) {
+  // Three rays from -45 to 45 degrees, seen from 0.5 m ahead of the robot; one remission.
+  const std::string described = " 0 -0.785398 1.570796 0.785398 5 0.01 0 3 1 2 5 1 77";
+  const std::string behind = " 10.5 20 0 10 20 0 0 0 0 0 0 3 host 0\n";
+  import("ROBOTLASER1" + described + behind + "RAWLASER1" + described + " 4 host 0\n" +
+         "ODOM 11 20 0 0 0 0 5 host 0\nRAWLASER1" + described + " 6 host 0\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U) << "the second one has no odometry before it";
+  EXPECT_NEAR(all[0].time, 3, 1e-6);
+  EXPECT_NEAR(all[1].time, 6, 1e-6);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
+  const LaserScan scan = scan_of(0);
+  EXPECT_NEAR(scan.T_robot_sensor.translation().x(), 0.5, 1e-9);
+  EXPECT_NEAR(direction(scan, 0), -45 * kStepDegree, 1e-5);
+  EXPECT_EQ(scan.ranges[1], 2);
+  EXPECT_TRUE(std::isnan(scan.ranges[2]));
+}
+
+TEST_F(Carmen, CompressedLogsAreTheSame) {
+  const std::string first = front_laser(180, 1, 1), second = front_laser(180, 2, 2);
+  import(compressed(first + second));
+  EXPECT_EQ(steps().size(), 2U);
+  import(compressed(first) + compressed(second));
+  EXPECT_EQ(steps().size(), 2U) << "of two streams";
+  std::string damaged = compressed(first + second);
+  damaged[damaged.size() / 2] ^= 0x10;
+  std::filesystem::remove(log());
+  expect_error([&] { import(damaged); }, "log.clf: the bzip2 data is damaged or ends early");
+  const std::string whole = compressed(first + second);
+  expect_error([&] { import(whole.substr(0, whole.size() - 9)); }, "ends early");
+}
+
+TEST_F(Carmen, WhatCannotBeReadIsSaid) {
+  expect_error([&] { import("ODOM 1 2 3\n"); }, "no line FLASER");
+  expect_error([&] { import("FLASER 3 1 2 x 0 0 0 0 0 0 1 h 0\n"); }, "log.clf:1:14: ");
+  expect_error([&] { import("FLASER 300 1 2 0 0 0 0 0 0 1 h 0\n"); }, "the line ends early");
+  expect_error([&] { import("FLASER -1\n"); }, "log.clf:1:8: ");
+  expect_error([&] { import("FLASER\n"); }, "the number of ranges is missing");
+  const ImportReport report =
+      import(front_laser(3, 0, 5) + front_laser(3, 0, 5) + front_laser(3, 0, 4) +
+             "FLASER 0 0 0 0 0 0 0 9 h 0\n" + "RLASER 1 1\n");
+  EXPECT_EQ(report.steps, 1U);
+  EXPECT_EQ(report.dropped.at("scan dropped: not after the one before"), 2U);
+  EXPECT_EQ(report.dropped.at("scan dropped: no rays"), 1U);
+}
+
+}  // namespace
+}  // namespace hybrid
