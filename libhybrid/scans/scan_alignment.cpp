@@ -97,6 +97,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     if (!step.allFinite()) break;
     step *= std::min(1.0, 0.5 / std::max(step.norm(), 1e-9));
     result.pose = result.pose * SE2::exp(step);
+    result.pose.normalize();
     const bool smallest = radius <= kLeastRadius;
     radius = std::max(radius * kShrink, kLeastRadius);
     if (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) break;

@@ -137,7 +137,8 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   has_odometry_ = has_odometry_ && odometry.has_value();
   const SE2 predicted = pose_ * motion;
   const Aligned found = aligned(points, predicted, prior(motion, odometry.has_value()));
-  const SE2 pose = found.good ? found.alignment.pose : predicted;
+  SE2 pose = found.good ? found.alignment.pose : predicted;
+  pose.normalize();  // products of many rotations drift from unit norm
   if (!found.good) ++lost_;
   last_motion_ = pose_.between(pose);
   pose_ = pose;
@@ -145,6 +146,7 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   const SE2 last = map.poses.back();
   result.keyframe = keyframes_.size() - 1;
   result.T_keyframe_scan = last.between(pose);
+  result.inliers = found.alignment.inliers;
   if (!is_due(result.T_keyframe_scan, found.alignment.inliers, rule)) return result;
 
   const UncertainMotion seen{result.T_keyframe_scan,

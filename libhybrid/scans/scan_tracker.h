@@ -50,6 +50,7 @@ struct TrackedScan {
   std::size_t keyframe = 0;  ///< the last one, which may be this scan
   bool is_keyframe = false;
   SE2 T_keyframe_scan;
+  double inliers = 1.0;  ///< share of its points on surfaces of the local map
   // For a keyframe but the first:
   std::optional<KeyframeMotion> match;  ///< from the anchor of the local map
   KeyframeMotion odometry;  ///< from the keyframe before; a steady motion where there is none
@@ -70,7 +71,6 @@ class ScanTracker {
   const std::vector<ScanKeyframe>& keyframes() const { return keyframes_; }
   /// Local maps in the order of their anchors; the last one still grows.
   const std::vector<LocalMap>& local_maps() const { return maps_; }
-  /// Points of keyframes [from, to) of the last local map in the frame of its keyframe `to - 1`.
   const OdometryNoise& odometry_noise() const { return noise_; }
   std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
 
