@@ -116,9 +116,11 @@ double cpu_seconds() {
 }
 
 int run(const std::string& file, const std::string& prefix, bool use_odometry,
-        double field_of_view, double max_range, std::size_t most) {
+        double field_of_view, double max_range, std::size_t most, bool no_closures) {
   const std::vector<LogEntry> log = read_carmen(file, field_of_view * M_PI / 180.0, max_range);
-  ScanMapper mapper;
+  ScanMapperOptions options;
+  if (no_closures) options.closures.most_maps = 0;
+  ScanMapper mapper(options);
   std::vector<double> times;
   const double begin = cpu_seconds();
   for (std::size_t i = 0; i < std::min(most, log.size()); ++i) {
@@ -174,16 +176,17 @@ int main(int argc, char** argv) {
   std::string log, prefix = "scans";
   double field_of_view = 180.0, max_range = 49.9;
   std::size_t most = std::numeric_limits<std::size_t>::max();
-  bool no_odometry = false;
+  bool no_odometry = false, no_closures = false;
   app.add_option("log", log, "CARMEN log with FLASER lines")->required();
   app.add_option("-o", prefix, "prefix of the files written");
   app.add_option("--fov", field_of_view, "field of view [degrees]");
   app.add_option("--max-range", max_range, "longer rays have no return [m]");
   app.add_option("--scans", most, "number of scans to use");
   app.add_flag("--no-odometry", no_odometry, "use scans alone");
+  app.add_flag("--no-closures", no_closures, "search for no closures");
   CLI11_PARSE(app, argc, argv);
   try {
-    return hybrid::run(log, prefix, !no_odometry, field_of_view, max_range, most);
+    return hybrid::run(log, prefix, !no_odometry, field_of_view, max_range, most, no_closures);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench-scans: %s\n", error.what());
     return 1;

@@ -55,7 +55,9 @@ MatchTarget make_match_target(const std::vector<SurfacePoint>& points) {
 
 Eigen::Matrix3d alignment_covariance(const ScanAlignment& alignment) {
   const Eigen::Vector3d unknown(kUnknownTranslation, kUnknownTranslation, kUnknownRotation);
-  const Eigen::Vector3d shared(kSharedTranslation, kSharedTranslation, kSharedRotation);
+  const Eigen::Vector3d shared =
+      Eigen::Vector3d(kSharedTranslation, kSharedTranslation, kSharedRotation) /
+      std::max(alignment.inliers, 0.1);
   Eigen::Matrix3d information = alignment.information;
   information.diagonal() += unknown.cwiseAbs2().cwiseInverse();
   Eigen::Matrix3d covariance = information.inverse();

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/scans/scan_tracker.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,17 @@ constexpr double kLeastReach = 0.3;
 constexpr double kMostReach = 1.5;
 constexpr double kLeastTurn = 0.1;
 constexpr double kMostTurn = 0.8;
+/// Where that fails, odometry was wrong or scans are missing: the window is as large as this [m],
+/// [rad].
+constexpr double kLostReach = 2.0;
+constexpr double kLostTurn = 1.6;
+/// Standard deviations of the prediction of a scan that agrees with no map [m], [rad].
+constexpr double kLostTranslation = 0.3;
+constexpr double kLostRotation = 0.15;
+/// A scan of fewer points tells nothing.
+constexpr std::size_t kFewPoints = 10;
+/// Odometry that differs from a match by more standard deviations than this is a blunder.
+constexpr double kBlunder = 4.0;
 /// A local map grows by errors of matches to its own keyframes, per metre from its anchor [m],
 /// [rad].
 constexpr double kGrowthTranslation = 0.002;
@@ -44,28 +56,34 @@ Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
   return covariance;
 }
 
-ScanTracker::Aligned ScanTracker::aligned(const std::vector<SurfacePoint>& points,
-                                          const SE2& predicted,
-                                          const Eigen::Matrix3d& covariance) {
+void ScanTracker::search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
+                         ScanAlignment& best) {
+  if (!target_) target_ = make_match_target(map_points_);
+  MatchOptions options;
+  options.min_inliers = options_.min_inliers;
+  for (const MatchMode& mode : match(points, *target_, window, options)) {
+    // A pose far from the prediction has to explain much more.
+    if (mode.inliers < best.inliers + 0.1) continue;
+    best = align(points, surfaces_, mode.pose.motion);
+  }
+}
+
+ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
+                                   const Eigen::Matrix3d& covariance) {
   AlignmentOptions options;
   options.prior = covariance.inverse();
-  Aligned best{align(points, surfaces_, predicted, options), false};
-  if (best.alignment.inliers < kDoubtful && !points.empty()) {
-    if (!target_) target_ = make_match_target(map_points_);
-    SearchWindow window;
-    window.centre = predicted;
-    const double reach = kSearched * std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2.0);
-    window.reach.setConstant(std::clamp(reach, kLeastReach, kMostReach));
-    window.turn = std::clamp(kSearched * std::sqrt(covariance(2, 2)), kLeastTurn, kMostTurn);
-    MatchOptions match_options;
-    match_options.min_inliers = options_.min_inliers;
-    for (const MatchMode& mode : match(points, *target_, window, match_options)) {
-      // A pose far from the prediction has to explain much more.
-      if (mode.inliers < best.alignment.inliers + 0.1) continue;
-      best.alignment = align(points, surfaces_, mode.pose.motion);
-    }
+  ScanAlignment best = align(points, surfaces_, predicted, options);
+  if (points.empty() || best.inliers >= kDoubtful) return best;
+  SearchWindow window;
+  window.centre = predicted;
+  const double reach = kSearched * std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2.0);
+  window.reach.setConstant(std::clamp(reach, kLeastReach, kMostReach));
+  window.turn = std::clamp(kSearched * std::sqrt(covariance(2, 2)), kLeastTurn, kMostTurn);
+  search(points, window, best);
+  if (best.inliers >= options_.min_inliers) return best;
+  for (const SE2& centre : {predicted, pose_}) {
+    search(points, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
   }
-  best.good = best.alignment.inliers >= options_.min_inliers;
   return best;
 }
 
@@ -75,12 +93,14 @@ bool ScanTracker::is_due(const SE2& from_last, double inliers, KeyframeRule rule
   const double distance = from_last.translation().norm();
   const double turn = std::abs(from_last.angle());
   if (distance > options_.keyframe_distance || turn > options_.keyframe_turn) return true;
+  if (is_lost_ && !was_lost_) return true;
   return inliers < options_.familiar && (distance > kDenseDistance || turn > kDenseTurn);
 }
 
 void ScanTracker::add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose) {
   maps_.back().poses.push_back(pose);
   ++maps_.back().count;
+  maps_.back().is_blind = maps_.back().is_blind && points.size() < kFewPoints;
   const std::vector<SurfacePoint> seen = transformed(pose, points);
   map_points_.insert(map_points_.end(), seen.begin(), seen.end());
 }
@@ -95,7 +115,8 @@ void ScanTracker::begin_map() {
     ++k;
   }
   const SE2 anchor = before.poses[k];
-  maps_.push_back({before.anchor + k, 0, {}});
+  maps_.push_back({});
+  maps_.back().anchor = before.anchor + k;
   map_points_.clear();
   for (std::size_t i = k; i < before.count; ++i) {
     add_to_map(keyframes_[before.anchor + i].points, anchor.between(before.poses[i]));
@@ -112,7 +133,13 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
     travelled = keyframes_.back().travelled + step.translation().norm();
   }
   keyframes_.push_back({points, travelled});
-  add_to_map(points, pose);
+  if (is_lost_) {
+    maps_.push_back({});
+    maps_.back().anchor = keyframes_.size() - 1;
+    map_points_.clear();
+    pose_ = SE2();
+  }
+  add_to_map(points, pose_);
   const LocalMap& map = maps_.back();
   if (map.count > 2 && (travelled - keyframes_[map.anchor].travelled > options_.map_length ||
                         map.count > options_.map_keyframes)) {
@@ -120,6 +147,44 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
   }
   surfaces_ = SurfaceMap(map_points_);
   target_.reset();
+}
+
+/// The motion from the last keyframe by odometry, or steady where there is none.
+KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
+  KeyframeMotion result{keyframes_.size() - 1, {since_keyframe_, noise_.covariance(way_, turn_)}};
+  Eigen::Matrix3d& covariance = result.measured.covariance;
+  if (!has_odometry_) {
+    covariance.diagonal() += Eigen::Vector3d(0.5 + way_, 0.5 + way_, 0.5 + turn_).cwiseAbs2();
+  } else if (scan.match) {
+    const Eigen::Vector3d error = since_keyframe_.between(scan.T_keyframe_scan).log();
+    const double chi_square =
+        error.dot((covariance + scan.match->measured.covariance).llt().solve(error));
+    covariance *= std::max(1.0, chi_square / (kBlunder * kBlunder));
+  }
+  if (is_lost_) {
+    covariance.diagonal() +=
+        Eigen::Vector3d(kLostTranslation, kLostTranslation, kLostRotation).cwiseAbs2();
+  }
+  return result;
+}
+
+/// What a scan that becomes a keyframe tells of the motion to it.
+void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good,
+                          TrackedScan& result) {
+  if (good) {
+    const LocalMap& map = maps_.back();
+    const Eigen::Matrix3d covariance = alignment_covariance(found);
+    const double far = keyframes_.back().travelled - keyframes_[map.anchor].travelled;
+    KeyframeMotion match{map.anchor, {pose, covariance}, found.inliers};
+    match.measured.covariance.diagonal() +=
+        (far * Eigen::Vector3d(kGrowthTranslation, kGrowthTranslation, kGrowthRotation))
+            .cwiseAbs2();
+    result.match = match;
+    if (has_odometry_) {
+      noise_.compare(since_keyframe_, way_, turn_, {result.T_keyframe_scan, covariance});
+    }
+  }
+  result.odometry = odometry_motion(result);
 }
 
 TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
@@ -132,39 +197,26 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   }
   const SE2 motion = odometry.value_or(last_motion_);
   since_keyframe_ = since_keyframe_ * motion;
+  since_keyframe_.normalize();  // products of many rotations drift from unit norm
   way_ += motion.translation().norm();
   turn_ += std::abs(motion.angle());
   has_odometry_ = has_odometry_ && odometry.has_value();
   const SE2 predicted = pose_ * motion;
-  const Aligned found = aligned(points, predicted, prior(motion, odometry.has_value()));
-  SE2 pose = found.good ? found.alignment.pose : predicted;
-  pose.normalize();  // products of many rotations drift from unit norm
-  if (!found.good) ++lost_;
+  const ScanAlignment found = aligned(points, predicted, prior(motion, odometry.has_value()));
+  const bool good = found.inliers >= options_.min_inliers;
+  const bool lost = !good && points.size() >= kFewPoints && !maps_.back().is_blind;
+  SE2 pose = good ? found.pose : predicted;
+  pose.normalize();
+  if (lost) ++lost_;
+  is_lost_ = is_lost_ || lost;
   last_motion_ = pose_.between(pose);
   pose_ = pose;
-  const LocalMap& map = maps_.back();
-  const SE2 last = map.poses.back();
   result.keyframe = keyframes_.size() - 1;
-  result.T_keyframe_scan = last.between(pose);
-  result.inliers = found.alignment.inliers;
-  if (!is_due(result.T_keyframe_scan, found.alignment.inliers, rule)) return result;
+  result.T_keyframe_scan = maps_.back().poses.back().between(pose);
+  result.inliers = found.inliers;
+  if (!is_due(result.T_keyframe_scan, found.inliers, rule)) return result;
 
-  const UncertainMotion seen{result.T_keyframe_scan,
-                             alignment_covariance(found.alignment)};
-  if (found.good) {
-    const double far = keyframes_.back().travelled - keyframes_[map.anchor].travelled;
-    KeyframeMotion match{map.anchor, {pose, seen.covariance}, found.alignment.inliers};
-    match.measured.covariance.diagonal() +=
-        (far * Eigen::Vector3d(kGrowthTranslation, kGrowthTranslation, kGrowthRotation))
-            .cwiseAbs2();
-    result.match = match;
-    if (has_odometry_) noise_.compare(since_keyframe_, way_, turn_, seen);
-  }
-  result.odometry = {result.keyframe, {since_keyframe_, noise_.covariance(way_, turn_)}};
-  if (!has_odometry_) {
-    result.odometry.measured.covariance.diagonal() +=
-        Eigen::Vector3d(0.5 + way_, 0.5 + way_, 0.5 + turn_).cwiseAbs2();
-  }
+  measure(found, pose, good, result);
   add_keyframe(points, pose);
   result.keyframe = keyframes_.size() - 1;
   result.is_keyframe = true;
@@ -172,6 +224,8 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   since_keyframe_ = SE2();
   way_ = turn_ = 0.0;
   has_odometry_ = true;
+  was_lost_ = is_lost_;
+  is_lost_ = false;
   return result;
 }
 

@@ -36,6 +36,7 @@ struct LocalMap {
   std::size_t anchor = 0;
   std::size_t count = 0;   ///< of keyframes, from the anchor on
   std::vector<SE2> poses;  ///< of these, in the frame of the anchor
+  bool is_blind = true;    ///< none of them has more than a few points
 };
 
 /// A measured motion between two keyframes.
@@ -75,13 +76,13 @@ class ScanTracker {
   std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
 
  private:
-  struct Aligned {
-    ScanAlignment alignment;
-    bool good = false;
-  };
   Eigen::Matrix3d prior(const SE2& motion, bool by_odometry) const;
-  Aligned aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
-                  const Eigen::Matrix3d& covariance);
+  void search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
+              ScanAlignment& best);
+  ScanAlignment aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
+                        const Eigen::Matrix3d& covariance);
+  KeyframeMotion odometry_motion(const TrackedScan& scan) const;
+  void measure(const ScanAlignment& found, const SE2& pose, bool good, TrackedScan& result);
   bool is_due(const SE2& from_last, double inliers, KeyframeRule rule) const;
   void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose);
   void begin_map();
@@ -99,6 +100,8 @@ class ScanTracker {
   SE2 since_keyframe_;  // by odometry
   double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
   bool has_odometry_ = true;       // for every scan since the last keyframe
+  bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
+  bool was_lost_ = false;          // the same at the last keyframe
   std::size_t lost_ = 0;
 };
 
