@@ -20,7 +20,9 @@ constexpr double kSteadyRotation = 0.1;
 constexpr double kDenseDistance = 0.2;
 constexpr double kDenseTurn = 0.1;
 /// Surfaces are matched badly where a search may find a better pose.
-constexpr double kDoubtful = 0.5;
+constexpr double kDoubtful = 0.7;
+/// By this share of the points a pose that odometry does not predict must be better.
+constexpr double kBetter = 0.05;
 /// Standard deviations of the prediction that a search covers, and its least and largest reach [m],
 /// [rad].
 constexpr double kSearched = 3.0;
@@ -63,7 +65,7 @@ void ScanTracker::search(const std::vector<SurfacePoint>& points, const SearchWi
   options.min_inliers = options_.min_inliers;
   for (const MatchMode& mode : match(points, *target_, window, options)) {
     // A pose far from the prediction has to explain much more.
-    if (mode.inliers < best.inliers + 0.1) continue;
+    if (mode.inliers < best.inliers + kBetter) continue;
     best = align(points, surfaces_, mode.pose.motion);
   }
 }
@@ -74,6 +76,12 @@ ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points, cons
   options.prior = covariance.inverse();
   ScanAlignment best = align(points, surfaces_, predicted, options);
   if (points.empty() || best.inliers >= kDoubtful) return best;
+  // Odometry may be late: the robot stands, or goes on as before.
+  for (const SE2& other : {pose_, pose_ * last_motion_}) {
+    const ScanAlignment alignment = align(points, surfaces_, other, options);
+    if (alignment.inliers > best.inliers + kBetter) best = alignment;
+  }
+  if (best.inliers >= kDoubtful) return best;
   SearchWindow window;
   window.centre = predicted;
   const double reach = kSearched * std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2.0);
