@@ -3,6 +3,7 @@
 #include "libhybrid/scans/scan_alignment.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -23,11 +24,18 @@ constexpr double kLossWidth = 2.5;
 constexpr double kSmallStep = 2e-4;
 /// A point lies on a surface within this distance [m].
 constexpr double kOnSurface = 0.1;
+/// Error of the direction of a surface as few returns tell it [rad]. Walls of a corridor alone seem
+/// to tell the place along it by that much.
+constexpr double kDirectionError = 0.05;
+/// The least share of the information in a direction that is taken to be of surfaces, not of the
+/// errors of their directions.
+constexpr double kLeastShare = 0.01;
 /// Median of the absolute values of a normal variable of unit variance.
 constexpr double kMedianOfNormal = 0.6745;
 
 struct Pairing {
   Eigen::Vector3d jacobian;
+  Eigen::Vector3d along;  // the same for a normal turned by a right angle
   double residual = 0.0;
   double weight = 0.0;
 };
@@ -49,6 +57,7 @@ std::vector<Pairing> pairings_at(const SE2& pose, const std::vector<SurfacePoint
     const Eigen::Vector2d n = back * surfel->normal;
     const Eigen::Vector2d& p = point.position;
     pairings.push_back({{n.x(), n.y(), n.y() * p.x() - n.x() * p.y()},
+                        {-n.y(), n.x(), n.x() * p.x() + n.y() * p.y()},
                         residual,
                         std::min(1.0, point.length / correlation)});
     if (std::abs(residual) < kOnSurface) ++on_surface;
@@ -63,6 +72,21 @@ double robust_sigma(const std::vector<Pairing>& pairings) {
                  [](const Pairing& pairing) { return std::abs(pairing.residual); });
   std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
   return std::clamp(sizes[sizes.size() / 2] / kMedianOfNormal, kLeastSigma, kMostSigma);
+}
+
+/// Information `H` of surfaces without what errors of their directions add, which is about `F`.
+Eigen::Matrix3d without_direction_errors(const Eigen::Matrix3d& H, const Eigen::Matrix3d& F) {
+  const Eigen::LLT<Eigen::Matrix3d> factor(H);
+  if (factor.info() != Eigen::Success) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d L = factor.matrixL();
+  Eigen::Matrix3d A = factor.matrixL().solve(F);
+  A = factor.matrixL().solve(A.transpose().eval());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (A + A.transpose()));
+  // Twice: the errors add this much on average.
+  const Eigen::Vector3d shares =
+      (1.0 - 2.0 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
+  const Eigen::Matrix3d B = L * eigen.eigenvectors();
+  return B * shares.asDiagonal() * B.transpose();
 }
 
 }  // namespace
@@ -81,15 +105,16 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     result.inliers = double(on_surface) / double(points.size());
     result.sigma = robust_sigma(pairings);
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d F = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     for (const Pairing& pairing : pairings) {
       const double r = pairing.residual / (kLossWidth * result.sigma);
       const double root = 1.0 / (1.0 + r * r);
       const double weight = pairing.weight * root * root / (result.sigma * result.sigma);
       H += weight * pairing.jacobian * pairing.jacobian.transpose();
+      F += weight * kDirectionError * kDirectionError * pairing.along * pairing.along.transpose();
       g += weight * pairing.residual * pairing.jacobian;
     }
-    result.information = H;
     const Eigen::Matrix3d A =
         H + options.prior + Eigen::Vector3d(1e-3, 1e-3, 1e-3).asDiagonal().toDenseMatrix();
     const Eigen::Vector3d off = start.between(result.pose).log();
@@ -100,7 +125,11 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     result.pose.normalize();
     const bool smallest = radius <= kLeastRadius;
     radius = std::max(radius * kShrink, kLeastRadius);
-    if (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) break;
+    const bool last = (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) ||
+                      i + 1 == options.max_iterations;
+    if (!last) continue;
+    result.information = without_direction_errors(H, F);
+    break;
   }
   return result;
 }

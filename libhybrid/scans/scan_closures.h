@@ -16,10 +16,10 @@
 namespace HYBRID_API hybrid {
 
 struct ScanClosureOptions {
-  double every = 1.0;         ///< way between searches [m]
+  double every = 0.5;         ///< way between searches [m]
   double query_length = 4.0;  ///< way whose scans are matched jointly [m]
   double view = 4.0;          ///< distance at which places share surfaces [m]
-  int most_maps = 3;          ///< local maps searched for one keyframe, at most
+  int most_maps = 4;          ///< local maps searched for one keyframe, at most
   double max_reach = 8.0;     ///< half the width of the window of a search, at most [m]
   double max_turn = 0.8;      ///< and of its angle [rad]
   MatchOptions match;
