@@ -17,6 +17,10 @@ struct KeyframeOptions {
   double min_time = 0;      ///< [s].
 };
 
+/// For laser scans, of which those between keyframes are used as well: so near that a scan sees
+/// most of what the one at the keyframe before saw.
+inline constexpr KeyframeOptions kScanKeyframes{0.5, 0.35, 0};
+
 /// Selects keyframes and accumulates the odometry between them.
 class KeyframePolicy {
  public:

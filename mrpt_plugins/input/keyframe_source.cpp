@@ -62,10 +62,11 @@ SourceOptions read_source_options(IniFile& ini) {
       "dimension", "auto", {"auto", "2", "3"},
       "2: poses x, y, yaw and points x, y; 3: poses and points in space; auto: as the log needs"));
 
-  IniSection keyframes =
-      ini.section("keyframes",
-                  "A frame becomes a pose of the map once any threshold that is set is reached; "
-                  "with all at 0 every frame does");
+  IniSection keyframes = ini.section(
+      "keyframes",
+      "A frame becomes a pose of the map once any threshold that is set is reached; "
+      "with all at 0 every frame does, or, where laser scans alone are mapped and none is "
+      "given, one every half metre or 20 degrees");
   KeyframeOptions& k = options.keyframes;
   k.min_distance =
       keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);
@@ -82,8 +83,8 @@ SourceOptions read_source_options(IniFile& ini) {
                                          "does not average out",
                                          kProbability);
 
-  IniSection sensor =
-      ini.section("sensor", "Which range-bearing measurements are accepted, and their noise");
+  IniSection sensor = ini.section(
+      "sensor", "Which measurements of range and bearing are accepted, and their noise");
   DetectionOptions& d = options.detections;
   d.max_range =
       sensor.get("max_range", d.max_range, "longer ranges are dropped [m]", kPositiveLength);
@@ -94,6 +95,13 @@ SourceOptions read_source_options(IniFile& ini) {
       sensor.degrees("sigma_yaw_deg", 0.0, "of yaw; 0: as the log says", or_zero(kSigmaDegrees));
   d.sigma_pitch = sensor.degrees("sigma_pitch_deg", 0.0, "of pitch; 0: as the log says",
                                  or_zero(kSigmaDegrees));
+
+  ScanOptions& scans = options.scans;
+  scans.max_range = d.max_range;
+  scans.field_of_view = sensor.degrees(
+      "fov_deg", 0.0,
+      "field of view of laser scans, from the first ray to the last; 0: as the log says",
+      IniRange{0, 360});
 
   d.ids = parse_ids(sensor.choice(
       "ids", "log", {"log", "none", "truth"},
@@ -176,9 +184,30 @@ void KeyframeSource::track(const LogStep& step, bool is_keyframe,
   if (is_keyframe) detections = tracker_.release();
 }
 
+void KeyframeSource::collect_scans(const LogStep& step) {
+  scans_.move(step.odometry, dropped_);
+  for (const auto& observation : step.observations) {
+    auto scan = scan_in(*observation, options_.scans, dropped_);
+    if (!scan) continue;
+    scan->time = step.time;
+    scans_.add(std::move(*scan), dropped_);
+    if (options_.scans.field_of_view == 0 && is_halved_scan(*observation)) ++halved_scans_;
+  }
+}
+
+DropReport KeyframeSource::warnings() const {
+  DropReport all = reader_.warnings();
+  if (halved_scans_ > 0) {
+    all["scan of 180 rays over 90 degrees, as old imports of CARMEN logs make of 180 degrees: "
+        "--set sensor.fov_deg=180 mends that"] = halved_scans_;
+  }
+  return all;
+}
+
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
     const bool is_keyframe = policy_.is_keyframe(*step);
+    collect_scans(*step);
     if (!is_keyframe && !options_.tracklets) continue;
     Keyframe keyframe;
     for (const auto& observation : step->observations) {
@@ -195,6 +224,7 @@ std::optional<Keyframe> KeyframeSource::read() {
     keyframe.time = step->time;
     keyframe.odometry = policy_.odometry();
     keyframe.observations = std::move(step->observations);
+    keyframe.scans = scans_.release();
     return keyframe;
   }
   return std::nullopt;

@@ -15,6 +15,7 @@
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
+#include "mrpt_plugins/input/scans.h"
 
 namespace HYBRID_API hybrid {
 
@@ -27,6 +28,9 @@ struct Keyframe {
   std::vector<DetectionFrame> detections;
   std::vector<DetectionFrame> robots;  ///< detections of robots (DetectionOptions::robots)
   std::vector<mrpt::obs::CObservation::Ptr> observations;  ///< see Frame of a mapping plugin
+  /// Laser scans since the keyframe before, in order of time, those of the keyframe itself last;
+  /// each tells where the robot was.
+  std::vector<LaserScan> scans;
 };
 
 enum class Dimension { kAuto, kPlane, kSpace };
@@ -38,6 +42,7 @@ struct SourceOptions {
                            ///< out
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
+  ScanOptions scans;
   Dimension dimension = Dimension::kAuto;
 };
 
@@ -69,16 +74,19 @@ class KeyframeSource {
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return reader_.observations(); }
   /// Problems in the log that were handled, by kind.
-  DropReport warnings() const { return reader_.warnings(); }
+  DropReport warnings() const;
 
  private:
   std::optional<Keyframe> read();
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
+  void collect_scans(const LogStep& step);
 
   SourceOptions options_;
   RawlogReader reader_;
   KeyframePolicy policy_;
   DetectionTracker tracker_;
+  ScanCollector scans_;
+  std::size_t halved_scans_ = 0;  // see is_halved_scan()
   DropReport dropped_;
   struct Ahead {
     Keyframe keyframe;

@@ -32,6 +32,7 @@ void LogContents::add(const LogContents& other) {
   for (const auto& [name, count] : other.observations) observations[name] += count;
   add_to(with_range, other.with_range);
   add_to(without_range, other.without_range);
+  scans += other.scans;
 }
 
 LogContents read_contents(const std::string& rawlog, const SourceOptions& options) {
@@ -43,6 +44,7 @@ LogContents read_contents(const std::string& rawlog, const SourceOptions& option
     for (const auto& observation : step->observations) {
       const auto frame = detections_in(*observation, options.detections, dropped);
       if (frame) count(*frame, contents);
+      if (scan_in(*observation, options.scans, dropped)) ++contents.scans;
     }
   }
   contents.observations = reader.observations();

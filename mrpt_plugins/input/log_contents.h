@@ -27,6 +27,7 @@ struct LogContents {
   std::map<std::string, std::size_t> observations;
   /// The usable detections of CObservationBearingRange and CObservationClassedBearingRange.
   DetectionCounts with_range, without_range;
+  std::size_t scans = 0;  ///< usable planar laser scans
 
   /// Counts those of another log as well.
   void add(const LogContents& other);

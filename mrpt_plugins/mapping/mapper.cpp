@@ -185,7 +185,7 @@ MapView Mapper::view() const {
 /// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
   const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
-                    keyframe.observations};
+                    keyframe.observations, keyframe.scans};
   MapView map = view();
   const CovarianceOf before = map.covariance_of;
   map.joint_covariance = [&](const std::vector<Key>& keys) {

@@ -18,6 +18,7 @@
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/movers/mover.h"
+#include "libhybrid/scans/laser_scan.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/input/detections.h"
@@ -26,15 +27,20 @@
 
 namespace HYBRID_API hybrid {
 
+inline const std::vector<LaserScan> kNoScans;
+
 /// A keyframe for the plugins.
 struct Frame {
   Key pose;                          ///< its variable: SE2, or SE3 where `MapView::is_3d`
   mrpt::poses::CPose3D T_map_robot;  ///< its estimate before the observations are used
   const std::vector<DetectionFrame>& detections;
   /// All observations of the keyframe that are of classes known to this program
-  /// (CObservationBearingRange, CObservationClassedBearingRange, CObservationBeaconRanges) or
-  /// requested by a plugin.
+  /// (CObservationBearingRange, CObservationClassedBearingRange, CObservationBeaconRanges,
+  /// CObservation2DRangeScan) or requested by a plugin.
   const std::vector<mrpt::obs::CObservation::Ptr>& observations;
+  /// Planar laser scans since the keyframe before, in order of time, those of the keyframe itself
+  /// last.
+  const std::vector<LaserScan>& scans = kNoScans;
 
   /// The same without MRPT types, for libhybrid.
   KeyframeView view() const { return {pose, to_isometry(T_map_robot), detections}; }
@@ -64,6 +70,10 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// Whether [plugins] classes = auto chooses the plugin for a log; called before configure(). By
   /// default, whether the log holds a class that it uses.
   virtual bool suits(const LogContents& log) const;
+
+  /// Whether the plugin uses the scans between keyframes too (Frame::scans). Where all plugins do
+  /// and [keyframes] sets no threshold, keyframes are spaced out instead of taking every frame.
+  virtual bool takes_scans_between() const { return false; }
 
   /// Announces the known landmarks before the first keyframe.
   virtual void adopt(const KnownMap&, bool /*is_3d*/) {}

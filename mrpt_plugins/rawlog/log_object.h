@@ -56,7 +56,7 @@ using LogObject =
     std::variant<LoggedActions, LoggedFrame, LoggedObservation, LoggedPoints, OtherObject>;
 
 /// What is wanted of a log beyond the observations that this program knows: odometry, bearing and
-/// range, classed bearing and range, and ranges to beacons.
+/// range, classed bearing and range, ranges to beacons, and planar laser scans.
 struct LogRequest {
   /// Classes of further observations, with or without namespace.
   std::vector<std::string> classes;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <mrpt/io/CMemoryStream.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -18,12 +19,21 @@ namespace hybrid {
 namespace {
 
 using mrpt::obs::CObservation;
+using mrpt::obs::CObservation2DRangeScan;
 using mrpt::obs::CObservationBeaconRanges;
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::CObservationOdometry;
 using Classed = CObservationClassedBearingRange;
 
-enum class Form : std::uint8_t { kAbsent, kMrpt, kOdometry, kBearingRange, kClassed, kBeacons };
+enum class Form : std::uint8_t {
+  kAbsent,
+  kMrpt,
+  kOdometry,
+  kBearingRange,
+  kClassed,
+  kBeacons,
+  kScan
+};
 
 void put_count(ByteWriter& out, std::size_t count, const char* what) {
   if (count > kMaxDetections) {
@@ -132,6 +142,30 @@ void read(ByteReader& in, CObservationBeaconRanges& o) {
   }
 }
 
+void write(ByteWriter& out, const CObservation2DRangeScan& o) {
+  put_all(out, o.aperture, o.maxRange, o.stdError, o.beamAperture, o.deltaPitch);
+  out.put_flag(o.rightToLeft);
+  write_pose(out, o.sensorPose);
+  put_count(out, o.getScanSize(), "rays");
+  for (std::size_t i = 0; i < o.getScanSize(); ++i) {
+    out.put(o.getScanRange(i));
+    out.put_flag(o.getScanRangeValidity(i));
+  }
+}
+
+/// Without intensities, which nobody uses.
+void read(ByteReader& in, CObservation2DRangeScan& o) {
+  get_all(in, o.aperture, o.maxRange, o.stdError, o.beamAperture, o.deltaPitch);
+  o.rightToLeft = in.flag();
+  o.sensorPose = read_pose_3d(in);
+  constexpr std::size_t kBytes = 5;
+  o.resizeScan(in.count(kBytes));
+  for (std::size_t i = 0; i < o.getScanSize(); ++i) {
+    o.setScanRange(i, in.get<float>());
+    o.setScanRangeValidity(i, in.flag());
+  }
+}
+
 /// Writes it if it is of class T.
 template <class T>
 bool write_as(Form form, ByteWriter& out, const CObservation& observation) {
@@ -184,6 +218,8 @@ CObservation::Ptr read_content(ByteReader& in, const std::string& class_name,
       return read_as<Classed>(in);
     case Form::kBeacons:
       return read_as<CObservationBeaconRanges>(in);
+    case Form::kScan:
+      return read_as<CObservation2DRangeScan>(in);
   }
   throw Error("it has an unknown form");
 }
@@ -201,7 +237,8 @@ void write_observation(ByteWriter& out, const LoggedObservation& observation,
   } else if (!write_as<CObservationOdometry>(Form::kOdometry, out, content) &&
              !write_as<CObservationBearingRange>(Form::kBearingRange, out, content) &&
              !write_as<Classed>(Form::kClassed, out, content) &&
-             !write_as<CObservationBeaconRanges>(Form::kBeacons, out, content)) {
+             !write_as<CObservationBeaconRanges>(Form::kBeacons, out, content) &&
+             !write_as<CObservation2DRangeScan>(Form::kScan, out, content)) {
     out.put(static_cast<std::uint8_t>(Form::kAbsent));
   }
   write_points(out, observation.points);

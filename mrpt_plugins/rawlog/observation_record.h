@@ -9,12 +9,13 @@
 
 namespace HYBRID_API hybrid {
 
-/// More detections than this in one observation, or classes of a detector, are taken for damage.
+/// More detections or rays than this in one observation, or classes of a detector, are taken for
+/// damage.
 inline constexpr std::size_t kMaxDetections = 100'000;
 
 /// Writes an observation: one of a class that is asked for as MRPT serialises it, of a class that
-/// this program knows number by number, of any other only its class and time. Throws Error for more
-/// than kMaxDetections, and what MRPT throws.
+/// this program knows number by number (a scan without intensities), of any other only its class
+/// and time. Throws Error for more than kMaxDetections, and what MRPT throws.
 void write_observation(ByteWriter& out, const LoggedObservation& observation,
                        const AskedClasses& asked);
 

@@ -196,6 +196,24 @@ void reject_second_reading(const ReplayRequest& request, const SourceOptions& so
   if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
 }
 
+/// Where nothing but scans is mapped, whose plugins take those between keyframes as well, and the
+/// INI sets no threshold: keyframes some motion apart.
+void space_keyframes(IniFile& ini, ReplaySettings& settings) {
+  const auto& plugins = settings.plugins;
+  const bool only_scans =
+      !plugins.empty() && std::all_of(plugins.begin(), plugins.end(), [](const auto& plugin) {
+        return plugin->takes_scans_between();
+      });
+  const IniSection keyframes = ini.section("keyframes");
+  const bool is_set =
+      keyframes.has("min_distance") || keyframes.has("min_angle_deg") || keyframes.has("min_time");
+  if (!only_scans || is_set) return;
+  for (RobotSettings& robot : settings.robots) {
+    KeyframeOptions& own = robot.source.keyframes;
+    if (own.min_distance == 0 && own.min_angle == 0 && own.min_time == 0) own = kScanKeyframes;
+  }
+}
+
 /// Which of the plugins see what each robot observes.
 void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
                               ReplaySettings& settings) {
@@ -261,6 +279,7 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
   if (request.report) {
     settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
   }
+  space_keyframes(ini, settings);
   choose_plugins_of_robots(ini, is_auto(names) ? settings.chosen : names, settings);
   return settings;
 }

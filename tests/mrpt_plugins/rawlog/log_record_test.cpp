@@ -107,9 +107,26 @@ CObservation::Ptr beacons() {
   return o;
 }
 
+CObservation2DRangeScan::Ptr scan() {
+  auto o = CObservation2DRangeScan::Create();
+  o->timestamp = mrpt::Clock::fromDouble(5);
+  o->sensorLabel = "laser";
+  o->aperture = 4.5F;
+  o->maxRange = 30;
+  o->rightToLeft = false;
+  o->sensorPose = odd_pose();
+  o->stdError = 0.02F;
+  o->beamAperture = 0.001F;
+  o->deltaPitch = 0.25;
+  o->resizeScanAndAssign(10, 3.0F, true);
+  o->setScanRange(3, 1.25F);
+  o->setScanRangeValidity(7, false);
+  return o;
+}
+
 TEST(LogRecord, ObservationsThatWeKnowKeepEveryNumber) {
   for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons(),
-                        absolute_odometry(3, {1, 2, 0.3})}) {
+                        absolute_odometry(3, {1, 2, 0.3}), CObservation::Ptr(scan())}) {
     const LoggedObservation out = round_trip(logged(o));
     ASSERT_TRUE(out.content) << o->GetRuntimeClass()->className;
     EXPECT_EQ(out.time, o->timestamp);
@@ -119,26 +136,38 @@ TEST(LogRecord, ObservationsThatWeKnowKeepEveryNumber) {
 }
 
 TEST(LogRecord, OtherObservationsComeOnlyWhereAskedFor) {
-  auto scan = CObservation2DRangeScan::Create();
-  scan->timestamp = mrpt::Clock::fromDouble(5);
-  scan->sensorLabel = "laser";
-  scan->resizeScanAndAssign(10, 3.0F, true);
-  LoggedObservation observation = logged(scan);
+  auto gps = mrpt::obs::CObservationGPS::Create();
+  gps->timestamp = mrpt::Clock::fromDouble(5);
+  gps->sensorLabel = "receiver";
+  LoggedObservation observation = logged(gps);
   observation.points = {{1, 2, 3}, {4, 5, 6}};
   const LoggedObservation absent = round_trip(observation);
   EXPECT_FALSE(absent.content);
-  EXPECT_EQ(absent.time, scan->timestamp);
+  EXPECT_EQ(absent.time, gps->timestamp);
   ASSERT_EQ(absent.points.size(), 2U);
   EXPECT_EQ(absent.points[1].z, 6);
-  for (const std::string name : {"CObservation2DRangeScan", "mrpt::obs::CObservation2DRangeScan"}) {
+  for (const std::string name : {"CObservationGPS", "mrpt::obs::CObservationGPS"}) {
     const LoggedObservation present =
-        round_trip(observation, AskedClasses({"CObservationGPS", name}));
+        round_trip(observation, AskedClasses({"CObservation2DRangeScan", name}));
     ASSERT_TRUE(present.content);
-    EXPECT_TRUE(serialised(present.content) == serialised(scan));
+    EXPECT_TRUE(serialised(present.content) == serialised(gps));
   }
   EXPECT_THROW(AskedClasses({"CObservationNobodyKnows"}), Error);
   EXPECT_THROW(AskedClasses({"CSensoryFrame"}), Error);
   EXPECT_THROW(AskedClasses({"mrpt::obs::CObservation"}), Error) << "abstract";
+}
+
+TEST(LogRecord, OfAScanIntensitiesComeOnlyWhereAskedFor) {
+  const auto bright = scan();
+  bright->setScanHasIntensity(true);
+  bright->setScanIntensity(2, 77);
+  const auto known =
+      std::dynamic_pointer_cast<CObservation2DRangeScan>(round_trip(logged(bright)).content);
+  ASSERT_TRUE(known);
+  EXPECT_FALSE(known->hasIntensity());
+  EXPECT_EQ(known->getScanRange(3), 1.25F);
+  const auto asked = round_trip(logged(bright), AskedClasses({"CObservation2DRangeScan"}));
+  EXPECT_TRUE(serialised(asked.content) == serialised(bright));
 }
 
 TEST(LogRecord, AnAskedClassIsNeverTakenForAnother) {
@@ -209,13 +238,17 @@ TEST(LogRecord, TooManyDetectionsAreRefused) {
   EXPECT_THROW(to_bytes(LogObject(logged(o)), nothing()), Error);
   o->sensedData.resize(kMaxDetections);
   EXPECT_EQ(round_trip(logged(o)).points.size(), 0U);
+  const auto wide = scan();
+  wide->resizeScanAndAssign(kMaxDetections + 1, 1.0F, true);
+  EXPECT_THROW(to_bytes(LogObject(logged(wide)), nothing()), Error);
 }
 
 /// Whatever a process that was taken over may send: only Error comes of it.
 TEST(LogRecord, AnyBytesAreReadOrRefused) {
   const AskedClasses asked = nothing();
   std::string stream;
-  for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons()}) {
+  for (const auto& o : {bearing_range(false), bearing_range(true), classed(), beacons(),
+                        CObservation::Ptr(scan())}) {
     stream += to_bytes(LogObject(logged(o)), asked);
     stream += to_bytes(LogObject(LoggedFrame{{logged(o), logged(o)}}), asked);
   }

@@ -291,7 +291,7 @@ TEST(ObjectReader, PointsOfScansAndMapsWhereAskedFor) {
   EXPECT_EQ(std::get<LoggedFrame>(*sensed).observations.at(0).points.size(), 5U);
   EXPECT_TRUE(std::get<LoggedFrame>(*sensed).observations.at(1).points.empty());
   EXPECT_EQ(std::get<LoggedObservation>(*alone).points.size(), 5U);
-  EXPECT_FALSE(std::get<LoggedObservation>(*alone).content);
+  EXPECT_TRUE(std::get<LoggedObservation>(*alone).content);
   EXPECT_EQ(std::get<LoggedPoints>(*points).points.at(0).z, 3);
 
   ObjectReader plain(file.path());

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/scans/laser_scan.h"
+#include "mrpt_plugins/input/rawlog_reader.h"
+
+namespace HYBRID_API hybrid {
+
+/// How planar laser scans of a log are read.
+struct ScanOptions {
+  double max_range = 1000.0;  ///< Rays at or beyond see nothing [m].
+  /// Used in place of the field of view of the log, where positive [rad].
+  double field_of_view = 0;
+};
+
+/// The scan in a CObservation2DRangeScan; nothing for other classes. Its time is left at 0.
+///
+/// The rays are spread over the field of view as MRPT spreads them: the first and the last are at
+/// its borders. Rays that are invalid, zero, negative, not finite, or at the maximum range of the
+/// sensor or of the options or beyond, see nothing: they become NaN.
+///
+/// Dropped, and counted in `report` by reason: scans without a ray; with a field of view that is
+/// not in (0, 2 pi]; of a sensor that tilts while it sweeps; with a sensor pose that is not finite,
+/// no rigid motion, or farther from the robot than the maximum range of the options.
+std::optional<LaserScan> scan_in(const mrpt::obs::CObservation& observation,
+                                 const ScanOptions& options, DropReport& report);
+
+/// The reverse, for MRPT's maps. Its scans look straight ahead in the middle: what is not symmetric
+/// turns the sensor about its axis.
+mrpt::obs::CObservation2DRangeScan::Ptr to_mrpt(const LaserScan& scan);
+
+/// Whether an observation is a scan as imports of CARMEN logs leave it that take each ray for half
+/// a degree where it is a whole one: 180 rays over 90 degrees.
+bool is_halved_scan(const mrpt::obs::CObservation& observation);
+
+/// The scans between keyframes, placed by odometry.
+class ScanCollector {
+ public:
+  /// More scans than this between two keyframes are thinned out: the robot stands still or nearly
+  /// so, and each of them takes some kilobytes.
+  static constexpr std::size_t kMost = 256;
+
+  /// The robot moved to the next step; nothing where odometry does not tell. Scans from before a
+  /// gap are dropped, since their place is not known.
+  void move(const std::optional<OdometryIncrement>& odometry, DropReport& report);
+  /// Takes a scan of this step.
+  void add(LaserScan scan, DropReport& report);
+  /// This step is a keyframe: the scans since the one before, placed in its frame.
+  std::vector<LaserScan> release();
+
+ private:
+  void thin_out(DropReport& report);
+
+  std::vector<LaserScan> scans_;  // each with the pose since the last keyframe
+  Eigen::Isometry3d T_keyframe_robot_ = Eigen::Isometry3d::Identity();  // since the last keyframe
+};
+
+}  // namespace hybrid
