@@ -70,10 +70,16 @@ void ScanMapper::add_keyframe(const TrackedScan& tracked) {
   selection_.update({}, factors);
 }
 
-void ScanMapper::add(const LaserScan& scan, const std::optional<SE2>& odometry) {
-  const TrackedScan tracked = tracker_.track(scan_points(scan, options_.points), odometry);
+TrackedScan ScanMapper::add(const LaserScan& scan, const std::optional<SE2>& odometry) {
+  return add(scan_points(scan, options_.points), odometry);
+}
+
+TrackedScan ScanMapper::add(const std::vector<SurfacePoint>& points,
+                            const std::optional<SE2>& odometry, KeyframeRule rule) {
+  const TrackedScan tracked = tracker_.track(points, odometry, rule);
   scans_.push_back({tracked.keyframe, tracked.T_keyframe_scan});
   if (tracked.is_keyframe) add_keyframe(tracked);
+  return tracked;
 }
 
 void ScanMapper::finish() {

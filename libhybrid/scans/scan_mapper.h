@@ -29,7 +29,10 @@ class ScanMapper {
   explicit ScanMapper(const ScanMapperOptions& options = {});
 
   /// `odometry` is the motion since the last scan, if known.
-  void add(const LaserScan& scan, const std::optional<SE2>& odometry = std::nullopt);
+  TrackedScan add(const LaserScan& scan, const std::optional<SE2>& odometry = std::nullopt);
+  /// The same for points in the frame of the robot, e.g. of several scanners.
+  TrackedScan add(const std::vector<SurfacePoint>& points, const std::optional<SE2>& odometry,
+                  KeyframeRule rule = KeyframeRule::kByMotion);
   /// Decides all closures again and solves to convergence.
   void finish();
 
