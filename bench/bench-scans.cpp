@@ -29,8 +29,7 @@ struct LogEntry {
 };
 
 /// FLASER lines: number of rays, ranges, pose of the laser, odometry, time, host, time.
-std::vector<LogEntry> read_carmen(const std::string& file, double field_of_view,
-                                  double max_range) {
+std::vector<LogEntry> read_carmen(const std::string& file, double field_of_view, double max_range) {
   std::ifstream in(file);
   if (!in) throw Error("cannot read " + file);
   std::vector<LogEntry> entries;
@@ -115,8 +114,8 @@ double cpu_seconds() {
   return double(std::clock()) / CLOCKS_PER_SEC;
 }
 
-int run(const std::string& file, const std::string& prefix, bool use_odometry,
-        double field_of_view, double max_range, std::size_t most, bool no_closures) {
+int run(const std::string& file, const std::string& prefix, bool use_odometry, double field_of_view,
+        double max_range, std::size_t most, bool no_closures) {
   const std::vector<LogEntry> log = read_carmen(file, field_of_view * M_PI / 180.0, max_range);
   ScanMapperOptions options;
   if (no_closures) options.closures.most_maps = 0;

@@ -100,8 +100,8 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
   double radius = std::min(options.radius, SurfaceMap::cell_size());
   for (int i = 0; i < options.max_iterations; ++i) {
     int on_surface = 0;
-    const std::vector<Pairing> pairings = pairings_at(result.pose, points, map, radius,
-                                                      options.correlation_length, on_surface);
+    const std::vector<Pairing> pairings =
+        pairings_at(result.pose, points, map, radius, options.correlation_length, on_surface);
     result.inliers = double(on_surface) / double(points.size());
     result.sigma = robust_sigma(pairings);
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -125,8 +125,8 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     result.pose.normalize();
     const bool smallest = radius <= kLeastRadius;
     radius = std::max(radius * kShrink, kLeastRadius);
-    const bool last = (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) ||
-                      i + 1 == options.max_iterations;
+    const bool last =
+        (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) || i + 1 == options.max_iterations;
     if (!last) continue;
     result.information = without_direction_errors(H, F);
     break;

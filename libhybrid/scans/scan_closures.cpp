@@ -28,8 +28,7 @@ std::vector<SurfacePoint> query_points(const ScanTracker& tracker, double length
   for (std::size_t i = map.count; i-- > 0;) {
     const ScanKeyframe& keyframe = keyframes[map.anchor + i];
     if (i + 1 < map.count && keyframe.travelled < begin) break;
-    const std::vector<SurfacePoint> seen =
-        transformed(last.between(map.poses[i]), keyframe.points);
+    const std::vector<SurfacePoint> seen = transformed(last.between(map.poses[i]), keyframe.points);
     points.insert(points.end(), seen.begin(), seen.end());
   }
   std::vector<SurfacePoint> joined;
@@ -47,8 +46,8 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
   window.centre = predicted.motion;
   window.reach.x() = std::clamp(kCovered * std::sqrt(C(0, 0)), kLeastReach, options.max_reach);
   window.reach.y() = std::clamp(kCovered * std::sqrt(C(1, 1)), kLeastReach, options.max_reach);
-  window.turn = std::clamp(kCovered * std::sqrt(predicted.covariance(2, 2)), kLeastTurn,
-                           options.max_turn);
+  window.turn =
+      std::clamp(kCovered * std::sqrt(predicted.covariance(2, 2)), kLeastTurn, options.max_turn);
   return window;
 }
 
@@ -56,8 +55,8 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
 
 /// Finished local maps that were left behind, nearest first, of those that overlap only the
 /// nearest.
-std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::candidates(
-    const ScanTracker& tracker, const Poses& poses) const {
+std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::candidates(const ScanTracker& tracker,
+                                                                        const Poses& poses) const {
   const std::vector<LocalMap>& maps = tracker.local_maps();
   const Eigen::Vector2d here = poses(tracker.keyframes().size() - 1).translation();
   std::vector<Candidate> near;
@@ -72,9 +71,8 @@ std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::candidates(
     }
     if (nearest < options_.view + options_.max_reach) near.push_back({m, nearest});
   }
-  std::stable_sort(near.begin(), near.end(), [](const Candidate& a, const Candidate& b) {
-    return a.distance < b.distance;
-  });
+  std::stable_sort(near.begin(), near.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
   return near;
 }
 
@@ -91,10 +89,9 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::si
     }
     stored.target = std::make_unique<MatchTarget>(make_match_target(points));
     if (targets_.size() > kMostTargets) {
-      const auto oldest =
-          std::min_element(targets_.begin(), targets_.end(), [](const auto& a, const auto& b) {
-            return a.second.used < b.second.used;
-          });
+      const auto oldest = std::min_element(
+          targets_.begin(), targets_.end(),
+          [](const auto& a, const auto& b) { return a.second.used < b.second.used; });
       targets_.erase(oldest);
     }
   }

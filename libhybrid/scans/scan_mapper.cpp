@@ -52,15 +52,14 @@ void ScanMapper::add_keyframe(const TrackedScan& tracked) {
   }
   const KeyframeMotion& start = tracked.match ? *tracked.match : tracked.odometry;
   delta.values.insert(pose_key(k), pose(start.from) * start.measured.motion);
-  delta.continuous.push_back(
-      motion_factor(tracked.odometry.from, k, tracked.odometry.measured));
+  delta.continuous.push_back(motion_factor(tracked.odometry.from, k, tracked.odometry.measured));
   if (tracked.match) {
     delta.continuous.push_back(motion_factor(tracked.match->from, k, tracked.match->measured));
   }
   selection_.update(delta);
-  const std::vector<ScanClosure> found =
-      search_.search(tracker_, [this](std::size_t i) { return pose(i); },
-                     [this](std::size_t i, std::size_t j) { return relation(i, j); });
+  const std::vector<ScanClosure> found = search_.search(
+      tracker_, [this](std::size_t i) { return pose(i); },
+      [this](std::size_t i, std::size_t j) { return relation(i, j); });
   if (found.empty()) return;
   std::vector<ContinuousFactorPtr> factors;
   for (const ScanClosure& closure : found) {

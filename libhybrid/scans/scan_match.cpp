@@ -79,12 +79,11 @@ std::vector<MatchMode> match(const std::vector<SurfacePoint>& points, const Matc
       return is_one_mode(other.pose.motion, alignment.pose);
     });
     if (known) continue;
-    modes.push_back({{alignment.pose, alignment_covariance(alignment)}, alignment.inliers,
-                     mode.score});
+    modes.push_back(
+        {{alignment.pose, alignment_covariance(alignment)}, alignment.inliers, mode.score});
   }
-  std::stable_sort(modes.begin(), modes.end(), [](const MatchMode& a, const MatchMode& b) {
-    return a.inliers > b.inliers;
-  });
+  std::stable_sort(modes.begin(), modes.end(),
+                   [](const MatchMode& a, const MatchMode& b) { return a.inliers > b.inliers; });
   return modes;
 }
 

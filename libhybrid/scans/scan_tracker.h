@@ -19,7 +19,7 @@ struct ScanTrackerOptions {
   double keyframe_turn = 0.35;     ///< [rad]
   /// Where fewer of the points than this lie on the local map, keyframes are denser.
   double familiar = 0.6;
-  double map_length = 8.0;        ///< way that a local map spans [m]
+  double map_length = 8.0;         ///< way that a local map spans [m]
   std::size_t map_keyframes = 80;  ///< and keyframes, at most
   /// Share of the points on surfaces below which a match is none.
   double min_inliers = 0.3;
@@ -95,9 +95,9 @@ class ScanTracker {
   SurfaceMap surfaces_;
   std::optional<MatchTarget> target_;  // of map_points_, once needed
   OdometryNoise noise_;
-  SE2 pose_;           // of the last scan in the last local map
-  SE2 last_motion_;    // between the last two scans
-  SE2 since_keyframe_;  // by odometry
+  SE2 pose_;                       // of the last scan in the last local map
+  SE2 last_motion_;                // between the last two scans
+  SE2 since_keyframe_;             // by odometry
   double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
   bool has_odometry_ = true;       // for every scan since the last keyframe
   bool is_lost_ = false;           // a scan since the last keyframe agreed with no map

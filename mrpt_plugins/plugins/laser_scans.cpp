@@ -54,9 +54,9 @@ ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& mea
 
 void LaserScans::configure(IniSection section) {
   ScanTrackerOptions& tracker = options_.tracker;
-  tracker.map_length = section.get("map_length", tracker.map_length,
-                                   "way that a local map spans, with which scans are matched [m]",
-                                   kPositiveLength);
+  tracker.map_length =
+      section.get("map_length", tracker.map_length,
+                  "way that a local map spans, with which scans are matched [m]", kPositiveLength);
   ScanClosureOptions& closures = options_.closures;
   closures.most_maps = section.get("closures", true, "whether to search for places seen before")
                            ? closures.most_maps
@@ -64,9 +64,8 @@ void LaserScans::configure(IniSection section) {
   closures.max_reach = section.get(
       "max_reach", closures.max_reach,
       "how far from where they should be such places are searched, at most [m]", kPositiveLength);
-  options_.points.max_range =
-      section.get("max_range", options_.points.max_range, "longer rays are not used [m]",
-                  kPositiveLength);
+  options_.points.max_range = section.get("max_range", options_.points.max_range,
+                                          "longer rays are not used [m]", kPositiveLength);
   mapper_.emplace(options_);
 }
 

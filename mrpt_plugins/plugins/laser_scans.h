@@ -39,8 +39,8 @@ class LaserScans : public MappingPlugin {
 
   ScanMapperOptions options_;
   std::optional<ScanMapper> mapper_;
-  std::vector<Key> keys_;         // of the keyframes of the mapper
-  std::optional<Key> last_pose_;  // of the last frame with scans
+  std::vector<Key> keys_;                        // of the keyframes of the mapper
+  std::optional<Key> last_pose_;                 // of the last frame with scans
   std::vector<std::optional<Handle>> closures_;  // in the map, by closure of the mapper
   /// Closures whose factors are the last ones of the contribution under way.
   std::vector<std::size_t> asked_;

@@ -57,8 +57,8 @@ TEST(Align, ACorridorTellsNothingAlongItself) {
     const SurfaceMap map(points_seen(corridor(), SE2(), random));
     AlignmentOptions options;
     options.prior = Eigen::Vector3d(1e2, 1e2, 1e2).asDiagonal();
-    const ScanAlignment found = align(points_seen(corridor(), SE2(0.3, 0.05, 0.02), random), map,
-                                      SE2(), options);
+    const ScanAlignment found =
+        align(points_seen(corridor(), SE2(0.3, 0.05, 0.02), random), map, SE2(), options);
     const Eigen::Matrix3d covariance = alignment_covariance(found);
     EXPECT_GT(std::sqrt(covariance(0, 0)), 0.1) << seed;
     EXPECT_LT(std::sqrt(covariance(1, 1)), 0.03) << seed;
@@ -83,8 +83,7 @@ TEST(Match, FindsThePoseInAWindow) {
     const FloorPlan plan = testing::furnished_room();
     const MatchTarget target = make_match_target(points_seen(plan, SE2(), random));
     const SE2 truth(offset(random), offset(random), 0.5 * offset(random));
-    const auto modes =
-        match(points_seen(plan, truth, random), target, {SE2(), {1.0, 1.0}, 0.6});
+    const auto modes = match(points_seen(plan, truth, random), target, {SE2(), {1.0, 1.0}, 0.6});
     ASSERT_FALSE(modes.empty()) << seed;
     const SE2 error = truth.between(modes[0].pose.motion);
     worst = std::max(worst, error.translation().norm());
@@ -103,8 +102,8 @@ TEST(Match, OfAnotherPlaceHasNoMode) {
   }
   MatchOptions options;
   options.min_inliers = 0.6;
-  EXPECT_TRUE(match(points_seen(other, SE2(), random), target, {SE2(), {1.0, 1.0}, 0.6}, options)
-                  .empty());
+  EXPECT_TRUE(
+      match(points_seen(other, SE2(), random), target, {SE2(), {1.0, 1.0}, 0.6}, options).empty());
 }
 
 }  // namespace

@@ -61,8 +61,8 @@ TEST(ScanPoints, AScannerUpsideDownSeesLeftOnItsRight) {
   LaserScan scan;
   scan.ranges = {1.0f};
   scan.first_angle = 0.5 * M_PI;
-  scan.T_robot_sensor = Eigen::Translation3d(0.2, 0, 0.3) *
-                        Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+  scan.T_robot_sensor =
+      Eigen::Translation3d(0.2, 0, 0.3) * Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
   const auto points = scan_points(scan);
   ASSERT_EQ(points.size(), 1u);
   EXPECT_NEAR(points[0].position.x(), 0.2, 1e-9);

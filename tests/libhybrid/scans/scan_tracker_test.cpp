@@ -20,9 +20,7 @@ class Follower {
     const TrackedScan result = tracker.track(scan_points(scan), odometry);
     if (result.is_keyframe) {
       const KeyframeMotion& from = result.match ? *result.match : result.odometry;
-      keyframes.push_back(keyframes.empty()
-                              ? SE2()
-                              : keyframes[from.from] * from.measured.motion);
+      keyframes.push_back(keyframes.empty() ? SE2() : keyframes[from.from] * from.measured.motion);
     }
     pose = keyframes[result.keyframe] * result.T_keyframe_scan;
     return result;

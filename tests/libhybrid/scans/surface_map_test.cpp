@@ -39,8 +39,8 @@ TEST(SurfaceMap, IsTheSameAsAnExhaustiveSearch) {
 }
 
 TEST(SurfaceMap, JoinsPointsOfOneSurface) {
-  const SurfaceMap map({{{1.00, 0.01}, {0, 1}, 0.1}, {{1.02, 0.03}, {0, 1}, 0.1},
-                        {{1.01, 0.02}, {0, -1}, 0.1}});
+  const SurfaceMap map(
+      {{{1.00, 0.01}, {0, 1}, 0.1}, {{1.02, 0.03}, {0, 1}, 0.1}, {{1.01, 0.02}, {0, -1}, 0.1}});
   ASSERT_EQ(map.surfels().size(), 2u);
   EXPECT_NEAR(map.surfels()[0].position.y(), 0.02, 1e-12);
   EXPECT_EQ(map.surfels()[0].count, 2.0);
