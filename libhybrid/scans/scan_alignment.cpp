@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/scans/scan_alignment.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace hybrid {
+namespace {
+
+/// The radius of the search for counterparts shrinks by this factor per iteration, down to this
+/// [m].
+constexpr double kShrink = 0.7;
+constexpr double kLeastRadius = 0.15;
+/// The scatter of returns around surfaces is between the resolution of a sensor and the roughness
+/// of a wall [m].
+constexpr double kLeastSigma = 0.015;
+constexpr double kMostSigma = 0.1;
+/// The loss is that of Geman and McClure beyond this many sigmas.
+constexpr double kLossWidth = 2.5;
+/// Steps below this [m], [rad] end the iteration.
+constexpr double kSmallStep = 2e-4;
+/// A point lies on a surface within this distance [m].
+constexpr double kOnSurface = 0.1;
+/// Error of the direction of a surface as few returns tell it [rad]. Walls of a corridor alone seem
+/// to tell the place along it by that much.
+constexpr double kDirectionError = 0.05;
+/// The least share of the information in a direction that is taken to be of surfaces, not of the
+/// errors of their directions.
+constexpr double kLeastShare = 0.01;
+/// Median of the absolute values of a normal variable of unit variance.
+constexpr double kMedianOfNormal = 0.6745;
+
+struct Pairing {
+  Eigen::Vector3d jacobian;
+  Eigen::Vector3d along;  // the same for a normal turned by a right angle
+  double residual = 0.0;
+  double weight = 0.0;
+};
+
+/// The counterparts of the points; `on_surface` becomes the number of those that lie on one.
+std::vector<Pairing> pairings_at(const SE2& pose, const std::vector<SurfacePoint>& points,
+                                 const SurfaceMap& map, double radius, double correlation,
+                                 int& on_surface) {
+  std::vector<Pairing> pairings;
+  pairings.reserve(points.size());
+  on_surface = 0;
+  const SO2 back = pose.rotation().inverse();
+  for (const SurfacePoint& point : points) {
+    const Eigen::Vector2d position = pose * point.position;
+    const Eigen::Vector2d normal = pose.rotation() * point.normal;
+    const SurfaceMap::Surfel* surfel = map.nearest(position, normal, radius);
+    if (surfel == nullptr) continue;
+    const double residual = surfel->normal.dot(position - surfel->position);
+    const Eigen::Vector2d n = back * surfel->normal;
+    const Eigen::Vector2d& p = point.position;
+    pairings.push_back({{n.x(), n.y(), n.y() * p.x() - n.x() * p.y()},
+                        {-n.y(), n.x(), n.x() * p.x() + n.y() * p.y()},
+                        residual,
+                        std::min(1.0, point.length / correlation)});
+    if (std::abs(residual) < kOnSurface) ++on_surface;
+  }
+  return pairings;
+}
+
+double robust_sigma(const std::vector<Pairing>& pairings) {
+  if (pairings.empty()) return kMostSigma;
+  std::vector<double> sizes(pairings.size());
+  std::transform(pairings.begin(), pairings.end(), sizes.begin(),
+                 [](const Pairing& pairing) { return std::abs(pairing.residual); });
+  std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
+  return std::clamp(sizes[sizes.size() / 2] / kMedianOfNormal, kLeastSigma, kMostSigma);
+}
+
+/// Information `H` of surfaces without what errors of their directions add, which is about `F`.
+Eigen::Matrix3d without_direction_errors(const Eigen::Matrix3d& H, const Eigen::Matrix3d& F) {
+  const Eigen::LLT<Eigen::Matrix3d> factor(H);
+  if (factor.info() != Eigen::Success) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d L = factor.matrixL();
+  Eigen::Matrix3d A = factor.matrixL().solve(F);
+  A = factor.matrixL().solve(A.transpose().eval());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (A + A.transpose()));
+  // Twice: the errors add this much on average.
+  const Eigen::Vector3d shares =
+      (1.0 - 2.0 * eigen.eigenvalues().array()).cwiseMax(kLeastShare).matrix();
+  const Eigen::Matrix3d B = L * eigen.eigenvectors();
+  return B * shares.asDiagonal() * B.transpose();
+}
+
+}  // namespace
+
+ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& map,
+                    const SE2& start, const AlignmentOptions& options) {
+  ScanAlignment result;
+  result.pose = start;
+  result.sigma = kMostSigma;
+  if (points.empty() || map.empty()) return result;
+  double radius = std::min(options.radius, SurfaceMap::cell_size());
+  for (int i = 0; i < options.max_iterations; ++i) {
+    int on_surface = 0;
+    const std::vector<Pairing> pairings =
+        pairings_at(result.pose, points, map, radius, options.correlation_length, on_surface);
+    result.inliers = double(on_surface) / double(points.size());
+    result.sigma = robust_sigma(pairings);
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d F = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    for (const Pairing& pairing : pairings) {
+      const double r = pairing.residual / (kLossWidth * result.sigma);
+      const double root = 1.0 / (1.0 + r * r);
+      const double weight = pairing.weight * root * root / (result.sigma * result.sigma);
+      H += weight * pairing.jacobian * pairing.jacobian.transpose();
+      F += weight * kDirectionError * kDirectionError * pairing.along * pairing.along.transpose();
+      g += weight * pairing.residual * pairing.jacobian;
+    }
+    const Eigen::Matrix3d A =
+        H + options.prior + Eigen::Vector3d(1e-3, 1e-3, 1e-3).asDiagonal().toDenseMatrix();
+    const Eigen::Vector3d off = start.between(result.pose).log();
+    Eigen::Vector3d step = -A.llt().solve(g + options.prior * off);
+    if (!step.allFinite()) break;
+    step *= std::min(1.0, 0.5 / std::max(step.norm(), 1e-9));
+    result.pose = result.pose * SE2::exp(step);
+    result.pose.normalize();
+    const bool smallest = radius <= kLeastRadius;
+    radius = std::max(radius * kShrink, kLeastRadius);
+    const bool last =
+        (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) || i + 1 == options.max_iterations;
+    if (!last) continue;
+    result.information = without_direction_errors(H, F);
+    break;
+  }
+  return result;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/scans/scan_match.h"
+#include "libhybrid/scans/scan_tracker.h"
+
+namespace HYBRID_API hybrid {
+
+struct ScanClosureOptions {
+  double every = 0.5;         ///< way between searches [m]
+  double query_length = 4.0;  ///< way whose scans are matched jointly [m]
+  double view = 4.0;          ///< distance at which places share surfaces [m]
+  int most_maps = 4;          ///< local maps searched for one keyframe, at most
+  double max_reach = 8.0;     ///< half the width of the window of a search, at most [m]
+  double max_turn = 0.8;      ///< and of its angle [rad]
+  MatchOptions match;
+};
+
+/// A relative pose between keyframes of different times, which may be false.
+struct ScanClosure {
+  std::size_t from = 0;  ///< keyframe: the anchor of a local map
+  std::size_t to = 0;    ///< keyframe
+  MatchMode mode;        ///< pose of `to` in the frame of `from`
+  int modes = 1;         ///< that the same search has found
+};
+
+/// Searches for places that the robot has seen before: the scans of the last metres are matched
+/// jointly with earlier local maps that may be near.
+class ScanClosureSearch {
+ public:
+  /// Estimate of the pose of a keyframe.
+  using Poses = std::function<SE2(std::size_t keyframe)>;
+  /// Estimate of the pose of keyframe b in the frame of a.
+  using Relation = std::function<UncertainMotion(std::size_t a, std::size_t b)>;
+
+  explicit ScanClosureSearch(const ScanClosureOptions& options = {}) : options_(options) {}
+
+  /// Candidates of the newest keyframe, all modes of each; none while the way since the last search
+  /// is short.
+  std::vector<ScanClosure> search(const ScanTracker& tracker, const Poses& poses,
+                                  const Relation& relation);
+
+ private:
+  struct Candidate {
+    std::size_t map = 0;
+    double distance = 0.0;
+  };
+  std::vector<Candidate> candidates(const ScanTracker& tracker, const Poses& poses) const;
+  const MatchTarget& target(const ScanTracker& tracker, std::size_t map);
+
+  ScanClosureOptions options_;
+  double next_ = 0.0;  // way at which to search again
+  struct Stored {
+    std::unique_ptr<MatchTarget> target;
+    std::size_t used = 0;
+  };
+  std::unordered_map<std::size_t, Stored> targets_;
+  std::size_t searches_ = 0;
+};
+
+}  // namespace hybrid

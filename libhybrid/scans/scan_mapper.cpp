@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/scans/scan_mapper.h"
+
+#include <memory>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+
+namespace hybrid {
+namespace {
+
+Key pose_key(std::size_t keyframe) {
+  return {key_letter::kPose, keyframe};
+}
+
+ContinuousFactorPtr motion_factor(std::size_t from, std::size_t to,
+                                  const UncertainMotion& measured) {
+  return std::make_shared<BetweenSE2>(pose_key(from), pose_key(to), measured.motion,
+                                      Noise::covariance(measured.covariance));
+}
+
+}  // namespace
+
+ScanMapper::ScanMapper(const ScanMapperOptions& options)
+    : options_(options),
+      tracker_(options.tracker),
+      search_(options.closures),
+      selection_(options.selection) {}
+
+SE2 ScanMapper::pose(std::size_t keyframe) const {
+  return selection_.smoother().values().at<SE2>(pose_key(keyframe));
+}
+
+UncertainMotion ScanMapper::relation(std::size_t a, std::size_t b) const {
+  const SE2 motion = pose(a).between(pose(b));
+  Eigen::MatrixXd J(3, 6);
+  J << -motion.inverse().adjoint(), Eigen::Matrix3d::Identity();
+  return {motion, selection_.smoother().joint_covariance({pose_key(a), pose_key(b)}, J)};
+}
+
+void ScanMapper::add_keyframe(const TrackedScan& tracked) {
+  const std::size_t k = tracked.keyframe;
+  Delta delta;
+  if (k == 0) {
+    delta.values.insert(pose_key(0), SE2());
+    delta.continuous.push_back(
+        std::make_shared<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3)));
+    selection_.update(delta);
+    return;
+  }
+  const KeyframeMotion& start = tracked.match ? *tracked.match : tracked.odometry;
+  delta.values.insert(pose_key(k), pose(start.from) * start.measured.motion);
+  delta.continuous.push_back(motion_factor(tracked.odometry.from, k, tracked.odometry.measured));
+  if (tracked.match) {
+    delta.continuous.push_back(motion_factor(tracked.match->from, k, tracked.match->measured));
+  }
+  selection_.update(delta);
+  const std::vector<ScanClosure> found = search_.search(
+      tracker_, [this](std::size_t i) { return pose(i); },
+      [this](std::size_t i, std::size_t j) { return relation(i, j); });
+  if (found.empty()) return;
+  std::vector<ContinuousFactorPtr> factors;
+  for (const ScanClosure& closure : found) {
+    factors.push_back(motion_factor(closure.from, closure.to, closure.mode.pose));
+  }
+  closures_.insert(closures_.end(), found.begin(), found.end());
+  selection_.update({}, factors);
+}
+
+TrackedScan ScanMapper::add(const LaserScan& scan, const std::optional<SE2>& odometry) {
+  return add(scan_points(scan, options_.points), odometry);
+}
+
+TrackedScan ScanMapper::add(const std::vector<SurfacePoint>& points,
+                            const std::optional<SE2>& odometry, KeyframeRule rule) {
+  const TrackedScan tracked = tracker_.track(points, odometry, rule);
+  scans_.push_back({tracked.keyframe, tracked.T_keyframe_scan});
+  if (tracked.is_keyframe) add_keyframe(tracked);
+  return tracked;
+}
+
+void ScanMapper::finish() {
+  if (!scans_.empty()) selection_.finish();
+}
+
+std::vector<SE2> ScanMapper::path() const {
+  std::vector<SE2> path;
+  path.reserve(scans_.size());
+  for (const Placed& scan : scans_) path.push_back(pose(scan.keyframe) * scan.T_keyframe_scan);
+  return path;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/scans/laser_scan.h"
+#include "libhybrid/scans/scan_closures.h"
+#include "libhybrid/scans/scan_tracker.h"
+#include "libhybrid/selection/online_selection.h"
+
+namespace HYBRID_API hybrid {
+
+struct ScanMapperOptions {
+  ScanPointOptions points;
+  ScanTrackerOptions tracker;
+  ScanClosureOptions closures;
+  OnlineSelectionOptions selection;
+};
+
+/// Maps by planar laser scans alone: a ScanTracker in front, a graph of keyframes behind, and the
+/// closures between them decided by OnlineSelection.
+class ScanMapper {
+ public:
+  explicit ScanMapper(const ScanMapperOptions& options = {});
+
+  /// `odometry` is the motion since the last scan, if known.
+  TrackedScan add(const LaserScan& scan, const std::optional<SE2>& odometry = std::nullopt);
+  /// The same for points in the frame of the robot, e.g. of several scanners.
+  TrackedScan add(const std::vector<SurfacePoint>& points, const std::optional<SE2>& odometry,
+                  KeyframeRule rule = KeyframeRule::kByMotion);
+  /// Decides all closures again and solves to convergence.
+  void finish();
+
+  /// Pose of every scan so far at the present estimate, in order.
+  std::vector<SE2> path() const;
+  /// The estimate of a keyframe.
+  SE2 pose(std::size_t keyframe) const;
+  const ScanTracker& tracker() const { return tracker_; }
+  const std::vector<ScanClosure>& closures() const { return closures_; }
+  /// By closure; see OnlineSelection.
+  ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
+  std::vector<Verdict> verdicts() const { return selection_.verdicts(); }
+  const OnlineSelection& selection() const { return selection_; }
+
+ private:
+  struct Placed {
+    std::size_t keyframe = 0;
+    SE2 T_keyframe_scan;
+  };
+  void add_keyframe(const TrackedScan& tracked);
+  UncertainMotion relation(std::size_t a, std::size_t b) const;
+
+  ScanMapperOptions options_;
+  ScanTracker tracker_;
+  ScanClosureSearch search_;
+  OnlineSelection selection_;
+  std::vector<Placed> scans_;
+  std::vector<ScanClosure> closures_;
+};
+
+}  // namespace hybrid

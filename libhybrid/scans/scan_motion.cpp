@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/scans/scan_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace hybrid {
+namespace {
+
+/// Errors of odometry at scale 1: of wheels on a floor. Shares of the distance and of the turn,
+/// angle per distance [rad/m], distance per angle [m/rad], and what even no motion has [m], [rad].
+constexpr double kOfDistance = 0.05;
+constexpr double kOfTurn = 0.05;
+constexpr double kAnglePerDistance = 0.02;
+constexpr double kDistancePerAngle = 0.02;
+constexpr double kLeastTranslation = 0.005;
+constexpr double kLeastRotation = 0.003;
+/// Number of keyframes that tell the scale, and of errors of scale 1 that are assumed before.
+constexpr std::size_t kMemory = 60;
+constexpr std::size_t kPrior = 10;
+/// Scales are within these.
+constexpr double kLeastScale = 0.2;
+constexpr double kMostScale = 50.0;
+/// Medians of the norm of a standard normal vector of one and two dimensions.
+constexpr double kMedian1 = 0.6745;
+constexpr double kMedian2 = 1.1774;
+
+double translation_sigma(double distance, double turn) {
+  return std::sqrt(std::pow(kOfDistance * distance, 2) + std::pow(kDistancePerAngle * turn, 2) +
+                   std::pow(kLeastTranslation, 2));
+}
+
+double rotation_sigma(double distance, double turn) {
+  return std::sqrt(std::pow(kOfTurn * turn, 2) + std::pow(kAnglePerDistance * distance, 2) +
+                   std::pow(kLeastRotation, 2));
+}
+
+}  // namespace
+
+void OdometryNoise::Scale::add(double error, double degrees_of_freedom) {
+  errors.push_back(error / (degrees_of_freedom > 1.0 ? kMedian2 : kMedian1));
+  if (errors.size() > kMemory) errors.pop_front();
+  std::vector<double> sorted(errors.begin(), errors.end());
+  if (sorted.size() < kPrior) sorted.resize(kPrior, 1.0);
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  scale = std::clamp(sorted[sorted.size() / 2], kLeastScale, kMostScale);
+}
+
+Eigen::Matrix3d OdometryNoise::covariance(double distance, double turn) const {
+  const double t = translation_.scale * translation_sigma(distance, turn);
+  const double r = rotation_.scale * rotation_sigma(distance, turn);
+  return Eigen::Vector3d(t * t, t * t, r * r).asDiagonal();
+}
+
+void OdometryNoise::compare(const SE2& odometry, double distance, double turn,
+                            const UncertainMotion& match) {
+  const Eigen::Vector3d error = odometry.between(match.motion).log();
+  const double t = translation_sigma(distance, turn);
+  const double r = rotation_sigma(distance, turn);
+  const double match_t = std::sqrt(match.covariance.topLeftCorner<2, 2>().trace());
+  const double match_r = std::sqrt(match.covariance(2, 2));
+  if (match_t < t * translation_.scale + kLeastTranslation) {
+    translation_.add(error.head<2>().norm() / t, 2.0);
+  }
+  if (match_r < r * rotation_.scale + kLeastRotation) rotation_.add(std::abs(error.z()) / r, 1.0);
+}
+
+}  // namespace hybrid

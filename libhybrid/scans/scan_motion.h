@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <deque>
+
+#include "libhybrid/geometry/eigen.h"
+#include "libhybrid/geometry/se2.h"
+
+namespace HYBRID_API hybrid {
+
+/// A measured motion with its covariance in the tangent (x, y [m], angle [rad]).
+struct UncertainMotion {
+  SE2 motion;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+};
+
+/// The noise of odometry, measured by comparison with matches of scans: standard deviations that
+/// grow with distance and turn, times robust scales of the last keyframes.
+class OdometryNoise {
+ public:
+  /// Covariance of a motion of that length [m] along its path and that turn [rad].
+  Eigen::Matrix3d covariance(double distance, double turn) const;
+
+  /// Takes in a motion by odometry and the same by a match. A part that the match does not tell
+  /// better than odometry is not used.
+  void compare(const SE2& odometry, double distance, double turn, const UncertainMotion& match);
+
+  double translation_scale() const { return translation_.scale; }
+  double rotation_scale() const { return rotation_.scale; }
+
+ private:
+  struct Scale {
+    double scale = 1.0;
+    std::deque<double> errors;  // in standard deviations of scale 1
+    void add(double error, double degrees_of_freedom);
+  };
+
+  Scale translation_, rotation_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/scans/scan_tracker.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace hybrid {
+namespace {
+
+/// Errors of the prediction of the next scan: of odometry at scale 1 these are generous; a steady
+/// motion knows nothing of acceleration [m], [rad].
+constexpr double kPredictedTranslation = 0.02;
+constexpr double kPredictedRotation = 0.01;
+constexpr double kSteadyTranslation = 0.1;
+constexpr double kSteadyRotation = 0.1;
+/// The least motion between keyframes where much is new [m], [rad].
+constexpr double kDenseDistance = 0.2;
+constexpr double kDenseTurn = 0.1;
+/// Surfaces are matched badly where a search may find a better pose.
+constexpr double kDoubtful = 0.7;
+/// By this share of the points a pose that odometry does not predict must be better.
+constexpr double kBetter = 0.05;
+/// Standard deviations of the prediction that a search covers, and its least and largest reach [m],
+/// [rad].
+constexpr double kSearched = 3.0;
+constexpr double kLeastReach = 0.3;
+constexpr double kMostReach = 1.5;
+constexpr double kLeastTurn = 0.1;
+constexpr double kMostTurn = 0.8;
+/// Where that fails, odometry was wrong or scans are missing: the window is as large as this [m],
+/// [rad].
+constexpr double kLostReach = 2.0;
+constexpr double kLostTurn = 1.6;
+/// Standard deviations of the prediction of a scan that agrees with no map [m], [rad].
+constexpr double kLostTranslation = 0.3;
+constexpr double kLostRotation = 0.15;
+/// A scan of fewer points tells nothing.
+constexpr std::size_t kFewPoints = 10;
+/// Odometry that differs from a match by more standard deviations than this is a blunder.
+constexpr double kBlunder = 4.0;
+/// A local map grows by errors of matches to its own keyframes, per metre from its anchor [m],
+/// [rad].
+constexpr double kGrowthTranslation = 0.002;
+constexpr double kGrowthRotation = 0.0005;
+
+}  // namespace
+
+Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
+  const double distance = motion.translation().norm();
+  const double turn = std::abs(motion.angle());
+  Eigen::Vector3d least(kPredictedTranslation, kPredictedTranslation, kPredictedRotation);
+  if (!by_odometry) least = {kSteadyTranslation, kSteadyTranslation, kSteadyRotation};
+  Eigen::Matrix3d covariance = noise_.covariance(distance, turn);
+  covariance.diagonal() += least.cwiseAbs2();
+  return covariance;
+}
+
+void ScanTracker::search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
+                         ScanAlignment& best) {
+  if (!target_) target_ = make_match_target(map_points_);
+  MatchOptions options;
+  options.min_inliers = options_.min_inliers;
+  for (const MatchMode& mode : match(points, *target_, window, options)) {
+    // A pose far from the prediction has to explain much more.
+    if (mode.inliers < best.inliers + kBetter) continue;
+    best = align(points, surfaces_, mode.pose.motion);
+  }
+}
+
+ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
+                                   const Eigen::Matrix3d& covariance) {
+  AlignmentOptions options;
+  options.prior = covariance.inverse();
+  ScanAlignment best = align(points, surfaces_, predicted, options);
+  if (points.empty() || best.inliers >= kDoubtful) return best;
+  // Odometry may be late: the robot stands, or goes on as before.
+  for (const SE2& other : {pose_, pose_ * last_motion_}) {
+    const ScanAlignment alignment = align(points, surfaces_, other, options);
+    if (alignment.inliers > best.inliers + kBetter) best = alignment;
+  }
+  if (best.inliers >= kDoubtful) return best;
+  SearchWindow window;
+  window.centre = predicted;
+  const double reach = kSearched * std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2.0);
+  window.reach.setConstant(std::clamp(reach, kLeastReach, kMostReach));
+  window.turn = std::clamp(kSearched * std::sqrt(covariance(2, 2)), kLeastTurn, kMostTurn);
+  search(points, window, best);
+  if (best.inliers >= options_.min_inliers) return best;
+  for (const SE2& centre : {predicted, pose_}) {
+    search(points, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
+  }
+  return best;
+}
+
+bool ScanTracker::is_due(const SE2& from_last, double inliers, KeyframeRule rule) const {
+  if (keyframes_.empty() || rule == KeyframeRule::kAlways) return true;
+  if (rule == KeyframeRule::kNever) return false;
+  const double distance = from_last.translation().norm();
+  const double turn = std::abs(from_last.angle());
+  if (distance > options_.keyframe_distance || turn > options_.keyframe_turn) return true;
+  if (is_lost_ && !was_lost_) return true;
+  return inliers < options_.familiar && (distance > kDenseDistance || turn > kDenseTurn);
+}
+
+void ScanTracker::add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose) {
+  maps_.back().poses.push_back(pose);
+  ++maps_.back().count;
+  maps_.back().is_blind = maps_.back().is_blind && points.size() < kFewPoints;
+  const std::vector<SurfacePoint> seen = transformed(pose, points);
+  map_points_.insert(map_points_.end(), seen.begin(), seen.end());
+}
+
+/// Begins a local map with the second half of the present one.
+void ScanTracker::begin_map() {
+  const LocalMap before = maps_.back();
+  const double middle = keyframes_.back().travelled - 0.5 * options_.map_length;
+  std::size_t k = 1;
+  while (k + 1 < before.count && (keyframes_[before.anchor + k].travelled < middle ||
+                                  before.count - k > options_.map_keyframes / 2)) {
+    ++k;
+  }
+  const SE2 anchor = before.poses[k];
+  maps_.push_back({});
+  maps_.back().anchor = before.anchor + k;
+  map_points_.clear();
+  for (std::size_t i = k; i < before.count; ++i) {
+    add_to_map(keyframes_[before.anchor + i].points, anchor.between(before.poses[i]));
+  }
+  pose_ = anchor.between(pose_);
+}
+
+void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose) {
+  double travelled = 0.0;
+  if (keyframes_.empty()) {
+    maps_.push_back({});
+  } else {
+    const SE2 step = maps_.back().poses.back().between(pose);
+    travelled = keyframes_.back().travelled + step.translation().norm();
+  }
+  keyframes_.push_back({points, travelled});
+  if (is_lost_) {
+    maps_.push_back({});
+    maps_.back().anchor = keyframes_.size() - 1;
+    map_points_.clear();
+    pose_ = SE2();
+  }
+  add_to_map(points, pose_);
+  const LocalMap& map = maps_.back();
+  if (map.count > 2 && (travelled - keyframes_[map.anchor].travelled > options_.map_length ||
+                        map.count > options_.map_keyframes)) {
+    begin_map();
+  }
+  surfaces_ = SurfaceMap(map_points_);
+  target_.reset();
+}
+
+/// The motion from the last keyframe by odometry, or steady where there is none.
+KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
+  KeyframeMotion result{keyframes_.size() - 1, {since_keyframe_, noise_.covariance(way_, turn_)}};
+  Eigen::Matrix3d& covariance = result.measured.covariance;
+  if (!has_odometry_) {
+    covariance.diagonal() += Eigen::Vector3d(0.5 + way_, 0.5 + way_, 0.5 + turn_).cwiseAbs2();
+  } else if (scan.match) {
+    const Eigen::Vector3d error = since_keyframe_.between(scan.T_keyframe_scan).log();
+    const double chi_square =
+        error.dot((covariance + scan.match->measured.covariance).llt().solve(error));
+    covariance *= std::max(1.0, chi_square / (kBlunder * kBlunder));
+  }
+  if (is_lost_) {
+    covariance.diagonal() +=
+        Eigen::Vector3d(kLostTranslation, kLostTranslation, kLostRotation).cwiseAbs2();
+  }
+  return result;
+}
+
+/// What a scan that becomes a keyframe tells of the motion to it.
+void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good,
+                          TrackedScan& result) {
+  if (good) {
+    const LocalMap& map = maps_.back();
+    const Eigen::Matrix3d covariance = alignment_covariance(found);
+    const double far = keyframes_.back().travelled - keyframes_[map.anchor].travelled;
+    KeyframeMotion match{map.anchor, {pose, covariance}, found.inliers};
+    match.measured.covariance.diagonal() +=
+        (far * Eigen::Vector3d(kGrowthTranslation, kGrowthTranslation, kGrowthRotation))
+            .cwiseAbs2();
+    result.match = match;
+    if (has_odometry_) {
+      noise_.compare(since_keyframe_, way_, turn_, {result.T_keyframe_scan, covariance});
+    }
+  }
+  result.odometry = odometry_motion(result);
+}
+
+TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
+                               const std::optional<SE2>& odometry, KeyframeRule rule) {
+  TrackedScan result;
+  if (keyframes_.empty()) {
+    add_keyframe(points, SE2());
+    result.is_keyframe = true;
+    return result;
+  }
+  const SE2 motion = odometry.value_or(last_motion_);
+  since_keyframe_ = since_keyframe_ * motion;
+  since_keyframe_.normalize();  // products of many rotations drift from unit norm
+  way_ += motion.translation().norm();
+  turn_ += std::abs(motion.angle());
+  has_odometry_ = has_odometry_ && odometry.has_value();
+  const SE2 predicted = pose_ * motion;
+  const ScanAlignment found = aligned(points, predicted, prior(motion, odometry.has_value()));
+  const bool good = found.inliers >= options_.min_inliers;
+  const bool lost = !good && points.size() >= kFewPoints && !maps_.back().is_blind;
+  SE2 pose = good ? found.pose : predicted;
+  pose.normalize();
+  if (lost) ++lost_;
+  is_lost_ = is_lost_ || lost;
+  last_motion_ = pose_.between(pose);
+  pose_ = pose;
+  result.keyframe = keyframes_.size() - 1;
+  result.T_keyframe_scan = maps_.back().poses.back().between(pose);
+  result.inliers = found.inliers;
+  if (!is_due(result.T_keyframe_scan, found.inliers, rule)) return result;
+
+  measure(found, pose, good, result);
+  add_keyframe(points, pose);
+  result.keyframe = keyframes_.size() - 1;
+  result.is_keyframe = true;
+  result.T_keyframe_scan = SE2();
+  since_keyframe_ = SE2();
+  way_ = turn_ = 0.0;
+  has_odometry_ = true;
+  was_lost_ = is_lost_;
+  is_lost_ = false;
+  return result;
+}
+
+}  // namespace hybrid

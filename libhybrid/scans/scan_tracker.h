@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/scans/scan_match.h"
+#include "libhybrid/scans/scan_motion.h"
+#include "libhybrid/scans/scan_points.h"
+
+namespace HYBRID_API hybrid {
+
+struct ScanTrackerOptions {
+  double keyframe_distance = 0.5;  ///< [m] between keyframes
+  double keyframe_turn = 0.35;     ///< [rad]
+  /// Where fewer of the points than this lie on the local map, keyframes are denser.
+  double familiar = 0.6;
+  double map_length = 8.0;         ///< way that a local map spans [m]
+  std::size_t map_keyframes = 80;  ///< and keyframes, at most
+  /// Share of the points on surfaces below which a match is none.
+  double min_inliers = 0.3;
+};
+
+/// The points of a keyframe and how far the robot had come.
+struct ScanKeyframe {
+  std::vector<SurfacePoint> points;  ///< in the frame of the robot
+  double travelled = 0.0;            ///< way to it from the first [m]
+};
+
+/// A stretch of keyframes in the frame of its first one, the anchor.
+struct LocalMap {
+  std::size_t anchor = 0;
+  std::size_t count = 0;   ///< of keyframes, from the anchor on
+  std::vector<SE2> poses;  ///< of these, in the frame of the anchor
+  bool is_blind = true;    ///< none of them has more than a few points
+};
+
+/// A measured motion between two keyframes.
+struct KeyframeMotion {
+  std::size_t from = 0;
+  UncertainMotion measured;
+  double inliers = 1.0;  ///< share of the points on surfaces, if by a match
+};
+
+/// Where a scan is.
+struct TrackedScan {
+  std::size_t keyframe = 0;  ///< the last one, which may be this scan
+  bool is_keyframe = false;
+  SE2 T_keyframe_scan;
+  double inliers = 1.0;  ///< share of its points on surfaces of the local map
+  // For a keyframe but the first:
+  std::optional<KeyframeMotion> match;  ///< from the anchor of the local map
+  KeyframeMotion odometry;  ///< from the keyframe before; a steady motion where there is none
+};
+
+enum class KeyframeRule { kByMotion, kAlways, kNever };
+
+/// Follows a robot by its scans: each is aligned with a local map of the last metres, from where
+/// odometry, if there is any, or a steady motion predicts it. Knows no map as a whole.
+class ScanTracker {
+ public:
+  explicit ScanTracker(const ScanTrackerOptions& options = {}) : options_(options) {}
+
+  /// `points` are in the frame of the robot; `odometry` is the motion since the last scan.
+  TrackedScan track(const std::vector<SurfacePoint>& points, const std::optional<SE2>& odometry,
+                    KeyframeRule rule = KeyframeRule::kByMotion);
+
+  const std::vector<ScanKeyframe>& keyframes() const { return keyframes_; }
+  /// Local maps in the order of their anchors; the last one still grows.
+  const std::vector<LocalMap>& local_maps() const { return maps_; }
+  const OdometryNoise& odometry_noise() const { return noise_; }
+  std::size_t lost() const { return lost_; }  ///< scans that agreed with no local map
+
+ private:
+  Eigen::Matrix3d prior(const SE2& motion, bool by_odometry) const;
+  void search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
+              ScanAlignment& best);
+  ScanAlignment aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
+                        const Eigen::Matrix3d& covariance);
+  KeyframeMotion odometry_motion(const TrackedScan& scan) const;
+  void measure(const ScanAlignment& found, const SE2& pose, bool good, TrackedScan& result);
+  bool is_due(const SE2& from_last, double inliers, KeyframeRule rule) const;
+  void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose);
+  void begin_map();
+  void add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose);
+
+  ScanTrackerOptions options_;
+  std::vector<ScanKeyframe> keyframes_;
+  std::vector<LocalMap> maps_;
+  std::vector<SurfacePoint> map_points_;
+  SurfaceMap surfaces_;
+  std::optional<MatchTarget> target_;  // of map_points_, once needed
+  OdometryNoise noise_;
+  SE2 pose_;                       // of the last scan in the last local map
+  SE2 last_motion_;                // between the last two scans
+  SE2 since_keyframe_;             // by odometry
+  double way_ = 0.0, turn_ = 0.0;  // by odometry, since the last keyframe
+  bool has_odometry_ = true;       // for every scan since the last keyframe
+  bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
+  bool was_lost_ = false;          // the same at the last keyframe
+  std::size_t lost_ = 0;
+};
+
+}  // namespace hybrid

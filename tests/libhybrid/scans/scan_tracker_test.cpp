@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/scans/scan_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/support/scan_worlds.h"
+
+namespace hybrid {
+namespace {
+
+/// Where a tracker thinks that its keyframes are, in the frame of the first.
+class Follower {
+ public:
+  TrackedScan track(const LaserScan& scan, const std::optional<SE2>& odometry) {
+    const TrackedScan result = tracker.track(scan_points(scan), odometry);
+    if (result.is_keyframe) {
+      const KeyframeMotion& from = result.match ? *result.match : result.odometry;
+      keyframes.push_back(keyframes.empty() ? SE2() : keyframes[from.from] * from.measured.motion);
+    }
+    pose = keyframes[result.keyframe] * result.T_keyframe_scan;
+    return result;
+  }
+
+  ScanTracker tracker;
+  std::vector<SE2> keyframes;
+  SE2 pose;
+};
+
+std::vector<SE2> half_ring() {
+  std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+  way.resize(way.size() / 2);
+  return way;
+}
+
+double error_after(const std::vector<SE2>& way, Follower& follower, double scale,
+                   bool with_odometry) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    std::optional<SE2> odometry;
+    if (with_odometry && i > 0) {
+      const SE2 step = way[i - 1].between(way[i]);
+      odometry = SE2(scale * step.x(), scale * step.y(), scale * step.angle());
+    }
+    follower.track(plan.scan(way[i], 361, 0.01, random), odometry);
+  }
+  return (way.front().between(way.back()).translation() - follower.pose.translation()).norm();
+}
+
+TEST(ScanTracker, FollowsWithGoodOdometry) {
+  Follower follower;
+  EXPECT_LT(error_after(half_ring(), follower, 1.0, true), 0.15);
+  EXPECT_EQ(follower.tracker.lost(), 0u);
+  EXPECT_LT(follower.tracker.odometry_noise().translation_scale(), 1.5);
+}
+
+TEST(ScanTracker, FollowsWithoutOdometry) {
+  Follower follower;
+  EXPECT_LT(error_after(half_ring(), follower, 1.0, false), 0.3);
+}
+
+TEST(ScanTracker, MeasuresThatOdometryIsBad) {
+  Follower follower;
+  EXPECT_LT(error_after(half_ring(), follower, 1.4, true), 0.3);
+  EXPECT_GT(follower.tracker.odometry_noise().translation_scale(), 2.0);
+}
+
+TEST(ScanTracker, StandingStillMakesNoKeyframes) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  Follower follower;
+  for (int i = 0; i < 3000; ++i) {
+    follower.track(plan.scan(SE2(-1, -1, 0.2), 181, 0.01, random), SE2());
+  }
+  EXPECT_LE(follower.keyframes.size(), 2u);
+  EXPECT_LT(follower.pose.translation().norm(), 0.02);
+}
+
+TEST(ScanTracker, BlindScansFollowOdometry) {
+  LaserScan blind;
+  blind.ranges.assign(181, std::numeric_limits<float>::quiet_NaN());
+  blind.angle_step = M_PI / 180.0;
+  Follower follower;
+  for (int i = 0; i <= 100; ++i) {
+    const TrackedScan scan = follower.track(blind, SE2(0.1, 0, 0));
+    EXPECT_FALSE(scan.match.has_value());
+  }
+  EXPECT_NEAR(follower.pose.x(), 10.0, 1e-6);
+  EXPECT_EQ(follower.tracker.lost(), 0u);
+  blind.ranges = {2.0f};
+  for (int i = 0; i < 100; ++i) follower.track(blind, std::nullopt);
+  EXPECT_TRUE(std::isfinite(follower.pose.x()));
+}
+
+TEST(ScanTracker, AJumpToAnotherPlaceBeginsALocalMap) {
+  const testing::FloorPlan plan = testing::ring();
+  std::mt19937 random(7);
+  Follower follower;
+  for (int i = 0; i < 20; ++i) {
+    follower.track(plan.scan(SE2(-1 + 0.1 * i, -1, 0.0), 361, 0.01, random), SE2(0.1, 0, 0));
+  }
+  const testing::FloorPlan room = testing::furnished_room();
+  TrackedScan jumped;
+  for (int i = 0; i < 20; ++i) {
+    const TrackedScan scan =
+        follower.track(room.scan(SE2(0.05 * i, 0, 0.5), 361, 0.01, random), SE2(0.05, 0, 0));
+    if (i == 0) jumped = scan;
+  }
+  EXPECT_TRUE(jumped.is_keyframe);
+  EXPECT_FALSE(jumped.match.has_value());
+  EXPECT_GT(jumped.odometry.measured.covariance(0, 0), 0.05);
+  EXPECT_EQ(follower.tracker.local_maps().back().anchor, jumped.keyframe);
+  EXPECT_EQ(follower.tracker.lost(), 1u);
+}
+
+}  // namespace
+}  // namespace hybrid
