@@ -173,16 +173,20 @@ def tag_position(h, intrinsics, size):
     return tuple(scale * x for x in columns[2])
 
 
-def tag_rows(messages, intrinsics, size, plane):
-    """Rows of apriltag_msgs; how many have no position."""
+def tag_rows(messages, intrinsics, options):
+    """Rows of apriltag_msgs, with the sigma of the range; how many have no position.
+
+    A tag of an edge e [m] at z m is f e / z pixels wide: an error of s pixels changes the range by z^2 s / (f e).
+    """
     rows, dropped = [], 0
     for message in messages:
         for tag in message["detections"]:
-            position = tag_position(tag["homography"], intrinsics, size)
+            position = tag_position(tag["homography"], intrinsics, options.tag_size)
             if position is None:
                 dropped += 1
-            else:
-                rows.append([time_of(message["header"]), *measured_of(position, plane, True), "", "", tag["id"]])
+                continue
+            sigma = position[2]**2 * options.pixel_sigma / (intrinsics[0] * options.tag_size)
+            rows.append([time_of(message["header"]), *measured_of(position, options.plane, True), "", "", tag["id"], sigma])
     return sorted(rows, key=lambda row: row[0]), dropped
 
 
@@ -230,6 +234,7 @@ def fix_rows(messages):
 
 def write_table(path, names, rows):
     """Without columns that are empty throughout."""
+    names = names[:len(rows[0])] if rows else names[:3]
     used = [i for i in range(len(names)) if i < 3 or any(row[i] != "" for row in rows)]
     with open(path, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
@@ -279,7 +284,7 @@ def detected(files, topics, options):
     calibration = next(iter(messages_of(files, camera)), None)
     if calibration is None:
         raise BagError(f"{camera} has no message")
-    rows, dropped = tag_rows(messages_of(files, topic), intrinsics_of(calibration), options.tag_size, options.plane)
+    rows, dropped = tag_rows(messages_of(files, topic), intrinsics_of(calibration), options)
     tell_dropped(dropped, "tags dropped: their homography tells no position")
     return rows, True, frame
 
@@ -323,7 +328,7 @@ def convert(options):
     out.mkdir(parents=True, exist_ok=True)
     write_odometry(out, files, topics, options)
     measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
-    write_table(out / "detections.csv", [*measured, "class", "score", "id"], rows)
+    write_table(out / "detections.csv", [*measured, "class", "score", "id", "sigma_range"], rows)
     if options.truth:
         write_truth(out, files, topics, options.truth)
     if options.base:
@@ -342,6 +347,8 @@ def main():
                              "frames whose names end in the number of a tag, as tag36h11:7")
     parser.add_argument("--tag-size", type=float, metavar="METRES",
                         help="detections are apriltag_msgs, of tags whose black edge is so long")
+    parser.add_argument("--pixel-sigma", type=float, default=0.5, metavar="PIXELS",
+                        help="error of the width of a tag in the image, of which the sigma of its range follows (default 0.5)")
     parser.add_argument("--camera", metavar="TOPIC", help="sensor_msgs/CameraInfo for --tag-size, where there are several")
     parser.add_argument("--truth", metavar="TOPIC",
                         help="poses or sensor_msgs/NavSatFix that are true: writes truth.tum or truth.xyz for hybrid-replay "
@@ -353,8 +360,10 @@ def main():
                         help="detections are in the optical frame of a camera: z ahead, x to the right, y down")
     parser.add_argument("-o", "--output", default=".", metavar="FOLDER", help="for odometry.csv and detections.csv")
     options = parser.parse_args()
-    if options.tag_size is not None and not options.tag_size > 0:
+    if options.tag_size is not None and not 0 < options.tag_size < 1000:
         parser.error("--tag-size is a length in metres")
+    if not 0 < options.pixel_sigma < 1000:
+        parser.error("--pixel-sigma is a number of pixels above 0")
     try:
         convert(options)
     except BagError as error:

@@ -261,6 +261,7 @@ class McapToCsv(unittest.TestCase):
         self.assertIn("their homography tells no position: 1", ran.stdout)
         three, four = self.table("detections.csv")
         self.assertEqual((three["time"], three["id"], four["id"]), ("1.5", "3", "4"))
+        self.assertAlmostEqual(float(three["sigma_range"]), 9 * 0.5 / (FOCAL * EDGE))
         for row, (x, y, z) in ((three, ahead), (four, aside)):
             self.assertAlmostEqual(float(row["range"]), math.hypot(x, y, z))
             self.assertAlmostEqual(float(row["yaw"]), math.atan2(-x, z))
@@ -316,6 +317,29 @@ class McapToCsv(unittest.TestCase):
         whole = bag(topics, [(0, odometry(0, 0, 0, 0)), (1, seen), (2, mount.whole())])
         self.assertIn("--sensor-pose 1 0.25 0.5 1.5708 0 0\n", self.run_script(whole, "--base", "base", "--optical").stdout)
         self.assertIn("no transforms lead from wheel to lens: they end at base", self.run_script(whole, "--base", "wheel").stderr)
+
+    def test_tags_in_images_become_a_map(self):
+        programs = os.environ.get("HYBRID_BIN")
+        if not programs:
+            self.skipTest("skipped: HYBRID_BIN is not set")
+        messages = [(2, camera(0))]
+        places = {1: (6.0, 2.0), 2: (9.0, -2.5), 3: (12.0, 1.0)}
+        for k in range(20):
+            messages.append((0, odometry(k, 0.25 * k, 0, 0)))
+            seen = [(n, homography((-y, 0.2, x - 0.25 * k - 0.1), 0.3)) for n, (x, y) in places.items()]
+            messages.append((1, tags(k, seen)))
+        whole = bag([("/odom", ODOMETRY), ("/tags", TAGS), ("/camera_info", CAMERA)], messages)
+        ran = self.run_script(whole, "--tag-size", str(EDGE), "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        for command in (["hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "detections.csv",
+                         "--sensor-pose", "0.1", "0", "0", "0", "0", "0", "-o", "a.rawlog"],
+                        ["hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out"]):
+            ran = subprocess.run([f"{programs}/{command[0]}", *command[1:]], cwd=self.at, text=True, capture_output=True, check=False)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+        found = json.loads((self.at / "out/landmarks.json").read_text())["landmarks"]
+        self.assertEqual({landmark["id"] for landmark in found}, set(places))
+        for landmark in found:
+            self.assertLess(math.dist(landmark["position"], places[landmark["id"]]), 0.01)
 
     def test_what_cannot_be_read_is_told(self):
         whole = bag(TOPICS, drive())
