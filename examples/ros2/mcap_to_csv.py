@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Makes the tables that `hybrid-import csv` reads of a ROS 2 bag in MCAP: nav_msgs/Odometry, and vision_msgs/Detection3DArray or
-the transforms from a camera to tags that apriltag_ros publishes.
+"""Makes the tables that `hybrid-import csv` reads of a ROS 2 bag in MCAP.
 
-Chunks that are compressed need python3-zstandard or python3-lz4; all else is Python's own. Messages are decoded by the
-definitions that the bag itself holds, so that any version of vision_msgs serves. docs/importing.md has an example.
+Odometry is a topic of nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped, or a transform of /tf.
+Detections are vision_msgs/Detection3DArray, apriltag_msgs/AprilTagDetectionArray, or the transforms from a camera to
+tags that apriltag_ros publishes. What is true, for comparison, is a topic of poses or of sensor_msgs/NavSatFix.
+
+It needs no ROS (see mcap_bag.py). docs/importing.md and docs/april_tags.md have examples.
 """
 
 import argparse
@@ -13,273 +15,106 @@ import csv
 import math
 import pathlib
 import re
-import struct
 import sys
 
-MAGIC = b"\x89MCAP0\r\n"
-SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
-ODOMETRY, DETECTIONS = "nav_msgs/msg/Odometry", "vision_msgs/msg/Detection3DArray"
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
+from mcap_bag import BagError, Decoder, files_of, messages_of, topics_of
+
+POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
+DETECTIONS, TAGS = "vision_msgs/msg/Detection3DArray", "apriltag_msgs/msg/AprilTagDetectionArray"
+TRANSFORMS, CAMERA, FIX = "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/NavSatFix"
+OPTICAL = (0.5, -0.5, 0.5, 0.5)  # the orientation, in an optical frame, of one with x ahead and z up
+EARTH_RADIUS, EARTH_ECCENTRICITY2 = 6378137.0, 6.69437999014e-3  # WGS 84 [m]
 
 
-class BagError(Exception):
-    """What is wrong with a bag, for the user."""
-
-
-class Bytes:
-    """A record, read from its start."""
-
-    def __init__(self, data):
-        self.data, self.at = memoryview(data), 0
-
-    def take(self, count):
-        if count > len(self.data) - self.at:
-            raise BagError("a record ends early")
-        self.at += count
-        return self.data[self.at - count:self.at]
-
-    def number(self, code):
-        return struct.unpack("<" + code, self.take(struct.calcsize(code)))[0]
-
-    def text(self):
-        return bytes(self.take(self.number("I"))).decode("utf-8", "replace")
-
-
-# --- Containers: records of a file, those inside of chunks included.
-
-def unpacked(compression, data, size):
-    """The bytes of a chunk."""
-    if compression == "":
-        return data
-    packages = {"zstd": "zstandard", "lz4": "lz4.frame"}
-    if compression not in packages:
-        raise BagError(f"chunks are compressed with '{compression}', which is not known")
-    try:
-        module = __import__(packages[compression], fromlist=["x"])
-    except ImportError:
-        package = packages[compression].split(".", maxsplit=1)[0]
-        raise BagError(f"chunks are compressed with {compression}: install python3-{package}") from None
-    try:
-        if compression == "zstd":
-            return module.ZstdDecompressor().decompress(bytes(data), max_output_size=size)
-        return module.decompress(bytes(data))
-    except Exception as error:  # of either library's own kind
-        raise BagError(f"a chunk is damaged: {error}") from None
-
-
-def records_of(file):
-    """(operation code, content) of each record of a file or of a chunk. Returns whether a file was whole."""
-    while True:
-        head = file.read(9)
-        if len(head) < 9:
-            return False
-        code, size = struct.unpack("<BQ", head)
-        content = file.read(size)
-        if len(content) < size or code == DATA_END:
-            return code == DATA_END
-        if code == CHUNK:
-            chunk = Bytes(content)
-            chunk.take(16)
-            size, _, compression = chunk.number("Q"), chunk.number("I"), chunk.text()
-            yield from records_of(View(unpacked(compression, chunk.take(chunk.number("Q")), size)))
-        else:
-            yield code, content
-
-
-class View:
-    """Bytes as a file."""
-
-    def __init__(self, data):
-        self.data, self.at = memoryview(data), 0
-
-    def read(self, count):
-        self.at += count
-        return self.data[self.at - count:self.at]
-
-
-# --- Messages: what a definition in ROS's own form says, in CDR.
-
-NUMBERS = {"bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
-           "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}
-
-
-def fields_of(definition):
-    """(type, array, name) of each field; array is None, a fixed number, or "" for a sequence."""
-    for line in definition.splitlines():
-        words = line.split("#", maxsplit=1)[0].split()
-        if len(words) < 2 or "=" in "".join(words[1:2]) or words[2:3] == ["="]:
-            continue
-        kind, _, array = words[0].partition("[")
-        array = None if "[" not in words[0] else array.rstrip("]")
-        fixed = int(array) if array and not array.startswith("<=") else None
-        yield kind.partition("<=")[0], fixed if fixed is not None else ("" if array is not None else None), words[1]
-
-
-class Decoder:
-    """Reads messages of one schema."""
-
-    def __init__(self, name, encoding, text):
-        if encoding != "ros2msg":
-            raise BagError(f"{name} is defined in '{encoding}', where ros2msg is read")
-        main, *others = text.split("=" * 80 + "\n")
-        self.name, self.types = name, {}
-        self.types[self.short(name)] = list(fields_of(main))
-        for other in others:
-            head, _, body = other.partition("\n")
-            self.types[self.short(head.replace("MSG:", "").strip())] = list(fields_of(body))
-
-    @staticmethod
-    def short(name):
-        """pkg/msg/Type and pkg/Type -> pkg/Type"""
-        return name.replace("/msg/", "/")
-
-    def fields(self, kind, package):
-        if "/" not in kind:
-            kind = "std_msgs/Header" if kind == "Header" else f"{package}/{kind}"
-        kind = self.short(kind)
-        if kind not in self.types:
-            raise BagError(f"{self.name}: the bag does not define {kind}")
-        return kind, self.types[kind]
-
-    def decode(self, data):
-        if len(data) < 4 or data[1] not in (0, 1):
-            raise BagError(f"{self.name}: a message is not in plain CDR")
-        self.order, self.data, self.at = "<" if data[1] == 1 else ">", memoryview(data)[4:], 0
-        return self.struct(self.short(self.name), "")
-
-    def number(self, code):
-        size = struct.calcsize("=" + code)
-        self.at += -self.at % size
-        if self.at + size > len(self.data):
-            raise BagError(f"{self.name}: a message ends early")
-        self.at += size
-        return struct.unpack_from(self.order + code, self.data, self.at - size)[0]
-
-    def string(self):
-        size = self.number("I")
-        if size > len(self.data) - self.at:
-            raise BagError(f"{self.name}: a message ends early")
-        self.at += size
-        return bytes(self.data[self.at - size:self.at]).rstrip(b"\0").decode("utf-8", "replace")
-
-    def value(self, kind, package):
-        if kind in NUMBERS:
-            return self.number(NUMBERS[kind])
-        return self.string() if kind == "string" else self.struct(kind, package)
-
-    def struct(self, kind, package):
-        kind, fields = self.fields(kind, package)
-        package = kind.split("/", maxsplit=1)[0]
-        out = {}
-        for field, array, name in fields:
-            if array is None:
-                out[name] = self.value(field, package)
-                continue
-            count = self.number("I") if array == "" else array
-            if count > len(self.data):
-                raise BagError(f"{self.name}: a message ends early")
-            out[name] = [self.value(field, package) for _ in range(count)]
-        if not fields:
-            self.number("B")  # CDR has no empty structures
-        return out
-
-
-# --- Bags: the messages of the topics that are asked for.
-
-def files_of(paths):
-    for path in map(pathlib.Path, paths):
-        yield from sorted(path.glob("*.mcap")) if path.is_dir() else [path]
-
-
-def topics_of(files):
-    """Topic -> type. Tells which files were cut off."""
-    topics = {}
-    for path in files:
-        schemas = {}
-        for code, content in bag_records(path, print):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number = record.number("H")
-                schemas[number] = record.text()
-            elif code == CHANNEL:
-                record.take(2)
-                schema = record.number("H")
-                topics[record.text()] = schemas.get(schema, "")
-    return topics
-
-
-def bag_records(path, tell=lambda text: None):
-    """The records of a bag; what is wrong names it."""
-    try:
-        with open(path, "rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
-                raise BagError("is not an MCAP file; `ros2 bag convert` makes one of other bags")
-            if not (yield from records_of(file)):
-                tell(f"{path}: ends early; what came before is used")
-    except OSError as error:
-        raise BagError(f"{path}: {error.strerror}") from None
-    except BagError as error:
-        raise BagError(f"{path}: {error}") from None
-
-
-def messages_of(files, topic):
-    """The messages of a topic, in the order of the files."""
-    for path in files:
-        schemas, channels = {}, {}
-        for code, content in bag_records(path):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number, name, encoding = record.number("H"), record.text(), record.text()
-                schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
-            elif code == CHANNEL:
-                number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
-                if name != topic:
-                    continue
-                if encoding != "cdr" or schema not in schemas:
-                    raise BagError(f"{path}: {topic} is encoded as '{encoding}', where cdr with a definition is read")
-                channels[number] = Decoder(*schemas[schema])
-            elif code == MESSAGE:
-                number = record.number("H")
-                if number in channels:
-                    record.take(20)
-                    yield channels[number].decode(record.data[record.at:])
-
-
-def chosen_topic(topics, kind, given):
-    """The topic that is given, or the only one of its kind."""
-    of_kind = [topic for topic, name in topics.items() if Decoder.short(name) == Decoder.short(kind)]
-    if given in of_kind or (given is None and len(of_kind) == 1):
-        return given or of_kind[0]
+def chosen_topic(topics, kinds, given):
+    """The topic that is given, or else the only one of the first kind that the bag has."""
+    of_kinds = [[topic for topic, name in topics.items() if Decoder.short(name) == Decoder.short(kind)] for kind in kinds]
+    if any(given in found for found in of_kinds):
+        return given
+    first = next((found for found in of_kinds if found), [])
+    if given is None and len(first) == 1:
+        return first[0]
     listed = ", ".join(f"{topic} ({name})" for topic, name in sorted(topics.items())) or "none"
-    wanted = f"{given} is no topic of {kind}" if given else f"{len(of_kind)} topics are {kind}: name one"
-    raise BagError(f"{wanted}; the bag has {listed}")
+    wanted = " or ".join(kinds)
+    why = (f"{given} is no topic of {wanted}" if given else
+           f"{len(first)} topics are {wanted}: name one" if first else f"no topic is {wanted}")
+    raise BagError(f"{why}; the bag has {listed}")
 
-
-# --- Tables.
 
 def time_of(header):
     return header["stamp"]["sec"] + 1e-9 * header["stamp"]["nanosec"]
 
 
+# --- Rotations are quaternions (x, y, z, w).
+
+def quaternion_of(q):
+    return q["x"], q["y"], q["z"], q["w"]
+
+
 def angles_of(q):
-    """Yaw, pitch and roll of a quaternion [rad]."""
-    x, y, z, w = q["x"], q["y"], q["z"], q["w"]
+    """Yaw, pitch and roll [rad]."""
+    x, y, z, w = q
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
     return (math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), pitch,
             math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
 
 
-def odometry_rows(messages, plane):
-    """Rows of a table whose times rise; how many did not."""
-    rows, dropped = [], 0
-    for message in messages:
-        time, pose = time_of(message["header"]), message["pose"]["pose"]
-        p, (yaw, pitch, roll) = pose["position"], angles_of(pose["orientation"])
-        if rows and time <= rows[-1][0]:
+def product(p, q):
+    (a, b, c, w), (x, y, z, v) = p, q
+    return (w * x + a * v + b * z - c * y, w * y - a * z + b * v + c * x, w * z + a * y - b * x + c * v,
+            w * v - a * x - b * y - c * z)
+
+
+def rotated(q, p):
+    inverse = (-q[0], -q[1], -q[2], q[3])
+    return product(product(q, (*p, 0.0)), inverse)[:3]
+
+
+def composed(first, second):
+    """Poses (position, rotation): that of c in a, of b in a and c in b."""
+    (p, q), (t, r) = first, second
+    return tuple(a + b for a, b in zip(p, rotated(q, t))), product(q, r)
+
+
+# --- Rows of the tables.
+
+def pose_of(message):
+    """Position and rotation in a message of one of POSES."""
+    pose = message["pose"].get("pose", message["pose"])
+    p = pose["position"]
+    return (p["x"], p["y"], p["z"]), quaternion_of(pose["orientation"])
+
+
+def transform_of(transform):
+    p = transform["transform"]["translation"]
+    return (p["x"], p["y"], p["z"]), quaternion_of(transform["transform"]["rotation"])
+
+
+def transforms_of(files, topics, *names):
+    """(time, parent, child, pose) of all transforms on the topics of these names."""
+    for name in names:
+        if Decoder.short(topics.get(name, "")) != Decoder.short(TRANSFORMS):
+            continue
+        for message in messages_of(files, name):
+            for transform in message["transforms"]:
+                header = transform["header"]
+                yield time_of(header), header["frame_id"], transform["child_frame_id"], transform_of(transform)
+
+
+def rising(timed_poses):
+    """Poses whose times rise, and how many do not."""
+    kept, dropped = [], 0
+    for time, pose in timed_poses:
+        if kept and time <= kept[-1][0]:
             dropped += 1
         else:
-            rows.append([time, p["x"], p["y"], yaw] if plane else [time, p["x"], p["y"], p["z"], yaw, pitch, roll])
-    return rows, dropped
+            kept.append((time, pose))
+    return kept, dropped
+
+
+def odometry_row(time, pose, plane):
+    (x, y, z), (yaw, pitch, roll) = pose[0], angles_of(pose[1])
+    return [time, x, y, yaw] if plane else [time, x, y, z, yaw, pitch, roll]
 
 
 def best_class(results):
@@ -293,27 +128,66 @@ def best_class(results):
 
 def measured_of(p, plane, optical):
     """Range and yaw, in space also pitch, of a point in the frame of the sensor."""
-    x, y, z = (p["z"], -p["x"], -p["y"]) if optical else (p["x"], p["y"], p["z"])
+    x, y, z = (p[2], -p[0], -p[1]) if optical else p
     flat = math.hypot(x, y)
     return [flat, math.atan2(y, x)] if plane else [math.hypot(flat, z), math.atan2(y, x), -math.atan2(z, flat)]
 
 
-def tag_rows(messages, camera, plane):
+def transform_rows(transforms, camera, plane):
     """Rows of the transforms from the optical frame of a camera to frames whose names end in the number of a tag."""
     rows, parents = [], set()
-    for message in messages:
-        for transform in message["transforms"]:
-            number = re.search(r"[0-9]+$", transform["child_frame_id"])
-            if number is None:
-                continue
-            parents.add(transform["header"]["frame_id"])
-            if transform["header"]["frame_id"] == camera:
-                measured = measured_of(transform["transform"]["translation"], plane, True)
-                rows.append([time_of(transform["header"]), *measured, "", "", int(number.group())])
+    for time, parent, child, pose in transforms:
+        number = re.search(r"[0-9]+$", child)
+        if number is None:
+            continue
+        parents.add(parent)
+        if parent == camera:
+            rows.append([time, *measured_of(pose[0], plane, True), "", "", int(number.group())])
     if not rows:
         known = ", ".join(sorted(parents)) or "none"
         raise BagError(f"no transform leads from {camera} to a tag; frames that lead to numbered ones: {known}")
     return sorted(rows, key=lambda row: row[0])
+
+
+def intrinsics_of(message):
+    """fx, fy, cx, cy [pixel] of the rectified image, in which tags are detected."""
+    p, k = message["p"], message["k"]
+    found = (p[0], p[5], p[2], p[6]) if p[0] > 0 else (k[0], k[4], k[2], k[5])
+    if not (found[0] > 0 and found[1] > 0):
+        raise BagError("the camera is not calibrated: its focal length is 0")
+    return found
+
+
+def tag_position(h, intrinsics, size):
+    """The middle of a tag of this edge [m] in the optical frame of the camera.
+
+    The homography h (9 numbers, row by row) takes the corners (+-1, +-1) of the tag to pixels: its columns are those of
+    K (r1, r2, t) up to scale, where r1 and r2 have length 1 and t is in halves of an edge.
+    """
+    fx, fy, cx, cy = intrinsics
+    columns = [((h[i] - cx * h[6 + i]) / fx, (h[3 + i] - cy * h[6 + i]) / fy, h[6 + i]) for i in range(3)]
+    lengths = [math.hypot(*column) for column in columns[:2]]
+    if not all(math.isfinite(x) for column in columns for x in column) or min(lengths) <= 0:
+        return None
+    scale = size / (lengths[0] + lengths[1]) * (1 if columns[2][2] > 0 else -1)
+    return tuple(scale * x for x in columns[2])
+
+
+def tag_rows(messages, intrinsics, options):
+    """Rows of apriltag_msgs, with the sigma of the range; how many have no position.
+
+    A tag of an edge e [m] at z m is f e / z pixels wide: an error of s pixels changes the range by z^2 s / (f e).
+    """
+    rows, dropped = [], 0
+    for message in messages:
+        for tag in message["detections"]:
+            position = tag_position(tag["homography"], intrinsics, options.tag_size)
+            if position is None:
+                dropped += 1
+                continue
+            sigma = position[2]**2 * options.pixel_sigma / (intrinsics[0] * options.tag_size)
+            rows.append([time_of(message["header"]), *measured_of(position, options.plane, True), "", "", tag["id"], sigma])
+    return sorted(rows, key=lambda row: row[0]), dropped
 
 
 def detection_rows(messages, plane, optical):
@@ -323,15 +197,44 @@ def detection_rows(messages, plane, optical):
             p = detection["bbox"]["center"]["position"]
             name = detection.get("id", detection.get("tracking_id", ""))
             number = "" if name == "" else int(name) if name.isdigit() else numbers.setdefault(name, len(numbers))
-            measured = measured_of(p, plane, optical)
+            measured = measured_of((p["x"], p["y"], p["z"]), plane, optical)
             rows.append([time_of(message["header"]), *measured, *best_class(detection["results"]), number])
     if numbers and any(isinstance(row[-1], int) and row[-1] not in numbers.values() for row in rows):
         raise BagError("some ids of detections are numbers and some are names")
     return sorted(rows, key=lambda row: row[0])
 
 
+def earth_fixed(latitude, longitude, altitude):
+    """Position [m] in the frame of the Earth; degrees and metres in."""
+    lat, lon = math.radians(latitude), math.radians(longitude)
+    normal = EARTH_RADIUS / math.sqrt(1 - EARTH_ECCENTRICITY2 * math.sin(lat)**2)
+    return ((normal + altitude) * math.cos(lat) * math.cos(lon), (normal + altitude) * math.cos(lat) * math.sin(lon),
+            (normal * (1 - EARTH_ECCENTRICITY2) + altitude) * math.sin(lat))
+
+
+def fix_rows(messages):
+    """Rows of time and metres to the east, north and up of the first fix; how many were none; the first fix."""
+    rows, dropped, origin = [], 0, None
+    for message in messages:
+        fix = [message[name] for name in ("latitude", "longitude", "altitude")]
+        if message["status"]["status"] < 0 or not all(map(math.isfinite, fix[:2])):
+            dropped += 1
+            continue
+        fix[2] = fix[2] if math.isfinite(fix[2]) else 0.0
+        origin = origin or fix
+        d = [a - b for a, b in zip(earth_fixed(*fix), earth_fixed(*origin))]
+        lat, lon = math.radians(origin[0]), math.radians(origin[1])
+        out = math.cos(lon) * d[0] + math.sin(lon) * d[1]
+        rows.append([time_of(message["header"]), -math.sin(lon) * d[0] + math.cos(lon) * d[1],
+                     math.cos(lat) * d[2] - math.sin(lat) * out, math.cos(lat) * out + math.sin(lat) * d[2]])
+    return rows, dropped, origin
+
+
+# --- What is written.
+
 def write_table(path, names, rows):
     """Without columns that are empty throughout."""
+    names = names[:len(rows[0])] if rows else names[:3]
     used = [i for i in range(len(names)) if i < 3 or any(row[i] != "" for row in rows)]
     with open(path, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
@@ -340,42 +243,129 @@ def write_table(path, names, rows):
     print(f"wrote {path}: {len(rows)} rows")
 
 
+def write_lines(path, rows):
+    path.write_text("".join(" ".join(map(repr, row)) + "\n" for row in rows), encoding="utf-8")
+    print(f"wrote {path}: {len(rows)} rows")
+
+
+def tell_dropped(count, reason):
+    if count:
+        print(f"{reason}: {count}")
+
+
+def write_odometry(out, files, topics, options):
+    if options.odometry_tf:
+        parent, child = options.odometry_tf
+        found = ((time, pose) for time, a, b, pose in transforms_of(files, topics, "/tf") if (a, b) == (parent, child))
+    else:
+        topic = chosen_topic(topics, POSES, options.odometry)
+        found = ((time_of(m["header"]), pose_of(m)) for m in messages_of(files, topic))
+    poses, dropped = rising(found)
+    if options.odometry_tf and not poses:
+        raise BagError(f"/tf has no transform from {parent} to {child}")
+    tell_dropped(dropped, "odometry dropped: its time does not rise")
+    names = ["time", "x", "y", "yaw"] if options.plane else ["time", "x", "y", "z", "yaw", "pitch", "roll"]
+    write_table(out / "odometry.csv", names, [odometry_row(time, pose, options.plane) for time, pose in poses])
+
+
+def detected(files, topics, options):
+    """Rows of detections, whether their frame is an optical one, and its name."""
+    if options.tags:
+        found = transforms_of(files, topics, options.detections or "/tf")
+        return transform_rows(found, options.tags, options.plane), True, options.tags
+    topic = chosen_topic(topics, (TAGS,) if options.tag_size else (DETECTIONS, TAGS), options.detections)
+    frame = next((m["header"]["frame_id"] for m in messages_of(files, topic)), "")
+    if Decoder.short(topics[topic]) != Decoder.short(TAGS):
+        return detection_rows(messages_of(files, topic), options.plane, options.optical), options.optical, frame
+    if not options.tag_size:
+        raise BagError(f"{topic} tells where tags are in images: --tag-size is their edge in metres, "
+                       "--tags FRAME takes the transforms of apriltag_ros instead")
+    camera = chosen_topic(topics, (CAMERA,), options.camera)
+    calibration = next(iter(messages_of(files, camera)), None)
+    if calibration is None:
+        raise BagError(f"{camera} has no message")
+    rows, dropped = tag_rows(messages_of(files, topic), intrinsics_of(calibration), options)
+    tell_dropped(dropped, "tags dropped: their homography tells no position")
+    return rows, True, frame
+
+
+def tell_sensor_pose(files, topics, base, frame, optical):
+    """Prints where the sensor is on the robot, as an option of hybrid-import."""
+    parents = {child: (parent, pose) for _, parent, child, pose in transforms_of(files, topics, "/tf", "/tf_static")}
+    at, pose = frame, ((0.0, 0.0, 0.0), OPTICAL if optical else (0.0, 0.0, 0.0, 1.0))
+    for _ in range(len(parents) + 1):
+        if at == base:
+            break
+        if at not in parents:
+            raise BagError(f"no transforms lead from {base} to {frame}: they end at {at}")
+        at, step = parents[at]
+        pose = composed(step, pose)
+    numbers = (*pose[0], *angles_of(pose[1]))
+    print("give hybrid-import: --sensor-pose " + " ".join(f"{x + 0.0:.6g}" for x in numbers))
+
+
+def write_truth(out, files, topics, topic):
+    topic = chosen_topic(topics, (*POSES, FIX), topic)
+    if Decoder.short(topics[topic]) != Decoder.short(FIX):
+        poses, dropped = rising((time_of(m["header"]), pose_of(m)) for m in messages_of(files, topic))
+        write_lines(out / "truth.tum", [[time, *p, *q] for time, (p, q) in poses])
+        tell_dropped(dropped, "truth dropped: its time does not rise")
+        return
+    rows, dropped, origin = fix_rows(messages_of(files, topic))
+    tell_dropped(dropped, "satellite fixes dropped: they are none")
+    if origin:
+        print(f"east, north and up of latitude {origin[0]!r}, longitude {origin[1]!r}, altitude {origin[2]!r}")
+    write_lines(out / "truth.xyz", rows)
+
+
 def convert(options):
     files = list(files_of(options.bag))
     if not files:
         raise BagError("no MCAP file is there")
     topics = topics_of(files)
-    odometry = chosen_topic(topics, ODOMETRY, options.odometry)
-    kind = TRANSFORMS if options.tags else DETECTIONS
-    detections = chosen_topic(topics, kind, options.detections or ("/tf" if options.tags else None))
-    rows, dropped = odometry_rows(messages_of(files, odometry), options.plane)
-    if dropped:
-        print(f"odometry dropped: its time does not rise: {dropped}")
+    rows, optical, frame = detected(files, topics, options)
     out = pathlib.Path(options.output)
     out.mkdir(parents=True, exist_ok=True)
-    pose = ["time", "x", "y", "yaw"] if options.plane else ["time", "x", "y", "z", "yaw", "pitch", "roll"]
-    write_table(out / "odometry.csv", pose, rows)
+    write_odometry(out, files, topics, options)
     measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
-    seen = messages_of(files, detections)
-    write_table(out / "detections.csv", [*measured, "class", "score", "id"],
-                tag_rows(seen, options.tags, options.plane) if options.tags else
-                detection_rows(seen, options.plane, options.optical))
+    write_table(out / "detections.csv", [*measured, "class", "score", "id", "sigma_range"], rows)
+    if options.truth:
+        write_truth(out, files, topics, options.truth)
+    if options.base:
+        tell_sensor_pose(files, topics, options.base, frame, optical)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bag", nargs="+", help="F.mcap, or the folder of a bag")
-    parser.add_argument("--odometry", metavar="TOPIC", help="of nav_msgs/Odometry; may be left out where there is one")
-    parser.add_argument("--detections", metavar="TOPIC", help="of vision_msgs/Detection3DArray; likewise")
+    parser.add_argument("--odometry", metavar="TOPIC", help="poses of the robot; may be left out where there is one")
+    parser.add_argument("--odometry-tf", nargs=2, metavar=("PARENT", "CHILD"),
+                        help="odometry is this transform of /tf, as odom base_link")
+    parser.add_argument("--detections", metavar="TOPIC", help="of vision_msgs or apriltag_msgs; likewise")
     parser.add_argument("--tags", metavar="FRAME",
                         help="detections are the transforms (of /tf, or --detections) from this optical frame of a camera to "
                              "frames whose names end in the number of a tag, as tag36h11:7")
+    parser.add_argument("--tag-size", type=float, metavar="METRES",
+                        help="detections are apriltag_msgs, of tags whose black edge is so long")
+    parser.add_argument("--pixel-sigma", type=float, default=0.5, metavar="PIXELS",
+                        help="error of the width of a tag in the image, of which the sigma of its range follows (default 0.5)")
+    parser.add_argument("--camera", metavar="TOPIC", help="sensor_msgs/CameraInfo for --tag-size, where there are several")
+    parser.add_argument("--truth", metavar="TOPIC",
+                        help="poses or sensor_msgs/NavSatFix that are true: writes truth.tum or truth.xyz for hybrid-replay "
+                             "--truth-path")
+    parser.add_argument("--base", metavar="FRAME",
+                        help="the robot, as base_link: prints where the sensor is on it, by /tf and /tf_static")
     parser.add_argument("--plane", action="store_true", help="leave z, pitch and roll out")
     parser.add_argument("--optical", action="store_true",
                         help="detections are in the optical frame of a camera: z ahead, x to the right, y down")
     parser.add_argument("-o", "--output", default=".", metavar="FOLDER", help="for odometry.csv and detections.csv")
+    options = parser.parse_args()
+    if options.tag_size is not None and not 0 < options.tag_size < 1000:
+        parser.error("--tag-size is a length in metres")
+    if not 0 < options.pixel_sigma < 1000:
+        parser.error("--pixel-sigma is a number of pixels above 0")
     try:
-        convert(parser.parse_args())
+        convert(options)
     except BagError as error:
         sys.exit(f"mcap_to_csv: {error}")
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Runs the examples, and the Python blocks of docs/python.md one after the other."""
+"""Runs the examples, and the Python blocks of each page of docs, one after the other."""
 
 import os
 import pathlib
@@ -9,7 +9,8 @@ import runpy
 
 import pytest
 
-EXAMPLES = sorted((pathlib.Path(os.environ["HYBRID_SOURCE_DIR"]) / "python" / "examples").glob("*.py"))
+ROOT = pathlib.Path(os.environ["HYBRID_SOURCE_DIR"])
+EXAMPLES = sorted((ROOT / "python" / "examples").glob("*.py"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -19,13 +20,19 @@ def test_example(path, tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out
 
 
-def test_page(source, tmp_path, monkeypatch):
-    page = (source / "docs" / "python.md").read_text()
-    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert len(blocks) > 3
+PAGES = sorted(path for path in (ROOT / "docs").glob("*.md") if "```python\n" in path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_page(path, tmp_path, monkeypatch):
+    blocks = re.findall(r"```python\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
     if os.environ["HYBRID_WITH_MRPT"] != "ON":
         blocks = [block for block in blocks if "replay" not in block]
-    (tmp_path / "config").symlink_to(source / "config")
-    (tmp_path / "rawlogs").symlink_to(source / "rawlogs")
+    for name in ("config", "rawlogs"):
+        (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
-    exec(compile("\n".join(blocks), "docs/python.md", "exec"), {})
+    exec(compile("\n".join(blocks), f"docs/{path.name}", "exec"), {})
+
+
+def test_pages_with_code_are_found():
+    assert {"python", "coming_from"} <= {path.stem for path in PAGES}

@@ -46,6 +46,20 @@ OLD_DETECTIONS = {
         "string tracking_id\n",
     "vision_msgs/ObjectHypothesisWithPose": "string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose\n",
 }
+TAGS = {
+    "apriltag_msgs/AprilTagDetectionArray": "std_msgs/Header header\nAprilTagDetection[] detections\n",
+    "apriltag_msgs/AprilTagDetection":
+        "string family\nint32 id\nint32 hamming\nfloat32 goodness\nfloat32 decision_margin\nPoint centre    # pixels\n"
+        "Point[4] corners\nfloat64[9] homography\n",
+    "apriltag_msgs/Point": "float64 x\nfloat64 y\n",
+}
+CAMERA = {"sensor_msgs/CameraInfo": "std_msgs/Header header\nuint32 height\nuint32 width\nfloat64[]  d\nfloat64[9]  k\nfloat64[12] p\n"}
+POSE = {"geometry_msgs/PoseStamped": "std_msgs/Header header\nPose pose\n"}
+FIX = {
+    "sensor_msgs/NavSatFix": "std_msgs/Header header\nNavSatStatus status\nfloat64 latitude\nfloat64 longitude\nfloat64 altitude\n",
+    "sensor_msgs/NavSatStatus": "int8 STATUS_NO_FIX = -1  # none\nint8 status\nuint16 service\n",
+}
+FOCAL, MIDDLE, EDGE = 600.0, (320.0, 240.0), 0.16  # of a camera [pixel] and of tags [m]
 LANDMARKS = {"7": (4.0, 3.0, "tree"), "8": (8.0, -2.0, "post"), "9": (12.0, 4.0, "tree")}
 
 
@@ -105,6 +119,26 @@ def transforms(time, seen):
     for parent, child, x, y, z in seen:
         out.header(time, parent).string(child).pose(x, y, z)
     return out.whole()
+
+
+def homography(position, yaw):
+    """Of a tag here in the optical frame, turned about its vertical axis, times an arbitrary factor."""
+    columns = [(math.cos(yaw), 0.0, math.sin(yaw)), (0.0, 1.0, 0.0), [2 * x / EDGE for x in position]]
+    pixels = [(FOCAL * x + MIDDLE[0] * z, FOCAL * y + MIDDLE[1] * z, z) for x, y, z in columns]
+    return [-0.3 * column[row] for row in range(3) for column in pixels]
+
+
+def tags(time, seen):
+    """`seen` is (id, homography)."""
+    out = Cdr().header(time, "camera_optical").put("I", len(seen))
+    for number, h in seen:
+        out.string("36h11").put("i", number, 0).put("f", 0.0, 50.0).put("d", *[0.0] * 10).put("d", *h)
+    return out.whole()
+
+
+def camera(time, focal=FOCAL):
+    k = [focal, 0, MIDDLE[0], 0, focal, MIDDLE[1], 0, 0, 1]
+    return Cdr().header(time).put("I", 480, 640).put("I", 0).put("d", *k).put("d", *[0.0] * 12).whole()
 
 
 def record(code, content):
@@ -217,11 +251,101 @@ class McapToCsv(unittest.TestCase):
         ran = self.run_script(bag(topics, messages), "--tags", "lens")
         self.assertIn("no transform leads from lens to a tag; frames that lead to numbered ones: camera, odom", ran.stderr)
 
+    def test_tags_in_images_are_placed_by_their_homography(self):
+        topics = [("/odom", ODOMETRY), ("/tags", TAGS), ("/camera_info", CAMERA)]
+        ahead, aside = (0.0, 0.0, 3.0), (0.5, -0.4, 2.0)
+        messages = [(0, odometry(1, 0, 0, 0)), (2, camera(1)),
+                    (1, tags(1.5, [(3, homography(ahead, 0.0)), (4, homography(aside, 0.6)), (5, [0.0] * 9)]))]
+        ran = self.run_script(bag(topics, messages), "--tag-size", str(EDGE))
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertIn("their homography tells no position: 1", ran.stdout)
+        three, four = self.table("detections.csv")
+        self.assertEqual((three["time"], three["id"], four["id"]), ("1.5", "3", "4"))
+        self.assertAlmostEqual(float(three["sigma_range"]), 9 * 0.5 / (FOCAL * EDGE))
+        for row, (x, y, z) in ((three, ahead), (four, aside)):
+            self.assertAlmostEqual(float(row["range"]), math.hypot(x, y, z))
+            self.assertAlmostEqual(float(row["yaw"]), math.atan2(-x, z))
+            self.assertAlmostEqual(float(row["pitch"]), math.atan2(y, math.hypot(x, z)))
+        self.assertIn("--tag-size is their edge", self.run_script(bag(topics, messages)).stderr)
+        flat = self.run_script(bag(topics, [(0, odometry(1, 0, 0, 0)), (2, camera(1, 0.0))]), "--tag-size", "0.1")
+        self.assertIn("the camera is not calibrated", flat.stderr)
+        self.assertIn("/camera_info has no message", self.run_script(bag(topics, messages[:1]), "--tag-size", "0.1").stderr)
+        self.assertIn("is a length", self.run_script(bag(topics, messages), "--tag-size", "0").stderr)
+
+    def test_poses_of_other_kinds_are_odometry(self):
+        topics = [("/pose", POSE), ("/objects", DETECTIONS), ("/tf", TRANSFORMS)]
+        seen = detections(0, [("7", 3.0, 4.0, 0.0, "a")])
+        stamped = [Cdr().header(k).pose(2 * k, 1, 0, 0.25).whole() for k in range(3)]
+        moved = [transforms(k, [("odom", "base", 3 * k, 1, 0), ("map", "odom", 9, 9, 9)]) for k in range(3)]
+        messages = [(1, seen), *((0, m) for m in stamped), *((2, m) for m in moved), (2, moved[0])]
+        ran = self.run_script(bag(topics, messages), "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        last = self.table("odometry.csv")[-1]
+        self.assertEqual((float(last["time"]), float(last["x"])), (2, 4))
+        self.assertAlmostEqual(float(last["yaw"]), 0.25)
+        ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "base")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertEqual([float(r["x"]) for r in self.table("odometry.csv")], [0, 3, 6])
+        self.assertIn("time does not rise: 1", ran.stdout)
+        ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "wheel")
+        self.assertIn("/tf has no transform from odom to wheel", ran.stderr)
+
+    def test_truth_is_poses_or_fixes(self):
+        topics = [("/odom", ODOMETRY), ("/objects", DETECTIONS), ("/fix", FIX), ("/mocap", POSE)]
+        fix = lambda k, status, lat, lon, alt: (2, Cdr().header(k).put("b", status).put("H", 1).put("d", lat, lon, alt).whole())
+        messages = [*drive(), fix(100, -1, 0, 0, 0), fix(101, 0, 45.0, 8.0, 100.0), fix(102, 0, 45.0, 8.001, 101.0),
+                    fix(103, 2, 45.001, 8.0, 100.0), fix(104, 0, math.nan, 8.0, 0.0), (3, Cdr().header(7).pose(1, 2, 3).whole())]
+        ran = self.run_script(bag(topics, messages), "--truth", "/fix")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertIn("they are none: 2", ran.stdout)
+        self.assertIn("latitude 45.0, longitude 8.0, altitude 100.0", ran.stdout)
+        rows = [[float(x) for x in line.split()] for line in (self.at / "truth.xyz").read_text().splitlines()]
+        # A degree on WGS 84 at 45 degrees north: 78.847 km of longitude, 111.132 km of latitude.
+        for row, expected in zip(rows, ([101, 0, 0, 0], [102, 78.847, 0, 1], [103, 0, 111.132, 0]), strict=True):
+            for a, b in zip(row, expected, strict=True):
+                self.assertAlmostEqual(a, b, delta=0.005)
+        ran = self.run_script(bag(topics, messages), "--truth", "/mocap")
+        self.assertEqual((self.at / "truth.tum").read_text(), "7.0 1.0 2.0 3.0 0.0 0.0 0.0 1.0\n")
+
+    def test_the_place_of_the_sensor_is_told(self):
+        topics = [("/odom", ODOMETRY), ("/objects", DETECTIONS), ("/tf_static", TRANSFORMS)]
+        quarter = math.pi / 2
+        mount = Cdr().put("I", 2)
+        mount.header(0, "base").string("mast").put("d", 1, 0, 0.5, 0, 0, math.sin(quarter / 2), math.cos(quarter / 2))
+        mount.header(0, "mast").string("lens").put("d", 0.25, 0, 0, -0.5, 0.5, -0.5, 0.5)
+        seen = Cdr().header(0, "lens").put("I", 0).whole()
+        whole = bag(topics, [(0, odometry(0, 0, 0, 0)), (1, seen), (2, mount.whole())])
+        self.assertIn("--sensor-pose 1 0.25 0.5 1.5708 0 0\n", self.run_script(whole, "--base", "base", "--optical").stdout)
+        self.assertIn("no transforms lead from wheel to lens: they end at base", self.run_script(whole, "--base", "wheel").stderr)
+
+    def test_tags_in_images_become_a_map(self):
+        programs = os.environ.get("HYBRID_BIN")
+        if not programs:
+            self.skipTest("skipped: HYBRID_BIN is not set")
+        messages = [(2, camera(0))]
+        places = {1: (6.0, 2.0), 2: (9.0, -2.5), 3: (12.0, 1.0)}
+        for k in range(20):
+            messages.append((0, odometry(k, 0.25 * k, 0, 0)))
+            seen = [(n, homography((-y, 0.2, x - 0.25 * k - 0.1), 0.3)) for n, (x, y) in places.items()]
+            messages.append((1, tags(k, seen)))
+        whole = bag([("/odom", ODOMETRY), ("/tags", TAGS), ("/camera_info", CAMERA)], messages)
+        ran = self.run_script(whole, "--tag-size", str(EDGE), "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        for command in (["hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "detections.csv",
+                         "--sensor-pose", "0.1", "0", "0", "0", "0", "0", "-o", "a.rawlog"],
+                        ["hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out"]):
+            ran = subprocess.run([f"{programs}/{command[0]}", *command[1:]], cwd=self.at, text=True, capture_output=True, check=False)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+        found = json.loads((self.at / "out/landmarks.json").read_text())["landmarks"]
+        self.assertEqual({landmark["id"] for landmark in found}, set(places))
+        for landmark in found:
+            self.assertLess(math.dist(landmark["position"], places[landmark["id"]]), 0.01)
+
     def test_what_cannot_be_read_is_told(self):
         whole = bag(TOPICS, drive())
         self.assertIn("is not an MCAP file", self.run_script(b"SQLite format 3").stderr)
         self.assertIn("/objects (vision_msgs/msg/Detection3DArray)", self.run_script(whole, "--odometry", "/odometry").stderr)
-        self.assertIn("0 topics are vision_msgs/msg/Detection3DArray", self.run_script(bag(TOPICS[:1], [])).stderr)
+        self.assertIn("no topic is vision_msgs/msg/Detection3DArray", self.run_script(bag(TOPICS[:1], [])).stderr)
         self.assertIn("compressed with 'xz'", self.run_script(bag(TOPICS, [], ("xz", bytes))).stderr)
         self.assertIn("a message ends early", self.run_script(bag(TOPICS, [(0, odometry(0, 0, 0, 0)[:-8])])).stderr)
         cut = self.run_script(whole[:len(whole) * 2 // 3], "--plane")
