@@ -14,8 +14,8 @@
 namespace {
 
 constexpr const char* kAbout =
-    "Simulates a robot among classed landmarks, and things that move: writes an MRPT rawlog and, "
-    "beside it, the true landmarks and the true path.";
+    "Simulates a robot among classed landmarks, things that move, and walls that a laser sees: "
+    "writes an MRPT rawlog and, beside it, the true landmarks and the true path.";
 
 constexpr const char* kFooter =
     "\nWritten together: F.rawlog, F_ground_truth.txt, F_ground_truth_robot_path.txt and, where "

@@ -284,13 +284,13 @@ class CarmenImport {
 
   void add(CarmenScan scan) {
     if (options_.max_range > 0) scan.max_range = options_.max_range;
-    if (last_ && scan.time <= last_->first) {
-      log_.drop("scan dropped: not after the one before");
-      return;
-    }
     if (scan.ranges.empty()) {
       log_.drop("scan dropped: no rays");
       return;
+    }
+    if (last_ && scan.time < last_->first) {
+      scan.time = last_->first;
+      log_.drop("time stamp repaired: it went backwards, that of the scan before taken");
     }
     ImportedStep step{scan.time, {}, {observation_of(scan)}, {}};
     if (last_) step.motion = motion_between(last_->second, scan.robot);

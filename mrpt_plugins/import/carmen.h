@@ -26,8 +26,9 @@ struct CarmenOptions {
 ///
 /// FLASER lines tell no angles: with an even number of rays over 180 degrees the first is at -90
 /// degrees and the last one step before 90, as CARMEN has them, with an odd number it is at 90.
-/// Throws Error that names file, line and column for a line that cannot be read, and for a file
-/// without scans.
+/// The order of the file counts: a time stamp that goes back, as some loggers write, becomes that
+/// of the scan before. Throws Error that names file, line and column for a line that cannot be
+/// read, and for a file without scans.
 ImportReport import_carmen(const CarmenOptions& options, const std::string& output);
 
 }  // namespace hybrid

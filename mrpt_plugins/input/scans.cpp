@@ -24,7 +24,8 @@ const char* fault(const CObservation2DRangeScan& scan, double field_of_view,
                   const ScanOptions& options) {
   const auto& pose = scan.sensorPose;
   if (scan.getScanSize() == 0) return "scan dropped: no rays";
-  if (!(field_of_view > 0 && field_of_view <= 2 * M_PI + kAngleTolerance)) {
+  const bool is_open = field_of_view > 0 && field_of_view <= 2 * M_PI + kAngleTolerance;
+  if (scan.getScanSize() > 1 && !is_open) {
     return "scan dropped: field of view absurd";
   }
   if (scan.deltaPitch != 0) return "scan dropped: the sensor tilts while it sweeps";
@@ -83,7 +84,7 @@ CObservation2DRangeScan::Ptr to_mrpt(const LaserScan& scan) {
                     mrpt::poses::CPose3D(0, 0, 0, scan.first_angle + opening / 2, 0, 0);
   out->resizeScan(rays);
   for (std::size_t i = 0; i < rays; ++i) {
-    const bool is_seen = !std::isnan(scan.ranges[i]);
+    const bool is_seen = std::isfinite(scan.ranges[i]) && scan.ranges[i] > 0;
     out->setScanRange(i, is_seen ? scan.ranges[i] : 0);
     out->setScanRangeValidity(i, is_seen);
   }
@@ -99,6 +100,7 @@ bool is_halved_scan(const mrpt::obs::CObservation& observation) {
 }
 
 void ScanCollector::move(const std::optional<OdometryIncrement>& odometry, DropReport& report) {
+  ++step_;
   if (odometry) {
     T_keyframe_robot_ = T_keyframe_robot_ * to_isometry(odometry->mean);
     return;
@@ -111,33 +113,42 @@ void ScanCollector::move(const std::optional<OdometryIncrement>& odometry, DropR
 }
 
 void ScanCollector::add(LaserScan scan, DropReport& report) {
-  if (scans_.size() >= kMost) thin_out(report);
+  if (stride_ > 1) thin_out(report);  // the step before, which could have been a keyframe
   scan.T_keyframe_robot = T_keyframe_robot_;
-  scans_.push_back(std::move(scan));
+  scans_.push_back({step_, std::move(scan)});
+  if (scans_.size() <= kMost) return;
+  stride_ *= 2;
+  thin_out(report);
 }
 
-/// Drops every second scan.
+/// Whether a scan is of a step that is not kept. The present one is: it may be a keyframe.
+bool ScanCollector::is_left_out(const Collected& collected) const {
+  return collected.step != step_ && collected.step % stride_ != 0;
+}
+
 void ScanCollector::thin_out(DropReport& report) {
-  const std::size_t before = scans_.size();
-  std::size_t kept = 0;
-  for (std::size_t i = 1; i < before; i += 2) {
-    if (kept != i) scans_[kept] = std::move(scans_[i]);
-    ++kept;
-  }
-  scans_.resize(kept);
-  report["scan thinned out: one of too many between two keyframes"] += before - kept;
+  const auto kept =
+      std::remove_if(scans_.begin(), scans_.end(),
+                     [this](const Collected& collected) { return is_left_out(collected); });
+  const auto left_out = static_cast<std::size_t>(scans_.end() - kept);
+  scans_.erase(kept, scans_.end());
+  if (left_out > 0) report["scan thinned out: one of too many between two keyframes"] += left_out;
 }
 
 std::vector<LaserScan> ScanCollector::release() {
   const Eigen::Isometry3d T_now_before = T_keyframe_robot_.inverse();
-  for (LaserScan& scan : scans_) {
-    // Of the keyframe itself the place is exact.
-    const bool is_here = scan.T_keyframe_robot.matrix() == T_keyframe_robot_.matrix();
-    scan.T_keyframe_robot =
-        is_here ? Eigen::Isometry3d::Identity() : T_now_before * scan.T_keyframe_robot;
+  std::vector<LaserScan> out;
+  for (Collected& collected : scans_) {
+    Eigen::Isometry3d& T = collected.scan.T_keyframe_robot;
+    const bool is_here = T.matrix() == T_keyframe_robot_.matrix();
+    T = is_here ? Eigen::Isometry3d::Identity() : T_now_before * T;  // of the keyframe exactly
+    out.push_back(std::move(collected.scan));
   }
+  scans_.clear();
+  step_ = 0;
+  stride_ = 1;
   T_keyframe_robot_.setIdentity();
-  return std::exchange(scans_, {});
+  return out;
 }
 
 }  // namespace hybrid

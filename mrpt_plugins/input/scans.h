@@ -27,9 +27,9 @@ struct ScanOptions {
 /// its borders. Rays that are invalid, zero, negative, not finite, or at the maximum range of the
 /// sensor or of the options or beyond, see nothing: they become NaN.
 ///
-/// Dropped, and counted in `report` by reason: scans without a ray; with a field of view that is
-/// not in (0, 2 pi]; of a sensor that tilts while it sweeps; with a sensor pose that is not finite,
-/// no rigid motion, or farther from the robot than the maximum range of the options.
+/// Dropped, and counted in `report` by reason: scans without a ray; of several rays whose field of
+/// view is not in (0, 2 pi]; of a sensor that tilts while it sweeps; with a sensor pose that is not
+/// finite, no rigid motion, or farther from the robot than the maximum range of the options.
 std::optional<LaserScan> scan_in(const mrpt::obs::CObservation& observation,
                                  const ScanOptions& options, DropReport& report);
 
@@ -44,8 +44,8 @@ bool is_halved_scan(const mrpt::obs::CObservation& observation);
 /// The scans between keyframes, placed by odometry.
 class ScanCollector {
  public:
-  /// More scans than this between two keyframes are thinned out: the robot stands still or nearly
-  /// so, and each of them takes some kilobytes.
+  /// Of more scans than this between two keyframes, those of every second step are left out, then
+  /// of every fourth and so on: the robot stands still or nearly so, and each takes some kilobytes.
   static constexpr std::size_t kMost = 256;
 
   /// The robot moved to the next step; nothing where odometry does not tell. Scans from before a
@@ -57,9 +57,16 @@ class ScanCollector {
   std::vector<LaserScan> release();
 
  private:
+  struct Collected {
+    std::size_t step = 0;
+    LaserScan scan;  // with the pose since the last keyframe
+  };
+  bool is_left_out(const Collected& collected) const;
   void thin_out(DropReport& report);
 
-  std::vector<LaserScan> scans_;  // each with the pose since the last keyframe
+  std::vector<Collected> scans_;
+  std::size_t step_ = 0;                                                // since the last keyframe
+  std::size_t stride_ = 1;                                              // of steps that are kept
   Eigen::Isometry3d T_keyframe_robot_ = Eigen::Isometry3d::Identity();  // since the last keyframe
 };
 

@@ -23,7 +23,8 @@ namespace {
 
 constexpr double kReach = 30;        // m, up to where a ray counts
 constexpr double kMostCells = 64e6;  // of a grid, a byte each
-constexpr double kRim = 0.5;         // m around what was seen
+// Around what is seen. MRPT enlarges a grid that has fewer than 15, with a copy of it.
+constexpr double kRimCells = 25;
 constexpr double kNearMotion = 0.2;  // m
 constexpr double kNearTurn = 10 * M_PI / 180;
 constexpr float kOccupiedAbove = 0.65F, kFreeBelow = 0.196F;  // probabilities of ROS maps
@@ -34,25 +35,31 @@ bool is_near(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) {
          Eigen::AngleAxisd(motion.linear()).angle() < kNearTurn;
 }
 
-/// What the rays that count reach, on the ground; empty where there are none.
-Eigen::AlignedBox2d reached(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
+/// How far the rays that count reach; 0 where none has a return.
+double reach_of(const LaserScan& scan) {
+  double reach = 0;
+  for (const float range : scan.ranges) {
+    if (std::isfinite(range)) reach = std::max(reach, static_cast<double>(range));
+  }
+  return std::min(reach, kReach);
+}
+
+/// Where the scans may see anything; empty where no ray has a return, or a pose is not finite.
+Eigen::AlignedBox2d seen_box(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
   Eigen::AlignedBox2d box;
+  double most = 0;
   for (const KeyframeScans& at : scans) {
     const Eigen::Isometry3d T_map_robot = to_isometry(keyframes[at.keyframe].pose);
     for (const LaserScan* scan : at.scans) {
-      const Eigen::Isometry3d T_map_sensor = T_map_robot * scan->T_robot_sensor;
-      for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
-        const double range = std::min(static_cast<double>(scan->ranges[i]), kReach);
-        if (std::isnan(scan->ranges[i])) continue;
-        const double angle = scan->first_angle + static_cast<double>(i) * scan->angle_step;
-        const Eigen::Vector3d end =
-            T_map_sensor * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
-        box.extend(end.head<2>());
-        box.extend(T_map_sensor.translation().head<2>());
-      }
+      const Eigen::Vector2d from = (T_map_robot * scan->T_robot_sensor).translation().head<2>();
+      const double reach = reach_of(*scan);
+      if (!from.allFinite()) return {};
+      box.extend(from + Eigen::Vector2d::Constant(reach));
+      box.extend(from - Eigen::Vector2d::Constant(reach));
+      most = std::max(most, reach);
     }
   }
-  return box;
+  return most > 0 ? box : Eigen::AlignedBox2d();
 }
 
 double resolution_for(const Eigen::AlignedBox2d& box) {
@@ -61,20 +68,35 @@ double resolution_for(const Eigen::AlignedBox2d& box) {
   return resolution;
 }
 
+GridMap::Cell cell_of(float free) {
+  const float occupied = 1 - free;
+  if (occupied > kOccupiedAbove) return GridMap::kOccupied;
+  return occupied < kFreeBelow ? GridMap::kFree : GridMap::kUnknown;
+}
+
+/// The part of a grid that is known, with a rim.
 GridMap converted(const mrpt::maps::COccupancyGridMap2D& grid) {
+  constexpr int kKnownRim = 10;  // cells
+  Eigen::AlignedBox2i known;
+  const Eigen::Vector2i size(static_cast<int>(grid.getSizeX()), static_cast<int>(grid.getSizeY()));
+  for (int y = 0; y < size.y(); ++y) {
+    for (int x = 0; x < size.x(); ++x) {
+      if (cell_of(grid.getCell(x, y)) != GridMap::kUnknown) known.extend(Eigen::Vector2i(x, y));
+    }
+  }
+  if (known.isEmpty()) return {};
+  const Eigen::Vector2i low = (known.min().array() - kKnownRim).max(0);
+  const Eigen::Vector2i high = (known.max().array() + kKnownRim).min(size.array() - 1);
   GridMap out;
   out.resolution = static_cast<double>(grid.getResolution());
-  out.corner = {static_cast<double>(grid.getXMin()), static_cast<double>(grid.getYMin())};
-  out.width = static_cast<int>(grid.getSizeX());
-  out.height = static_cast<int>(grid.getSizeY());
+  out.corner =
+      Eigen::Vector2d(static_cast<double>(grid.getXMin()), static_cast<double>(grid.getYMin())) +
+      out.resolution * low.cast<double>();
+  out.width = high.x() - low.x() + 1;
+  out.height = high.y() - low.y() + 1;
   out.cells.reserve(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
-  for (int y = 0; y < out.height; ++y) {
-    for (int x = 0; x < out.width; ++x) {
-      const float occupied = 1 - grid.getCell(x, y);
-      out.cells.push_back(occupied > kOccupiedAbove ? GridMap::kOccupied
-                          : occupied < kFreeBelow   ? GridMap::kFree
-                                                    : GridMap::kUnknown);
-    }
+  for (int y = low.y(); y <= high.y(); ++y) {
+    for (int x = low.x(); x <= high.x(); ++x) out.cells.push_back(cell_of(grid.getCell(x, y)));
   }
   return out;
 }
@@ -112,13 +134,15 @@ std::vector<KeyframeScans> drawn_keyframes(const ScanArchive& archive,
 }
 
 GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
-  const Eigen::AlignedBox2d box = reached(scans, keyframes);
+  const Eigen::AlignedBox2d box = seen_box(scans, keyframes);
   if (box.isEmpty()) return {};
   mrpt::maps::COccupancyGridMap2D grid;
-  const Eigen::Vector2d low = box.min().array() - kRim, high = box.max().array() + kRim;
+  const double resolution = resolution_for(box);
+  const Eigen::Vector2d low = box.min().array() - kRimCells * resolution;
+  const Eigen::Vector2d high = box.max().array() + kRimCells * resolution;
   grid.setSize(static_cast<float>(low.x()), static_cast<float>(high.x()),
                static_cast<float>(low.y()), static_cast<float>(high.y()),
-               static_cast<float>(resolution_for(box)), 0.5F);
+               static_cast<float>(resolution), 0.5F);
   auto& options = grid.insertionOptions;
   options.maxDistanceInsertion = static_cast<float>(kReach);
   options.considerInvalidRangesAsFreeSpace = false;

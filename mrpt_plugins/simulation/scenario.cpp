@@ -26,7 +26,7 @@ std::array<double, 3> corner(IniSection& section, const std::string& key,
 Scenario::World read_world(IniFile& ini, bool is_3d) {
   IniSection s = ini.section("world", "Landmarks, placed at random in a box, classes in turn");
   Scenario::World world;
-  world.landmarks = s.get("landmarks", 20, "How many", kCount);
+  world.landmarks = s.get("landmarks", 20, "How many; 0 with a [laser] alone", or_zero(kCount));
   world.classes = s.get("classes", std::vector<std::string>{"tree", "car", "pole", "bench"},
                         "Names of the classes");
   world.min_corner = corner(s, "min_corner", {-12, -5, 0}, "Corner of the box, x y z [m]");
@@ -117,6 +117,43 @@ Scenario::Movers read_movers(IniFile& ini) {
   return movers;
 }
 
+std::vector<Scenario::Wall> walls_of(IniSection& s, const char* key, const char* meaning) {
+  const auto numbers = s.get(key, std::vector<double>{}, meaning, kCoordinate);
+  if (numbers.size() % 4 != 0) s.fail(key, "needs four numbers for each: x y x y");
+  std::vector<Scenario::Wall> walls;
+  for (std::size_t i = 0; i < numbers.size(); i += 4) {
+    walls.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
+  }
+  return walls;
+}
+
+Scenario::Laser read_laser(IniFile& ini, bool is_3d) {
+  IniSection s = ini.section(
+      "laser", "A planar laser in a floor plan, in 2d: scans beside, or instead of, detections");
+  Scenario::Laser laser;
+  laser.rays = s.get("rays", 0, "Of a scan; 0: there is no laser", IniRange{0, 10000});
+  const auto pose =
+      s.get("pose", std::vector<double>{0, 0, 0}, "On the robot: x y yaw [m, deg]", kCoordinate);
+  if (pose.size() != 3) s.fail("pose", "needs three numbers: x y yaw");
+  laser.pose = {pose[0], pose[1], 0, pose[2] * M_PI / 180, 0, 0};
+  laser.fov = s.degrees("fov_deg", 180, "From the first ray to the last [deg]", kFullAngle);
+  laser.max_range = s.get("max_range", 30.0, "Nothing farther is seen [m]", kPositiveLength);
+  laser.sigma_range = s.get("sigma_range", 0.02, "Noise of range [m]", kSigmaMetres);
+  laser.walls = walls_of(s, "walls", "x y x y of the ends of each wall, in the world [m]");
+  for (const Scenario::Wall& b : walls_of(s, "boxes", "x y x y of opposite corners [m]")) {
+    laser.walls.insert(laser.walls.end(), {{b[0], b[1], b[2], b[1]},
+                                           {b[2], b[1], b[2], b[3]},
+                                           {b[2], b[3], b[0], b[3]},
+                                           {b[0], b[3], b[0], b[1]}});
+  }
+  laser.glass = walls_of(s, "glass", "x y x y of the ends of each pane [m]");
+  laser.glass_seen = s.get("glass_seen", 0.2, "That a ray returns from glass", kProbability);
+  laser.person_radius =
+      s.get("person_radius", 0.25, "Of the discs that [movers] are to the laser [m]", kLength);
+  if (laser.rays > 0 && is_3d) s.fail("rays", "must be 0 in 3d");
+  return laser;
+}
+
 /// The confusion matrix, given in full or by its diagonal with equal other entries.
 std::vector<std::vector<double>> read_confusion(IniFile& ini, std::size_t classes) {
   IniSection s = ini.section("detector", "What classes the detector reports");
@@ -194,6 +231,10 @@ Scenario read_scenario(IniFile& ini) {
   scenario.slip = read_slip(ini);
   scenario.movers = read_movers(ini);
   scenario.sensor = read_sensor(ini, scenario.is_3d);
+  scenario.laser = read_laser(ini, scenario.is_3d);
+  if (scenario.world.landmarks == 0 && scenario.laser.rays == 0) {
+    ini.section("world").fail("landmarks", "is 0, and [laser] rays too: nothing is seen");
+  }
   scenario.sensor.confusion = read_confusion(ini, scenario.world.classes.size());
   return scenario;
 }

@@ -75,6 +75,19 @@ struct Scenario {
     std::vector<std::vector<double>> confusion;
   } sensor;
 
+  /// A straight wall from x y to x y [m].
+  using Wall = std::array<double, 4>;
+
+  /// A planar laser in a floor plan; none where it has no rays.
+  struct Laser {
+    int rays = 0;
+    mrpt::poses::CPose3D pose;
+    double fov = 0, max_range = 0, sigma_range = 0;
+    std::vector<Wall> walls, glass;
+    double glass_seen = 0;     ///< probability that a ray returns from glass
+    double person_radius = 0;  ///< of things that move, which are discs [m]
+  } laser;
+
   /// Another robot in the same world, which the sensor names by an id.
   struct Other {
     std::int32_t id = 0;
@@ -82,6 +95,9 @@ struct Scenario {
     std::vector<mrpt::poses::CPose3D> path;
   };
   std::vector<Other> others;
+
+  /// Whether the robot looks for landmarks: it does not where there are none and a laser is.
+  bool has_detector() const { return world.landmarks > 0 || laser.rays == 0; }
 };
 
 /// A robot of a world with several, by the name of its section [robot.NAME].

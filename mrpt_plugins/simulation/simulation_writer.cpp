@@ -6,6 +6,7 @@
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
@@ -81,6 +82,39 @@ mrpt::obs::CObservation::Ptr plain_observation(const SimulatedFrame& frame,
   return o;
 }
 
+mrpt::obs::CObservation::Ptr scan_observation(const SimulatedFrame& frame,
+                                              const Scenario& scenario) {
+  auto o = mrpt::obs::CObservation2DRangeScan::Create();
+  o->sensorPose = scenario.laser.pose;
+  o->aperture = static_cast<float>(scenario.laser.fov);
+  o->maxRange = static_cast<float>(scenario.laser.max_range);
+  o->stdError = static_cast<float>(scenario.laser.sigma_range);
+  o->resizeScan(frame.scan.size());
+  for (std::size_t i = 0; i < frame.scan.size(); ++i) {
+    o->setScanRange(i, frame.scan[i]);
+    o->setScanRangeValidity(i, frame.scan[i] > 0);
+  }
+  return o;
+}
+
+/// What the robot senses at a frame.
+std::vector<mrpt::obs::CObservation::Ptr> observations(const SimulatedFrame& frame,
+                                                       const Scenario& scenario,
+                                                       mrpt::system::TTimeStamp time) {
+  std::vector<mrpt::obs::CObservation::Ptr> all;
+  if (scenario.has_detector()) {
+    all.push_back(scenario.classed ? classed_observation(frame, scenario)
+                                   : plain_observation(frame, scenario));
+    all.back()->sensorLabel = kSensorLabel;
+  }
+  if (scenario.laser.rays > 0) {
+    all.push_back(scan_observation(frame, scenario));
+    all.back()->sensorLabel = "LASER";
+  }
+  for (const auto& observation : all) observation->timestamp = time;
+  return all;
+}
+
 mrpt::obs::CActionCollection motion_2d(const SimulatedFrame& frame, const Scenario& scenario,
                                        mrpt::system::TTimeStamp time) {
   mrpt::obs::CActionRobotMovement2D action;
@@ -114,26 +148,25 @@ void write_log(GzipWriter& file, const Simulation& simulation, const Scenario& s
   mrpt::poses::CPose2D odometry;
   for (std::size_t i = 0; i < simulation.frames.size(); ++i) {
     const SimulatedFrame& frame = simulation.frames[i];
-    auto observation = scenario.classed ? classed_observation(frame, scenario)
-                                        : plain_observation(frame, scenario);
+    const auto time = stamp(scenario, i);
+    const auto sensed = observations(frame, scenario, time);
     file.check();
-    observation->timestamp = stamp(scenario, i);
-    observation->sensorLabel = kSensorLabel;
     if (scenario.pairs) {
       if (i > 0) {
-        archive << (scenario.is_3d ? motion_3d(frame, scenario, observation->timestamp)
-                                   : motion_2d(frame, scenario, observation->timestamp));
+        archive << (scenario.is_3d ? motion_3d(frame, scenario, time)
+                                   : motion_2d(frame, scenario, time));
       }
       mrpt::obs::CSensoryFrame sensory_frame;
-      sensory_frame.insert(observation);
+      for (const auto& observation : sensed) sensory_frame.insert(observation);
       archive << sensory_frame;
     } else {
       odometry = odometry + mrpt::poses::CPose2D(frame.motion[0], frame.motion[1], frame.motion[3]);
       mrpt::obs::CObservationOdometry absolute;
-      absolute.timestamp = observation->timestamp;
+      absolute.timestamp = time;
       absolute.sensorLabel = "ODOMETRY";
       absolute.odometry = odometry;
-      archive << absolute << *observation;
+      archive << absolute;
+      for (const auto& observation : sensed) archive << *observation;
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/simulation/laser.h"
 #include "mrpt_plugins/simulation/random.h"
 #include "mrpt_plugins/simulation/robot_path.h"
 
@@ -180,6 +181,7 @@ Simulation simulate(const Scenario& scenario) {
   simulation.path = robot_path(scenario.path, scenario.is_3d);
   simulation.movers = draw_movers(scenario, simulation.path.size(), random);
   SlipState slip;
+  Random rays(~scenario.seed);  // its own, so that a laser changes nothing else
   for (std::size_t i = 0; i < simulation.path.size(); ++i) {
     SimulatedFrame frame;
     if (i > 0) {
@@ -188,9 +190,13 @@ Simulation simulate(const Scenario& scenario) {
       frame.motion =
           noisy_motion(simulation.path[i] - simulation.path[i - 1], scenario, slip, random);
     }
-    frame.detections =
-        detect(simulation.path[i] + scenario.sensor.pose,
-               static_cast<double>(i) * scenario.path.period, simulation, i, scenario, random);
+    if (scenario.has_detector()) {
+      frame.detections =
+          detect(simulation.path[i] + scenario.sensor.pose,
+                 static_cast<double>(i) * scenario.path.period, simulation, i, scenario, random);
+    }
+    frame.scan = simulated_scan(scenario.laser, simulation.path[i] + scenario.laser.pose,
+                                simulation.movers, i, rays);
     simulation.frames.push_back(std::move(frame));
   }
   return simulation;

@@ -31,6 +31,7 @@ struct SimulatedFrame {
   std::array<double, 6> motion{};
   bool slips = false;                          ///< whether the wheels slipped during the motion
   std::vector<SimulatedDetection> detections;  ///< In order of yaw.
+  std::vector<float> scan;                     ///< of the laser; 0 where a ray has no return [m]
 };
 
 struct Simulation {

@@ -140,8 +140,11 @@ TEST_F(Carmen, WhatCannotBeReadIsSaid) {
   const ImportReport report =
       import(front_laser(3, 0, 5) + front_laser(3, 0, 5) + front_laser(3, 0, 4) +
              "FLASER 0 0 0 0 0 0 0 9 h 0\n" + "RLASER 1 1\n");
-  EXPECT_EQ(report.steps, 1U);
-  EXPECT_EQ(report.dropped.at("scan dropped: not after the one before"), 2U);
+  EXPECT_EQ(report.steps, 3U);
+  EXPECT_EQ(report.dropped.at("time stamp repaired: it went backwards, that of the scan before "
+                              "taken"),
+            1U);
+  EXPECT_EQ(steps().at(2).time, 5);
   EXPECT_EQ(report.dropped.at("scan dropped: no rays"), 1U);
 }
 

@@ -37,8 +37,8 @@ LaserScan scan_from(double x, double y, double yaw) {
   for (int i = 0; i < kRays; ++i) {
     const double angle = yaw + scan.first_angle + i * scan.angle_step;
     const double c = std::cos(angle), s = std::sin(angle);
-    const double to_x = ((c > 0 ? kSize / 2 : -kSize / 2) - at.x()) / c;
-    const double to_y = ((s > 0 ? kWide / 2 : -kWide / 2) - at.y()) / s;
+    const double to_x = ((c >= 0 ? kSize / 2 : -kSize / 2) - at.x()) / c;
+    const double to_y = ((s >= 0 ? kWide / 2 : -kWide / 2) - at.y()) / s;
     scan.ranges.push_back(static_cast<float>(std::min(to_x, to_y)));
   }
   return scan;
