@@ -14,8 +14,8 @@ namespace {
 /// motion knows nothing of acceleration [m], [rad].
 constexpr double kPredictedTranslation = 0.02;
 constexpr double kPredictedRotation = 0.01;
-constexpr double kSteadyTranslation = 0.1;
-constexpr double kSteadyRotation = 0.1;
+constexpr double kSteadyTranslation = 0.04;
+constexpr double kSteadyRotation = 0.05;
 /// The least motion between keyframes where much is new [m], [rad].
 constexpr double kDenseDistance = 0.2;
 constexpr double kDenseTurn = 0.1;

@@ -43,26 +43,25 @@ TEST_F(AutoPlugins, HiddenIdsLeadToAssociation) {
   EXPECT_EQ(summary["chosen_plugins"], Names{"BearingRangeAssociation"});
 }
 
-TEST_F(AutoPlugins, WhatNobodyUsesIsNamed) {
+TEST_F(AutoPlugins, BeaconsAndLaserScansAreMappedTogether) {
   const Ran ran =
       run_replay(kMrptLogs + "uwb_ro-localization_demo.rawlog --no-pictures -o " + at("out"));
   EXPECT_EQ(ran.code, 0);
-  EXPECT_NE(ran.text.find("plugins chosen by what the log holds: BeaconRanges\n"),
+  EXPECT_NE(ran.text.find("plugins chosen by what the log holds: BeaconRanges, LaserScans\n"),
             std::string::npos)
-      << ran.text;
-  EXPECT_NE(ran.text.find("not used: 343 CObservation2DRangeScan\n"), std::string::npos)
       << ran.text;
   const auto observations =
       nlohmann::json::parse(read_file(at("out/summary.json")))["observations"];
-  EXPECT_EQ(observations["CObservation2DRangeScan"]["used_by"], Names{});
+  EXPECT_EQ(observations["CObservation2DRangeScan"]["used_by"], Names{"LaserScans"});
   EXPECT_EQ(observations["CObservationBeaconRanges"]["used_by"], Names{"BeaconRanges"});
 }
 
-TEST_F(AutoPlugins, ALogThatNoPluginTakesIsEmptyAndSaysWhy) {
-  const auto summary = summary_of(kMrptLogs + "localization_demo.rawlog", 2);
+TEST_F(AutoPlugins, ALogThatNoChosenPluginTakesIsEmptyAndSaysWhy) {
+  const auto summary =
+      summary_of(kMrptLogs + "localization_demo.rawlog --set plugins.classes=BeaconRanges", 2);
   EXPECT_EQ(summary["status"], "empty");
   const std::string message = summary["message"];
-  EXPECT_NE(message.find("uses what the log holds, 37 CObservation2DRangeScan; -p loads"),
+  EXPECT_NE(message.find("uses what the log holds, 37 CObservation2DRangeScan for LaserScans; "),
             std::string::npos)
       << message;
 }
