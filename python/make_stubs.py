@@ -14,7 +14,7 @@ import sys
 HEAD = '''# SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
 # Written by python/make_stubs.py.
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, ClassVar, overload
 
 import numpy as np
@@ -25,7 +25,7 @@ KeyLike = Key | str
 '''
 # Special methods that are listed in the stubs.
 SHOWN = {"__init__", "__getitem__", "__setitem__", "__delitem__", "__contains__", "__len__", "__mul__", "__matmul__",
-         "__eq__", "__lt__", "__hash__", "__copy__"}
+         "__eq__", "__lt__", "__hash__", "__copy__", "__deepcopy__", "__iter__"}
 
 
 def split(text):
@@ -58,6 +58,7 @@ def to_type(text, argument):
         text = re.sub(r"^Values$", "Values | dict[KeyLike, Any]", text)
     text = re.sub(r"Optional\[(.*)\]$", r"\1 | None", re.sub(r"Optional\[(\w+)\]", r"\1 | None", text))
     text = text.replace("Tuple[", "tuple[").replace("List[", "list[").replace("Dict[", "dict[")
+    text = re.sub(r"\bIterable\b(?!\[)", "Iterable[Any]", re.sub(r"\bIterator\b(?!\[)", "Iterator[Any]", text))
     return re.sub(r"\bobject\b|\bhandle\b", "Any", text)
 
 
@@ -136,19 +137,40 @@ def class_lines(name, cls):
     return lines if len(lines) > before else [lines[0] + " ..."]
 
 
-def python_function(name, value):
-    parameters = []
-    signature = inspect.signature(value)
-    for text in split(str(signature)[1:].rsplit(") -> ", 1)[0]):
-        parameters.append(text.replace("collections.abc.", "").replace("str | os.PathLike", "Any"))
-    return [f"def {name}({', '.join(parameters)}) -> dict[str, Any]: ..."]
+def annotation(text):
+    """A type in the words of the stubs, of one in the words of the sources."""
+    text = text.replace("collections.abc.", "").replace("str | os.PathLike", "Any").replace("pathlib.Path", "Any")
+    text = text.replace("_core.", "").replace("hybrid.", "").replace("numpy.ndarray", "Array").replace("np.ndarray", "Array")
+    return re.sub(r"\bdict\b(?!\[)", "dict[str, Any]", re.sub(r"^'(.*)'$", r"\1", text))
+
+
+def python_function(name, value, indent=""):
+    inside, result = str(inspect.signature(value))[1:].rsplit(") -> ", 1)
+    parameters = [annotation(text) for text in split(inside)]
+    return [f"{indent}def {name}({', '.join(parameters)}) -> {annotation(result)}: ..."]
+
+
+def python_class(name, cls):
+    lines = [f"class {name}({', '.join('dict[str, Any]' if base is dict else base.__name__ for base in cls.__bases__)}):"]
+    for member, value in vars(cls).items():
+        if isinstance(value, property):
+            kind = annotation(str(inspect.signature(value.fget)).rsplit(") -> ", 1)[1])
+            lines += ["    @property", f"    def {member}(self) -> {kind}: ..."]
+        elif isinstance(value, classmethod):
+            lines += ["    @classmethod", *python_function(member, value.__func__, "    ")]
+        elif member == "__init__":
+            parameters = [annotation(text) for text in split(str(inspect.signature(value))[1:-1])]
+            lines += [f"    def {member}({', '.join(parameters)}) -> None: ..."]
+    return lines
 
 
 def stubs(package):
     lines = ["__version__: str"]
     for name in package.__all__:
         value = getattr(package, name)
-        if isinstance(value, type) and not issubclass(value, enum.Enum):
+        if isinstance(value, type) and issubclass(value, dict):
+            lines += ["", *python_class(name, value)]
+        elif isinstance(value, type) and not issubclass(value, enum.Enum):
             lines += ["", *class_lines(name, value)]
         elif inspect.isfunction(value):
             lines += ["", *python_function(name, value)]

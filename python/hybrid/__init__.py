@@ -5,7 +5,8 @@
 Graphs of continuous factors, tables and hybrid factors (HybridGraph), solved in batch (alternate) or online
 (IncrementalSmoother), with covariances (ContinuousMarginals), probabilities (posterior) and evidence (log_evidence);
 pose graphs whose closures may be false (select_closures), maps of landmarks from detections without ids
-(LandmarkMapper2), registration of point clouds (register_clouds), rawlogs (replay, if built with MRPT).
+(LandmarkMapper2), registration of point clouds (register_clouds), rawlogs (replay, if built with MRPT). hybrid.plot draws
+with matplotlib.
 
 Lengths are in metres, angles in radians, arrays are float64. Solvers release the lock of the interpreter (GIL): other
 threads run meanwhile, and must not use the graph that is being solved.
@@ -13,16 +14,20 @@ threads run meanwhile, and must not use the graph that is being solved.
 
 import importlib.util as _util
 
-from . import _core
+from . import _core, _represent
 from ._core import *  # noqa: F403
+from ._graphs import read_g2o  # noqa: F401
 
 __version__ = _core.__version__
 __all__ = [name for name in vars(_core) if not name.startswith("_")]
 for _name in __all__:
     if isinstance(vars(_core)[_name], type):
         vars(_core)[_name].__module__ = __name__
+_represent.add_to([vars(_core)[_name] for _name in __all__ if isinstance(vars(_core)[_name], type)])
+__all__.append("read_g2o")
 
 if _util.find_spec(__name__ + "._mrpt") is not None:
-    from ._replay import replay  # noqa: F401
+    from ._replay import ReplayResult, replay  # noqa: F401
 
-    __all__.append("replay")
+    __all__ += ["ReplayResult", "replay"]
+    ReplayResult.__module__ = __name__

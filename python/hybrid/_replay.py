@@ -4,8 +4,75 @@
 
 import json
 import os
+import pathlib
 import sys
 from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from . import _core
+
+
+class ReplayResult(dict):
+    """The content of summary.json as a dict; the files of the result as arrays, read when they are asked for.
+
+    folder: where they are. Paths are arrays of n x 8: time [s], x, y, z [m], and the quaternion qx, qy, qz, qw.
+    """
+
+    def __init__(self, summary: dict, folder: str | os.PathLike):
+        super().__init__(summary)
+        self.folder = pathlib.Path(folder)
+
+    @classmethod
+    def read(cls, folder: str | os.PathLike) -> "ReplayResult":
+        """The result of a former run of hybrid-replay."""
+        try:
+            return cls(json.loads((pathlib.Path(folder) / "summary.json").read_text(encoding="utf-8")), folder)
+        except (OSError, ValueError) as error:
+            raise _core.Error(f"{os.fspath(folder)}: is no result of hybrid-replay: {error}") from None
+
+    def _path(self, name):
+        file = self.folder / name
+        if not file.exists():
+            raise _core.Error(f"{file}: no such file; of several robots, the paths are in folders of their names")
+        return np.loadtxt(file, comments="#", ndmin=2).reshape(-1, 8)
+
+    @property
+    def path(self) -> np.ndarray:
+        """The estimated path (n, 8)."""
+        return self._path("trajectory.tum")
+
+    @property
+    def dead_reckoning(self) -> np.ndarray:
+        """The path by odometry alone (n, 8)."""
+        return self._path("trajectory_dead_reckoning.tum")
+
+    @property
+    def true_path(self) -> np.ndarray | None:
+        """The true path (n, 8) in the frame of the map; None where none was given."""
+        return self._path("trajectory_truth.tum") if (self.folder / "trajectory_truth.tum").exists() else None
+
+    @property
+    def landmarks(self) -> list[dict]:
+        """Each landmark: id, position (2,) or (3,) [m], covariance [m^2], class, class_probabilities, sightings."""
+        text = (self.folder / "landmarks.json").read_text(encoding="utf-8")
+        arrays = ("position", "covariance")
+        return [{name: np.array(value) if name in arrays else value for name, value in landmark.items()}
+                for landmark in json.loads(text)["landmarks"]]
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Of the landmarks (n, 2) or (n, 3) [m]."""
+        return np.array([landmark["position"] for landmark in self.landmarks])
+
+    @property
+    def covariances(self) -> np.ndarray:
+        """Of the landmarks (n, 2, 2) or (n, 3, 3) [m^2]."""
+        return np.array([landmark["covariance"] for landmark in self.landmarks])
+
+    def __repr__(self):
+        return (f"<ReplayResult {str(self.folder)!r}: {self.get('status')}, {self.get('keyframes')} keyframes, "
+                f"{self.get('landmarks')} landmarks>")
 
 
 def replay(
@@ -19,8 +86,8 @@ def replay(
     plugins: Sequence[str] = (),
     pictures: bool = True,
     progress: Callable[[float, int, int, float], None] | None = None,
-) -> dict:
-    """Maps a rawlog as hybrid-replay does, and returns the content of summary.json.
+) -> ReplayResult:
+    """Maps a rawlog as hybrid-replay does, and returns the content of summary.json, with arrays of path and landmarks.
 
     config: an INI file; output: the folder of the result, which is replaced as a whole or not at all; rawlog,
     truth_path, truth_map: override those of the INI; settings: override values of the INI, by "section.key"; plugins:
@@ -33,4 +100,4 @@ def replay(
     text = _mrpt.replay(os.fspath(config), os.fspath(output), os.fspath(rawlog), os.fspath(truth_path),
                         os.fspath(truth_map), [f"{key}={value}" for key, value in (settings or {}).items()],
                         list(plugins), pictures, list(sys.orig_argv), progress)
-    return json.loads(text)
+    return ReplayResult(json.loads(text), output)

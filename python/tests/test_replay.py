@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import hybrid
+import numpy as np
 import pytest
 
 MRPT = os.environ["HYBRID_WITH_MRPT"] == "ON"
@@ -31,6 +32,39 @@ def test_it_writes_what_the_program_writes(source, tmp_path):
     assert {**summary, "files": written["files"]} == written
     for name in ("trajectory.tum", "landmarks.csv", "landmarks.json", "graph.g2o"):
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "program" / name).read_bytes(), name
+
+
+@needs_mrpt
+def test_the_result_has_arrays(source, tmp_path):
+    log = str(source / "rawlogs" / "classed_demo")
+    result = hybrid.replay(rawlog=f"{log}.rawlog", truth_path=f"{log}_ground_truth_robot_path.txt", output=tmp_path / "out",
+                           pictures=False)
+    n, landmarks = result["keyframes"], result["landmarks"]
+    assert result.path.shape == result.dead_reckoning.shape == result.true_path.shape == (n, 8)
+    assert result.positions.shape == (landmarks, 2) and result.covariances.shape == (landmarks, 2, 2)
+    error = np.linalg.norm(result.path[:, 1:4] - result.true_path[:, 1:4], axis=1)
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(result["truth"]["trajectory"]["rmse_m"], rel=1e-6)
+    assert f"{n} keyframes, {landmarks} landmarks" in repr(result)
+    again = hybrid.ReplayResult.read(tmp_path / "out")
+    assert again["keyframes"] == n and (again.path == result.path).all()
+    assert all(landmark["class"] for landmark in again.landmarks)
+    with pytest.raises(hybrid.Error, match="is no result of hybrid-replay"):
+        hybrid.ReplayResult.read(tmp_path)
+
+
+@needs_mrpt
+def test_the_package_is_a_program(source, tmp_path):
+    def run(*arguments):
+        return subprocess.run([sys.executable, "-m", "hybrid", *arguments], cwd=tmp_path, capture_output=True, text=True)
+
+    log = str(source / "rawlogs" / "classed_demo.rawlog")
+    ran = run("replay", log, "-o", "out", "--no-pictures", "--set", "solver.mode=batch")
+    assert ran.returncode == 0 and ran.stdout.startswith("189 keyframes, 20 landmarks"), ran.stderr
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "ok"
+    bad = run("replay", "missing.rawlog")
+    assert bad.returncode == 1 and bad.stderr == "python -m hybrid: missing.rawlog: no such file\n"
+    assert "is no SECTION.KEY=VALUE" in run("replay", log, "--set", "solver").stderr
+    assert run("--version").stdout == f"hybrid {hybrid.__version__}\n"
 
 
 @needs_mrpt
