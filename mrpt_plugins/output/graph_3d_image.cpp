@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kLegendWidth = 310;
+constexpr double kGraphLegendWidth = 310;
 
 /// A line of the picture, and the distance of its middle from the eye [m].
 struct Line {
@@ -77,7 +77,7 @@ std::vector<Line> lines_of(const GraphDrawing& graph, const SceneView& view, con
 
 Image graph_3d_image(const GraphDrawing& graph) {
   Canvas canvas(1600, 1200);
-  const Box box{30, 95, 1600 - kLegendWidth - 40, 1170};
+  const Box box{30, 95, 1600 - kGraphLegendWidth - 40, 1170};
   const SceneView view = view_of_graph(graph, box.width() / box.height());
   const GraphStrokes strokes = graph_strokes(graph);
   const std::vector<Line> lines = lines_of(graph, view, box, strokes);
@@ -98,7 +98,7 @@ Image graph_3d_image(const GraphDrawing& graph) {
   canvas.unclip();
   draw_heading(canvas, {40, 36}, 1600 - 2 * 40, graph.title + " in 3-D",
                graph.subtitle + ". Seen from above at a slant; paler is farther away");
-  Legend legend(canvas, {box.right + 20, box.top + 14}, kLegendWidth);
+  Legend legend(canvas, {box.right + 20, box.top + 14}, kGraphLegendWidth);
   legend.heading(fmt::format("Poses ({})", graph.poses.size()));
   const auto entry = [&](std::size_t count, const char* what, const Stroke& stroke) {
     if (count > 0) legend.line(fmt::format("{} {}", count, what), stroke);
