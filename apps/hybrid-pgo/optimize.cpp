@@ -23,6 +23,7 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
+#include "mrpt_plugins/health/closures.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
@@ -46,10 +47,15 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   summary.objective = solution.objective;
   summary.cost = solution.cost;
   summary.cost_online = solution.cost_online;
+  std::vector<JudgedClosure> judged;
   for (const Loop& loop : loops) {
+    if (loop.decision != "trusted") {
+      judged.push_back({loop.in_force(), loop.checkable, loop.margin});
+    }
     ++(loop.in_force() ? summary.inliers : summary.outliers);
     if (!loop.checkable && loop.decision == "accepted") ++summary.unchecked;
   }
+  summary.health = closure_health(judged);
   summary.hypotheses = solution.hypotheses.size();
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;
@@ -91,6 +97,10 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
 void report(const GraphSummary& summary, const OutputDirectory& out) {
   if (!summary.message.empty()) complain("hybrid-pgo: {}\n", summary.message);
   if (!summary.note.empty()) complain("hybrid-pgo: {}\n", summary.note);
+  for (const HealthEntry& entry : summary.health) {
+    if (entry.verdict != HealthVerdict::kBad) continue;
+    complain("hybrid-pgo: warning: {}: {} Look at: {}\n", entry.name, entry.sentence, entry.knob);
+  }
   say("{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
       summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
       summary.cost, summary.solver_s);

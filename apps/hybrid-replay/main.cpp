@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
     if (!options) return exit_code;
     for (const std::string& path : options->request.plugin_libraries)
       hybrid::load_plugin_library(path);
-    if (!options->print_config) return hybrid::run(options->request);
+    if (!options->print_config) return hybrid::run(options->request, options->strict);
     fmt::print("{}", hybrid::config_text(options->request));
     return static_cast<int>(hybrid::kExitOk);
   });

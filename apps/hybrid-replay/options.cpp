@@ -33,7 +33,8 @@ constexpr const char* kFooter =
     "to\n"
     "the damage was used and written, and summary.json has status \"partial\", or no landmark "
     "was\n"
-    "mapped: \"empty\"; 129, 130, 143 stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: what was "
+    "mapped: \"empty\", or with --strict the run says of itself that it is wrong; 129, 130, 143 "
+    "stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM: what was "
     "mapped\n"
     "so far was written, status \"interrupted\". A second signal ends at once, with nothing "
     "written.\n"
@@ -146,10 +147,19 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                "what else is said goes to standard error");
   app.add_flag("--sparsity", options.request.sparsity,
                "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
+  app.add_flag("--cross-check", options.request.cross_check,
+               "map every other detection apart from the rest, too, and compare: takes twice the "
+               "time more; the result is under health in summary.json");
+  app.add_flag("--strict", options.strict,
+               "exit with 2 where the run says of itself that it is wrong: a bad verdict under "
+               "health in summary.json");
   app.add_flag("--print-config", options.print_config,
                "print every section and key with its meaning, default and the value in effect");
   app.callback([&] {
     take_robots(logs, truth_paths, options.request);
+    if (options.request.cross_check && std::find(logs.begin(), logs.end(), "-") != logs.end()) {
+      throw CLI::ValidationError("--cross-check", "reads the log three times and needs a file");
+    }
     if (options.request.config.empty() && logs.empty() && !options.print_config) {
       throw CLI::RequiredError("a log or -c INI (try -c config/kf_slam_demo.ini, or --help)");
     }

@@ -13,6 +13,7 @@ namespace hybrid {
 struct Options {
   ReplayRequest request;
   bool print_config = false;
+  bool strict = false;  ///< a result with a bad verdict about itself is not all well
 };
 
 /// Parses the command line. Returns nothing when the program is to end at once, as after --help,

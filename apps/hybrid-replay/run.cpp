@@ -40,6 +40,15 @@ void report_plugins(const Summary& summary, Progress& progress, std::FILE* file)
   }
 }
 
+/// Tells what the run says against itself.
+void report(const Health& health, Progress& progress) {
+  for (const HealthEntry& entry : health) {
+    if (entry.verdict != HealthVerdict::kBad) continue;
+    progress.message(
+        fmt::format("warning: {}: {} Look at: {}", entry.name, entry.sentence, entry.knob));
+  }
+}
+
 /// The errors of the robots whose true path is known, in brackets; "" where there is none.
 std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
   std::vector<std::string> errors;
@@ -59,6 +68,7 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
     progress.message(fmt::format("{}: {}", reason, count));
   }
   for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
+  report(summary.health, progress);
   if (summary.status != "ok") progress.message("error: " + summary.message);
   for (const CalibrationEstimate& calibration : summary.calibration) report(calibration, file);
   print_to(file, "{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
@@ -82,14 +92,15 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
   print_to(file, " -> {}\n", folder);
 }
 
-int exit_code(const ReplayOutcome& outcome) {
+int exit_code(const ReplayOutcome& outcome, bool strict) {
   if (outcome.signal != 0) return kExitInterrupted + outcome.signal;
+  if (strict && worst(outcome.summary.health) == HealthVerdict::kBad) return kExitPartial;
   return outcome.summary.status == "ok" ? kExitOk : kExitPartial;
 }
 
 }  // namespace
 
-int run(const ReplayRequest& request) {
+int run(const ReplayRequest& request, bool strict) {
   note_interrupts();
   Progress progress;
   const ReplayOutcome outcome = replay(
@@ -100,9 +111,9 @@ int run(const ReplayRequest& request) {
         say("{}\n", so_far.line);
         std::fflush(stdout);
       },
-      [](const ReplayOutcome& published) { settle(exit_code(published)); });
+      [strict](const ReplayOutcome& published) { settle(exit_code(published, strict)); });
   report(outcome.summary, outcome.folder.string(), progress, request.stream ? stderr : stdout);
-  return exit_code(outcome);
+  return exit_code(outcome, strict);
 }
 
 }  // namespace hybrid

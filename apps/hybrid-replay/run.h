@@ -8,6 +8,8 @@
 namespace hybrid {
 
 /// Replays, with progress, and prints what came of it. Returns the exit code; throws on failure.
-int run(const ReplayRequest& request);
+/// `strict`: where a run says of itself that it is wrong, the exit code is that of a partial
+/// result.
+int run(const ReplayRequest& request, bool strict);
 
 }  // namespace hybrid

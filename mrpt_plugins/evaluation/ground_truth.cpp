@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <mrpt/math/CQuaternion.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -103,16 +105,44 @@ std::vector<TimedPose> read_tum(const std::string& path) {
   TextReader table(path);
   while (const auto row = table.next()) {
     row->expect(8, "time x y z qx qy qz qw");
-    const double x = row->number(4), y = row->number(5), z = row->number(6), w = row->number(7);
-    const double norm = std::sqrt(x * x + y * y + z * z + w * w);
-    if (std::abs(norm - 1) > 0.01) {
-      row->fail(4, fmt::format("quaternion of norm {:.3f}; expected 1", norm));
-    }
-    const mrpt::math::CQuaternionDouble q(w / norm, x / norm, y / norm, z / norm);
-    const Eigen::Vector3d p = point_of(*row, 1);
-    append({row->time(0), mrpt::poses::CPose3D(q, p.x(), p.y(), p.z())}, *row, poses);
+    append({row->time(0), pose_in(*row, point_of(*row, 1), {4, 5, 6, 7})}, *row, poses);
   }
   return poses;
+}
+
+mrpt::poses::CPose3D pose_in(const TextRow& row, const Eigen::Vector3d& position,
+                             const std::array<std::size_t, 4>& quaternion) {
+  const auto [i, j, k, l] = quaternion;
+  const double x = row.number(i), y = row.number(j), z = row.number(k), w = row.number(l);
+  const double norm = std::sqrt(x * x + y * y + z * z + w * w);
+  if (std::abs(norm - 1) > 0.01) {
+    row.fail(i, fmt::format("quaternion of norm {:.3f}; expected 1", norm));
+  }
+  const mrpt::math::CQuaternionDouble q(w / norm, x / norm, y / norm, z / norm);
+  return {q, position.x(), position.y(), position.z()};
+}
+
+bool seems_real_part_first(const std::vector<TimedPose>& poses) {
+  constexpr double kFar = 1.0, kUpright = 0.2;  // rad from upright
+  constexpr double kMost = 0.9;                 // of the poses
+  std::size_t wrong = 0;
+  for (const TimedPose& pose : poses) {
+    mrpt::math::CQuaternionDouble read;
+    pose.pose.getAsQuaternion(read);
+    const Eigen::Quaterniond as_read(read.r(), read.x(), read.y(), read.z());
+    const Eigen::Quaterniond turned(read.x(), read.y(), read.z(), read.r());
+    const auto tilt = [](const Eigen::Quaterniond& q) {
+      return std::acos(std::clamp((q * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+    };
+    if (tilt(as_read) > kFar && tilt(turned) < kUpright) ++wrong;
+  }
+  return !poses.empty() && static_cast<double>(wrong) > kMost * static_cast<double>(poses.size());
+}
+
+std::string about_real_part_first(const std::string& path) {
+  return path +
+         ": read as qx qy qz qw the robot lies on its side; is qw first? With the real part first "
+         "it would be upright";
 }
 
 std::vector<TimedPose> read_positions(const std::string& path) {

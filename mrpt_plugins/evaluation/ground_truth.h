@@ -5,11 +5,13 @@
 
 #include <mrpt/poses/CPose3D.h>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/io/text_row.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
 
 namespace HYBRID_API hybrid {
@@ -42,6 +44,17 @@ std::vector<mrpt::poses::CPose3D> read_numbered_path(const std::string& path);
 /// TUM trajectories: rows `time x y z qx qy qz qw`, quaternions of norm 1 within 1 %, times not
 /// decreasing.
 std::vector<TimedPose> read_tum(const std::string& path);
+
+/// The pose of a row whose quaternion begins at the words `x` to `x + 3` as qx qy qz qw. Throws
+/// Error unless its norm is 1 within 1 %.
+mrpt::poses::CPose3D pose_in(const TextRow& row, const Eigen::Vector3d& position,
+                             const std::array<std::size_t, 4>& quaternion);
+
+/// Whether rotations read as qx qy qz qw seem to be written qw qx qy qz: most are far from upright
+/// as they are read, and upright with the real part first.
+bool seems_real_part_first(const std::vector<TimedPose>& poses);
+/// What is said then of a file.
+std::string about_real_part_first(const std::string& path);
 
 /// Positions without orientation, such as those of a satellite receiver: rows `time x y z`, times
 /// not decreasing. The rotation of the poses is the identity and has no meaning.

@@ -48,6 +48,32 @@ LandmarkMatching match_by_distance(const std::vector<LandmarkEstimate>& estimate
   return matching;
 }
 
+std::vector<std::pair<std::int64_t, std::int64_t>> exchanged_ids(
+    const LandmarkMatching& matching, const std::vector<LandmarkEstimate>& estimates,
+    const std::vector<TrueLandmark>& truth) {
+  constexpr double kFar = 5;  // usual errors
+  const auto distance = [&](std::size_t e, std::size_t t) {
+    return (estimates[e].position - truth[t].position).norm();
+  };
+  std::vector<double> errors;
+  for (const auto& [e, t] : matching) errors.push_back(distance(e, t));
+  std::vector<std::pair<std::int64_t, std::int64_t>> out;
+  if (errors.size() < 3) return out;
+  std::vector<double> sorted = errors;
+  std::sort(sorted.begin(), sorted.end());
+  const double far = kFar * sorted[sorted.size() / 2];
+  for (std::size_t a = 0; a < matching.size(); ++a) {
+    for (std::size_t b = 0; b < a && errors[a] > far; ++b) {
+      const auto [ea, ta] = matching[a];
+      const auto [eb, tb] = matching[b];
+      if (errors[b] > far && distance(ea, tb) < far && distance(eb, ta) < far) {
+        out.emplace_back(truth[tb].id, truth[ta].id);
+      }
+    }
+  }
+  return out;
+}
+
 LandmarkErrors landmark_errors(const LandmarkMatching& matching,
                                const std::vector<LandmarkEstimate>& estimates,
                                const std::vector<TrueLandmark>& truth) {

@@ -26,6 +26,12 @@ LandmarkMatching match_by_id(const std::vector<LandmarkEstimate>& estimates,
 LandmarkMatching match_by_distance(const std::vector<LandmarkEstimate>& estimates,
                                    const std::vector<TrueLandmark>& truth, double radius);
 
+/// Ids of true landmarks that fit far better if exchanged, in pairs, where all others fit: two rows
+/// of a file of truth that were mixed up.
+std::vector<std::pair<std::int64_t, std::int64_t>> exchanged_ids(
+    const LandmarkMatching& matching, const std::vector<LandmarkEstimate>& estimates,
+    const std::vector<TrueLandmark>& truth);
+
 /// Errors of the matched landmarks, and how many estimated (spurious) and true (missed) ones are
 /// unmatched.
 struct LandmarkErrors {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <mrpt/math/wrap2pi.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
 
 #include <algorithm>
 #include <array>
@@ -14,106 +14,12 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/evaluation/ground_truth.h"
-#include "mrpt_plugins/import/detail/named_table.h"
+#include "mrpt_plugins/import/detail/table_odometry.h"
 
 namespace hybrid {
 namespace {
 
 using mrpt::poses::CPose3D;
-
-/// Whether the first row has eight numbers, as a TUM trajectory.
-bool is_tum(const std::string& path) {
-  const auto row = TextReader(path).next();
-  if (row->size() != 8) return false;
-  for (std::size_t i = 0; i < row->size(); ++i) {
-    if (!starts_like_a_number((*row)[i])) return false;
-  }
-  return true;
-}
-
-/// Whether all poses have the same z and no pitch or roll, within 1e-6.
-bool is_planar(const std::vector<TimedPose>& poses) {
-  constexpr double kDigits = 1e-6;
-  return std::all_of(poses.begin(), poses.end(), [&](const TimedPose& p) {
-    return std::abs(p.pose.z() - poses.front().pose.z()) < kDigits &&
-           std::abs(p.pose.pitch()) < kDigits && std::abs(p.pose.roll()) < kDigits;
-  });
-}
-
-/// The odometry, interpolated at rising times.
-class Odometry {
- public:
-  explicit Odometry(const std::string& path) {
-    if (is_tum(path)) {
-      poses_ = read_tum(path);
-      is_3d_ = !is_planar(poses_);
-    } else {
-      table_.emplace(path, std::vector<std::string>{"time", "x", "y", "z", "yaw", "pitch", "roll"});
-      table_->require({"time", "x", "y", "yaw"});
-      is_3d_ = table_->has("z");
-      if (is_3d_) table_->require({"pitch", "roll"});
-    }
-    advance();
-    if (after_) start_ = after_->time;
-    advance();
-  }
-
-  bool is_3d() const { return is_3d_; }
-  /// Time of the first pose; 0 if there is none.
-  double start() const { return start_; }
-
-  /// The pose at `time`; empty before the first pose and after the last one.
-  std::optional<CPose3D> at(double time) {
-    while (after_ && after_->time < time) advance();
-    if (!before_ || time < before_->time) return std::nullopt;
-    if (!after_) return time == before_->time ? std::optional(before_->pose) : std::nullopt;
-    const double f = (time - before_->time) / (after_->time - before_->time);
-    const CPose3D step = after_->pose - before_->pose;
-    const auto part = [f](double angle) { return f * mrpt::math::wrapToPi(angle); };
-    return before_->pose + CPose3D(f * step.x(), f * step.y(), f * step.z(), part(step.yaw()),
-                                   part(step.pitch()), part(step.roll()));
-  }
-
- private:
-  void advance() {
-    if (after_ || !before_) before_ = after_;
-    after_.reset();
-    if (table_) {
-      read_row();
-    } else if (read_ < poses_.size()) {
-      after_ = poses_[read_++];
-    }
-  }
-
-  void read_row() {
-    if (!table_->next()) return;
-    const double time = table_->time();
-    if (before_ && time <= before_->time) table_->fail("time", "time is not after the one above");
-    const double yaw = table_->number("yaw");
-    if (yaw_ && std::abs(yaw - *yaw_) > 2 * M_PI) {
-      table_->fail("yaw",
-                   fmt::format("yaw turns by {:.4g} in one row, over a full turn: angles are "
-                               "in radians",
-                               yaw - *yaw_));
-    }
-    yaw_ = yaw;
-    const auto space = [&](const char* name, bool is_angle) {
-      if (!is_3d_) return 0.0;
-      return is_angle ? table_->angle(name) : table_->number(name);
-    };
-    after_ = {time, CPose3D(table_->number("x"), table_->number("y"), space("z", false), yaw,
-                            space("pitch", true), space("roll", true))};
-  }
-
-  std::optional<NamedTable> table_;
-  std::vector<TimedPose> poses_;  // of a TUM file, which has no column names
-  std::size_t read_ = 0;          // poses of `poses_` used so far
-  bool is_3d_ = false;
-  double start_ = 0;
-  std::optional<double> yaw_;  // in the last row
-  std::optional<TimedPose> before_, after_;
-};
 
 const std::vector<std::string> kDetectionColumns{
     "time", "range",   "yaw",         "pitch",     "class",       "score",
@@ -121,7 +27,7 @@ const std::vector<std::string> kDetectionColumns{
 
 /// All classes of the columns p_NAME, or else in column class, sorted.
 std::vector<std::string> classes_in(const std::string& path) {
-  NamedTable table(path, kDetectionColumns);
+  NamedTable table(path, kDetectionColumns, kColumnAliases);
   const std::vector<std::string> probable = table.probable_classes();
   if (!probable.empty()) return probable;
   std::set<std::string> names;
@@ -208,15 +114,39 @@ class Steps {
     if (!frame_) return;
     const auto pose = odometry_.at(time_);
     if (!pose) {
-      log_.drop("detection dropped: no odometry before or after it", frame_->detections.size());
+      log_.drop("detection dropped: no odometry before or after it", count());
     } else {
-      ImportedStep step{time_, {}, {frame_}, {}};
-      if (last_) step.motion = motion_between(*last_, *pose, odometry_.is_3d(), options_);
+      ImportedStep step{time_, {}, observations(), {}};
+      if (odometry_.resets() > resets_) {
+        log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
+      } else if (last_) {
+        step.motion = motion_between(*last_, *pose, odometry_.is_3d(), options_);
+      }
+      resets_ = odometry_.resets();
       last_ = pose;
       log_.add(step);
     }
     frame_.reset();
+    ranges_.clear();
   }
+
+  /// Adds a range to what has an id, without a direction [m].
+  void add_range(double range, double sigma, std::int32_t id) {
+    auto& seen = ranges_[sigma > 0 ? sigma : options_.sigma_range];
+    if (!seen) {
+      seen = mrpt::obs::CObservationBeaconRanges::Create();
+      seen->sensorLabel = "DETECTOR";
+      seen->stdError = static_cast<float>(sigma > 0 ? sigma : options_.sigma_range);
+    }
+    const auto& p = options_.sensor_pose;
+    mrpt::obs::CObservationBeaconRanges::TMeasurement m;
+    m.sensorLocationOnRobot = {p[0], p[1], p[2]};
+    m.sensedDistance = static_cast<float>(range);
+    m.beaconID = id;
+    seen->sensedData.push_back(m);
+  }
+
+  void note() const { odometry_.note(log_); }
 
   bool is_of(double time) const { return frame_ && time == time_; }
   double time() const { return time_; }
@@ -224,9 +154,24 @@ class Steps {
   CObservationClassedBearingRange& frame() { return *frame_; }
 
  private:
+  std::vector<mrpt::obs::CObservation::Ptr> observations() const {
+    if (ranges_.empty()) return {frame_};
+    std::vector<mrpt::obs::CObservation::Ptr> all;
+    for (const auto& [sigma, seen] : ranges_) all.push_back(seen);
+    return all;
+  }
+  std::size_t count() const {
+    std::size_t count = frame_->detections.size();
+    for (const auto& [sigma, seen] : ranges_) count += seen->sensedData.size();
+    return count;
+  }
+
   const DetectionTablesOptions& options_;
   LogWriter& log_;
-  Odometry odometry_;
+  TableOdometry odometry_;
+  std::size_t resets_ = 0;  // of the odometry up to the last step
+  std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
+                                                                       // sigma
   CObservationClassedBearingRange::Ptr frame_;
   std::optional<CPose3D> last_;
   double time_ = -std::numeric_limits<double>::infinity();
@@ -257,8 +202,10 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   LogWriter log(output);
   const std::vector<std::string> classes =
       options.classes.empty() ? classes_in(options.detections) : options.classes;
-  NamedTable table(options.detections, kDetectionColumns);
-  table.require({"time", "yaw"});
+  NamedTable table(options.detections, kDetectionColumns, kColumnAliases);
+  const bool has_yaw = table.has("yaw");
+  if (has_yaw || !table.has("range") || !table.has("id")) table.require({"time", "yaw"});
+  table.require({"time"});
   for (const std::string& name : table.probable_classes()) {
     if (std::find(classes.begin(), classes.end(), name) == classes.end()) {
       table.refuse(fmt::format("column p_{}: unknown class; classes are: {}", name,
@@ -286,11 +233,18 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     }
     if (table.has("range") && table.number("range") <= 0) {
       log.drop("detection dropped: range not positive");
+    } else if (!has_yaw) {
+      steps.add_range(table.number("range"), table.sigma("sigma_range"),
+                      static_cast<std::int32_t>(table.id("id").value_or(-1)));
     } else {
       add_detection(table, classes, options.score, steps.frame());
     }
   }
   steps.end();
+  steps.note();
+  for (const std::string& name : table.ignored()) {
+    log.note(fmt::format("{}: column {} is left aside", table.path(), name));
+  }
   table.note_blanks(log);
   log.note_end(options.odometry);
   log.note_end(options.detections);

@@ -12,11 +12,13 @@ namespace HYBRID_API hybrid {
 
 /// Detections and odometry as comma-separated tables whose first row names the columns.
 struct DetectionTablesOptions {
-  /// Columns time, x, y, yaw or time, x, y, z, yaw, pitch, roll: odometry poses, [s], [m], [rad].
+  /// Columns time, x, y, yaw or time, x, y, z, yaw, pitch, roll, or quaternions qx, qy, qz, qw in
+  /// place of angles: odometry poses, [s], [m], [rad].
   std::string odometry;
   /// Columns time, yaw, and where they are measured range and pitch (positive: down); optional
   /// class, score, id, true_id, sigma_range, sigma_yaw, sigma_pitch; or instead of class and score
-  /// the probability of every class, p_NAME.
+  /// the probability of every class, p_NAME. With ranges and ids but no yaw, they are ranges to
+  /// beacons.
   std::string detections;
   std::vector<std::string> classes;  ///< Names; empty: those met in the table, sorted.
   double score = 1;  ///< Probability of the class of a detection where the table has none.

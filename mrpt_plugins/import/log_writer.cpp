@@ -8,6 +8,7 @@
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
@@ -98,6 +99,9 @@ void LogWriter::add(const ImportedStep& step) {
     observation->timestamp = stamp;
     if (const auto* seen = dynamic_cast<CObservationClassedBearingRange*>(observation.get())) {
       report_.detections += seen->detections.size();
+    } else if (const auto* ranges =
+                   dynamic_cast<mrpt::obs::CObservationBeaconRanges*>(observation.get())) {
+      report_.detections += ranges->sensedData.size();
     }
     frame.insert(observation);
   }

@@ -124,6 +124,11 @@ SourceOptions read_source_options(IniFile& ini) {
                  IniRange{-1e9, 1e9});
   options.reader.period = reader.get("period", options.reader.period,
                                      "between frames without a time stamp [s]", kPositiveDuration);
+  options.reader.arrival_window = reader.get(
+      "arrival_window", options.reader.arrival_window,
+      "single observations are put in the order of their stamps where they arrive at most so much "
+      "later than others, but not those of standard input [s]",
+      kDuration);
   options.reader.max_speed = reader.get(
       "max_speed", options.reader.max_speed,
       "odometry that leads farther in the time between frames, or in a period where that "

@@ -5,6 +5,9 @@
 
 #include <mrpt/poses/CPosePDFGaussian.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace hybrid {
 namespace {
 
@@ -52,6 +55,20 @@ OdometryIncrement odometry_between(const mrpt::poses::CPose2D& before,
   action.computeFromOdometry(after - before, options);
   const auto [covariance, mean] = action.poseChange->getCovarianceAndMean();
   return planar_increment({mean, covariance});
+}
+
+OdometryIncrement odometry_between(const mrpt::poses::CPose3D& before,
+                                   const mrpt::poses::CPose3D& after, const MotionModel& model) {
+  const mrpt::poses::CPose3D mean = after - before;
+  const double angle =
+      std::acos(std::clamp((mean.getRotationMatrix().asEigen().trace() - 1) / 2, -1.0, 1.0));
+  // The plane's motion of the same length and angle tells the sigmas.
+  const OdometryIncrement plane =
+      odometry_between(mrpt::poses::CPose2D(), {mean.norm(), 0, angle}, model);
+  Eigen::Matrix<double, 6, 1> variances;
+  variances.head<3>().setConstant(plane.covariance.diagonal().head<2>().maxCoeff());
+  variances.tail<3>().setConstant(plane.covariance(5, 5));
+  return {mean, variances.asDiagonal(), false};
 }
 
 bool is_sane(const OdometryIncrement& odometry) {

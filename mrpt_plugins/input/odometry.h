@@ -31,6 +31,9 @@ std::optional<OdometryIncrement> odometry_of(const LoggedMotion& motion);
 using MotionModel = mrpt::obs::CActionRobotMovement2D::TMotionModelOptions::TOptions_GaussianModel;
 OdometryIncrement odometry_between(const mrpt::poses::CPose2D& before,
                                    const mrpt::poses::CPose2D& after, const MotionModel& model);
+/// The same in space; heights and tilts have the noise of the plane.
+OdometryIncrement odometry_between(const mrpt::poses::CPose3D& before,
+                                   const mrpt::poses::CPose3D& after, const MotionModel& model);
 
 /// Whether mean and covariance are finite, the rotation is a rotation, and the covariance has no
 /// negative eigenvalue.

@@ -13,13 +13,16 @@
 #include <utility>
 
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/mrpt_version.h"
 
 namespace hybrid {
 namespace {
 
 using mrpt::obs::CObservationOdometry;
+using mrpt::obs::CObservationRobotPose;
 using mrpt::poses::CPose2D;
+using mrpt::poses::CPose3D;
 
 /// Limit of observations that wait for later odometry, for logs without any.
 constexpr std::size_t kMaxWaiting = 256;
@@ -30,10 +33,27 @@ constexpr const char* kTooFar =
 /// Multiple of the usual period beyond which frames count as missing.
 constexpr double kLongGap = 10;
 
-CPose2D interpolate(const CPose2D& a, const CPose2D& b, double fraction) {
+CPose2D between(const CPose2D& a, const CPose2D& b, double fraction) {
   const CPose2D step = b - a;
   return a + CPose2D(fraction * step.x(), fraction * step.y(), fraction * step.phi());
 }
+
+CPose3D between(const CPose3D& a, const CPose3D& b, double fraction) {
+  const CPose3D step = b - a;
+  const auto part = [&](double angle) { return fraction * mrpt::math::wrapToPi(angle); };
+  return a + CPose3D(fraction * step.x(), fraction * step.y(), fraction * step.z(),
+                     part(step.yaw()), part(step.pitch()), part(step.roll()));
+}
+
+/// Whether a pose is in the plane, up to rounding.
+bool is_planar(const CPose3D& pose) {
+  constexpr double kDigits = 1e-6;
+  return std::abs(pose.z()) < kDigits && std::abs(pose.pitch()) < kDigits &&
+         std::abs(pose.roll()) < kDigits;
+}
+
+/// Share of odometry readings with a stamp of others from which the clock is too coarse.
+constexpr double kCoarseClock = 0.5;
 
 /// Adds the content and points of an observation to a step.
 void add(const LoggedObservation& observation, LogStep& step) {
@@ -51,16 +71,25 @@ RawlogReader::RawlogReader(const std::string& path, const RawlogOptions& options
     : objects_(path, options.request, options.libraries),
       options_(options),
       last_time_(-options.period),
-      action_stamp_(INVALID_TIMESTAMP) {}
+      action_stamp_(INVALID_TIMESTAMP),
+      arrivals_(is_standard_input(path) ? 0 : options.arrival_window) {}
+
+Eigen::Vector3d RawlogReader::OdometryPose::position() const {
+  if (space) return {space->x(), space->y(), space->z()};
+  return {plane.x(), plane.y(), 0};
+}
 
 std::optional<LogStep> RawlogReader::next() {
   while (ready_.empty()) {
     const auto object = objects_.next();
     if (object) {
       std::visit([this](const auto& kind) { take(kind); }, *object);
-    } else if (!waiting_.empty()) {
+    } else if (drain(true); !waiting_.empty()) {
       release_until(std::numeric_limits<double>::infinity());
-    } else {
+    } else if (ready_.empty() && emitted_ == 0 && unused_) {
+      ready_.emplace_back().time = *unused_;
+      ++emitted_;
+    } else if (ready_.empty()) {
       return std::nullopt;
     }
   }
@@ -94,15 +123,15 @@ std::optional<OdometryIncrement> RawlogReader::checked(std::optional<OdometryInc
 }
 
 void RawlogReader::take(const LoggedFrame& frame) {
+  drain(true);
   LogStep step;
   auto stamp = INVALID_TIMESTAMP;
-  std::optional<CPose2D> absolute;
+  std::optional<OdometryPose> absolute;
   for (const LoggedObservation& observation : frame.observations) {
     ++observations_[escaped(without_namespace(observation.class_name))];
     if (stamp == INVALID_TIMESTAMP) stamp = observation.time;
-    if (const auto* odometry =
-            dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
-      absolute = odometry->odometry;
+    if (const auto pose = pose_in(observation)) {
+      absolute = pose;
     } else {
       add(observation, step);
     }
@@ -123,10 +152,28 @@ void RawlogReader::take(const LoggedObservation& observation) {
   static const std::string kComment = CLASS_ID(mrpt::obs::CObservationComment)->className;
   ++observations_[escaped(without_namespace(observation.class_name))];
   if (observation.class_name == kComment) return;
-  if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(observation.content.get())) {
-    take_odometry(*odometry);
+  const bool is_stamped = observation.time != INVALID_TIMESTAMP;
+  const double time =
+      is_stamped ? seconds_of(observation.time) : arrivals_.newest().value_or(last_time_);
+  if (!observation.content && observation.points.empty()) {
+    if (!unused_) unused_ = time + options_.clock_offset;
     return;
   }
+  arrivals_.add(time, observation);
+  drain(false);
+}
+
+/// Takes what nothing can come before any more, or `all` that has arrived.
+void RawlogReader::drain(bool all) {
+  while (const auto observation = arrivals_.next(all)) take_in_order(*observation);
+}
+
+void RawlogReader::take_in_order(const LoggedObservation& observation) {
+  if (const auto pose = pose_in(observation)) {
+    take_odometry(observation.time, *pose);
+    return;
+  }
+  if (dynamic_cast<const CObservationRobotPose*>(observation.content.get()) != nullptr) return;
   const double time = time_of(observation.time);
   if (time < last_time_) {
     ++warnings_["observation dropped: time goes backwards"];
@@ -141,20 +188,52 @@ void RawlogReader::take(const LoggedObservation& observation) {
   add(observation, waiting_.back());
 }
 
-void RawlogReader::take_odometry(const CObservationOdometry& odometry) {
-  if (!is_finite(odometry.odometry)) {
+/// The pose by odometry that an observation tells. That of the robot counts where the log has no
+/// other; where another begins, what is known so far is in another frame.
+std::optional<RawlogReader::OdometryPose> RawlogReader::pose_in(
+    const LoggedObservation& observation) {
+  const auto* content = observation.content.get();
+  if (const auto* odometry = dynamic_cast<const CObservationOdometry*>(content)) {
+    if (!has_odometry_ && after_) start_odometry_anew();
+    has_odometry_ = true;
+    return OdometryPose{odometry->odometry, std::nullopt};
+  }
+  const auto* seen = dynamic_cast<const CObservationRobotPose*>(content);
+  if (seen == nullptr || has_odometry_) return std::nullopt;
+  const CPose3D& pose = seen->pose.mean;
+  OdometryPose out{CPose2D(pose), std::nullopt};
+  if (!is_planar(pose) || (last_pose_ && last_pose_->space)) out.space = pose;
+  return out;
+}
+
+void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryPose& pose) {
+  if (!is_finite(pose.plane) || !pose.position().allFinite()) {
     ++warnings_["odometry dropped: not finite or covariance not valid"];
     return;
   }
-  const double time = time_of(odometry.timestamp);
+  const double time = time_of(stamp);
   if (after_ && time < after_->time) {
     ++warnings_["odometry dropped: time goes backwards"];
     return;
   }
+  ++readings_;
+  if (after_ && time == after_->time && pose.position() != after_->pose.position()) ++repeated_;
+  if (reset_.at(pose.position())) {
+    ++warnings_["odometry dropped: it starts anew, so that the motion there is not known"];
+    start_odometry_anew();
+  }
   before_ = after_;
-  after_ = {time, odometry.odometry};
+  after_ = {time, pose};
   // Further observations with the time of this odometry may follow.
   release_until(std::nextafter(after_->time, 0.0));
+}
+
+/// Ends the odometry so far: what comes is in another frame.
+void RawlogReader::start_odometry_anew() {
+  before_.reset();
+  release_until(std::numeric_limits<double>::infinity());
+  after_.reset();
+  last_pose_.reset();
 }
 
 void RawlogReader::release_until(double time) {
@@ -176,9 +255,21 @@ void RawlogReader::release_front() {
   emit(std::move(step));
 }
 
-void RawlogReader::move_to(LogStep& step, const CPose2D& pose) {
-  if (last_pose_)
-    step.odometry = checked(odometry_between(*last_pose_, pose, options_.motion_model));
+RawlogReader::OdometryPose RawlogReader::interpolate(const OdometryPose& a, const OdometryPose& b,
+                                                     double fraction) {
+  OdometryPose out{between(a.plane, b.plane, fraction), std::nullopt};
+  if (b.space) out.space = between(a.space.value_or(CPose3D(a.plane)), *b.space, fraction);
+  return out;
+}
+
+void RawlogReader::move_to(LogStep& step, const OdometryPose& pose) {
+  if (last_pose_) {
+    const MotionModel& model = options_.motion_model;
+    step.odometry = checked(
+        pose.space ? odometry_between(last_pose_->space.value_or(CPose3D(last_pose_->plane)),
+                                      *pose.space, model)
+                   : odometry_between(last_pose_->plane, pose.plane, model));
+  }
   last_pose_ = pose;
 }
 
@@ -196,7 +287,7 @@ double RawlogReader::reach(double time) const {
 }
 
 bool RawlogReader::is_within_reach(const TimedOdometry& before, const TimedOdometry& after) const {
-  return before.pose.distanceTo(after.pose) <= reach(after.time - before.time);
+  return (after.pose.position() - before.pose.position()).norm() <= reach(after.time - before.time);
 }
 
 void RawlogReader::drop_implausible(LogStep& step) {
@@ -209,6 +300,15 @@ void RawlogReader::drop_implausible(LogStep& step) {
 DropReport RawlogReader::warnings() const {
   DropReport all = warnings_;
   for (const std::string& note : objects_.notes()) ++all[note];
+  if (static_cast<double>(repeated_) > kCoarseClock * static_cast<double>(readings_)) {
+    ++all[fmt::format(
+        "{} of {} stamps of the odometry are that of the one before, although the "
+        "robot moves: the clock is too coarse, and the result doubtful",
+        repeated_, readings_)];
+  }
+  if (!has_odometry_ && observations_.count("CObservationRobotPose") != 0) {
+    ++all["the log has no odometry but poses of the robot: they are taken for it"];
+  }
   return all;
 }
 

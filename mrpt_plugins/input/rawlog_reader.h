@@ -6,6 +6,7 @@
 #include <mrpt/math/TPoint3D.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 
 #include <cstddef>
 #include <deque>
@@ -14,7 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "mrpt_plugins/input/arrival_order.h"
 #include "mrpt_plugins/input/odometry.h"
+#include "mrpt_plugins/input/odometry_reset.h"
 #include "mrpt_plugins/rawlog/object_reader.h"
 
 namespace HYBRID_API hybrid {
@@ -44,6 +47,9 @@ struct RawlogOptions {
   /// Odometry that is faster over the time of a step, or over a period if that is longer, counts as
   /// damaged [m/s].
   double max_speed = 100.0;
+  /// Single observations are put in the order of their stamps where they arrive at most so much
+  /// later than others [s]; never those of standard input, where nothing is to wait.
+  double arrival_window = 2.0;
   /// Further classes of observations to read, and libraries that define them.
   LogRequest request = {};
   std::vector<std::string> libraries = {};
@@ -55,14 +61,18 @@ struct RawlogOptions {
 /// one. A log may begin with a sensory frame, which is step 0 (MRPT's own pair reader drops it).
 /// Actions after the last frame are left out.
 ///
-/// Observations only: consecutive observations with one timestamp make a step. Its pose is
-/// interpolated between the CObservationOdometry before and after it, and is that of the nearest
-/// one at the ends of the log.
+/// Observations only: they are put in the order of their stamps, as far as they arrive within a
+/// window; equal stamps keep the order of the file. Observations with one timestamp make a step.
+/// Its pose is interpolated between the CObservationOdometry before and after it, and is that of
+/// the nearest one at the ends of the log. CObservationRobotPose is taken for odometry where the
+/// log has no other. Observations that nobody asked for make no step, unless the log has no others.
+/// Where odometry starts anew, the motion is not known.
 ///
 /// Frames without a valid timestamp get that of the last frame plus the period, the first one 0.
 /// Where time goes backwards, frames are kept in the order of the file with the time of the last
-/// frame; single observations and odometry readings are dropped. Gaps of over ten times the usual
-/// period are counted as missing frames: the odometry across them is used unchanged.
+/// frame; single observations and odometry readings that are later than the window are dropped.
+/// Gaps of over ten times the usual period are counted as missing frames: the odometry across them
+/// is used unchanged.
 class RawlogReader {
  public:
   /// Throws Error if the file is missing or cannot be opened.
@@ -82,9 +92,15 @@ class RawlogReader {
   const std::map<std::string, std::size_t>& observations() const { return observations_; }
 
  private:
+  /// A pose by odometry, in space where it is not in the plane.
+  struct OdometryPose {
+    mrpt::poses::CPose2D plane;
+    std::optional<mrpt::poses::CPose3D> space;
+    Eigen::Vector3d position() const;
+  };
   struct TimedOdometry {
     double time;
-    mrpt::poses::CPose2D pose;
+    OdometryPose pose;
   };
 
   void take(const LoggedActions& actions);
@@ -92,8 +108,13 @@ class RawlogReader {
   void take(const LoggedObservation& observation);
   void take(const LoggedPoints&) {}
   void take(const OtherObject& other);
-  void take_odometry(const mrpt::obs::CObservationOdometry& odometry);
-  void move_to(LogStep& step, const mrpt::poses::CPose2D& pose);
+  void take_in_order(const LoggedObservation& observation);
+  std::optional<OdometryPose> pose_in(const LoggedObservation& observation);
+  void take_odometry(mrpt::system::TTimeStamp stamp, const OdometryPose& pose);
+  void start_odometry_anew();
+  void drain(bool all);
+  void move_to(LogStep& step, const OdometryPose& pose);
+  static OdometryPose interpolate(const OdometryPose& a, const OdometryPose& b, double fraction);
   void release_until(double time);
   void release_front();
   void emit(LogStep step);
@@ -123,7 +144,12 @@ class RawlogReader {
   // Observations only.
   std::deque<LogStep> waiting_;  // for later odometry
   std::optional<TimedOdometry> before_, after_;
-  std::optional<mrpt::poses::CPose2D> last_pose_;  // odometry at the last released step
+  std::optional<OdometryPose> last_pose_;  // odometry at the last released step
+  ArrivalOrder<LoggedObservation> arrivals_;
+  std::optional<double> unused_;  // time of the first observation that nobody asked for
+  bool has_odometry_ = false;     // of its own kind, so that poses of the robot are none
+  OdometryReset reset_;
+  std::size_t readings_ = 0, repeated_ = 0;  // of odometry; with the stamp of the one before
 };
 
 }  // namespace hybrid

@@ -74,14 +74,21 @@ std::vector<std::string> choose_plugins(const LogContents& log) {
   return chosen;
 }
 
+/// The class that a log has its odometry in; poses of the robot where it has no other.
+std::string odometry_in(const std::map<std::string, std::size_t>& observations) {
+  const bool has_own = observations.count("CObservationOdometry") != 0;
+  return has_own ? "CObservationOdometry" : "CObservationRobotPose";
+}
+
 std::map<std::string, ObservationUse> observation_uses(
     const std::map<std::string, std::size_t>& observations,
     const std::vector<std::shared_ptr<MappingPlugin>>& plugins) {
   std::map<std::string, ObservationUse> out;
+  const std::string odometry = odometry_in(observations);
   for (const auto& [name, count] : observations) {
     if (name == "CObservationComment") continue;
     ObservationUse use{count, {}};
-    if (name == "CObservationOdometry") use.users.push_back("odometry");
+    if (name == odometry) use.users.push_back("odometry");
     for (const auto& plugin : plugins) {
       if (uses(*plugin, name)) use.users.push_back(name_of(*plugin));
     }
@@ -94,7 +101,7 @@ std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses
   std::vector<std::string> unused;
   std::string advice = "-p loads further plugins";
   for (const auto& [name, use] : uses_of_log) {
-    if (name == "CObservationOdometry") continue;
+    if (name == "CObservationOdometry" || name == "CObservationRobotPose") continue;
     if (!use.users.empty())
       return "nothing that the plugins saw became a landmark; what was dropped tells why";
     std::vector<std::string> could;

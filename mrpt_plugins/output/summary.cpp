@@ -117,6 +117,21 @@ Json to_json(const CalibrationEstimate& calibration) {
   return out;
 }
 
+/// Limits that are infinite become null.
+Json to_json(const Health& health) {
+  Json out = Json::array();
+  for (const HealthEntry& e : health) {
+    const auto limit = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
+    out.push_back({{"name", e.name},
+                   {"value", e.value},
+                   {"expected", {limit(e.least), limit(e.most)}},
+                   {"verdict", to_string(e.verdict)},
+                   {"sentence", e.sentence},
+                   {"knob", e.knob}});
+  }
+  return out;
+}
+
 /// Quantile `q` of sorted values, interpolated linearly.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
@@ -175,6 +190,7 @@ Json summary_json(const Summary& s) {
   out["dropped"] = Json::object();
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
+  out["health"] = to_json(s.health);
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   const auto localized = [](const std::optional<std::size_t>& at) {
@@ -211,6 +227,7 @@ Json summary_json(const GraphSummary& s) {
   }
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
+  out["health"] = to_json(s.health);
   for (const MemberSummary& member : s.members) {
     out["members"].push_back({{"method", member.method},
                               {"objective", member.objective},

@@ -15,6 +15,7 @@
 #include "mrpt_plugins/evaluation/landmark_metrics.h"
 #include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
+#include "mrpt_plugins/health/health.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/mode_writer.h"
@@ -77,6 +78,7 @@ struct Summary {
   std::map<std::string, double> statistics;            ///< figures of the plugins, by name
   std::map<std::string, std::size_t> dropped;          ///< reason -> number of measurements
   std::vector<std::string> warnings;
+  Health health;  ///< what the run says about itself
   std::vector<CalibrationEstimate> calibration;
   std::map<std::string, std::size_t> modes;  ///< mode of motion -> number of motions
   bool uses_map = false;                     ///< the log is localised in a given map
@@ -115,6 +117,7 @@ struct GraphSummary {
   std::size_t first_hypotheses = 0;  ///< of those, with the first hypothesis of the file chosen
   std::string note;                  ///< left out when empty
   std::optional<double> variance_factor;  ///< of the measurements
+  Health health;                          ///< what the run says about itself
   std::vector<MemberSummary> members;
   std::string start;                 ///< initial values of the solver; left out when empty
   std::vector<StartSummary> starts;  ///< starts compared; left out if there are none

@@ -9,6 +9,7 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/serialization/CArchive.h>
 
 #include <memory>
@@ -23,6 +24,7 @@ using mrpt::obs::CObservation2DRangeScan;
 using mrpt::obs::CObservationBeaconRanges;
 using mrpt::obs::CObservationBearingRange;
 using mrpt::obs::CObservationOdometry;
+using mrpt::obs::CObservationRobotPose;
 using Classed = CObservationClassedBearingRange;
 
 enum class Form : std::uint8_t {
@@ -32,7 +34,8 @@ enum class Form : std::uint8_t {
   kBearingRange,
   kClassed,
   kBeacons,
-  kScan
+  kScan,
+  kRobotPose
 };
 
 void put_count(ByteWriter& out, std::size_t count, const char* what) {
@@ -58,6 +61,14 @@ void write(ByteWriter& out, const CObservationOdometry& o) {
 
 void read(ByteReader& in, CObservationOdometry& o) {
   o.odometry = read_pose_2d(in);
+}
+
+void write(ByteWriter& out, const CObservationRobotPose& o) {
+  write_pose(out, o.pose.mean);
+}
+
+void read(ByteReader& in, CObservationRobotPose& o) {
+  o.pose.mean = read_pose_3d(in);
 }
 
 void write(ByteWriter& out, const CObservationBearingRange& o) {
@@ -220,6 +231,8 @@ CObservation::Ptr read_content(ByteReader& in, const std::string& class_name,
       return read_as<CObservationBeaconRanges>(in);
     case Form::kScan:
       return read_as<CObservation2DRangeScan>(in);
+    case Form::kRobotPose:
+      return read_as<CObservationRobotPose>(in);
   }
   throw Error("it has an unknown form");
 }
@@ -238,7 +251,8 @@ void write_observation(ByteWriter& out, const LoggedObservation& observation,
              !write_as<CObservationBearingRange>(Form::kBearingRange, out, content) &&
              !write_as<Classed>(Form::kClassed, out, content) &&
              !write_as<CObservationBeaconRanges>(Form::kBeacons, out, content) &&
-             !write_as<CObservation2DRangeScan>(Form::kScan, out, content)) {
+             !write_as<CObservation2DRangeScan>(Form::kScan, out, content) &&
+             !write_as<CObservationRobotPose>(Form::kRobotPose, out, content)) {
     out.put(static_cast<std::uint8_t>(Form::kAbsent));
   }
   write_points(out, observation.points);

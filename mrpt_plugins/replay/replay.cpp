@@ -20,6 +20,7 @@
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/detail/film.h"
+#include "mrpt_plugins/replay/detail/judgement.h"
 #include "mrpt_plugins/replay/detail/map_place.h"
 #include "mrpt_plugins/replay/detail/movie.h"
 #include "mrpt_plugins/replay/detail/result_files.h"
@@ -166,7 +167,7 @@ Summary summarize(const LogMerge& source, const Plugins& plugins, const Mapper& 
       summary.dropped[what] += count;
       continue;
     }
-    summary.warnings.push_back(fmt::format("{} ({} times)", what, count));
+    summary.warnings.push_back(count == 1 ? what : fmt::format("{} ({} times)", what, count));
   }
   warn(summary, mapper.warnings());
   warn(summary, last.warnings);
@@ -293,8 +294,7 @@ std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Tr
                                         const Provenance& provenance) {
   std::vector<std::string> out = ini.warnings();
   for (std::size_t i = 0; i < truths.size(); ++i) {
-    std::string odd = truths[i].warning(parts[i].result.dead_reckoning, parts[i].log_rows);
-    if (!odd.empty()) out.push_back(std::move(odd));
+    for (std::string& odd : truths[i].warnings(parts[i])) out.push_back(std::move(odd));
   }
   for (const Provenance::Input& input : provenance.inputs) {
     if (!input.warning.empty()) out.push_back(input.path + ": " + input.warning);
@@ -369,6 +369,7 @@ ReplayOutcome replay(const ReplayRequest& request,
                         signal};
   Summary& summary = outcome.summary;
   summary.chosen_plugins = settings.chosen;
+  summary.health = judge_run(request, settings, mapper, result);
   place.tell(result, summary);
   tell(team, summary);
   const std::vector<RobotPart> parts =

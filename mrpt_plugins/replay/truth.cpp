@@ -22,6 +22,13 @@ namespace {
 constexpr std::size_t kNoRow = ~std::size_t{0};  // of the log: a pose of another robot
 constexpr double kMaxTimeDifference = 0.05;      // s, between a pose and its truth in a TUM file
 
+/// Whether the odometry tells of no motion at all, as where a log has none.
+bool stands_still(const Trajectory& dead_reckoning) {
+  return std::all_of(dead_reckoning.begin(), dead_reckoning.end(), [&](const TimedPose& pose) {
+    return pose.pose == dead_reckoning.front().pose;
+  });
+}
+
 }  // namespace
 
 Truth::Truth(const std::string& path_file, const std::string& map_file,
@@ -36,6 +43,7 @@ Truth::Truth(const std::string& path_file, const std::string& map_file,
       T_robot_point_ = {point.x(), point.y(), point.z(), 0, 0, 0};
     } else if (has_times_) {
       truth_.path = read_tum(path_file);
+      real_part_first_ = seems_real_part_first(truth_.path);
     } else {
       may_end_early_ = is_numbered_path(path_file);
       for (const auto& pose :
@@ -97,10 +105,26 @@ void Truth::move(const std::optional<mrpt::poses::CPose3D>& origin,
   }
 }
 
-std::string Truth::warning(const Trajectory& dead_reckoning,
-                           const std::vector<std::size_t>& log_rows) const {
+std::vector<std::string> Truth::warnings(const RobotPart& part) const {
+  std::vector<std::string> out;
+  const std::string path = about_path(part);
+  if (!path.empty()) out.push_back(path);
+  const auto& found = part.result.landmarks;
+  for (const auto& [a, b] :
+       exchanged_ids(match_by_id(found, truth_.landmarks), found, truth_.landmarks)) {
+    out.push_back(
+        fmt::format("{}: landmarks {} and {} of the truth fit if exchanged", map_file_, a, b));
+  }
+  return out;
+}
+
+/// What is odd about the true path; "" where nothing is.
+std::string Truth::about_path(const RobotPart& part) const {
   if (truth_.path.empty()) return "";
-  if (may_be_same_motion(pairs(dead_reckoning, log_rows).poses, content_)) return "";
+  if (real_part_first_) return about_real_part_first(path_file_);
+  const Trajectory& dead_reckoning = part.result.dead_reckoning;
+  if (stands_still(dead_reckoning)) return "";
+  if (may_be_same_motion(pairs(dead_reckoning, part.log_rows).poses, content_)) return "";
   return path_file_ +
          ": the motions that it tells are not those of the odometry; is it the truth of another "
          "log?";

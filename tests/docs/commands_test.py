@@ -135,6 +135,7 @@ def make_files():
     odometry = "time,x,y,yaw\n" + "".join(f"{t},{t},0,0\n" for t in range(4))
     seen = "time,range,yaw,class,score,id\n" + "".join(
         f"{t},{math.hypot(5 - t, 1):.4f},{math.atan2(1, 5 - t):.4f},tree,0.9,17\n" for t in range(4))
+    subprocess.run([sys.executable, ROOT / "scripts/detector_world.py", "world", "seed=1", "seconds=10"], check=True)
     os.mkdir("tables")
     for folder in (".", "tables"):
         pathlib.Path(folder, "odometry.csv").write_text(odometry, encoding="utf-8")

@@ -50,7 +50,7 @@ FLOORS = {
         {"rawlog"},
         {"input"},
         {"mapping"},
-        {"plugins", "evaluation"},
+        {"plugins", "evaluation", "health"},
         {"output"},
         {"report", "map_file"},
         {"replay"},

@@ -85,7 +85,7 @@ export class ErrorView {
     add('After the best rigid motion of all paths onto the truth', t, series('aligned'));
     add('By dead reckoning', t, series('reckoned'));
   }
-  /** How far sightings are from where they were expected: noise as stated gives the expected shares. */
+  /** How far sightings are from where they were expected: of those accepted, since a gate cuts the others. */
   private addSightings() {
     const { nis, chi } = this.data.sightings, width = 0.5, bins = 24;
     const some = (values: (number | null)[]) => values.some(v => v !== null);
@@ -95,7 +95,7 @@ export class ErrorView {
     const freedom = this.data.dimension === 3 ? 3 : 2;
     const plot = histogramPlot('Shares of the sightings by squared sigmas', 'squared sigmas', width, bins, groups,
         [{ label: `expected (${freedom} numbers each)`, color: 'truth', dash: [6, 3], values: chiSquareShares(freedom, width, bins) }],
-        'The last bin has all beyond. More to the left than expected: noise is stated too large; more to the right: too small.');
+        'The last bin has all beyond. Only accepted sightings are here: a gate cuts what is too far, so that noise stated too small hardly shows; what misfits becomes copies, movers and clutter instead, which the tab Health counts. More to the left than expected is usual.');
     this.plots.unshift(plot);
     this.root.append(plot.root);
   }

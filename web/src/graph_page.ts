@@ -6,6 +6,7 @@ import { boxOf, CanvasMap } from './canvas_map';
 import { GraphData } from './data';
 import { el, facts, link, percent, show } from './dom';
 import { isTyping, Tabs, theme } from './frame';
+import { healthView } from './health_view';
 import { histogramPlot } from './histogram';
 import { OrbitView, spaceSwitch, Strand } from './orbit';
 import { themed } from './palette';
@@ -161,7 +162,7 @@ export function graphPage(data: GraphData) {
     map.root.append(orbit.root);
     bar.prepend(spaceSwitch(orbit));
   }
-  const tabs = new Tabs([{ name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'About', root: aboutView(data.summary) }]);
+  const tabs = new Tabs([{ name: 'Health', root: healthView(data.summary.health) }, { name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'About', root: aboutView(data.summary) }]);
   const truth = data.summary.truth?.trajectory;
   const header = el('header', {}, el('h1', {}, data.title || 'Pose graph'), el('span', { class: 'quiet head-line' },
       `${data.summary.method}: ${data.after.x.length} poses, ${closures.i.length} closures` + (truth ? `, path rmse ${show(truth.rmse_m)} m` : '')),

@@ -8,6 +8,7 @@ import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
 import { chiSquareShares, shares } from './histogram';
+import { healthView } from './health_view';
 import { History } from './history';
 import { LandmarkView } from './landmark_view';
 import { MapView } from './map_view';
@@ -33,6 +34,7 @@ export function mapPage(data: MapData) {
   const errors = new ErrorView(data, state);
   const orbit = data.dimension === 3 ? inSpace(data) : null;
   const list: Tab[] = [
+    { name: 'Health', root: healthView(data.summary.health) },
     { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
     { name: 'Closures', root: merges.root }, { name: 'Solver', root: solver.root },
     { name: 'Errors', root: errors.root }, { name: 'About', root: aboutView(data.summary) },
@@ -142,7 +144,7 @@ function keys(e: KeyboardEvent, data: MapData, state: State, view: MapView, time
     '/': () => search.focus(), d: () => document.getElementById('theme')!.click(),
     Escape: () => state.set({ landmark: null, sighting: null, closure: null }),
   };
-  for (let i = 1; i <= 6; ++i) actions[String(i)] = () => tabs.open(i - 1);
+  for (let i = 1; i <= 7; ++i) actions[String(i)] = () => tabs.open(i - 1);
   const action = actions[e.key];
   if (!action || (e.key === ' ' && e.target instanceof HTMLButtonElement)) return;
   e.preventDefault();

@@ -86,11 +86,11 @@ await test('a landmark that is pressed shows the probabilities of landmarks.json
     const landmark = json(join(classed, 'landmarks.json')).landmarks.find(l => l.id === 14);
     const at = await p.evaluate(() => window.report.view.screen(14));
     await p.click('.map canvas', { position: { x: at[0], y: at[1] } });
-    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 14');
-    const shown = await p.$$eval('#pane-0 .bars > div', rows => rows.map(r => [r.children[0].textContent, Number(r.children[2].dataset.p)]));
+    assert.equal(await p.textContent('#pane-1 h2'), 'Landmark 14');
+    const shown = await p.$$eval('#pane-1 .bars > div', rows => rows.map(r => [r.children[0].textContent, Number(r.children[2].dataset.p)]));
     assert.equal(shown.length, Object.keys(landmark.class_probabilities).length);
     for (const [name, value] of shown) assert.ok(Math.abs(value - landmark.class_probabilities[name]) <= 5e-7, name);
-    const facts = await p.textContent('#pane-0 .facts');
+    const facts = await p.textContent('#pane-1 .facts');
     assert.ok(facts.includes(String(landmark.sightings)));
     assert.ok(facts.includes(String(Number(landmark.position[0].toPrecision(4)))));
     clean(faults);
@@ -113,7 +113,7 @@ await test('a landmark shows what a camera saw, with a ring where its estimate i
   const u = c - f * (-sin * dx + cos * dy) / (cos * dx + sin * dy);
   await withPage(file, desktop, async (p, faults) => {
     await p.evaluate(([id, at]) => window.report.state.set({ landmark: id, keyframe: at }), [mark.id, k]);
-    assert.ok((await p.textContent('#pane-0 section:has(.photograph)')).includes(`left at keyframe ${k}, a sighting`));
+    assert.ok((await p.textContent('#pane-1 section:has(.photograph)')).includes(`left at keyframe ${k}, a sighting`));
     const line = p.locator('.photograph .line');  // heights are unknown in the plane
     assert.ok(Math.abs(Number(await line.getAttribute('data-u')) - u) < 0.2);
     const box = await p.locator('.photograph').boundingBox(), at = await line.boundingBox();
@@ -219,19 +219,19 @@ await test('the slider shows the estimate as it then was', () =>
 
 await test('the table answers why a sighting was given to its landmark', () =>
   withPage(page(unknown), desktop, async (p, faults) => {
-    await p.keyboard.press('2');
+    await p.keyboard.press('3');
     const lines = readFileSync(join(unknown, 'events.jsonl'), 'utf8').trim().split('\n').map(l => JSON.parse(l));
     const sightings = lines.filter(l => l.event === 'sighting');
-    assert.ok((await p.textContent('#pane-1 .bar')).includes(sightings.length.toLocaleString('en')));
+    assert.ok((await p.textContent('#pane-2 .bar')).includes(sightings.length.toLocaleString('en')));
     const one = sightings.find(s => s.landmark !== null && s.candidates?.length > 1 && s.candidates[0].landmark === s.landmark);
     await p.evaluate(n => window.report.state.set({ sighting: n }), one.sighting);
-    const text = await p.textContent('#pane-1 .why');
+    const text = await p.textContent('#pane-2 .why');
     assert.ok(text.startsWith(`Sighting ${one.sighting}`));
-    const rows = await p.$$eval('#pane-1 .small-table tbody tr', all => all.map(r => [...r.children].map(c => c.textContent)));
+    const rows = await p.$$eval('#pane-2 .small-table tbody tr', all => all.map(r => [...r.children].map(c => c.textContent)));
     assert.equal(parseInt(rows[0][0]), one.candidates[0].landmark);
     assert.ok(Math.abs(Number(rows[0][1]) - one.candidates[0].nis) <= 1e-3 * one.candidates[0].nis + 1e-3);
-    await p.selectOption('#pane-1 select', 'new');
-    const births = await p.textContent('#pane-1 .bar .quiet');
+    await p.selectOption('#pane-2 select', 'new');
+    const births = await p.textContent('#pane-2 .bar .quiet');
     assert.ok(parseInt(births) > 0 && parseInt(births) < sightings.length);
     clean(faults);
   }));
@@ -241,14 +241,14 @@ await test('everything can be done with keys alone', () =>
     await p.keyboard.press('/');
     await p.keyboard.type('3');
     await p.keyboard.press('Enter');
-    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 3');
+    assert.equal(await p.textContent('#pane-1 h2'), 'Landmark 3');
     await p.keyboard.press('Escape');
     await p.keyboard.press('n');
-    assert.equal(await p.textContent('#pane-0 h2'), 'Landmark 4');
+    assert.equal(await p.textContent('#pane-1 h2'), 'Landmark 4');
     await p.keyboard.press('Shift+ArrowLeft');
     const last = json(join(classed, 'summary.json')).keyframes - 1;
     assert.match(await p.textContent('.now'), new RegExp(`^keyframe ${last - 10} of`));
-    for (const key of ['2', '3', '4', '5', '6']) {
+    for (const key of ['2', '3', '4', '5', '6', '7']) {
       await p.keyboard.press(key);
       assert.equal(await p.getAttribute(`#tab-${Number(key) - 1}`, 'aria-selected'), 'true');
     }
@@ -263,9 +263,9 @@ await test('the objective is told half-step by half-step', () =>
   withPage(page(classed), desktop, async (p, faults) => {
     const lines = readFileSync(join(classed, 'events.jsonl'), 'utf8').trim().split('\n').map(l => JSON.parse(l));
     const flipped = lines.find(l => l.event === 'change' && l.flips.length);
-    await p.keyboard.press('4');
+    await p.keyboard.press('5');
     await p.evaluate(k => window.report.state.set({ keyframe: k }), flipped.keyframe);
-    const text = await p.textContent('#pane-3');
+    const text = await p.textContent('#pane-4');
     assert.match(text, /the objective never rose/);
     assert.ok(text.includes(flipped.flips[0].variable));
     clean(faults);
@@ -274,7 +274,7 @@ await test('the objective is told half-step by half-step', () =>
 await test('shares of the sightings add up, and are those that honest noise expects', () =>
   withPage(page(unknown), desktop, async (p, faults) => {
     await p.click('.tabs button:has-text("Errors")');
-    await p.waitForSelector('#pane-4 figure:has-text("squared sigmas") canvas');
+    await p.waitForSelector('#pane-5 figure:has-text("squared sigmas") canvas');
     const { all, first, expected } = await p.evaluate(() => {
       const { shares, chiSquareShares } = window.report.histogram, sum = list => list.reduce((a, b) => a + b, 0);
       const nis = shares(window.report.data.sightings.nis, 0.5, 24), honest = chiSquareShares(2, 0.5, 24);
@@ -304,7 +304,7 @@ await test('a map in space turns', () =>
 
 await test('a screen of 390 pixels is enough', () =>
   withPage(page(unknown), phone, async (p, faults) => {
-    for (const tab of ['Landmark', 'Why', 'Closures', 'Solver', 'Errors', 'About']) {
+    for (const tab of ['Health', 'Landmark', 'Why', 'Closures', 'Solver', 'Errors', 'About']) {
       await p.click(`.tabs button:has-text("${tab}")`);
       await p.waitForTimeout(80);
       assert.ok((await p.evaluate(() => document.documentElement.scrollWidth)) <= 390, tab);
@@ -340,14 +340,14 @@ await test('a pose graph: before, after, closures', async () => {
   run('hybrid-pgo', graph, '--method', 'selection', '-o', out, '--report');
   await withPage(page(out), desktop, async (p, faults) => {
     const rows = readFileSync(join(out, 'loops.csv'), 'utf8').trim().split('\n').slice(1);
-    assert.ok((await p.textContent('#pane-0 .bar')).includes(`${rows.length} of ${rows.length}`));
+    assert.ok((await p.textContent('#pane-1 .bar')).includes(`${rows.length} of ${rows.length}`));
     const rejected = rows.filter(r => r.includes('rejected')).length;
     assert.ok(rejected > 0);
-    await p.selectOption('#pane-0 select', 'rejected');
-    assert.ok((await p.textContent('#pane-0 .bar .quiet')).startsWith(`${rejected} of`));
-    await p.click('#pane-0 .row');
-    assert.match(await p.textContent('#pane-0 .why'), /rejected/);
-    await p.waitForSelector('#pane-0 figure:has-text("probability that they are right") canvas');
+    await p.selectOption('#pane-1 select', 'rejected');
+    assert.ok((await p.textContent('#pane-1 .bar .quiet')).startsWith(`${rejected} of`));
+    await p.click('#pane-1 .row');
+    assert.match(await p.textContent('#pane-1 .why'), /rejected/);
+    await p.waitForSelector('#pane-1 figure:has-text("probability that they are right") canvas');
     await p.keyboard.press('b');
     assert.equal(await p.textContent('#before'), 'before');
     clean(faults);
@@ -358,11 +358,11 @@ await test('a pose graph online: when a closure was decided', async () => {
   const graph = join(scratch, 'graph.g2o'), out = join(scratch, 'online');
   run('hybrid-pgo', graph, '--online', '--trusted', 'odometry', '-o', out, '--report');
   await withPage(page(out), desktop, async (p, faults) => {
-    await p.selectOption('#pane-0 select', 'accepted');
-    await p.click('#pane-0 .row');
+    await p.selectOption('#pane-1 select', 'accepted');
+    await p.click('#pane-1 .row');
     const { i, history } = await p.evaluate(() => window.report.data.closures);
     assert.ok(history.length === i.length && history.every(h => h.length > 0));
-    assert.match(await p.textContent('#pane-0 .why'), /accepted at pose \d+/);
+    assert.match(await p.textContent('#pane-1 .why'), /accepted at pose \d+/);
     clean(faults);
   });
 });

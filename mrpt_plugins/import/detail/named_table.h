@@ -36,14 +36,25 @@ inline bool is_probability(std::string_view name) {
          name.substr(0, kProbabilityPrefix.size()) == kProbabilityPrefix;
 }
 
-/// A table with commas whose first row names its columns; `known` with p_NAME has any such.
+/// Other names of columns, and those that they are read as.
+using ColumnAliases = std::map<std::string, std::string>;
+
+/// A table with commas whose first row names its columns; `known` with p_NAME has any such. Columns
+/// that number the rows are left aside.
 class NamedTable {
  public:
-  NamedTable(const std::string& path, const std::vector<std::string>& known) : table_(path) {
+  NamedTable(const std::string& path, const std::vector<std::string>& known,
+             const ColumnAliases& aliases = {})
+      : table_(path) {
     const bool has_probabilities = std::find(known.begin(), known.end(), "p_NAME") != known.end();
     const auto header = table_.next();
     for (std::size_t i = 0; i < header->size(); ++i) {
-      const std::string name((*header)[i]);
+      std::string name((*header)[i]);
+      if (is_row_number(name)) {
+        ignored_.push_back(name);
+        continue;
+      }
+      if (const auto alias = aliases.find(name); alias != aliases.end()) name = alias->second;
       if (starts_like_a_number(name)) {
         header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",
                                     in_quotes(name), fmt::join(known, " ")));
@@ -59,6 +70,9 @@ class NamedTable {
   }
 
   bool has(const std::string& name) const { return columns_.count(name) != 0; }
+  /// Columns that number the rows.
+  const std::vector<std::string>& ignored() const { return ignored_; }
+  const std::string& path() const { return table_.name(); }
   /// Classes that have a column of probabilities, sorted.
   std::vector<std::string> probable_classes() const {
     std::vector<std::string> names;
@@ -109,6 +123,9 @@ class NamedTable {
     if (!has(name) || word(name).empty() || number(name) == 0) return 0;
     return stated_sigma(*row_, columns_.at(name));
   }
+  /// The row, and the place of a column in it.
+  const TextRow& row() const { return *row_; }
+  std::size_t column(const std::string& name) const { return columns_.at(name); }
   /// Tells the log how many fields were blank, by column.
   void note_blanks(LogWriter& log) const {
     for (const auto& [name, count] : blank_) {
@@ -126,7 +143,12 @@ class NamedTable {
   }
 
  private:
+  static bool is_row_number(const std::string& name) {
+    return name == "num" || name == "index" || name == "row" || name == "seq";
+  }
+
   TextReader table_;
+  std::vector<std::string> ignored_;
   std::size_t rows_ = 0;
   std::map<std::string, std::size_t> blank_;  // fields by column
   TextRow header_;

@@ -64,9 +64,9 @@ class Truth {
 
   const GroundTruth& get() const { return truth_; }
 
-  /// What is odd about the true path, given the dead reckoning of the log; "" where nothing is.
-  std::string warning(const Trajectory& dead_reckoning,
-                      const std::vector<std::size_t>& log_rows) const;
+  /// What is odd about the true path, given the dead reckoning of the log, and about the ids of the
+  /// true landmarks, given those of the map.
+  std::vector<std::string> warnings(const RobotPart& part) const;
 
   /// What the path file tells of each pose.
   TruthContent content() const { return content_; }
@@ -80,6 +80,7 @@ class Truth {
   Pairs pairs(const Trajectory& estimate, const std::vector<std::size_t>& log_rows) const;
 
  private:
+  std::string about_path(const RobotPart& part) const;
   /// The origin of the map in the frame of the truth.
   mrpt::poses::CPose3D origin_of_map(const Trajectory& estimate,
                                      const std::vector<std::size_t>& log_rows) const;
@@ -90,6 +91,7 @@ class Truth {
   std::vector<std::string> landmark_classes_;  // one per landmark, empty where unknown
   bool has_times_ = false;                     // else row i belongs to step first_step_ + i
   std::size_t first_step_ = 0;
+  bool real_part_first_ = false;  // of the quaternions, as it seems
   bool may_end_early_ = false;  // steps after the last row are not known
   TruthContent content_ = TruthContent::kPoses;
   mrpt::poses::CPose3D T_robot_point_;  // what the positions are those of

@@ -118,8 +118,8 @@ TEST_F(Tables, FaultsAreNamed) {
                      "score not within 0 and 1");
   expect_table_error("time,x,y\n0,0,0\n", "time,range,yaw\n0,1,0\n",
                      "odometry.csv:1:1: no column 'yaw'");
-  expect_table_error("time,x,y,yaw\n0,0,0,0\n0,0,0,0\n", "time,range,yaw\n0,1,0\n",
-                     "odometry.csv:3:1: time is not after");
+  expect_table_error("time,x,y,yaw\n1,0,0,0\n0,0,0,0\n", "time,range,yaw\n0,1,0\n",
+                     "odometry.csv:3:1: time is before");
   expect_table_error(odometry, "time,range,yaw\n0,1,69\n",
                      "detections.csv:2:5: yaw 69 is beyond 2 pi: angles are in radians");
   expect_table_error(odometry, "time;range;yaw\n0;1,5;0\n", "decimals are written with a point");

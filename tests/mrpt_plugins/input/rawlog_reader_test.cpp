@@ -338,7 +338,9 @@ TEST(RawlogReader, TimeThatGoesBackwardsAndGaps) {
   write_log(log.path(), {absolute_odometry(0, {0, 0, 0}), observation(1), observation(0.5),
                          absolute_odometry(2, {2, 0, 0}), absolute_odometry(1, {9, 9, 0}),
                          observation(3), absolute_odometry(4, {4, 0, 0})});
-  RawlogReader alone(log.path());
+  RawlogOptions in_order_of_arrival;
+  in_order_of_arrival.arrival_window = 0;
+  RawlogReader alone(log.path(), in_order_of_arrival);
   std::vector<LogStep> steps;
   while (auto step = alone.next()) steps.push_back(*step);
   ASSERT_EQ(steps.size(), 2U);

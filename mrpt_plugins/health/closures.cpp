@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/health/closures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hybrid {
+namespace {
+
+/// Most closures of a sound front end are true: from half of them on the noise is in doubt, and
+/// where nearly all go, it is the noise and not they.
+constexpr UpperLimits kRejectedLimits{0.5, 0.9};
+constexpr std::size_t kFewestClosures = 5;
+constexpr double kNarrow = 3;  // nats: odds of 20 to 1
+
+HealthEntry entry_on_rejected(std::size_t rejected, std::size_t all) {
+  HealthEntry entry;
+  entry.name = "closures rejected";
+  entry.value = static_cast<double>(rejected) / static_cast<double>(all);
+  entry.most = kRejectedLimits.doubtful;
+  entry.verdict = judge(entry.value, kRejectedLimits);
+  entry.sentence = fmt::format("{} of {} loop closures were rejected.", rejected, all);
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob =
+        "the information of the graph: where noise is stated too small, true closures "
+        "seem false";
+  }
+  return entry;
+}
+
+HealthEntry entry_on_margin(double least) {
+  HealthEntry entry;
+  entry.name = "least margin of a closure";
+  entry.value = least;
+  entry.least = kNarrow;
+  entry.most = std::numeric_limits<double>::infinity();
+  entry.verdict = least < kNarrow ? HealthVerdict::kDoubtful : HealthVerdict::kGood;
+  entry.sentence = fmt::format(
+      "The closure that was decided most narrowly has log odds of {:.2g} for its decision.", least);
+  if (entry.verdict != HealthVerdict::kGood) entry.knob = "loops.csv, column margin";
+  return entry;
+}
+
+}  // namespace
+
+Health closure_health(const std::vector<JudgedClosure>& closures) {
+  Health health;
+  if (closures.size() < kFewestClosures) return health;
+  std::size_t rejected = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const JudgedClosure& closure : closures) {
+    rejected += closure.accepted ? 0 : 1;
+    if (closure.checkable && std::isfinite(closure.margin)) {
+      least = std::min(least, std::abs(closure.margin));
+    }
+  }
+  health.push_back(entry_on_rejected(rejected, closures.size()));
+  if (std::isfinite(least)) health.push_back(entry_on_margin(least));
+  return health;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/export.h"
+
+namespace HYBRID_API hybrid {
+
+/// What a quantity says of a result.
+enum class HealthVerdict { kGood, kDoubtful, kBad };
+
+/// One quantity that a run tells about itself, without any truth.
+struct HealthEntry {
+  std::string name;
+  double value = 0;
+  /// Limits that the value is within in a good result; where there is none, infinite.
+  double least = 0, most = 0;
+  HealthVerdict verdict = HealthVerdict::kGood;
+  std::string sentence;  ///< what it means, plain
+  std::string knob;      ///< what to look at or to change first; empty where the verdict is good
+};
+
+using Health = std::vector<HealthEntry>;
+
+/// "good", "doubtful" or "bad".
+const char* to_string(HealthVerdict verdict);
+
+/// The worst verdict of all; good where there is none.
+HealthVerdict worst(const Health& health);
+
+/// The limits of a quantity whose large values are bad.
+struct UpperLimits {
+  double doubtful = 0, bad = 0;
+};
+
+/// The verdict about a value with these limits.
+HealthVerdict judge(double value, const UpperLimits& limits);
+
+}  // namespace hybrid

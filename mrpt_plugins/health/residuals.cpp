@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/health/detail/run_facts.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMostFactors = 200;  // of a kind, evenly over the run
+/// Sigmas are wrong by a factor of so much: what they are squared is the ratio below.
+constexpr double kDoubtfulFactor = 1.5, kBadFactor = 2;
+/// Stated too large does less harm than too small: by so much.
+constexpr double kDoubtfulExcess = 3, kBadExcess = 4;
+constexpr double kSure = 0.999;  // probability at which a ratio is not by chance
+constexpr double kLeastRedundancy = 10;
+
+/// Squared sigmas of some rows, and how many were expected.
+struct SquaredSigmas {
+  double sum = 0, redundancy = 0;
+  void add(double squared, double leverage) {
+    sum += squared;
+    redundancy += std::max(0.0, 1 - leverage);
+  }
+  double ratio() const { return sum / redundancy; }
+};
+
+struct KindOfFactor {
+  const char* factor;  // its name
+  int first, last;     // rows
+  const char* name;
+  const char* knob;
+};
+
+constexpr KindOfFactor kKinds[] = {
+    {"bearing-range", 0, 0, "ranges of detections", "[sensor] sigma_range"},
+    {"bearing-range", 1, 2, "bearings of detections", "[sensor] sigma_yaw_deg"},
+    {"bearing", 0, 1, "bearings without range", "[sensor] sigma_yaw_deg"},
+    {"range", 0, 0, "ranges to beacons", "[BeaconRanges] sigma"},
+};
+
+/// Every n-th factor of a name, so that there are at most so many.
+std::vector<const ContinuousFactor*> some(const std::vector<const ContinuousFactor*>& all,
+                                          const std::string& name) {
+  std::vector<const ContinuousFactor*> named;
+  for (const ContinuousFactor* factor : all) {
+    if (factor->name() == name) named.push_back(factor);
+  }
+  const std::size_t every = named.size() / kMostFactors + 1;
+  std::vector<const ContinuousFactor*> out;
+  for (std::size_t i = 0; i < named.size(); i += every) out.push_back(named[i]);
+  return out;
+}
+
+SquaredSigmas squared_sigmas(const RunFacts& facts, const KindOfFactor& kind) {
+  SquaredSigmas out;
+  for (const ContinuousFactor* factor : some(facts.factors, kind.factor)) {
+    Eigen::VectorXd r(factor->rows());
+    Eigen::MatrixXd J(factor->rows(), factor->cols());
+    try {
+      const auto x = gather(factor->keys(), factor->types(), facts.run.estimate.values);
+      factor->linearize(x.data(), r.data(), J.data());
+      const Eigen::MatrixXd P = facts.marginals->joint_covariance(factor->keys());
+      const int last = std::min(kind.last, factor->rows() - 1);
+      for (int row = kind.first; row <= last; ++row) {
+        out.add(r[row] * r[row], (J.row(row) * P * J.row(row).transpose()).value());
+      }
+    } catch (const Error&) {
+      // what is not determined, or has left the window, says nothing
+    }
+  }
+  return out;
+}
+
+/// Whether a ratio is not by chance above, or below, what it should be.
+bool is_above(const SquaredSigmas& s) {
+  return s.sum > chi_square_quantile(kSure, static_cast<int>(std::lround(s.redundancy)));
+}
+bool is_below(const SquaredSigmas& s) {
+  return s.sum < chi_square_quantile(1 - kSure, static_cast<int>(std::lround(s.redundancy)));
+}
+
+HealthVerdict verdict_on(const SquaredSigmas& s, bool associates) {
+  const double factor = std::sqrt(s.ratio());
+  if (is_above(s)) return judge(factor, {kDoubtfulFactor, kBadFactor});
+  if (!is_below(s)) return HealthVerdict::kGood;
+  // With known ids, noise stated too large makes covariances too large and nothing else.
+  const double bad = associates ? kBadExcess : std::numeric_limits<double>::infinity();
+  return judge(1 / factor, {kDoubtfulExcess, bad});
+}
+
+std::string sentence_on(const KindOfFactor& kind, double factor) {
+  if (factor > kDoubtfulFactor) {
+    return fmt::format("The {} scatter {:.2g} times as much as their stated noise allows.",
+                       kind.name, factor);
+  }
+  if (factor < 1 / kDoubtfulExcess) {
+    return fmt::format("The {} scatter {:.2g} times less than their stated noise.", kind.name,
+                       1 / factor);
+  }
+  return fmt::format("The {} scatter as their stated noise says.", kind.name);
+}
+
+}  // namespace
+
+void check_residuals(const RunFacts& facts, Health& health) {
+  if (!facts.marginals) return;
+  for (const KindOfFactor& kind : kKinds) {
+    const SquaredSigmas s = squared_sigmas(facts, kind);
+    if (s.redundancy < kLeastRedundancy) continue;
+    HealthEntry entry;
+    entry.name = std::string("noise of ") + kind.name;
+    entry.value = std::sqrt(s.ratio());
+    entry.least = 1 / kDoubtfulExcess;
+    entry.most = kDoubtfulFactor;
+    entry.verdict = verdict_on(s, facts.run.associates);
+    entry.sentence = sentence_on(kind, entry.value);
+    if (entry.verdict != HealthVerdict::kGood) entry.knob = kind.knob;
+    health.push_back(std::move(entry));
+  }
+}
+
+}  // namespace hybrid

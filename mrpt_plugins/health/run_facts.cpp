@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/health/detail/run_facts.h"
+
+#include <algorithm>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/calibrated_bearing_range.h"
+
+namespace hybrid {
+namespace {
+
+template <class Factor>
+bool add_sighting_of(const ContinuousFactor& factor, RunFacts& facts) {
+  const auto* seen = dynamic_cast<const Factor*>(&factor);
+  if (seen == nullptr) return false;
+  const auto& z = seen->measured();
+  const FactOfSighting fact{factor.keys()[0].index(),
+                            static_cast<std::int64_t>(factor.keys()[1].index()), z[0], z[1]};
+  facts.sightings.push_back(fact);
+  facts.seen_from[fact.landmark].insert(fact.pose);
+  return true;
+}
+
+bool leads_from_pose_to_pose(const ContinuousFactor& factor) {
+  return factor.keys().size() == 2 && factor.keys()[0].letter() == key_letter::kPose &&
+         factor.keys()[1].letter() == key_letter::kPose;
+}
+
+void add_motion(const ContinuousFactor& factor, RunFacts& facts) {
+  if (!leads_from_pose_to_pose(factor)) return;
+  const std::size_t from = factor.keys()[0].index();
+  FactOfMotion motion{factor.keys()[1].index(), {}, {}};
+  if (const auto plane = factor.relative_pose_2d()) {
+    motion.measured = to_isometry(plane->measured);
+    motion.covariance = planar_to_6d(plane->information.inverse());
+  } else if (const auto space = factor.relative_pose_3d()) {
+    motion.measured = to_isometry(space->measured);
+    motion.covariance = space->information.inverse();
+  } else {
+    return;
+  }
+  if (motion.to > from) facts.motions.emplace(from, motion);
+}
+
+void add_fact(const ContinuousFactor& factor, RunFacts& facts) {
+  facts.factors.push_back(&factor);
+  if (add_sighting_of<BearingRange<SE2>>(factor, facts) ||
+      add_sighting_of<BearingRange<SE3>>(factor, facts) ||
+      add_sighting_of<CalibratedBearingRange<SE2>>(factor, facts) ||
+      add_sighting_of<CalibratedBearingRange<SE3>>(factor, facts)) {
+    return;
+  }
+  add_motion(factor, facts);
+}
+
+}  // namespace
+
+RunFacts::RunFacts(const RunToJudge& run) : run(run) {
+  run.graph.continuous().for_each(
+      [&](Handle, const ContinuousFactorPtr& factor) { add_fact(*factor, *this); });
+  run.graph.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
+    const Component component = factor->given(run.estimate.assignment);
+    const auto& keys = factor->discrete_keys();
+    const bool is_range = !keys.empty() && keys.front().key.letter() == key_letter::kRangeChoice;
+    if (is_range) {
+      ++ranges;
+      if (component.factor == nullptr) ++false_ranges;
+    }
+    if (component.factor != nullptr) add_fact(*component.factor, *this);
+  });
+  try {
+    marginals.emplace(run.graph, run.estimate);
+  } catch (const Error&) {
+    // the checks that need covariances are left out
+  }
+}
+
+Eigen::Isometry3d RunFacts::pose(std::size_t i) const {
+  return isometry_at(run.estimate.values, Key(key_letter::kPose, i));
+}
+
+Health run_health(const RunToJudge& run) {
+  Health health;
+  const RunFacts facts(run);
+  check_landmarks(facts, health);
+  check_detections(facts, health);
+  check_path(facts, health);
+  check_residuals(facts, health);
+  return health;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/timed_pose.h"
+#include "mrpt_plugins/import/detail/named_table.h"
+#include "mrpt_plugins/import/log_writer.h"
+#include "mrpt_plugins/input/odometry_reset.h"
+
+namespace hybrid {
+
+/// Names of columns that others use.
+inline const ColumnAliases kColumnAliases{
+    {"t", "time"},      {"timestamp", "time"},  {"stamp", "time"},  {"distance", "range"},
+    {"bearing", "yaw"}, {"theta", "yaw"},       {"heading", "yaw"}, {"elevation", "pitch"},
+    {"label", "class"}, {"confidence", "score"}};
+
+/// The odometry, interpolated at times that do not fall. Where several poses have one time stamp,
+/// the first ends the motion before it and the last begins that after it.
+class TableOdometry {
+ public:
+  explicit TableOdometry(const std::string& path);
+
+  bool is_3d() const { return is_3d_; }
+  /// Time of the first pose; 0 if there is none.
+  double start() const { return start_; }
+
+  /// How often it had started anew before the last pose that at() gave: poses before and after are
+  /// not in one frame.
+  std::size_t resets() const { return frame_; }
+
+  /// Notes what is odd about it.
+  void note(LogWriter& log) const;
+
+  /// The pose at `time`; empty before the first pose and after the last one, and where it starts
+  /// anew.
+  std::optional<mrpt::poses::CPose3D> at(double time);
+
+ private:
+  void advance();
+  void read_row();
+  void note_place(const mrpt::poses::CPose3D& pose);
+
+  std::string path_;
+  std::optional<NamedTable> table_;
+  std::vector<TimedPose> poses_;  // of a file with quaternions
+  OdometryReset reset_;
+  bool is_new_ = false;  // whether it starts anew at `after_`
+  std::size_t resets_ = 0, frame_ = 0, repeated_ = 0;
+  std::size_t read_ = 0;  // poses of `poses_` used so far
+  bool is_3d_ = false;
+  double start_ = 0;
+  std::optional<double> yaw_;  // in the last row
+  std::optional<TimedPose> before_, after_;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/replay/settings.h"
+
+namespace hybrid {
+
+/// What a map says about itself. If the request asks for it, every other detection is mapped apart
+/// from the rest, and both paths are compared; `settings` chose the plugins. Throws Error where a
+/// log can be read but once.
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
+                 const MapResult& result);
+
+}  // namespace hybrid

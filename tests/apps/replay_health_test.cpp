@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/apps/replay_runner.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kLog = HYBRID_SOURCE_DIR "/rawlogs/classed_demo.rawlog";
+const std::string kHidden = kLog + " --set sensor.ids=none";
+
+class ReplayHealthTest : public ReplayTest {
+ protected:
+  static Json entry(const Json& summary, const std::string& name) {
+    for (const Json& e : summary.at("health")) {
+      if (e.at("name") == name) return e;
+    }
+    return {};
+  }
+  static std::size_t bad(const Json& summary) {
+    std::size_t count = 0;
+    for (const Json& e : summary.at("health")) count += e.at("verdict") == "bad" ? 1 : 0;
+    return count;
+  }
+};
+
+TEST_F(ReplayHealthTest, ARightMapIsNotCalledBadAndIsAllWell) {
+  const Json summary = summary_of(kHidden + " --strict", 0);
+  EXPECT_GE(summary.at("health").size(), 5U);
+  EXPECT_EQ(bad(summary), 0U) << summary.at("health").dump(1);
+  for (const Json& e : summary.at("health")) {
+    EXPECT_TRUE(e.at("value").is_number()) << e.dump();
+    EXPECT_EQ(e.at("expected").size(), 2U);
+    EXPECT_FALSE(e.at("sentence").get<std::string>().empty());
+  }
+}
+
+TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
+  const std::string wrong =
+      kHidden + " --set sensor.sigma_range=0.01 --set sensor.sigma_yaw_deg=0.1";
+  const Ran ran = run_replay(wrong + " --no-pictures -o " + at("out"));
+  EXPECT_EQ(ran.code, 0);  // the status is what it was
+  EXPECT_NE(ran.text.find("Look at:"), std::string::npos) << ran.text;
+  const Json summary = summary_of(wrong + " --strict", 2);
+  EXPECT_EQ(summary.at("status"), "ok");
+  EXPECT_GT(bad(summary), 0U);
+  EXPECT_FALSE(
+      entry(summary, "noise of ranges of detections").at("knob").get<std::string>().empty());
+}
+
+TEST_F(ReplayHealthTest, TwoIdsOfTheTruthThatWereExchangedAreNamed) {
+  const std::string truth = HYBRID_SOURCE_DIR "/rawlogs/classed_demo_ground_truth.txt";
+  std::ifstream file(truth);
+  std::string text, line;
+  while (std::getline(file, line)) {
+    std::istringstream words(line);
+    std::string x, y, z, a, b, c, id, rest;
+    if (line[0] != '%' && words >> x >> y >> z >> a >> b >> c >> id) {
+      std::getline(words, rest);
+      id = id == "2" ? "3" : id == "3" ? "2" : id;
+      line = x + " " + y + " " + z + " " + a + " " + b + " " + c + " " + id;
+    }
+    text += line + "\n";
+  }
+  const std::string path = HYBRID_SOURCE_DIR "/rawlogs/classed_demo_ground_truth_robot_path.txt";
+  const std::string known = kLog + " --truth-path " + path + " --truth-map ";
+  const Json mixed = summary_of(known + write("mixed.txt", text), 0);
+  ASSERT_EQ(mixed.at("warnings").size(), 1U);
+  const std::string warning = mixed.at("warnings")[0];
+  EXPECT_NE(warning.find("landmarks 2 and 3 of the truth fit if exchanged"), std::string::npos)
+      << warning;
+  EXPECT_EQ(summary_of(known + truth, 0).at("warnings").size(), 0U);
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/health/run_health.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libhybrid/core/key_letters.h"
+#include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "tests/support/random.h"
+
+namespace hybrid {
+namespace {
+
+using testing::Random;
+
+constexpr int kPoses = 400, kThings = 12;
+constexpr double kRangeSigma = 0.1, kYawSigma = 0.01, kMoveSigma = 0.02, kTurnSigma = 0.01;
+
+/// What is stated wrongly.
+struct Stated {
+  double range = 1, move = 1;  ///< sigmas, times so much
+  bool copies = false;         ///< a second landmark for every second thing
+  int late = 0;                ///< keyframes by which the motion lags
+  int seen = 1;                ///< one of so many looks sees
+};
+
+Key pose_key(int i) {
+  return Key(key_letter::kPose, static_cast<std::uint64_t>(i));
+}
+Key point_key(int k) {
+  return Key(key_letter::kLandmark, static_cast<std::uint64_t>(k));
+}
+
+/// A robot that turns and speeds up and down among things; everything is where it really is.
+class Walk {
+ public:
+  explicit Walk(const Stated& stated) : random_(7), stated_(stated) {
+    place_poses();
+    place_things();
+    add_motions();
+    for (int i = 0; i < kPoses; ++i) look_from(i);
+  }
+
+  Health health(bool associates = true) const {
+    return run_health({graph_, estimate_, result_, dropped_, associates});
+  }
+
+  std::map<std::string, std::size_t> dropped_;
+
+ private:
+  void place_poses() {
+    SE2 pose;
+    for (int i = 0; i < kPoses; ++i) {
+      estimate_.values.insert(pose_key(i), pose);
+      result_.trajectory.push_back({0.5 * i, to_mrpt(pose)});
+      pose = pose * SE2::exp(Eigen::Vector3d(0.3 + 0.2 * std::sin(0.3 * i), 0,
+                                             0.08 + 0.07 * std::sin(0.23 * i)));
+    }
+  }
+  void place_things() {
+    for (int k = 0; k < kThings; ++k) {
+      const double a = 2 * M_PI * k / kThings;
+      add_landmark(k, {8 * std::cos(a), 4 + 8 * std::sin(a)});
+      if (stated_.copies && k % 2 == 0) {
+        add_landmark(100 + k, {8.1 * std::cos(a), 4 + 8.1 * std::sin(a)});
+      }
+    }
+  }
+  void add_landmark(int id, const Eigen::Vector2d& at) {
+    estimate_.values.insert(point_key(id), at);
+    LandmarkEstimate landmark;
+    landmark.id = id;
+    landmark.position = {at.x(), at.y(), 0};
+    landmark.class_index = id % 2;
+    result_.landmarks.push_back(landmark);
+  }
+  void add_motions() {
+    graph_.emplace<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3));
+    const Noise noise =
+        Noise::diagonal(Eigen::Vector3d(kMoveSigma, kMoveSigma, kTurnSigma) * stated_.move);
+    for (int i = 0; i + 1 < kPoses; ++i) {
+      const int from = std::min(i + stated_.late, kPoses - 2);
+      const SE2 truth = estimate_.values.at<SE2>(pose_key(from)).inverse() *
+                        estimate_.values.at<SE2>(pose_key(from + 1));
+      const Eigen::Vector3d error(random_.normal(kMoveSigma), random_.normal(kMoveSigma),
+                                  random_.normal(kTurnSigma));
+      graph_.emplace<Between<SE2>>(pose_key(i), pose_key(i + 1), truth * SE2::exp(error), noise);
+    }
+  }
+  void look_from(int i) {
+    const Noise noise = Noise::diagonal(Eigen::Vector2d(kRangeSigma * stated_.range, kYawSigma));
+    const SE2 T = estimate_.values.at<SE2>(pose_key(i));
+    for (int k = 0; k < kThings; ++k) {
+      const int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
+      const Eigen::Vector2d p = T.inverse() * estimate_.values.at<Eigen::Vector2d>(point_key(id));
+      const double yaw = std::atan2(p.y(), p.x());
+      if (p.norm() > 10 || std::abs(yaw) > 1) continue;
+      if (random_.below(stated_.seen) != 0) continue;
+      graph_.emplace<BearingRange<SE2>>(
+          pose_key(i), point_key(id),
+          Eigen::Vector2d(p.norm() + random_.normal(kRangeSigma), yaw + random_.normal(kYawSigma)),
+          noise);
+    }
+  }
+
+  Random random_;
+  Stated stated_;
+  HybridGraph graph_;
+  Estimate estimate_;
+  MapResult result_;
+};
+
+const HealthEntry* find(const Health& health, const std::string& name) {
+  for (const HealthEntry& entry : health) {
+    if (entry.name == name) return &entry;
+  }
+  return nullptr;
+}
+
+HealthVerdict verdict_of(const Health& health, const std::string& name) {
+  const HealthEntry* entry = find(health, name);
+  if (entry == nullptr) {
+    ADD_FAILURE() << "no entry " << name;
+    return HealthVerdict::kGood;
+  }
+  EXPECT_FALSE(entry->sentence.empty()) << name;
+  EXPECT_EQ(entry->knob.empty(), entry->verdict == HealthVerdict::kGood) << name;
+  return entry->verdict;
+}
+
+Stated stated(double range, double move) {
+  Stated s;
+  s.range = range;
+  s.move = move;
+  return s;
+}
+
+TEST(RunHealth, IsGoodWhereAllIsAsStated) {
+  const Health health = Walk({}).health();
+  EXPECT_GE(health.size(), 5U);
+  for (const HealthEntry& entry : health) {
+    EXPECT_EQ(entry.verdict, HealthVerdict::kGood) << entry.name << " " << entry.value;
+  }
+  EXPECT_NEAR(find(health, "noise of ranges of detections")->value, 1, 0.2);
+  EXPECT_NEAR(find(health, "path against odometry")->value, 1, 0.3);
+}
+
+TEST(RunHealth, NoiseOfRangesThatIsStatedWrongly) {
+  const char* name = "noise of ranges of detections";
+  EXPECT_EQ(verdict_of(Walk(stated(0.25, 1)).health(), name), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of(Walk(stated(0.57, 1)).health(), name), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict_of(Walk(stated(6, 1)).health(), name), HealthVerdict::kBad);
+  // With known ids larger noise spoils nothing.
+  EXPECT_EQ(verdict_of(Walk(stated(6, 1)).health(false), name), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict_of(Walk(stated(0.25, 1)).health(), "noise of bearings of detections"),
+            HealthVerdict::kGood);
+}
+
+TEST(RunHealth, OdometryThatIsTooSureOrTooUnsure) {
+  const char* name = "path against odometry";
+  EXPECT_EQ(verdict_of(Walk(stated(1, 0.25)).health(), name), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of(Walk(stated(1, 10)).health(), name), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of(Walk(stated(1, 2)).health(), name), HealthVerdict::kGood);
+}
+
+TEST(RunHealth, CopiesAreLandmarksBesideOthersThatAreNeverSeenWithThem) {
+  Stated s;
+  s.copies = true;
+  const Health health = Walk(s).health();
+  EXPECT_EQ(verdict_of(health, "copies of landmarks"), HealthVerdict::kBad);
+  EXPECT_NEAR(find(health, "copies of landmarks")->value, 0.5, 1e-9);
+  EXPECT_EQ(find(Walk(s).health(false), "copies of landmarks"), nullptr);  // ids tell them apart
+}
+
+TEST(RunHealth, LandmarksThatAreHardlySeenWhenInView) {
+  Stated s;
+  s.seen = 8;
+  EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kBad);
+}
+
+TEST(RunHealth, AClockThatIsLate) {
+  Stated s;
+  s.late = 1;
+  const Health health = Walk(s).health();
+  EXPECT_EQ(verdict_of(health, "clock of the detections"), HealthVerdict::kBad);
+  EXPECT_NEAR(find(health, "clock of the detections")->value, 0.5, 0.2);
+}
+
+TEST(RunHealth, SharesOfWhatWasNotUsed) {
+  Walk walk({});
+  walk.dropped_["detection dropped: its thing moves"] = 300;
+  walk.dropped_["detection taken for clutter: its landmark was not seen again"] = 10000;
+  const Health health = walk.health();
+  EXPECT_EQ(verdict_of(health, "detections without a landmark"), HealthVerdict::kBad);
+  EXPECT_EQ(verdict_of(health, "detections of moving things"), HealthVerdict::kGood);
+}
+
+TEST(RunHealth, OfNextToNothing) {
+  HybridGraph graph;
+  Estimate estimate;
+  MapResult result;
+  const std::map<std::string, std::size_t> none;
+  EXPECT_TRUE(run_health({graph, estimate, result, none, true}).empty());
+  estimate.values.insert(pose_key(0), SE2());
+  result.trajectory.push_back({0, {}});
+  graph.emplace<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3));
+  EXPECT_TRUE(run_health({graph, estimate, result, none, true}).empty());
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <fmt/format.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+
+#include <cmath>
+
+#include "mrpt_plugins/import/detection_tables.h"
+#include "tests/mrpt_plugins/import/import_files.h"
+
+namespace hybrid {
+namespace {
+
+class TableConventions : public ImportTest {
+ protected:
+  ImportReport imported(const std::string& odometry, const std::string& detections) {
+    DetectionTablesOptions options;
+    options.odometry = write("odometry.csv", odometry);
+    options.detections = write("detections.csv", detections);
+    return import_detection_tables(options, log());
+  }
+  static bool tells(const ImportReport& report, const std::string& part) {
+    return std::any_of(report.notes.begin(), report.notes.end(), [&](const std::string& note) {
+      return note.find(part) != std::string::npos;
+    });
+  }
+};
+
+const char* const kDetections = "time,range,yaw\n0.5,3,0.1\n1.5,4,-0.2\n";
+
+TEST_F(TableConventions, ColumnsByOtherNamesAndRowNumbers) {
+  const ImportReport report = imported("num,t,x,y,theta\n0,0,0,0,0\n1,1,2,0,0\n2,2,2,0,1.5\n",
+                                       "seq,timestamp,distance,bearing,label,confidence\n"
+                                       "0,0.5,3,0.1,tree,0.8\n1,1.5,4,-0.2,car,0.6\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-9);
+  const auto& tree = seen(all[0]).detections.at(0);
+  EXPECT_NEAR(tree.range, 3, 1e-6);
+  EXPECT_NEAR(tree.yaw, 0.1, 1e-6);
+  EXPECT_NEAR(tree.class_scores.at(1), 0.8, 1e-6);
+  EXPECT_TRUE(tells(report, "column num is left aside"));
+  EXPECT_TRUE(tells(report, "column seq is left aside"));
+}
+
+TEST_F(TableConventions, QuaternionsInNamedColumns) {
+  imported(
+      "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,2,0,0,0,0,0,1\n"
+      "2,2,0,0,0,0,0.70710678,0.70710678\n",
+      kDetections);
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_TRUE(all[1].odometry->is_planar);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 1, 1e-6);
+  EXPECT_NEAR(all[1].odometry->mean.yaw(), M_PI / 4, 1e-6);
+  DetectionTablesOptions options;
+  options.odometry = write("odometry.csv", "time,x,y,qx,qy,qz,qw\n0,0,0,0,0,0,2\n");
+  options.detections = write("detections.csv", kDetections);
+  std::filesystem::remove(log());
+  expect_error([&] { import_detection_tables(options, log()); }, "quaternion of norm 2.000");
+}
+
+TEST_F(TableConventions, AQuaternionWithItsRealPartFirstIsAskedAbout) {
+  const char* odometry = "0 0 0 0 1 0 0 0\n1 2 0 0 1 0 0 0\n2 2 0 0 0.99 0 0 0.1411\n";
+  EXPECT_TRUE(tells(imported(odometry, "time,range,yaw\n0.5,3,0.1\n"), "is qw first?"));
+  const char* right = "0 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 1\n2 2 0 0 0 0 0.1411 0.99\n";
+  EXPECT_FALSE(tells(imported(right, "time,range,yaw\n0.5,3,0.1\n"), "is qw first?"));
+}
+
+TEST_F(TableConventions, RangesWithIdsAloneAreThoseOfBeacons) {
+  const ImportReport report =
+      imported("time,x,y,yaw\n0,0,0,0\n2,2,0,0\n", "time,range,id\n0.5,3,7\n0.5,4,8\n1.5,2,7\n");
+  EXPECT_EQ(report.detections, 3U);
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  const auto* ranges =
+      dynamic_cast<const mrpt::obs::CObservationBeaconRanges*>(all[0].observations.at(0).get());
+  ASSERT_NE(ranges, nullptr);
+  ASSERT_EQ(ranges->sensedData.size(), 2U);
+  EXPECT_EQ(ranges->sensedData[1].beaconID, 8);
+  EXPECT_NEAR(ranges->sensedData[1].sensedDistance, 4, 1e-6);
+  EXPECT_NEAR(ranges->stdError, 0.1, 1e-6);
+}
+
+TEST_F(TableConventions, AStampThatIsRepeatedIsNoFault) {
+  const std::string table = "time,x,y,yaw\n0,0,0,0\n1,2,0,0\n1,2.02,0,0\n2,4.02,0,0\n";
+  const ImportReport report = imported(table, kDetections);
+  EXPECT_TRUE(tells(report, "1 rows have the time of the row above"));
+  const auto by_table = steps();
+  imported("0 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 1\n1 2.02 0 0 0 0 0 1\n2 4.02 0 0 0 0 0 1\n",
+           kDetections);
+  const auto by_tum = steps();
+  ASSERT_EQ(by_table.size(), 2U);
+  ASSERT_EQ(by_tum.size(), 2U);
+  EXPECT_NEAR(by_table[1].odometry->mean.x(), 2.02, 1e-6);
+  EXPECT_NEAR(by_tum[1].odometry->mean.x(), by_table[1].odometry->mean.x(), 1e-9);
+}
+
+TEST_F(TableConventions, OdometryThatStartsAnewIsMissingThere) {
+  std::string odometry = "time,x,y,yaw\n", detections = "time,range,yaw\n";
+  for (int i = 0; i < 100; ++i) {
+    odometry += fmt::format("{},{},0,{}\n", i, 0.5 * (i % 60), 0.2 * (i % 60));
+    detections += fmt::format("{},3,0\n", i + 0.5);
+  }
+  const ImportReport report = imported(odometry, detections);
+  EXPECT_EQ(
+      report.dropped.at("odometry dropped: it starts anew, so that the motion there is not known"),
+      1U);
+  std::size_t missing = 0;
+  for (const LogStep& step : steps()) {
+    if (!step.odometry) {
+      ++missing;
+    } else {
+      EXPECT_LT(std::abs(step.odometry->mean.x()), 1.1) << step.index;
+    }
+  }
+  EXPECT_EQ(missing, 2U);  // the first one, and where it starts anew
+}
+
+}  // namespace
+}  // namespace hybrid

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+import { el, show } from './dom';
+
+/** One quantity that a run tells about itself, as summary.json has it. */
+export interface HealthEntry {
+  name: string;
+  value: number | null;
+  expected: [number | null, number | null];
+  verdict: 'good' | 'doubtful' | 'bad';
+  sentence: string;
+  knob: string;
+}
+
+const rank = { bad: 0, doubtful: 1, good: 2 };
+const mark = { bad: '✕', doubtful: '?', good: '✓' };
+
+function expected([least, most]: [number | null, number | null]): string {
+  if (least === null || least === 0) return most === null ? '' : `at most ${show(most)}`;
+  return most === null ? `at least ${show(least)}` : `${show(least)} to ${show(most)}`;
+}
+
+/** How many verdicts are of each kind, the worst first. */
+export function healthHeadline(health: HealthEntry[]): string {
+  const count = (verdict: string) => health.filter(e => e.verdict === verdict).length;
+  if (count('bad')) return `${count('bad')} of ${health.length} checks say that the result is wrong`;
+  if (count('doubtful')) return `${count('doubtful')} of ${health.length} checks are in doubt`;
+  return `all ${health.length} checks are good`;
+}
+
+/** What the run says about itself, without truth; the worst first. */
+export function healthView(health: HealthEntry[] = []): HTMLElement {
+  const root = el('div', { class: 'pane' });
+  if (!health.length) {
+    root.append(el('p', { class: 'hint' }, 'This result has nothing that could be checked.'));
+    return root;
+  }
+  root.append(el('p', { class: 'health-headline' }, healthHeadline(health)));
+  for (const entry of [...health].sort((a, b) => rank[a.verdict] - rank[b.verdict])) {
+    root.append(el('section', { class: `health ${entry.verdict}` },
+        el('h4', {}, el('span', { class: 'mark', 'aria-hidden': 'true' }, mark[entry.verdict]), ` ${entry.name} `,
+            el('span', { class: 'verdict' }, entry.verdict)),
+        el('p', {}, entry.sentence),
+        el('p', { class: 'quiet' }, `${show(entry.value)}; expected ${expected(entry.expected) || 'anything'}`),
+        entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : ''));
+  }
+  return root;
+}
