@@ -94,6 +94,11 @@ int join(const Options& options) {
             "{:.1f} times larger\n",
             *it, joined->variance_factor);
       }
+      for (const Contradiction& c : joined->contradictions) {
+        say("{}: landmark {} lies {:.2f} m from where the other maps have it; it is left out {}\n",
+            *it, c.id, c.distance,
+            c.first_kept ? "there" : "of those, where it was seen less often");
+      }
       all = joined->map;
       it = left.erase(it);
       progress = true;

@@ -33,7 +33,7 @@ class PlaceFinder {
   using Jacobian = typename Pose::Jacobian;
 
   explicit PlaceFinder(const PlaceQuestion<Pose>& question)
-      : q_(question), density_(local_density(q_.map)) {
+      : q_(question), map_(q_.map->points()), density_(q_.map->density()) {
     for (const Point& p : q_.here.points) center_ += p / static_cast<double>(q_.here.points.size());
     for (const Point& p : q_.here.points) radius_ = std::max(radius_, (p - center_).norm());
   }
@@ -60,8 +60,8 @@ class PlaceFinder {
   std::vector<int> about(const Pose& T_map_here) const {
     const Point middle = T_map_here * center_;
     std::vector<int> out;
-    for (int j = 0; j < static_cast<int>(q_.map.size()); ++j) {
-      if ((q_.map[j] - middle).norm() < 1.5 * radius_) out.push_back(j);
+    for (int j = 0; j < static_cast<int>(map_.size()); ++j) {
+      if ((map_[j] - middle).norm() < 1.5 * radius_) out.push_back(j);
     }
     return out;
   }
@@ -70,11 +70,11 @@ class PlaceFinder {
     const std::vector<int> near = about(seed.T_map_here);
     ConstellationMatchProblem<Pose> match;
     std::vector<double> variances;
-    for (const int j : near) {
-      match.a.points.push_back(q_.map[j]);
-      match.a.covariances.push_back(relative_covariance<Pose>(q_.covariance, j, seed.anchor));
-      match.a.covariances.back().diagonal().array() += 1e-10;  // of the anchor itself
-      variances.push_back(match.a.covariances.back().trace() / kDim);
+    match.a.covariances = q_.map->relative_covariances(seed.anchor, near);
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      match.a.points.push_back(map_[static_cast<std::size_t>(near[k])]);
+      match.a.covariances[k].diagonal().array() += 1e-10;  // of the anchor itself
+      variances.push_back(match.a.covariances[k].trace() / kDim);
     }
     match.a.covers = q_.covers;
     match.b = q_.here;
@@ -124,25 +124,15 @@ class PlaceFinder {
     // The prior of the match gives way to one that is uniform over map and headings.
     const double narrow =
         0.5 * std::log(match.covariance.determinant()) + 0.5 * Pose::kDim * std::log(2 * M_PI);
-    out.log_odds = -(answer.cost - narrow + log_volume());
+    out.log_odds = -(answer.cost - narrow + q_.map->log_volume_of_poses());
     return out;
   }
 
   /// How far landmarks are apart.
   double spacing() const { return std::exp(-std::log(density_) / kDim); }
 
-  /// Of the poses that lie in the map.
-  double log_volume() const {
-    Point low = q_.map.front(), high = q_.map.front();
-    for (const Point& p : q_.map) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    const double headings = kDim == 2 ? 2 * M_PI : 8 * M_PI * M_PI;
-    return ((high - low).array() + spacing()).log().sum() + std::log(headings);
-  }
-
   const PlaceQuestion<Pose>& q_;
+  const std::vector<Point>& map_;
   double density_;
   Point center_ = Point::Zero();
   double radius_ = 1e-3;
@@ -188,20 +178,23 @@ bool overlap(const PlaceQuestion<Pose>& question, const FoundPlace<Pose>& place,
 /// The landmarks of the map about one of them as those of `here`.
 template <class Pose>
 PlaceQuestion<Pose> piece_about(const PlaceQuestion<Pose>& question, int anchor, std::size_t size) {
-  std::vector<int> near(question.map.size());
+  const auto& points = question.map->points();
+  std::vector<int> near(points.size());
   std::iota(near.begin(), near.end(), 0);
-  const auto distance = [&](int i) { return (question.map[i] - question.map[anchor]).norm(); };
+  const auto distance = [&](int i) { return (points[i] - points[anchor]).norm(); };
   std::stable_sort(near.begin(), near.end(),
                    [&](int i, int j) { return distance(i) < distance(j); });
   near.resize(size);
   PlaceQuestion<Pose> out = question;
-  out.here = {{}, {}, question.covers};
-  for (const int i : near) {
-    out.here.points.push_back(question.map[i]);
-    out.here.covariances.push_back(relative_covariance<Pose>(question.covariance, i, anchor));
-    out.here.covariances.back().diagonal().array() += 1e-10;  // of the anchor itself
-  }
-  out.class_log_likelihood_ratio = question.class_log_likelihood_ratio_in_map(near, Eigen::all);
+  out.here = {{}, question.map->relative_covariances(anchor, near), question.covers};
+  for (const int i : near) out.here.points.push_back(points[i]);
+  for (auto& C : out.here.covariances) C.diagonal().array() += 1e-10;  // of the anchor itself
+  out.class_log_likelihood_ratio = Eigen::MatrixXd::NullaryExpr(
+      static_cast<Eigen::Index>(size), static_cast<Eigen::Index>(points.size()),
+      [&](Eigen::Index k, Eigen::Index j) {
+        return question.class_log_likelihood_ratio_in_map(near[static_cast<std::size_t>(k)],
+                                                          static_cast<int>(j));
+      });
   return out;
 }
 
@@ -209,7 +202,7 @@ PlaceQuestion<Pose> piece_about(const PlaceQuestion<Pose>& question, int anchor,
 template <class Pose>
 bool fixes_place(const PlaceQuestion<Pose>& question) {
   constexpr std::size_t kFewest = Pose::Point::RowsAtCompileTime + 1;
-  return question.here.points.size() >= kFewest && question.map.size() >= kFewest;
+  return question.here.points.size() >= kFewest && question.map->points().size() >= kFewest;
 }
 
 /// What the mirror image reaches elsewhere than the original: a street looks much like its own
@@ -246,10 +239,10 @@ std::optional<FoundPlace<Pose>> PlaceSearch::find(const PlaceQuestion<Pose>& que
 /// What the mirror images of pieces of the map reach that have as many landmarks.
 template <class Pose>
 double PlaceSearch::chance_of_pieces(const PlaceQuestion<Pose>& question) {
-  const std::size_t size = std::min(question.here.points.size(), question.map.size());
+  const std::size_t size = std::min(question.here.points.size(), question.map->points().size());
   const auto [known, is_new] = chance_of_pieces_.try_emplace(size, 0.0);
   if (!is_new) return known->second;
-  const int n = static_cast<int>(question.map.size()), pieces = std::min(n, kPieces);
+  const int n = static_cast<int>(question.map->points().size()), pieces = std::min(n, kPieces);
   const FoundPlace<Pose> itself;
   for (int k = 0; k < pieces; ++k) {
     const double reached = chance(piece_about(question, k * n / pieces, size), &itself);

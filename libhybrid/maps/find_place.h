@@ -6,12 +6,14 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/association/constellation.h"
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/maps/place_map.h"
 
 namespace HYBRID_API hybrid {
 
@@ -21,15 +23,14 @@ template <class Pose>
 struct PlaceQuestion {
   using Point = typename Pose::Point;
   Constellation<Pose> here;
-  std::vector<Point> map;      ///< landmarks of the map [m]
-  Eigen::MatrixXd covariance;  ///< of all of them together [m^2]
+  std::shared_ptr<const PlaceMap<Pose>> map;
   /// Whether a point of the map was looked at, so that a landmark there would be in it.
   std::function<bool(const Point&)> covers;
   /// log evidence that a landmark of `here` (row) and one of the map (column) are one by all but
   /// where they are; -infinity where they cannot be.
   Eigen::MatrixXd class_log_likelihood_ratio;
-  /// The same for each two landmarks of the map.
-  Eigen::MatrixXd class_log_likelihood_ratio_in_map;
+  /// The same for two landmarks of the map.
+  std::function<double(int, int)> class_log_likelihood_ratio_in_map;
 };
 
 /// A place found.

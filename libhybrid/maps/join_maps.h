@@ -3,11 +3,20 @@
 
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "libhybrid/maps/map_record.h"
 
 namespace HYBRID_API hybrid {
+
+/// A landmark that two maps have at different places, by its id. One of these is left out.
+struct Contradiction {
+  std::int64_t id = 0;
+  double distance = 0;      ///< between the places, once the maps are joined [m]
+  bool first_kept = false;  ///< the place in the first map, where it was seen at least as often
+};
 
 /// Two maps as one.
 struct JoinedMaps {
@@ -19,12 +28,16 @@ struct JoinedMaps {
   double variance_factor = 1;
   std::size_t common = 0;  ///< landmarks that both have
   double log_odds = 0;     ///< for the common landmarks against none
+  std::vector<Contradiction> contradictions;
 };
 
 /// Finds where the second map is in the first by the landmarks that both have, makes these one,
 /// and estimates all landmarks together, given what each map knows of its own. Landmarks of the
-/// second that the first lacks get new ids, unless ids are those of logs. Nothing where no common
-/// place stands out with these `odds`. Throws Error where the maps are not of one kind.
+/// second that the first lacks get new ids, unless ids are those of logs. Where the maps have a
+/// landmark of one id at different places (an id that was misread, a thing that was moved), the
+/// place where it was seen less often is left out, and what else the maps have in common is not
+/// concerned. Nothing where no common place stands out with these `odds`. Throws Error where the
+/// maps are not of one kind, or both have a session of one log.
 std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds);
 
 /// The map without some landmarks, by their ids.

@@ -36,7 +36,10 @@ struct MapSession {
   std::string version;        ///< of the program
   std::string command;        ///< its name and arguments
   std::string configuration;  ///< settings in effect, JSON
-  std::vector<std::pair<std::string, std::string>> inputs;  ///< files and their SHA-256
+  /// Files and their SHA-256, of logs that of what they hold decompressed.
+  std::vector<std::pair<std::string, std::string>> inputs;
+  std::vector<std::string> logs;       ///< the SHA-256 of those inputs that are logs
+  std::vector<double> class_prior;     ///< of landmarks that it made; empty: all classes alike
   std::vector<std::string> robots;     ///< their names; empty where there is but one without a name
   std::vector<MapKeyframe> keyframes;  ///< of all robots, in the order of time
 };

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <unordered_map>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -90,36 +91,25 @@ class SeedSearch {
  public:
   static constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using Point = typename Pose::Point;
+  using Neighbour = typename PlaceMap<Pose>::Neighbour;
 
   SeedSearch(const PlaceQuestion<Pose>& question, double density)
-      : q_(question), log_density_(std::log(density)) {
+      : q_(question), map_(q_.map->points()), log_density_(std::log(density)) {
     double reach = 0;
     for (const Point& a : q_.here.points) {
       for (const Point& b : q_.here.points) reach = std::max(reach, (a - b).norm());
     }
     spacing_ = std::exp(-log_density_ / kDim);
-    const auto n = static_cast<Eigen::Index>(q_.map.size());
-    relative_.resize(n, n);
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) {
-        relative_(i, j) = relative_covariance<Pose>(q_.covariance, i, j).trace() / kDim;
-      }
-    }
-    neighbours_.resize(q_.map.size());
-    for (int i = 0; i < static_cast<int>(q_.map.size()); ++i) {
-      const auto [x, y] = cell_of(q_.map[i]);
+    reach_ = 1.1 * reach;
+    for (int i = 0; i < static_cast<int>(map_.size()); ++i) {
+      const auto [x, y] = cell_of(map_[i]);
       for (int cell = 0; cell < 9; ++cell) near_[{x + cell / 3 - 1, y + cell % 3 - 1}].push_back(i);
-      for (int j = 0; j < static_cast<int>(q_.map.size()); ++j) {
-        const double d = (q_.map[i] - q_.map[j]).norm();
-        if (i != j && d < 1.1 * reach) neighbours_[i].emplace_back(d, j);
-      }
-      std::sort(neighbours_[i].begin(), neighbours_[i].end());
     }
   }
 
   std::vector<PlaceSeed<Pose>> run(std::size_t most) {
     for (const Figure<kDim>& figure : figures<kDim>(q_.here.points)) {
-      for (int a = 0; a < static_cast<int>(q_.map.size()); ++a) extend(figure, a);
+      for (int a = 0; a < static_cast<int>(map_.size()); ++a) extend(figure, a);
       if (guesses_ > kGuesses) break;
     }
     std::stable_sort(seeds_.begin(), seeds_.end(),
@@ -137,27 +127,41 @@ class SeedSearch {
  private:
   bool possible(int i, int a) const { return q_.class_log_likelihood_ratio(i, a) > -3; }
 
-  double variance(int i, int j, int a, int b) const {
-    return (q_.here.covariances[i].trace() + q_.here.covariances[j].trace()) / kDim +
-           relative_(a, b);
+  /// Variances of two landmarks of here, along an axis.
+  double variance(int i, int j) const {
+    return (q_.here.covariances[i].trace() + q_.here.covariances[j].trace()) / kDim;
+  }
+
+  /// The landmarks that those of here can be if one is `a`, and some farther than that.
+  const std::vector<Neighbour>& neighbours(int a) const {
+    return q_.map->neighbours(a, reach_ + spacing_);
+  }
+
+  /// Variance of a landmark of the map relative to another one near by; infinity elsewhere.
+  double relative(int a, int b) const {
+    const std::vector<Neighbour>& all = neighbours(a);
+    const Neighbour wanted{(map_[a] - map_[b]).norm(), b, 0};
+    const auto it = std::lower_bound(all.begin(), all.end(), wanted);
+    return it != all.end() && it->landmark == b ? it->variance : kInfinity;
   }
 
   /// Landmarks of the map as far from a as j is from i.
   template <class Use>
   void visit(int i, int j, int a, const Use& use) const {
     const double d = (q_.here.points[i] - q_.here.points[j]).norm();
+    const std::vector<Neighbour>& all = neighbours(a);
+    const auto end = std::lower_bound(all.begin(), all.end(), Neighbour{reach_, -1, 0});
+    if (end == all.begin()) return;
     // The variance relative to the anchor differs between neighbours: the widest bounds the range.
-    const double wide = kSigmas * std::sqrt(variance(i, j, a, widest(a)));
-    auto it = std::lower_bound(neighbours_[a].begin(), neighbours_[a].end(),
-                               std::make_pair(d - wide, -1));
-    for (; it != neighbours_[a].end() && it->first < d + wide; ++it) {
-      const int b = it->second;
-      if (!possible(j, b)) continue;
-      if (std::abs(it->first - d) < kSigmas * std::sqrt(variance(i, j, a, b))) use(b);
+    const double own = variance(i, j);
+    const double wide = kSigmas * std::sqrt(own + std::prev(end)->variance);
+    auto it = std::lower_bound(all.begin(), end, Neighbour{d - wide, -1, 0});
+    for (; it != end && it->distance < d + wide; ++it) {
+      const int b = it->landmark;
+      if (b == a || !possible(j, b)) continue;
+      if (std::abs(it->distance - d) < kSigmas * std::sqrt(own + it->variance)) use(b);
     }
   }
-
-  int widest(int a) const { return neighbours_[a].empty() ? a : neighbours_[a].back().second; }
 
   void extend(const Figure<kDim>& f, int a) {
     if (!possible(f[0], a)) return;
@@ -167,8 +171,8 @@ class SeedSearch {
       } else {
         visit(f[0], f[2], a, [&](int c) {
           const double want = (q_.here.points[f[1]] - q_.here.points[f[2]]).norm();
-          const double got = (q_.map[b] - q_.map[c]).norm();
-          const double off = kSigmas * std::sqrt(variance(f[1], f[2], b, c));
+          const double got = (map_[b] - map_[c]).norm();
+          const double off = kSigmas * std::sqrt(variance(f[1], f[2]) + relative(b, c));
           if (c != b && std::abs(want - got) < off) take(f, {a, b, c});
         });
       }
@@ -177,31 +181,43 @@ class SeedSearch {
 
   void take(const Figure<kDim>& f, const Figure<kDim>& m) {
     if (++guesses_ > kGuesses) return;
+    go_to(m[0]);
     std::array<Point, kDim> from, to;
     for (std::size_t k = 0; k < kDim; ++k) {
       from[k] = q_.here.points[f[k]];
-      to[k] = q_.map[m[k]];
+      to[k] = map_[m[k]];
     }
     PlaceSeed<Pose> seed{fitted<Pose>(from, to), m[0], 0};
     const double baseline = (from[1] - from[0]).norm() + 1e-9;
     for (std::size_t i = 0; i < q_.here.points.size(); ++i) {
       const Point p = seed.T_map_here * q_.here.points[i];
       const double lever = 1 + (q_.here.points[i] - from[0]).norm() / baseline;
-      seed.score += gain(static_cast<int>(i), p, m[0], lever * lever);
+      seed.score += gain(static_cast<int>(i), p, lever * lever);
     }
     if (seed.score > 0) seeds_.push_back(seed);
   }
 
+  /// Has the variances relative to an anchor at hand.
+  void go_to(int anchor) {
+    if (anchor == anchor_) return;
+    by_anchor_.resize(map_.size(), kInfinity);
+    if (anchor_ >= 0) {
+      for (const Neighbour& n : neighbours(anchor_)) by_anchor_[n.landmark] = kInfinity;
+    }
+    for (const Neighbour& n : neighbours(anchor)) by_anchor_[n.landmark] = n.variance;
+    anchor_ = anchor;
+  }
+
   /// What the best landmark of the map near a point is worth.
-  double gain(int i, const Point& p, int anchor, double lever) const {
+  double gain(int i, const Point& p, double lever) const {
     const auto near = near_.find(cell_of(p));
     if (near == near_.end()) return 0;
     double best = 0;
     const double own = q_.here.covariances[i].trace() / kDim;
     for (const int j : near->second) {
-      const double squared = (q_.map[j] - p).squaredNorm();
+      const double squared = (map_[j] - p).squaredNorm();
       if (squared > spacing_ * spacing_ || !possible(i, j)) continue;
-      const double s2 = lever * (own + relative_(j, anchor)) + 1e-12;
+      const double s2 = lever * (own + by_anchor_[j]) + 1e-12;
       best = std::max(best, q_.class_log_likelihood_ratio(i, j) - log_density_ -
                                 0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * squared / s2);
     }
@@ -231,12 +247,14 @@ class SeedSearch {
   }
 
   const PlaceQuestion<Pose>& q_;
+  const std::vector<Point>& map_;
   double log_density_;
-  double spacing_ = 0;        // of landmarks [m]
-  Eigen::MatrixXd relative_;  // variances of landmarks of the map relative to each other [m^2]
+  double spacing_ = 0;  // of landmarks [m]
+  double reach_ = 0;    // how far landmarks of here are apart, at most [m]
+  int anchor_ = -1;
+  std::vector<double> by_anchor_;  // variances relative to it; infinity for those far from it
   std::unordered_map<Cell, std::vector<int>, HashOfCell>
       near_;  // landmarks of a cell and those about it
-  std::vector<std::vector<std::pair<double, int>>> neighbours_;  // by distance
   std::vector<PlaceSeed<Pose>> seeds_;
   std::size_t guesses_ = 0;
 };
@@ -261,16 +279,6 @@ double local_density(const std::vector<Point>& points) {
 }
 
 template <class Pose>
-typename Constellation<Pose>::Matrix relative_covariance(const Eigen::MatrixXd& joint, int i,
-                                                         int anchor) {
-  constexpr int kDim = Pose::Point::RowsAtCompileTime;
-  const auto block = [&](int r, int c) {
-    return joint.template block<kDim, kDim>(kDim * r, kDim * c);
-  };
-  return block(i, i) + block(anchor, anchor) - block(i, anchor) - block(anchor, i);
-}
-
-template <class Pose>
 std::vector<PlaceSeed<Pose>> place_seeds(const PlaceQuestion<Pose>& question, double density,
                                          std::size_t most) {
   return SeedSearch<Pose>(question, density).run(most);
@@ -278,8 +286,6 @@ std::vector<PlaceSeed<Pose>> place_seeds(const PlaceQuestion<Pose>& question, do
 
 template double local_density(const std::vector<Eigen::Vector2d>&);
 template double local_density(const std::vector<Eigen::Vector3d>&);
-template Constellation<SE2>::Matrix relative_covariance<SE2>(const Eigen::MatrixXd&, int, int);
-template Constellation<SE3>::Matrix relative_covariance<SE3>(const Eigen::MatrixXd&, int, int);
 template std::vector<PlaceSeed<SE2>> place_seeds(const PlaceQuestion<SE2>&, double, std::size_t);
 template std::vector<PlaceSeed<SE3>> place_seeds(const PlaceQuestion<SE3>&, double, std::size_t);
 

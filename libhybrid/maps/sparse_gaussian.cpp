@@ -9,11 +9,10 @@
 #include <cmath>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/maps/detail/sparse_rows.h"
 
 namespace hybrid {
 namespace {
-
-constexpr int kFewestGiven = 4;
 
 double log_det(const Eigen::LLT<Eigen::MatrixXd>& llt) {
   return 2 * llt.matrixL().toDenseMatrix().diagonal().array().log().sum();
@@ -37,43 +36,6 @@ Eigen::MatrixXd part(const Eigen::MatrixXd& covariance, const std::vector<int>& 
     }
   }
   return out;
-}
-
-/// The landmarks before `i` by the variance of their place relative to it.
-std::vector<int> nearest(const Eigen::MatrixXd& covariance, int i, int dim) {
-  std::vector<std::pair<double, int>> ranked;
-  for (int j = 0; j < i; ++j) {
-    const double variance = covariance.block(dim * i, dim * i, dim, dim).trace() +
-                            covariance.block(dim * j, dim * j, dim, dim).trace() -
-                            2 * covariance.block(dim * i, dim * j, dim, dim).trace();
-    ranked.emplace_back(variance, j);
-  }
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<int> out;
-  for (const auto& [variance, j] : ranked) out.push_back(j);
-  return out;
-}
-
-SparseRow row_of(const Eigen::MatrixXd& covariance, int i, const std::vector<int>& near, int given,
-                 int dim) {
-  SparseRow row;
-  row.variables.push_back(i);
-  for (int k = 0; k < given && k < static_cast<int>(near.size()); ++k) {
-    row.variables.push_back(near[static_cast<std::size_t>(k)]);
-  }
-  // The last rows of the inverse of the lower factor, the landmark being last.
-  std::vector<int> order(row.variables.rbegin(), row.variables.rend());
-  const auto llt = factorised(part(covariance, order, dim));
-  const Eigen::Index n = dim * static_cast<Eigen::Index>(order.size());
-  Eigen::MatrixXd last = Eigen::MatrixXd::Zero(n, dim);
-  last.bottomRows(dim).setIdentity();
-  const Eigen::MatrixXd L = llt.matrixL();
-  const Eigen::MatrixXd rows = L.transpose().triangularView<Eigen::Upper>().solve(last).transpose();
-  row.R.resize(dim, n);
-  for (Eigen::Index k = 0; k * dim < n; ++k) {
-    row.R.middleCols(k * dim, dim) = rows.middleCols(n - (k + 1) * dim, dim);
-  }
-  return row;
 }
 
 /// The blocks of the joint covariance that those of single landmarks follow from, landmark by
@@ -138,6 +100,42 @@ class CoupledBlocks {
 
 }  // namespace
 
+std::vector<int> nearest_to(const Eigen::MatrixXd& covariance, int i, int dim) {
+  std::vector<std::pair<double, int>> ranked;
+  for (int j = 0; j < i; ++j) {
+    const double variance = covariance.block(dim * i, dim * i, dim, dim).trace() +
+                            covariance.block(dim * j, dim * j, dim, dim).trace() -
+                            2 * covariance.block(dim * i, dim * j, dim, dim).trace();
+    ranked.emplace_back(variance, j);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<int> out;
+  for (const auto& [variance, j] : ranked) out.push_back(j);
+  return out;
+}
+
+SparseRow row_of(const Eigen::MatrixXd& covariance, int i, const std::vector<int>& near, int given,
+                 int dim) {
+  SparseRow row;
+  row.variables.push_back(i);
+  for (int k = 0; k < given && k < static_cast<int>(near.size()); ++k) {
+    row.variables.push_back(near[static_cast<std::size_t>(k)]);
+  }
+  // The last rows of the inverse of the lower factor, the landmark being last.
+  std::vector<int> order(row.variables.rbegin(), row.variables.rend());
+  const auto llt = factorised(part(covariance, order, dim));
+  const Eigen::Index n = dim * static_cast<Eigen::Index>(order.size());
+  Eigen::MatrixXd last = Eigen::MatrixXd::Zero(n, dim);
+  last.bottomRows(dim).setIdentity();
+  const Eigen::MatrixXd L = llt.matrixL();
+  const Eigen::MatrixXd rows = L.transpose().triangularView<Eigen::Upper>().solve(last).transpose();
+  row.R.resize(dim, n);
+  for (Eigen::Index k = 0; k * dim < n; ++k) {
+    row.R.middleCols(k * dim, dim) = rows.middleCols(n - (k + 1) * dim, dim);
+  }
+  return row;
+}
+
 std::vector<Eigen::MatrixXd> SparseGaussian::covariances() const {
   const CoupledBlocks blocks(*this);
   std::vector<Eigen::MatrixXd> out;
@@ -166,7 +164,7 @@ SparseGaussian sparsify(const Eigen::MatrixXd& covariance, int dim, double most_
   if (n == 0) return out;
   const double exact = log_det(factorised(covariance));
   std::vector<std::vector<int>> near;
-  for (int i = 0; i < n; ++i) near.push_back(nearest(covariance, i, dim));
+  for (int i = 0; i < n; ++i) near.push_back(nearest_to(covariance, i, dim));
   for (int given = kFewestGiven;; given *= 2) {
     out.rows.clear();
     double log_det_sparse = 0;

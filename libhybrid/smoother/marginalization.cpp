@@ -230,6 +230,7 @@ Marginalization marginalize(const HybridGraph& graph, const Values& values,
   }
   const int s = system.size - system.gone;
   result.follows = left.moved.leftCols(s);
+  result.information = system.H.diagonal().head(system.gone);
   // Laplace: -log of the integral over the variables that go, less what the prior says of it.
   double constant = objective_of(graph, values, assignment, factors) +
                     0.5 * (left.log_det - left.rank * std::log(2.0 * M_PI)) +

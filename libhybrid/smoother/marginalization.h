@@ -18,6 +18,8 @@ struct Marginalization {
   /// How they move, by their tangents, with the tangents of the separator, given all that is said
   /// of both by the factors that go.
   Eigen::MatrixXd follows;
+  /// The information of the factors that go on each of their tangents, all else given.
+  Eigen::VectorXd information;
   bool finite = true;  ///< false where a derivative is not: the delta is then not to be used
 };
 

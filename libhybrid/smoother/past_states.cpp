@@ -3,8 +3,13 @@
 #include "libhybrid/smoother/past_states.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
 #include <tuple>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -12,6 +17,8 @@
 
 namespace hybrid {
 namespace {
+
+constexpr double kShareOfSigma = 0.5;  // by which a tie moves before what hangs on it follows
 
 void copy(Key key, const Values& from, Values& to) {
   to.insert(key, from.type(key), from.data(key));
@@ -118,9 +125,13 @@ Pose moved(const Pose& pose, const Motion& motion, const Eigen::MatrixXd& F,
 PastStates::Departure::Departure(const Marginalization& made, const std::vector<Key>& tied,
                                  const Values& values) {
   Eigen::Index at = 0;
+  double most = 0;  // information on a position [1/m^2]
   for (const Key key : made.delta.remove_values) {
     copy(key, values, states);
     const VariableType type = values.type(key);
+    if (is_pose(type)) {
+      most = std::max(most, made.information.segment(at, type.dim == SE3::kDim ? 3 : 2).mean());
+    }
     const auto rows = made.follows.middleRows(at, type.dim);
     if (type == Variable<SE2>::type()) {
       follows[key] = hybrid::follows(values.at<SE2>(key), rows, made.separator, values);
@@ -130,39 +141,110 @@ PastStates::Departure::Departure(const Marginalization& made, const std::vector<
     at += type.dim;
   }
   for (const Key key : tied) copy(key, values, this->tied);
+  step = most > 0 ? kShareOfSigma / std::sqrt(most) : kInfinity;
+}
+
+void PastStates::leave(Departure departure) {
+  for (const Key key : departure.states.keys()) {
+    if (told_.contains(key)) told_.erase(key);
+    copy(key, departure.states, told_);
+    departure_of_[key] = departures_.size();
+  }
+  for (const Key key : departure.tied.keys()) {
+    Tie& tie = ties_[key];
+    tie.step = tie.departures.empty() ? departure.step : std::min(tie.step, departure.step);
+    tie.departures.push_back(departures_.size());
+    if (!tie.followed.contains(key)) copy(key, departure.tied, tie.followed);
+  }
+  departures_.push_back(std::move(departure));
+}
+
+void PastStates::move(const Departure& departure, const Values& window, const Values& past,
+                      const std::unordered_map<Key, Eigen::MatrixXd>& covariances, Values& out) {
+  RigidMotion motion;
+  for (const Key key : departure.tied.keys()) {
+    const Values& now = window.contains(key) ? window : past;
+    if (!now.contains(key)) continue;
+    if (is_pose(now.type(key))) {
+      motion.add(isometry_at(departure.tied, key), isometry_at(now, key));
+    } else {
+      motion.add(point_at(departure.tied, key), point_at(now, key));
+    }
+  }
+  Motion how;
+  if (motion.is_fixed()) {
+    how.T = motion.solve();
+    std::tie(how.off, how.wide) = motion.spread(how.T);
+  }
+  for (const Key key : departure.states.keys()) {
+    if (window.contains(key) || out.contains(key)) continue;
+    const Values& states = departure.states;
+    const VariableType type = states.type(key);
+    if (motion.is_fixed() && type == Variable<SE2>::type()) {
+      out.insert(key,
+                 moved(states.at<SE2>(key), how, departure.follows.at(key), covariances.at(key)));
+    } else if (motion.is_fixed() && type == Variable<SE3>::type()) {
+      out.insert(key,
+                 moved(states.at<SE3>(key), how, departure.follows.at(key), covariances.at(key)));
+    } else {
+      copy(key, states, out);
+    }
+  }
 }
 
 Values PastStates::at(const Values& window,
                       const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const {
   Values out;
   for (auto it = departures_.rbegin(); it != departures_.rend(); ++it) {
-    RigidMotion motion;
-    for (const Key key : it->tied.keys()) {
-      const Values& now = window.contains(key) ? window : out;
-      if (!now.contains(key)) continue;
-      if (is_pose(now.type(key))) {
-        motion.add(isometry_at(it->tied, key), isometry_at(now, key));
-      } else {
-        motion.add(point_at(it->tied, key), point_at(now, key));
-      }
+    move(*it, window, out, covariances, out);
+  }
+  return out;
+}
+
+/// Whether what hangs on a variable has to follow it; it has, then.
+bool PastStates::has_moved(Key key, const Values& now) {
+  const auto it = ties_.find(key);
+  if (it == ties_.end() || !now.contains(key)) return false;
+  Tie& tie = it->second;
+  double far = 0;
+  if (is_pose(now.type(key))) {
+    const Eigen::Isometry3d before = isometry_at(tie.followed, key), here = isometry_at(now, key);
+    for (const Eigen::Vector3d& p :
+         {Eigen::Vector3d(Eigen::Vector3d::Zero()), Eigen::Vector3d(Eigen::Vector3d::UnitX()),
+          Eigen::Vector3d(Eigen::Vector3d::UnitY())}) {
+      far = std::max(far, (before * p - here * p).norm());
     }
-    Motion how;
-    if (motion.is_fixed()) {
-      how.T = motion.solve();
-      std::tie(how.off, how.wide) = motion.spread(how.T);
-    }
-    for (const Key key : it->states.keys()) {
-      if (window.contains(key) || out.contains(key)) continue;
-      const VariableType type = it->states.type(key);
-      if (motion.is_fixed() && type == Variable<SE2>::type()) {
-        out.insert(key,
-                   moved(it->states.at<SE2>(key), how, it->follows.at(key), covariances.at(key)));
-      } else if (motion.is_fixed() && type == Variable<SE3>::type()) {
-        out.insert(key,
-                   moved(it->states.at<SE3>(key), how, it->follows.at(key), covariances.at(key)));
-      } else {
-        copy(key, it->states, out);
-      }
+  } else {
+    far = (point_at(tie.followed, key) - point_at(now, key)).norm();
+  }
+  if (!(far > tie.step)) return false;
+  tie.followed = {};
+  copy(key, now, tie.followed);
+  return true;
+}
+
+Values PastStates::follow(const Values& window, const std::vector<Key>& changed,
+                          const std::unordered_map<Key, Eigen::MatrixXd>& covariances) {
+  std::set<std::size_t, std::greater<>> due;
+  const auto ask = [&](Key key, const Values& now) {
+    if (!has_moved(key, now)) return;
+    const std::vector<std::size_t>& hanging = ties_.at(key).departures;
+    due.insert(hanging.begin(), hanging.end());
+  };
+  for (const Key key : changed) ask(key, window.contains(key) ? window : told_);
+  Values out;
+  // What left later comes first, since earlier departures hang on it.
+  while (!due.empty()) {
+    const std::size_t first = *due.begin();
+    due.erase(due.begin());
+    Values states;
+    move(departures_[first], window, told_, covariances, states);
+    for (const Key key : states.keys()) {
+      if (departure_of_.at(key) != first) continue;  // it came back, and left again later
+      std::copy_n(states.data(key), states.type(key).size, told_.data(told_.slot(key)));
+      if (out.contains(key)) out.erase(key);
+      copy(key, told_, out);
+      ask(key, told_);
     }
   }
   return out;

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <cstddef>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -23,13 +24,16 @@ class PastStates {
     /// Of each pose, what its own tangent moves by where all that it is tied to moves by a rigid
     /// motion of that tangent: the unit matrix, unless more is known of where it is.
     std::unordered_map<Key, Eigen::MatrixXd> follows;
+    /// By how much what they are tied to moves before they follow [m]: half the sigma of the
+    /// position of a state, all else given.
+    double step = 0;
 
     Departure() = default;
     /// `tied` are those of the separator that have a place.
     Departure(const Marginalization& made, const std::vector<Key>& tied, const Values& values);
   };
 
-  void leave(Departure departure) { departures_.push_back(std::move(departure)); }
+  void leave(Departure departure);
 
   /// The states at the estimate of the window. Each is moved rigidly, as what it was tied to has
   /// moved in the least squares sense, as far as it then follows that (a start that was given
@@ -38,8 +42,30 @@ class PastStates {
   Values at(const Values& window,
             const std::unordered_map<Key, Eigen::MatrixXd>& covariances) const;
 
+  /// The states that have moved since they were told last, or left, so that what is told is whole
+  /// at every moment: some of `changed` have moved. What hangs on a variable follows once that has
+  /// moved by a tenth of the smallest sigma of a position of these, so that an update costs what it
+  /// moves.
+  Values follow(const Values& window, const std::vector<Key>& changed,
+                const std::unordered_map<Key, Eigen::MatrixXd>& covariances);
+
  private:
+  /// What hangs on a variable.
+  struct Tie {
+    std::vector<std::size_t> departures;
+    double step = 0;  ///< from which on they follow [m]
+    Values followed;  ///< where it was when they did last
+  };
+
+  /// The states of a departure where their ties are now, in the window or else among `past`.
+  static void move(const Departure& departure, const Values& window, const Values& past,
+                   const std::unordered_map<Key, Eigen::MatrixXd>& covariances, Values& out);
+  bool has_moved(Key key, const Values& now);
+
   std::vector<Departure> departures_;
+  std::unordered_map<Key, Tie> ties_;
+  Values told_;                                        // of all states
+  std::unordered_map<Key, std::size_t> departure_of_;  // the last one of each state
 };
 
 }  // namespace hybrid

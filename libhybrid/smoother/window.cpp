@@ -371,8 +371,8 @@ bool WindowSmoother::try_to_leave(const Departure& going, WindowReport& report) 
   report.seconds += done.seconds;
   report.changed.insert(report.changed.end(), done.changed.begin(), done.changed.end());
   report.objective_after = done.objective_after;
-  if (is_bounded()) past_states_.leave(std::move(places));
   if (is_bounded()) note_departure(going, change.fixed, covariance, report);
+  if (is_bounded()) past_states_.leave(std::move(places));
   return true;
 }
 

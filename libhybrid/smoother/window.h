@@ -113,6 +113,10 @@ class WindowSmoother {
   /// States that have left a bounded window, moved along with what they were tied to. Costs what
   /// copying them does.
   Values past_states() const;
+  /// Those of them that have moved since this was asked last, when some of `changed` did.
+  Values moved_past_states(const std::vector<Key>& changed) {
+    return past_states_.follow(smoother_.values(), changed, past_covariances_);
+  }
   /// All that was known of a discrete variable when it left, zero at its last value; null where
   /// nothing is kept.
   const Table* past_table(Key key) const;

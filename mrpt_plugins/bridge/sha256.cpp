@@ -33,9 +33,9 @@ class OpenFile {
   ~OpenFile() { ::close(file_); }
 
   /// Bytes read; 0 at the end.
-  std::size_t read(std::vector<unsigned char>& buffer) const {
+  std::size_t read(char* to, std::size_t most) const {
     for (;;) {
-      const ssize_t count = ::read(file_, buffer.data(), buffer.size());
+      const ssize_t count = ::read(file_, to, most);
       if (count >= 0) return static_cast<std::size_t>(count);
       if (errno != EINTR) fail();
     }
@@ -50,17 +50,22 @@ class OpenFile {
 
 }  // namespace
 
-std::string sha256_of_file(const std::filesystem::path& path) {
-  const OpenFile file(path);
+std::string sha256_of(const std::function<std::size_t(char* to, std::size_t count)>& source) {
   sha256_ctx context{};
   sha256_init(&context);
   std::vector<unsigned char> buffer(kBufferBytes);
-  for (std::size_t count = 0; (count = file.read(buffer)) > 0;) {
+  for (std::size_t count = 0;
+       (count = source(reinterpret_cast<char*>(buffer.data()), buffer.size())) > 0;) {
     sha256_update(&context, count, buffer.data());
   }
   std::array<unsigned char, SHA256_DIGEST_SIZE> digest{};
   sha256_digest(&context, digest.size(), digest.data());
   return fmt::format("{:02x}", fmt::join(digest, ""));
+}
+
+std::string sha256_of_file(const std::filesystem::path& path) {
+  const OpenFile file(path);
+  return sha256_of([&](char* to, std::size_t count) { return file.read(to, count); });
 }
 
 }  // namespace hybrid

@@ -6,9 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "libhybrid/core/error.h"
@@ -23,6 +27,8 @@ namespace {
 using SQLite::Database;
 
 constexpr std::int64_t kLastLandmark = (std::int64_t{1} << 56) - 1;  // what a Key holds
+/// Of landmarks that the program numbers: a session has a track for each number, 300 MB.
+constexpr std::int64_t kLastNumber = 1000000;
 constexpr int kMostClasses = 10000;  // some half of those of the largest set of labelled pictures
 constexpr double kMostLoss = 1e6;    // [nat], where a prior says nothing any more
 constexpr double kMostTurn = 1e6;    // [deg], beyond which angles are not angles
@@ -58,6 +64,42 @@ std::string robot_name(const MapSession& session, const std::string& name) {
     throw Error(fmt::format("session {} has two robots named {}", session.id, name));
   }
   return name;
+}
+
+/// The numbers of a list in an INI.
+std::vector<double> numbers_in(const std::string& text) {
+  std::istringstream words(text);
+  std::vector<double> out;
+  for (double x = 0; words >> x;) out.push_back(x);
+  return out;
+}
+
+/// What the settings in effect say of a session: which of its files are logs, and the prior of
+/// classes. Those that are not of the form that programs write say nothing.
+void read_settings(MapSession& session) {
+  const auto settings = nlohmann::json::parse(session.configuration, nullptr, false);
+  if (!settings.is_object()) return;
+  std::set<std::string> logs;
+  for (const auto& [section, keys] : settings.items()) {
+    if (!keys.is_object()) continue;
+    for (const auto& [key, value] : keys.items()) {
+      if (!value.is_string()) continue;
+      const auto text = value.template get<std::string>();
+      if (key == "rawlog") logs.insert(std::filesystem::path(text).filename().string());
+      if (key == "class_prior" && !text.empty()) session.class_prior = numbers_in(text);
+    }
+  }
+  double sum = 0;
+  for (const double p : session.class_prior) sum += p;
+  for (double& p : session.class_prior) p /= sum;
+  const bool sound = std::all_of(session.class_prior.begin(), session.class_prior.end(),
+                                 [](double p) { return p >= 0 && p <= 1; });
+  if (!sound) session.class_prior.clear();
+  for (const auto& [path, sha256] : session.inputs) {
+    if (logs.count(std::filesystem::path(path).filename().string()) > 0) {
+      session.logs.push_back(sha256);
+    }
+  }
 }
 
 void read_keyframe(MapCells& row, MapSession& session) {
@@ -107,6 +149,7 @@ void read_sessions(Database& database, MapRecord& out) {
   MapCells inputs(database, "input",
                   "SELECT session, path, sha256 FROM input ORDER BY session, number");
   while (inputs.next()) session_of(inputs).inputs.emplace_back(inputs.text(1), inputs.text(2));
+  for (MapSession& session : out.sessions) read_settings(session);
   const bool knows_robots = pragma(database, "user_version") > 1;
   if (knows_robots) {
     MapCells robots(database, "robot",
@@ -134,6 +177,10 @@ std::map<std::int64_t, std::size_t> read_landmarks(Database& database, MapRecord
   while (rows.next()) {
     MapLandmark l;
     l.id = rows.whole(0, 0, kLastLandmark);
+    if (!out.identified && l.id > kLastNumber) {
+      throw Error(fmt::format("landmark {}: landmarks without ids of a log are numbered up to {}",
+                              l.id, kLastNumber));
+    }
     l.session = rows.count(1);
     l.position << rows.real(2), rows.real(3), rows.real(4);
     const double xx = rows.real(5), xy = rows.real(6), xz = rows.real(7), yy = rows.real(8),

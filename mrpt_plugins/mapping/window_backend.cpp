@@ -51,8 +51,8 @@ std::vector<Key> WindowBackend::elimination_order() const {
   return smoother_.smoother().elimination_order();
 }
 
-/// Copies from the window to the estimate of all variables what has changed there, and of the
-/// variables that have just left it.
+/// Copies from the window to the estimate of all variables what has changed there, of the variables
+/// that have just left it, and of those that left before and hang on what has changed.
 void WindowBackend::merge(const std::vector<Key>& changed, const std::vector<Key>& left,
                           const std::vector<Key>& left_discrete) {
   const Values& live = smoother_.smoother().values();
@@ -68,6 +68,9 @@ void WindowBackend::merge(const std::vector<Key>& changed, const std::vector<Key
     if (live.contains(key)) put(merged_.values, key, live);
     if (chosen.contains(key)) merged_.assignment.set(key, chosen.at(key));
   }
+  if (!is_bounded()) return;
+  const Values moved = smoother_.moved_past_states(changed);
+  for (const Key key : moved.keys()) put(merged_.values, key, moved);
 }
 
 BackendReport WindowBackend::update(const Delta& delta) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <type_traits>
 #include <utility>
 
 #include "libhybrid/core/error.h"
@@ -102,9 +103,6 @@ KnownStart start_of(const FoundPlace<Pose>& place, Key first, Key here, const Ba
 }  // namespace
 
 Localizer::Localizer(const MapRecord& map, double odds) : map_(map), search_(odds) {
-  const int dim = map.dim();
-  const Eigen::MatrixXd joint = hybrid::joint_covariance(map);
-  std::vector<Eigen::Index> rows;
   std::vector<Eigen::Vector3d> points;
   class_prior_.assign(map.class_names.size(), 1.0);
   for (int i = 0; i < static_cast<int>(map.landmarks.size()); ++i) {
@@ -112,7 +110,6 @@ Localizer::Localizer(const MapRecord& map, double odds) : map_(map), search_(odd
     if (!exists(landmark)) continue;
     there_.push_back(i);
     points.push_back(landmark.position);
-    for (int k = 0; k < dim; ++k) rows.push_back(dim * i + k);
     for (std::size_t c = 0; c < landmark.class_probabilities.size(); ++c) {
       class_prior_[c] += landmark.class_probabilities[c];
     }
@@ -120,17 +117,15 @@ Localizer::Localizer(const MapRecord& map, double odds) : map_(map), search_(odd
   double sum = 0;
   for (const double p : class_prior_) sum += p;
   for (double& p : class_prior_) p /= sum;
-  covariance_ = joint(rows, rows);
+  if (map.is_3d) {
+    in_space_ = std::make_shared<PlaceMap<SE3>>(map, there_);
+  } else {
+    in_plane_ = std::make_shared<PlaceMap<SE2>>(map, there_);
+  }
   for (const MapSession& session : map.sessions) {
     for (const MapKeyframe& k : session.keyframes) path_.push_back(k.T_map_robot.translation());
   }
   reach_ = usual_distance(path_, points);
-  const auto n = static_cast<Eigen::Index>(there_.size());
-  ratios_in_map_.resize(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const MapLandmark& landmark = map.landmarks[static_cast<std::size_t>(there_[i])];
-    ratios_in_map_.row(i) = log_likelihood_ratios(landmark.id, landmark.class_probabilities);
-  }
 }
 
 bool Localizer::covers(const Eigen::Vector3d& point) const {
@@ -146,30 +141,30 @@ std::optional<KnownStart> Localizer::look(const Mapper& mapper) {
   return map_.is_3d ? look_in<SE3>(mapper) : look_in<SE2>(mapper);
 }
 
-/// Evidence that a landmark is each of those of the map, by its class, or by its id.
-Eigen::RowVectorXd Localizer::log_likelihood_ratios(std::int64_t id,
-                                                    const std::vector<double>& classes) const {
-  Eigen::RowVectorXd out(there_.size());
-  for (std::size_t j = 0; j < there_.size(); ++j) {
-    const MapLandmark& there = map_.landmarks[static_cast<std::size_t>(there_[j])];
-    double& ratio = out[static_cast<Eigen::Index>(j)];
-    ratio = same_class_log_likelihood_ratio(classes, there.class_probabilities, class_prior_);
-    if (map_.identified) {  // the right one of so many, by its id
-      ratio = id == there.id ? ratio + std::log(there_.size()) : -kInfinity;
-    }
-  }
-  return out;
+/// Evidence that a landmark is one of the map, by its class, or by its id.
+double Localizer::log_likelihood_ratio(std::int64_t id, const std::vector<double>& classes,
+                                       int of_map) const {
+  const MapLandmark& there =
+      map_.landmarks[static_cast<std::size_t>(there_[static_cast<std::size_t>(of_map)])];
+  const double ratio =
+      same_class_log_likelihood_ratio(classes, there.class_probabilities, class_prior_);
+  if (!map_.identified) return ratio;
+  return id == there.id ? ratio + std::log(there_.size()) : -kInfinity;  // the right one of so many
 }
 
 template <class Pose>
 PlaceQuestion<Pose> Localizer::question_about_map() const {
   PlaceQuestion<Pose> out;
-  for (const int i : there_) {
-    const MapLandmark& landmark = map_.landmarks[static_cast<std::size_t>(i)];
-    out.map.push_back(landmark.position.head<Pose::Point::RowsAtCompileTime>());
+  if constexpr (std::is_same_v<Pose, SE2>) {
+    out.map = in_plane_;
+  } else {
+    out.map = in_space_;
   }
-  out.covariance = covariance_;
-  out.class_log_likelihood_ratio_in_map = ratios_in_map_;
+  out.class_log_likelihood_ratio_in_map = [this](int i, int j) {
+    const MapLandmark& l =
+        map_.landmarks[static_cast<std::size_t>(there_[static_cast<std::size_t>(i)])];
+    return log_likelihood_ratio(l.id, l.class_probabilities, j);
+  };
   out.covers = [this](const typename Pose::Point& p) { return covers(padded_point(p)); };
   return out;
 }
@@ -215,8 +210,10 @@ std::optional<KnownStart> Localizer::look_in(const Mapper& mapper) {
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const auto p = landmarks[i]->class_key ? known.probabilities[landmarks[i]->class_key->key]
                                            : std::vector<double>{};
-    question.class_log_likelihood_ratio.row(static_cast<Eigen::Index>(i)) =
-        log_likelihood_ratios(landmarks[i]->id, p);
+    for (int j = 0; j < static_cast<int>(there_.size()); ++j) {
+      question.class_log_likelihood_ratio(static_cast<Eigen::Index>(i), j) =
+          log_likelihood_ratio(landmarks[i]->id, p, j);
+    }
   }
   const auto place = search_.find(question);
   if (!place) return std::nullopt;

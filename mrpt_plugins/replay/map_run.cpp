@@ -7,11 +7,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/bridge/sha256.h"
+#include "mrpt_plugins/rawlog/decoder.h"
 
 namespace hybrid {
 namespace {
@@ -28,14 +33,25 @@ double apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
 }
 
-MapSession session_of(const Provenance& provenance) {
+/// Of what a log holds, decompressed, so that it is known again however it is compressed; empty for
+/// what is no regular file.
+std::string content_hash(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return "";
+  const InflationLimit none{std::numeric_limits<std::uint64_t>::max(), 0};
+  RegularFile file(path);
+  Decoder decoder([&](char* to, std::size_t count) { return file.read(to, count); }, none);
+  return sha256_of([&](char* to, std::size_t count) { return decoder.read(to, count); });
+}
+
+MapSession session_of(const Provenance& provenance, const std::vector<std::string>& logs) {
   MapSession session;
   session.version = provenance.version;
   session.command = fmt::format("{}", fmt::join(provenance.command, " "));
   const auto start = summary_start("", "", provenance);
   if (start.contains("configuration")) session.configuration = start["configuration"].dump();
   for (const Provenance::Input& input : provenance.inputs) {
-    session.inputs.emplace_back(input.path, input.sha256);
+    const bool is_log = std::find(logs.begin(), logs.end(), input.path) != logs.end();
+    session.inputs.emplace_back(input.path, is_log ? content_hash(input.path) : input.sha256);
   }
   return session;
 }
@@ -82,7 +98,8 @@ MapRecord record_of(const Mapper& mapper, const MapResult& result) {
 
 MapRun::MapRun(const MapOptions& options, const Provenance& provenance,
                const std::vector<std::string>& logs, bool resume, bool is_3d)
-    : options_(options), session_(session_of(provenance)), is_3d_(is_3d) {
+    : options_(options), session_(session_of(provenance, logs)), is_3d_(is_3d) {
+  for (const Provenance::Input& input : provenance.inputs) hashes_.push_back(input.sha256);
   session_.mode = options_.mode;
   if (options_.localizes()) {
     if (resume) throw Error(options_.file + ": nothing to resume: localize leaves it as it is");
@@ -101,24 +118,30 @@ MapRun::MapRun(const MapOptions& options, const Provenance& provenance,
 /// Whether a session is of the same log under the same settings. What came through standard input
 /// has no hash to tell.
 bool MapRun::same_run(const MapSession& other) const {
-  const auto hashes = [](const MapSession& s) {
-    std::vector<std::string> out;
-    for (const auto& [path, sha256] : s.inputs) out.push_back(sha256);
-    return out;
-  };
-  const std::vector<std::string> here = hashes(session_);
-  return other.configuration == session_.configuration && hashes(other) == here &&
-         std::count(here.begin(), here.end(), "") == 0;
+  if (other.configuration != session_.configuration ||
+      other.inputs.size() != session_.inputs.size()) {
+    return false;
+  }
+  for (std::size_t i = 0; i < session_.inputs.size(); ++i) {
+    if (!same_input(i, other.inputs[i].second)) return false;
+  }
+  return true;
+}
+
+/// Whether an input has this hash: of its content, or, as earlier versions wrote, of the file.
+bool MapRun::same_input(std::size_t i, const std::string& sha256) const {
+  return !sha256.empty() && (sha256 == session_.inputs[i].second || sha256 == hashes_[i]);
 }
 
 /// Throws Error where a log is in the map already.
 void MapRun::refuse_again(const std::vector<std::string>& logs) const {
-  for (const auto& [path, sha256] : session_.inputs) {
-    if (sha256.empty() || std::find(logs.begin(), logs.end(), path) == logs.end()) continue;
+  for (std::size_t i = 0; i < session_.inputs.size(); ++i) {
+    const std::string& path = session_.inputs[i].first;
+    if (std::find(logs.begin(), logs.end(), path) == logs.end()) continue;
     for (const MapSession& s : map_.sessions) {
-      const bool known =
-          std::any_of(s.inputs.begin(), s.inputs.end(),
-                      [&own = sha256](const auto& input) { return input.second == own; });
+      const bool known = std::any_of(s.inputs.begin(), s.inputs.end(), [&](const auto& input) {
+        return same_input(i, input.second);
+      });
       if (!known) continue;
       throw Error(fmt::format("session {} mapped {} already: what it measured would count twice",
                               s.id, path));

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -20,7 +22,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kQuality = 75;  // of JPEG, of 100
+constexpr int kQuality = 75;                     // of JPEG, of 100
+constexpr std::uint64_t kMostPixels = 50000000;  // that are decoded: 150 MB
+constexpr std::size_t kMostNames = 10000;        // of files that are not tried again
+constexpr int kMostSegments = 1000;              // of a JPEG before its frame
 
 Json matrix_json(const Eigen::Isometry3d& T) {
   Json out = Json::array();
@@ -38,15 +43,57 @@ std::filesystem::path images_of(const std::string& rawlog) {
   return std::filesystem::is_directory(own, error) ? own : log.parent_path() / "Images";
 }
 
-/// The pixels; nothing where they cannot be read. A log may name a regular file of its folder only:
-/// of a folder, the size that MRPT makes room for is no size, and for a pipe it would wait.
+/// Bytes of a file, the highest first, as a number; 0 behind its end.
+std::uint64_t number_at(std::ifstream& file, std::uint64_t place, int bytes) {
+  file.clear();
+  file.seekg(static_cast<std::streamoff>(place));
+  std::uint64_t out = 0;
+  for (int i = 0; i < bytes; ++i) {
+    const int byte = file.get();
+    if (byte < 0) return 0;
+    out = out << 8U | static_cast<std::uint64_t>(byte);
+  }
+  return out;
+}
+
+/// Pixels of a PNG or JPEG file by its header, which costs nothing to read; none for other files.
+std::optional<std::uint64_t> pixels_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (number_at(file, 0, 8) == 0x89504e470d0a1a0a) {
+    return number_at(file, 16, 4) * number_at(file, 20, 4);
+  }
+  if (number_at(file, 0, 2) != 0xffd8) return std::nullopt;
+  std::uint64_t place = 2;
+  for (int segment = 0; segment < kMostSegments; ++segment) {
+    const std::uint64_t marker = number_at(file, place, 2);
+    if (marker >> 8U != 0xff) return std::nullopt;
+    const bool is_frame = marker >= 0xffc0 && marker <= 0xffcf && marker != 0xffc4 &&
+                          marker != 0xffc8 && marker != 0xffcc;
+    if (is_frame) return number_at(file, place + 5, 2) * number_at(file, place + 7, 2);
+    place += 2 + number_at(file, place + 2, 2);
+  }
+  return std::nullopt;
+}
+
+/// Whether a file is a picture that can be decoded in a moment. A log may name a regular file of
+/// its folder only: of a folder, the size that MRPT makes room for is no size, for a pipe it would
+/// wait, and a link may lead anywhere.
+bool is_small_picture(const std::filesystem::path& file) {
+  if (std::filesystem::symlink_status(file).type() != std::filesystem::file_type::regular) {
+    return false;
+  }
+  const auto pixels = pixels_of(file);
+  return pixels && *pixels > 0 && *pixels < kMostPixels;
+}
+
+/// The pixels; nothing where they cannot be read.
 std::optional<Image> image_in(const mrpt::img::CImage& image, const std::string& rawlog) {
   try {
     if (!image.isExternallyStored()) return image_of(image);
     const std::filesystem::path name = image.getExternalStorageFile();
     if (name != name.filename() || name == "..") return std::nullopt;
     const std::filesystem::path file = images_of(rawlog) / name;
-    if (!std::filesystem::is_regular_file(file)) return std::nullopt;
+    if (!is_small_picture(file)) return std::nullopt;
     mrpt::img::CImage loaded;
     if (!loaded.loadFromFile(file.string())) return std::nullopt;
     return image_of(loaded);
@@ -84,9 +131,14 @@ std::optional<Photographs::Camera> Photographs::camera_of(
 
 void Photographs::keep(int keyframe, const mrpt::obs::CObservationImage& observation,
                        const std::string& rawlog) {
-  std::optional<Image> image = image_in(observation.image, rawlog);
+  const std::string file = observation.image.isExternallyStored()
+                               ? rawlog + '\n' + observation.image.getExternalStorageFile()
+                               : "";
+  std::optional<Image> image;
+  if (unreadable_files_.count(file) == 0) image = image_in(observation.image, rawlog);
   if (!image) {
     ++unreadable_;
+    if (!file.empty() && unreadable_files_.size() < kMostNames) unreadable_files_.insert(file);
     return;
   }
   const Image small = shrunk(*image, kWidth);

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ class Photographs {
   /// Keeps the images among the observations of a keyframe. Each time they are too many, every
   /// other photograph goes, and of those to come only every second (fourth, eighth ..) is kept.
   /// Images that the log only names are looked for where MRPT has them: beside F.rawlog in the
-  /// folder F_Images, or else Images.
+  /// folder F_Images, or else Images: PNG and JPEG files of less than 50 million pixels, no links.
   void add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations,
            const std::string& rawlog);
 
@@ -60,6 +61,7 @@ class Photographs {
   std::size_t count_ = 0;       // of all so far
   std::size_t every_ = 1;       // which of them are kept
   std::size_t unreadable_ = 0;  // of those tried
+  std::set<std::string> unreadable_files_;
 };
 
 }  // namespace hybrid

@@ -18,7 +18,7 @@ TEST_F(MapTest, ALogMakesAMapThatSaysWhatItHolds) {
   EXPECT_EQ(info["sessions"][0]["mode"], "build");
   EXPECT_EQ(info["sessions"][0]["keyframes"], 250);
   EXPECT_EQ(info["sessions"][0]["complete"], true);
-  EXPECT_EQ(info["sessions"][0]["inputs"][0]["sha256"], summary_in("out")["inputs"][0]["sha256"]);
+  EXPECT_EQ(info["sessions"][0]["inputs"][1]["sha256"], summary_in("out")["inputs"][1]["sha256"]);
   EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
 }
 
@@ -62,6 +62,28 @@ TEST_F(MapTest, AMapGrowsWithALog) {
     expect_refusal("hybrid-replay " + replay_of("second.rawlog", "a.hmap", "again") + more,
                    "a.hmap", "already: what it measured would count twice");
   }
+  // The same log, compressed otherwise.
+  ASSERT_EQ(
+      run_shell("gzip -dc < " + at("second.rawlog") + " | gzip -9 > " + at("other.rawlog")).code,
+      0);
+  ASSERT_NE(read("other.rawlog"), read("second.rawlog"));
+  expect_refusal("hybrid-replay " + replay_of("other.rawlog", "a.hmap", "again"), "a.hmap",
+                 "already: what it measured would count twice");
+}
+
+TEST_F(MapTest, MapsWithALogInCommonAreNotJoined) {
+  cut_in_two();
+  ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
+  std::filesystem::copy_file(at("a.hmap"), at("b.hmap"));
+  ASSERT_EQ(run_replay(replay_of("second.rawlog", "b.hmap", "second")).code, 0);
+  const std::string join = "hybrid-map join " + at("a.hmap") + " " + at("b.hmap");
+  const Ran ran = run_app(join + " -o " + at("c.hmap"));
+  EXPECT_EQ(ran.code, 1) << ran.text;
+  EXPECT_NE(ran.text.find(at("b.hmap") + ": its session 1 mapped the log of session 1"),
+            std::string::npos)
+      << ran.text;
+  EXPECT_NE(ran.text.find("would count twice"), std::string::npos) << ran.text;
+  EXPECT_FALSE(std::filesystem::exists(at("c.hmap")));
 }
 
 TEST_F(MapTest, ARobotIsNotFoundInAnotherMap) {

@@ -22,11 +22,6 @@ struct PlaceSeed {
 template <class Point>
 double local_density(const std::vector<Point>& points);
 
-/// Covariance of a landmark relative to another, the axes being those of the map.
-template <class Pose>
-typename Constellation<Pose>::Matrix relative_covariance(const Eigen::MatrixXd& joint, int i,
-                                                         int anchor);
-
 /// The most promising guesses, best first, none near a better one.
 template <class Pose>
 std::vector<PlaceSeed<Pose>> place_seeds(const PlaceQuestion<Pose>& question, double density,

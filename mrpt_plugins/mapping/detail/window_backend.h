@@ -14,7 +14,7 @@ namespace hybrid {
 
 /// Online smoothing: the cost of an update depends on the variables it affects, and the estimate is
 /// complete after each. The graph holds all variables, or a window; variables outside keep their
-/// last estimate.
+/// last estimate, or, in a bounded window, follow those that they hang on.
 class WindowBackend : public Backend {
  public:
   WindowBackend(const WindowOptions& window, const SmootherOptions& options)

@@ -5,9 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
 #include "libhybrid/maps/find_place.h"
 #include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/mapping/mapper.h"
@@ -30,15 +33,15 @@ class Localizer {
   std::optional<KnownStart> look_in(const Mapper& mapper);
   template <class Pose>
   PlaceQuestion<Pose> question_about_map() const;
-  Eigen::RowVectorXd log_likelihood_ratios(std::int64_t id,
-                                           const std::vector<double>& classes) const;
+  double log_likelihood_ratio(std::int64_t id, const std::vector<double>& classes,
+                              int of_map) const;
   bool covers(const Eigen::Vector3d& point) const;
 
   const MapRecord& map_;
   PlaceSearch search_;
-  std::vector<int> there_;         // landmarks of the map that exist
-  Eigen::MatrixXd covariance_;     // of these together
-  Eigen::MatrixXd ratios_in_map_;  // evidence that two of them are one but for where they are
+  std::vector<int> there_;                         // landmarks of the map that exist
+  std::shared_ptr<const PlaceMap<SE2>> in_plane_;  // these, of which there is one
+  std::shared_ptr<const PlaceMap<SE3>> in_space_;
   std::vector<double> class_prior_;
   std::vector<Eigen::Vector3d> path_;  // of all sessions
   double reach_ = 0;                   // a landmark nearer to the path was seen as a rule

@@ -53,12 +53,14 @@ class MapRun {
   void choose_mode(const std::vector<std::string>& logs, bool resume);
   void refuse_again(const std::vector<std::string>& logs) const;
   bool same_run(const MapSession& other) const;
+  bool same_input(std::size_t i, const std::string& sha256) const;
   void compare(const Mapper& mapper) const;
   MapKeyframe keyframe(const Mapper& mapper, std::size_t i) const;
   MapRecord after(const Mapper& mapper, const MapResult& result) const;
 
   MapOptions options_;
   MapSession session_;
+  std::vector<std::string> hashes_;  // of its input files as they are
   MapRecord map_;
   bool is_3d_;
   std::unique_ptr<MapFile> file_;

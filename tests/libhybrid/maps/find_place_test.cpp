@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -44,11 +46,12 @@ PlaceQuestion<Pose> question(const MapRecord& map, const std::vector<Eigen::Vect
   for (int i = 0; i < others; ++i) {
     see({along(random), along(random), kDim == 3 ? along(random) : 0.0});
   }
-  for (const MapLandmark& l : map.landmarks) q.map.push_back(l.position.head<kDim>());
-  q.covariance = joint_covariance(map);
+  std::vector<int> all(map.landmarks.size());
+  std::iota(all.begin(), all.end(), 0);
+  q.map = std::make_shared<PlaceMap<Pose>>(map, all);
   q.class_log_likelihood_ratio.setZero(static_cast<Eigen::Index>(q.here.points.size()),
-                                       static_cast<Eigen::Index>(q.map.size()));
-  q.class_log_likelihood_ratio_in_map.setZero(q.map.size(), q.map.size());
+                                       static_cast<Eigen::Index>(all.size()));
+  q.class_log_likelihood_ratio_in_map = [](int, int) { return 0.0; };
   return q;
 }
 

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "libhybrid/core/error.h"
 #include "tests/libhybrid/maps/stored_maps.h"
 
@@ -69,6 +71,149 @@ TEST(JoinMaps, RefusesMapsOfTwoKinds) {
   TwoMaps maps(1);
   maps.b.class_names = {"tree", "car"};
   EXPECT_THROW(join_maps(maps.a, maps.b, 1e4), Error);
+}
+
+TEST(JoinMaps, RefusesMapsThatHaveALogInCommon) {
+  TwoMaps maps(1);
+  maps.a.sessions[0].logs = {"monday", ""};
+  maps.b.sessions[0].logs = {"tuesday", ""};  // what came through a pipe is not known
+  EXPECT_TRUE(join_maps(maps.a, maps.b, 1e4));
+  maps.b.sessions[0].logs = {"tuesday", "monday"};
+  EXPECT_THROW(join_maps(maps.a, maps.b, 1e4), Error);
+}
+
+TEST(JoinMaps, ThePriorOfAClassCountsOnce) {
+  TwoMaps maps(1);
+  for (MapRecord* map : {&maps.a, &maps.b}) {
+    map->class_names = {"tree", "car"};
+    map->sessions[0].class_prior = {0.9, 0.1};
+    for (MapLandmark& l : map->landmarks) l.class_probabilities = {0.9, 0.1};
+  }
+  // A detection that is nine times as likely for a car, in each map.
+  maps.a.landmarks[40].class_probabilities = maps.b.landmarks[10].class_probabilities = {0.5, 0.5};
+  const auto joined = join_maps(maps.a, maps.b, 1e4);
+  ASSERT_TRUE(joined);
+  ASSERT_EQ(joined->common, 30u);
+  EXPECT_NEAR(joined->map.landmarks[35].class_probabilities[0], 0.9, 1e-9);
+  EXPECT_NEAR(joined->map.landmarks[40].class_probabilities[0], 0.1, 1e-9);
+}
+
+TEST(JoinMaps, NothingIsSaidOfTheFrameOfTheFirst) {
+  for (const double common : {0.1, 1.0, 10.0}) {
+    std::mt19937_64 random(2);
+    const auto places = scattered(40, 40, false, random);
+    MapRecord a = stored_map(places, motion(0, 0, 0), false, 0.003, 0.0, random);
+    const MapRecord b = stored_map(places, motion(5, 2, 1), false, 0.003, 0.0, random);
+    Eigen::MatrixXd C = joint_covariance(a);
+    for (int i = 0; i < 40; ++i) {
+      for (int k = 0; k < 40; ++k) {
+        C.block(2 * i, 2 * k, 2, 2).diagonal().array() += common * common;
+      }
+    }
+    a.prior = sparsify(C, 2, 1e-6);
+    const auto joined = join_maps(a, b, 1e4);
+    ASSERT_TRUE(joined) << common;
+    const double sigma = std::sqrt(joint_covariance(joined->map)(0, 0));
+    EXPECT_NEAR(sigma, std::sqrt(C(0, 0)), 0.01 * sigma) << common;
+  }
+}
+
+/// Five maps of parts of one place whose ids are those of the world, in frames of their own; the
+/// fourth has one of its landmarks 6 m off.
+std::vector<MapRecord> five_maps(std::uint64_t seed, std::int64_t misread) {
+  std::mt19937_64 random(seed);
+  const auto places = scattered(15, 15, false, random);
+  std::vector<MapRecord> out;
+  for (int robot = 0; robot < 5; ++robot) {
+    MapRecord map = stored_map(places, motion(3 * robot, -robot, robot), false, 0.03, 0.01, random);
+    map.identified = true;
+    for (MapLandmark& l : map.landmarks) l.sightings = 20;
+    MapLandmark& wrong = map.landmarks[static_cast<std::size_t>(misread)];
+    if (robot == 3) {
+      wrong.position.head<2>() += Eigen::Vector2d(3.6, -4.8);
+      wrong.sightings = 1;
+    }
+    out.push_back(std::move(map));
+  }
+  return out;
+}
+
+TEST(JoinMaps, OneLandmarkThatContradictsIsLeftOutInEveryOrder) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const std::vector<MapRecord> maps = five_maps(seed, 9);
+    std::vector<std::size_t> order{0, 1, 2, 3, 4};
+    for (int turn = 0; turn < 5; ++turn) {
+      std::rotate(order.begin(), order.begin() + 1, order.end());
+      MapRecord all = maps[order[0]];
+      std::size_t contradictions = 0;
+      for (std::size_t k = 1; k < 5; ++k) {
+        const auto joined = join_maps(all, maps[order[k]], 1e4);
+        ASSERT_TRUE(joined) << seed << " " << turn;
+        for (const Contradiction& c : joined->contradictions) {
+          EXPECT_EQ(c.id, 9);
+          EXPECT_NEAR(c.distance, 6, 0.5);
+        }
+        contradictions += joined->contradictions.size();
+        all = joined->map;
+      }
+      EXPECT_EQ(contradictions, 1u) << seed << " " << turn;
+      ASSERT_EQ(all.landmarks.size(), 15u);
+      EXPECT_EQ(all.landmarks[9].sightings, 80);
+      EXPECT_EQ(all.landmarks[8].sightings, 100);
+      // What each landmark is off from the place it has in a map that is right.
+      const MapRecord& right = maps[order[0] == 3 ? order[1] : order[0]];
+      const double d = (right.landmarks[9].position - right.landmarks[2].position).norm();
+      EXPECT_NEAR((all.landmarks[9].position - all.landmarks[2].position).norm(), d, 0.3);
+    }
+  }
+}
+
+TEST(JoinMaps, ManyLandmarksTakeNoDenseMatrix) {
+  // 2,400 landmarks along a street, 1,600 of them in each map.
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> across(0, 60);
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i < 2400; ++i) places.emplace_back(2.0 * i, across(random), 0);
+  const auto walk = [&](int from, int to, const Eigen::Isometry3d& T) {
+    MapRecord map;
+    map.identified = true;
+    std::normal_distribution<double> normal(0, 0.05);
+    for (int i = from; i < to; ++i) {
+      MapLandmark l;
+      l.id = i;
+      l.position = T * places[static_cast<std::size_t>(i)];
+      l.position.head<2>() += Eigen::Vector2d(normal(random), normal(random));
+      l.existence = l.sightings = 5;
+      SparseRow row;
+      const int own = i - from;
+      row.variables = {own};
+      row.R = Eigen::Matrix2d::Identity() / 0.05;
+      if (own > 0) {
+        row.variables.push_back(own - 1);
+        row.R.conservativeResize(2, 4);
+        row.R.rightCols(2) = -0.5 * Eigen::Matrix2d::Identity() / 0.05;
+      }
+      map.prior.rows.push_back(row);
+      map.landmarks.push_back(l);
+    }
+    map.sessions.resize(1);
+    map.sessions[0].id = 1;
+    return map;
+  };
+  const MapRecord a = walk(0, 1600, motion(0, 0, 0)), b = walk(800, 2400, motion(7, 1, 2));
+  const auto joined = join_maps(a, b, 1e4);
+  ASSERT_TRUE(joined);
+  EXPECT_EQ(joined->map.landmarks.size(), 2400u);
+  EXPECT_EQ(joined->common, 800u);
+  std::size_t most = 0;
+  for (const SparseRow& row : joined->map.prior.rows) most = std::max(most, row.variables.size());
+  EXPECT_LE(most, 33u);
+  const auto alone = joined->map.prior.covariances();
+  for (const std::size_t i : {0, 700, 1200}) {
+    EXPECT_NEAR(alone[i](0, 0), joined->map.landmarks[i].covariance(0, 0), 0.1 * alone[i](0, 0));
+  }
+  const MapRecord less = without_landmarks(joined->map, {3, 900});
+  EXPECT_EQ(less.landmarks.size(), 2398u);
 }
 
 TEST(WithoutLandmarks, TheOthersStayAsTheyWere) {

@@ -104,6 +104,42 @@ void expect_moved_along() {
   EXPECT_LT(moved_along, 0.05 * as_it_left);
 }
 
+/// What is told of the path is whole after every update: no step differs from odometry by more than
+/// in the estimate of all, and by little from what is told at the end.
+template <class Pose>
+void expect_whole_at_every_moment() {
+  WindowSmoother window(bounded(20, 2));
+  RoundRoad<Pose> road;
+  Values told;
+  double apart = 0;
+  for (int t = 0; t < RoundRoad<Pose>::kSteps + RoundRoad<Pose>::kAgain; ++t) {
+    const WindowReport report = window.update(road.step(t, window.smoother().values()));
+    ASSERT_EQ(report.status, UpdateReport::Status::kOk);
+    const auto put = [&](Key key, const Values& from) {
+      if (told.contains(key)) told.erase(key);
+      told.insert(key, from.type(key), from.data(key));
+    };
+    for (const Key key : report.left) put(key, window.past().values);
+    const Values moved = window.moved_past_states(report.changed);
+    for (const Key key : moved.keys()) put(key, moved);
+    const Values exact = window.past_states();
+    for (const Key key : exact.keys()) {
+      const auto off = told.at<Pose>(key).between(exact.at<Pose>(key)).log();
+      apart = std::max(apart, off.norm());
+    }
+  }
+  ASSERT_GE(told.size(), 50U);
+  EXPECT_LT(apart, 0.1);  // [m, rad]
+}
+
+TEST(PastStates, AreWholeAtEveryMomentInThePlane) {
+  expect_whole_at_every_moment<SE2>();
+}
+
+TEST(PastStates, AreWholeAtEveryMomentInSpace) {
+  expect_whole_at_every_moment<SE3>();
+}
+
 TEST(PastStates, MoveAlongInThePlaneWhenALoopCloses) {
   expect_moved_along<SE2>();
 }

@@ -163,6 +163,7 @@ TEST_F(MapFileTest, HoldsNumbersThatMakeSense) {
   expect_refused_after("UPDATE landmark SET session = 9", "of a session 9 that is not there");
   expect_refused_after("UPDATE landmark SET id = 1 << 56 WHERE id = 20", "is 72057594037927936");
   expect_refused_after("UPDATE landmark SET id = -1 WHERE id = 0", "is -1, not from 0");
+  expect_refused_after("UPDATE landmark SET id = 9999999 WHERE id = 20", "are numbered up to");
   expect_refused_after("UPDATE keyframe SET time = 9e999", "is not finite");
   expect_refused_after("UPDATE keyframe SET row = -1", "is -1, not from 0");
   expect_refused_after("UPDATE prior SET r11 = 9e999", "is not finite");
@@ -171,6 +172,22 @@ TEST_F(MapFileTest, HoldsNumbersThatMakeSense) {
   expect_refused_after("UPDATE map SET value = 'x' WHERE name = 'latitude'", "is no number");
   expect_refused_after("DELETE FROM map WHERE name = 'latitude'", "a part of an origin");
   expect_refused_after("UPDATE map SET value = 1e300 WHERE name = 'loss'", "its loss is 1e+300");
+}
+
+TEST_F(MapFileTest, KnowsWhichFilesOfASessionAreLogsAndThePriorOfItsClasses) {
+  MapRecord map = small_map();
+  map.sessions[0].inputs = {{"logs/a.rawlog", "01"}, {"a.ini", "02"}, {"truth.txt", "03"}};
+  map.sessions[0].configuration =
+      R"({"log":{"rawlog":"../logs/a.rawlog"},"BearingRangeAssociation":{"class_prior":"3 1"}})";
+  map.sessions[1].inputs = {{"b.rawlog", "04"}, {"a.ini", "02"}, {"c.rawlog", "05"}};
+  map.sessions[1].configuration =
+      R"({"robot.anna":{"rawlog":"b.rawlog"},"robot.bert":{"rawlog":"c.rawlog"},"log":{"x":1}})";
+  MapFile(at("b.hmap")).replace(map);
+  const MapRecord read = read_map(at("b.hmap"));
+  EXPECT_EQ(read.sessions[0].logs, std::vector<std::string>({"01"}));
+  EXPECT_EQ(read.sessions[0].class_prior, std::vector<double>({0.75, 0.25}));
+  EXPECT_EQ(read.sessions[1].logs, std::vector<std::string>({"04", "05"}));
+  EXPECT_TRUE(read.sessions[1].class_prior.empty());
 }
 
 TEST_F(MapFileTest, RobotsHaveNamesThatMakeFiles) {

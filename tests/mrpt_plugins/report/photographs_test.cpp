@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -54,6 +55,29 @@ std::string bytes_of(const std::string& text) {
     out.push_back(static_cast<char>(held >> bits & 0xff));
   }
   return out;
+}
+
+/// A PNG file of one black bit a pixel.
+std::string black_png(std::uint32_t width, std::uint32_t height) {
+  const auto word = [](std::uint32_t n) {
+    std::string out;
+    for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>(n >> shift));
+    return out;
+  };
+  const auto chunk = [&](const std::string& content) {  // its name, then its data
+    const auto* bytes = reinterpret_cast<const Bytef*>(content.data());
+    return word(static_cast<std::uint32_t>(content.size() - 4)) + content +
+           word(static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(content.size()))));
+  };
+  const std::string rows(std::size_t{(width + 7) / 8 + 1} * height, '\0');
+  uLongf size = compressBound(rows.size());
+  std::string packed(size, '\0');
+  compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+            reinterpret_cast<const Bytef*>(rows.data()), rows.size(), 1);
+  packed.resize(size);
+  return "\x89PNG\r\n\x1a\n" +
+         chunk("IHDR" + word(width) + word(height) + std::string("\1\0\0\0\0", 5)) +
+         chunk("IDAT" + packed) + chunk("IEND");
 }
 
 using PhotographsOf = ScratchFolder;
@@ -125,17 +149,22 @@ TEST_F(PhotographsOf, ALogMayNameFilesOfItsFolderAlone) {
   ASSERT_TRUE(image.saveToFile(at("a_Images/one.png")));
   ASSERT_TRUE(image.saveToFile(at("outside.png")));
   ASSERT_EQ(::mkfifo(at("a_Images/pipe.png").c_str(), 0600), 0);
+  std::filesystem::create_symlink(at("outside.png"), at("a_Images/link.png"));
+  write("a_Images/black.png", black_png(64, 64));
+  write("a_Images/bomb.png", black_png(8000, 7000));  // 9 kB, 56 million pixels
+  ASSERT_TRUE(image.saveToFile(at("a_Images/two.jpg")));
   Photographs photographs;
   for (const std::string name :
-       {"one.png", "../outside.png", "missing.png", "..", ".", "", "pipe.png"}) {
+       {"one.png", "../outside.png", "missing.png", "..", ".", "", "pipe.png", "link.png",
+        "black.png", "bomb.png", "bomb.png", "two.jpg"}) {
     mrpt::img::CImage named;
     named.setExternalStorage(name);
     photographs.add(0, {observation(named)}, at("a.rawlog"));
   }
   photographs.add(0, {observation(noise(60, 40, 4)), CObservationImage::Create()}, at("a.rawlog"));
   const Json json = photographs.json();
-  EXPECT_EQ(json["list"].size(), 2U);
-  EXPECT_EQ(json["unreadable"], 7);
+  EXPECT_EQ(json["list"].size(), 4U);
+  EXPECT_EQ(json["unreadable"], 10);
 }
 
 }  // namespace
