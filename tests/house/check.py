@@ -40,7 +40,7 @@ FLOORS = {
         {"movers"},
         {"baselines", "landmarks"},
         {"selection", "maps", "initialization"},
-        {"objects", "scans"},
+        {"objects", "scans", "uncertainty"},
         {"hybrid.h"},
     ],
     "mrpt_plugins": [
@@ -49,7 +49,7 @@ FLOORS = {
         {"bridge", "drawing"},
         {"rawlog"},
         {"input"},
-        {"mapping"},
+        {"mapping", "survey"},
         {"plugins", "evaluation", "health"},
         {"output"},
         {"report", "map_file"},

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "libhybrid/uncertainty/sensor_noise.h"
+
+namespace HYBRID_API hybrid {
+
+/// Whether ids of a sensor are of things, or of a tracker that gives a thing a new id whenever it
+/// comes back into view.
+struct IdReturns {
+  std::size_t ids = 0;
+  std::size_t due = 0;       ///< those whose place came into view again after 5 s, by odometry
+  std::size_t returned = 0;  ///< of all, seen again after 5 s
+
+  /// Ten were due, and hardly any returned.
+  bool are_of_a_tracker() const { return due >= 10 && 20 * returned < due; }
+};
+
+/// Counts them over the frames of one sensor, in the order of time. A place counts as in view where
+/// the sensor sees most: well within the ranges and angles at which it detected anything. Odometry
+/// that drifts makes some places due that are not, but then ids that last return all the same.
+IdReturns count_id_returns(const std::vector<MovedSightings>& frames);
+
+}  // namespace hybrid

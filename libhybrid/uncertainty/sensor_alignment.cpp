@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/uncertainty/sensor_alignment.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "libhybrid/geometry/so2.h"
+#include "libhybrid/uncertainty/detail/alignment_cost.h"
+
+namespace hybrid {
+namespace {
+
+constexpr double kLongestDelay = 1;                                 // s
+constexpr double kAlignmentSigmas = 3;                              // standard deviations
+constexpr double kCoarseComparisons = 4e3, kFineComparisons = 4e4;  // of detections, for one cost
+constexpr int kYaws = 36;                                           // of the whole circle
+constexpr double kYawStep = M_PI / 90;  // rad, the most in one refinement
+constexpr double kDelayStep = 0.1;      // s, the same
+constexpr int kRefinements = 15;
+constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
+constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
+constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
+
+double median_of(const std::array<std::vector<double>, kTenths>& parts) {
+  std::vector<double> all;
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+  if (all.empty()) return 0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+/// The least scale of distances over signs and yaws: half the pairs agree so well.
+double least_scale(const AlignmentCost& cost) {
+  double scale = std::numeric_limits<double>::infinity();
+  for (const bool mirrored : {false, true}) {
+    for (int i = 0; i < kYaws; ++i) {
+      scale = std::min(scale, median_of(cost.distances({mirrored, 2 * M_PI * i / kYaws, 0})));
+    }
+  }
+  return scale;
+}
+
+/// The best of many, of which the first is kept among equals.
+AlignmentChange best_of(const AlignmentCost& cost, double scale,
+                        const std::vector<AlignmentChange>& tried) {
+  AlignmentChange best = tried.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (const AlignmentChange& change : tried) {
+    const double sum = cost.costs(change, scale).sum();
+    if (sum < least) {
+      least = sum;
+      best = change;
+    }
+  }
+  return best;
+}
+
+/// The best yaw for a sign, as if there was no delay.
+AlignmentChange search_yaw(const AlignmentCost& cost, double scale, bool mirrored) {
+  std::vector<AlignmentChange> tried;
+  for (int i = 0; i < kYaws; ++i) tried.push_back({mirrored, wrap_angle(2 * M_PI * i / kYaws), 0});
+  return best_of(cost, scale, tried);
+}
+
+/// The best delay of all, and the yaw that goes with it, which are sought together: on a curve a
+/// delay looks like a yaw.
+AlignmentChange search_delay(const AlignmentCost& cost, double scale, const AlignmentChange& best) {
+  std::vector<AlignmentChange> tried = {best};
+  for (int i = -6; i <= 6; ++i) {
+    for (int j = -8; j <= 8; ++j) {
+      tried.push_back(
+          {best.mirrored, wrap_angle(best.yaw + 2 * kYawStep * i), kLongestDelay * j / 8.0, 0});
+    }
+  }
+  return best_of(cost, scale, tried);
+}
+
+/// A step of yaw, delay and drift that brings the cost down by its normal equations, over the drift
+/// and those of yaw and delay that are free; nothing where they tell of none.
+std::optional<Eigen::Vector3d> step_of(const NormalEquations& all, bool yaw, bool delay) {
+  Eigen::Matrix3d H = all.H;
+  Eigen::Vector3d g = all.g;
+  const bool free[] = {yaw, delay, true};
+  for (int i = 0; i < 3; ++i) {
+    if (free[i]) continue;
+    H.row(i).setZero();
+    H.col(i).setZero();
+    H(i, i) = 1;
+    g[i] = 0;
+  }
+  if (!(H.diagonal().minCoeff() > 0)) return std::nullopt;
+  const Eigen::Vector3d unit = H.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix3d scaled = unit.asDiagonal() * H * unit.asDiagonal();
+  if (!(scaled.determinant() > kLeastDeterminant)) return std::nullopt;
+  const Eigen::Vector3d whitened = unit.cwiseProduct(g);
+  return Eigen::Vector3d(-unit.cwiseProduct(scaled.inverse() * whitened));
+}
+
+struct Refined {
+  AlignmentChange change;
+  double yaw_sigma = std::numeric_limits<double>::infinity();
+  double delay_sigma = std::numeric_limits<double>::infinity();
+};
+
+/// The least of the cost near a change, by its quadratic, with the jackknife.
+Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& start, bool yaw,
+               bool delay) {
+  Refined out{start};
+  for (int round = 0; round < kRefinements; ++round) {
+    const std::array<NormalEquations, kTenths> parts = cost.linearize(out.change, scale);
+    NormalEquations all;
+    for (const NormalEquations& part : parts) all.add(part, 1);
+    const auto x = step_of(all, yaw, delay);
+    out.yaw_sigma = out.delay_sigma = std::numeric_limits<double>::infinity();
+    if (!x) return out;
+    Eigen::Matrix<double, kTenths, 3> without;
+    for (std::size_t part = 0; part < kTenths; ++part) {
+      NormalEquations rest = all;
+      rest.add(parts[part], -1);
+      const auto y = step_of(rest, yaw, delay);
+      if (!y) return out;
+      without.row(static_cast<Eigen::Index>(part)) = y->transpose();
+    }
+    const Eigen::RowVector3d mean = without.colwise().mean();
+    const Eigen::RowVector3d spread =
+        ((kTenths - 1) * (without.rowwise() - mean).array().square().colwise().mean()).sqrt();
+    out.change.yaw = wrap_angle(out.change.yaw + std::clamp((*x)[0], -kYawStep, kYawStep));
+    out.change.delay += std::clamp((*x)[1], -kDelayStep, kDelayStep);
+    out.change.drift += (*x)[2];
+    if (yaw) out.yaw_sigma = spread[0];
+    if (delay) out.delay_sigma = spread[1];
+    if (std::abs((*x)[0]) < 1e-4 && std::abs((*x)[1]) < 1e-3) break;
+  }
+  return out;
+}
+
+/// By how many standard deviations the first costs less.
+double sigmas_better(const PartCosts& better, const PartCosts& worse) {
+  const PartCosts d = worse - better;
+  const double variance = kTenths * (d - d.mean()).square().sum() / (kTenths - 1);
+  return variance > 0 ? d.sum() / std::sqrt(variance) : 0;
+}
+
+bool beyond(double value, double sigma) {
+  return std::abs(value) > kAlignmentSigmas * sigma;
+}
+
+/// Yaw and delay for one sign, of which those that are not significant are none.
+Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& start) {
+  const Refined both = refine(cost, scale, start, true, true);
+  const bool yaw = beyond(both.change.yaw, both.yaw_sigma);
+  const bool delay =
+      beyond(both.change.delay, both.delay_sigma) && std::abs(both.change.delay) < kLongestDelay;
+  if (yaw && delay) return both;
+  const bool mirrored = start.mirrored;
+  Refined out{{mirrored, 0, 0, both.change.drift}, both.yaw_sigma, both.delay_sigma};
+  if (yaw) {
+    out = refine(cost, scale, {mirrored, both.change.yaw, 0, 0}, true, false);
+    out.delay_sigma = both.delay_sigma;
+    if (!beyond(out.change.yaw, out.yaw_sigma)) out.change.yaw = 0;
+  } else if (delay) {
+    out = refine(cost, scale, {mirrored, 0, both.change.delay, 0}, false, true);
+    out.yaw_sigma = both.yaw_sigma;
+    if (!beyond(out.change.delay, out.delay_sigma)) out.change.delay = 0;
+  }
+  return out;
+}
+
+std::string what_is_unknown(double shift, double turn, const SensorAlignment& alignment) {
+  if (shift < kLeastShift && turn < kLeastTurn) return "sign, mounting and delay: the robot rests";
+  if (turn < kLeastTurn) return "sign and delay: the robot does not turn";
+  if (shift < kLeastShift) return "mounting: the robot does not move from its place";
+  if (std::isinf(alignment.yaw_sigma) && std::isinf(alignment.delay_sigma)) {
+    return "mounting and delay: nothing seen depends on them";
+  }
+  return "";
+}
+
+}  // namespace
+
+SE3 pose_at(const std::vector<OdometryPose>& odometry, double time) {
+  const auto after =
+      std::upper_bound(odometry.begin(), odometry.end(), time,
+                       [](double t, const OdometryPose& pose) { return t < pose.time; });
+  if (after == odometry.begin()) return after->pose;
+  const OdometryPose& before = *std::prev(after);
+  if (after == odometry.end()) return before.pose;
+  const double share = (time - before.time) / (after->time - before.time);
+  return before.pose * SE3::exp(share * before.pose.between(after->pose).log());
+}
+
+SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,
+                                          const std::vector<TimedSightings>& sightings) {
+  SensorAlignment out;
+  AlignmentCost cost(odometry, sightings);
+  if (odometry.empty() || cost.pairs() < 5 * kTenths) {
+    out.unknown = "sign, mounting and delay: too few frames with detections";
+    return out;
+  }
+  const auto [shift, turn] = cost.motion();
+  cost.limit(kCoarseComparisons);
+  if (cost.used() < kTenths) {
+    out.unknown = "sign, mounting and delay: too many detections in each frame";
+    return out;
+  }
+  const double scale = least_scale(cost);
+  if (!(scale > 0) || !std::isfinite(scale)) {
+    out.unknown = "sign, mounting and delay: detections agree at any";
+    return out;
+  }
+  const AlignmentChange as_it_is = search_yaw(cost, scale, false);
+  const AlignmentChange other = search_yaw(cost, scale, true);
+  cost.limit(kFineComparisons);
+  const double sign = sigmas_better(cost.costs(other, scale), cost.costs(as_it_is, scale));
+  out.mirror_sigmas = std::abs(sign);
+  out.mirrored = sign > kAlignmentSigmas;
+  cost.limit(kCoarseComparisons);
+  const AlignmentChange start = search_delay(cost, scale, out.mirrored ? other : as_it_is);
+  cost.limit(kFineComparisons);
+  const Refined found = settle(cost, scale, start);
+  out.yaw = found.change.yaw;
+  out.delay = found.change.delay;
+  out.yaw_sigma = found.yaw_sigma;
+  out.delay_sigma = found.delay_sigma;
+  out.unknown = what_is_unknown(shift, turn, out);
+  const double gain = sigmas_better(cost.costs(found.change, scale),
+                                    cost.costs({false, 0, 0, found.change.drift}, scale));
+  out.is_significant = (out.mirrored || out.yaw != 0 || out.delay != 0) && gain > kAlignmentSigmas;
+  if (!out.is_significant) {
+    out.mirrored = false;
+    out.yaw = out.delay = 0;
+  }
+  return out;
+}
+
+}  // namespace hybrid

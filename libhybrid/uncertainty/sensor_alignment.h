@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "libhybrid/association/sensor_delay.h"
+
+namespace HYBRID_API hybrid {
+
+/// How a sensor stands, and its clock, as far as the motion of the robot tells: what it saw agrees
+/// best from one frame to another if its bearings have the other sign (or not), it is turned by
+/// `yaw` about its vertical axis, and it is `delay` behind the odometry. Standard deviations are
+/// those of a jackknife over ten parts of the log, infinite where nothing depends on the number.
+struct SensorAlignment {
+  bool mirrored = false;     ///< bearings fit with the other sign
+  double mirror_sigmas = 0;  ///< by how many standard deviations one sign fits better
+  double yaw = 0, yaw_sigma = std::numeric_limits<double>::infinity();      ///< [rad]
+  double delay = 0, delay_sigma = std::numeric_limits<double>::infinity();  ///< [s]
+  /// Whether sign, yaw or delay differ from what the log states by more than three standard
+  /// deviations, as does the agreement. The others are 0 above, with their standard deviations.
+  bool is_significant = false;
+  std::string unknown;  ///< what the log cannot tell, and why; empty if it tells all
+};
+
+/// Measures how a sensor stands by pairs of frames up to a second apart, each sighting with the
+/// nearest one of the other frame: robust (Cauchy) and without identities.
+/// Signs and yaws of all the circle are tried, and delays up to 1 s either way. Both in the order
+/// of time; motion is steady between two poses of `odometry`.
+SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,
+                                          const std::vector<TimedSightings>& sightings);
+
+/// The pose by odometry at a time: by steady motion between two poses, and rest before and after
+/// all. There must be one.
+SE3 pose_at(const std::vector<OdometryPose>& odometry, double time);
+
+}  // namespace hybrid

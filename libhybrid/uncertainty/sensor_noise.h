@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/association/sensor_delay.h"
+
+namespace HYBRID_API hybrid {
+
+/// What a sensor saw at one time, and how the robot came there by odometry.
+struct MovedSightings {
+  TimedSightings sightings;
+  /// Of what was seen, as long, or empty: sightings of two ids are of two things.
+  std::vector<std::optional<std::int64_t>> ids = {};
+  SE3 T_odometry_robot;  ///< from any origin, which is that of all frames of one chain
+  /// Of the motion since the frame before, in the tangent (translation, rotation) of a right
+  /// perturbation; zero in what a plane has not.
+  SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();
+  int chain = 0;  ///< rises where the odometry between two frames is missing
+};
+
+/// A measured number and its standard deviation by the jackknife over ten parts of the log.
+struct Measured {
+  double value = 0;
+  double sigma = std::numeric_limits<double>::infinity();
+
+  /// Whether it is known to 15 percent.
+  bool is_sure() const;
+  /// Whether it is better than what is stated: it is sure, or the log tells at least that stated is
+  /// wrong by a factor of 1.5, by three standard deviations.
+  bool replaces(double stated) const;
+};
+
+/// The noise of a sensor of ranges and directions and of the odometry that moves it.
+struct SensorNoise {
+  /// Why nothing was measured; empty where something was.
+  std::string unknown;
+  /// Whether what the log states fits but for a factor; else the sigma of a range r is
+  /// hypot(range_m, range_share r), that of angles hypot(angle_rad, across_m / r).
+  bool is_scaled = false;
+  double range_factor = 1, angle_factor = 1;
+  double range_m = 0, range_share = 0, angle_rad = 0, across_m = 0;
+  /// At the median range of what was seen, errors that last included.
+  Measured range, angle;
+  double stated_range = 0, stated_angle = 0;  ///< there, root mean squares
+  double at_range = 0;                        ///< that median [m]
+  /// How errors grow with the time between two sightings of one thing: their sigma over that after
+  /// the first time. What is common to all things seen, such as errors of odometry, is left out.
+  struct Lag {
+    double seconds = 0;
+    double range = 1, angle = 1;
+    std::size_t pairs = 0;  ///< of frames
+  };
+  std::vector<Lag> lags;
+  /// Of the odometry: standard deviations over those stated, over the time that things stay in
+  /// view.
+  Measured translation, rotation;
+  std::size_t pairs = 0;  ///< of successive sightings of one thing
+  double chance = 0;      ///< expected number of other things as near as the noise leads
+};
+
+/// Measures the noise without a map: each sighting is matched to the nearest of those of a few
+/// frames before, moved by odometry, both ways; wrong pairs are those of Poisson clutter, told from
+/// right ones by a mixture; and variances are fitted to what right ones disagree by, over several
+/// times between two sightings. Frames in the order of time.
+SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames);
+
+}  // namespace hybrid
