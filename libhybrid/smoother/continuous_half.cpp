@@ -151,8 +151,8 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
     term.cost = cost;
     if (term.hybrid != nullptr) stale_.push_back(t);
     if (term.tree_factor < 0) continue;
-    const double error = cost - constant_of(term.component) - term.model_offset -
-                         tree_.linear_cost(term.tree_factor);
+    const double error =
+        cost - term.constant - term.model_offset - tree_.linear_cost(term.tree_factor);
     model_error_ += error;
     errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
   }

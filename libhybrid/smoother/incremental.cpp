@@ -178,9 +178,9 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   Term& term = terms_.edit(t);
   const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
   const Component previous = term.component;
-  term_constant_.subtract(constant_of(term.component));
-  term_constant_.add(constant_of(component));
-  term.component = component;
+  term_constant_.subtract(term.constant);
+  term.choose(component);
+  term_constant_.add(term.constant);
   term_cost_.subtract(term.cost);
   term.cost = evaluate(term, values());
   term_cost_.add(term.cost);

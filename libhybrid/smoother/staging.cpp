@@ -81,7 +81,7 @@ void IncrementalSmoother::remove_factor(Handle handle) {
     const int t = term_of(handle);
     if (table_of_term_[t] >= 0) discrete_.remove(table_of_term_[t]);
     term_cost_.subtract(terms_[t].cost);
-    term_constant_.subtract(constant_of(terms_[t].component));
+    term_constant_.subtract(terms_[t].constant);
     leave_tree(t);
     terms_.remove(t);
   }
@@ -118,13 +118,15 @@ int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   at_index(table_of_term_, t) = -1;
   Term& added = terms_.edit(t);
   if (added.hybrid != nullptr) {
-    added.component = added.hybrid->given(assignment());
+    added.choose(added.hybrid->given(assignment()));
   } else {
-    added.component.factor = added.continuous.get();
+    Component own;
+    own.factor = added.continuous.get();
+    added.choose(own);
   }
   added.cost = evaluate(added, values());
   term_cost_.add(added.cost);
-  term_constant_.add(constant_of(added.component));
+  term_constant_.add(added.constant);
   if (added.hybrid == nullptr) enter_tree(t);
   return t;
 }

@@ -63,9 +63,9 @@ void write_pulls(const Term& term, const double* a, BayesTree& tree) {
 }  // namespace
 
 double evaluate(const Term& term, const Values& values) {
-  const Component& c = term.component;
-  if (c.factor == nullptr) return c.constant;
-  return c.constant + c.factor->log_normalizer() + c.factor->cost(Pointers(term, values).data());
+  const ContinuousFactor* factor = term.component.factor;
+  if (factor == nullptr) return term.constant;
+  return term.constant + factor->cost(Pointers(term, values).data());
 }
 
 void linearize(Term& term, const Values& values, BayesTree& tree) {
@@ -130,8 +130,8 @@ void Terms::remove(int t) {
 
 void Terms::save(int t) {
   Term& term = terms_[t];
-  saved_.push_back(
-      {t, term.component, term.tree_factor, term.pulls, term.cost, term.model_offset, term.alive});
+  saved_.push_back({t, term.component, term.constant, term.tree_factor, term.pulls, term.cost,
+                    term.model_offset, term.alive});
   term.saved = epoch_;
 }
 
@@ -159,6 +159,7 @@ void Terms::roll_back() noexcept {
   for (Saved& saved : saved_) {
     Term& term = terms_[saved.t];
     term.component = saved.component;
+    term.constant = saved.constant;
     term.tree_factor = saved.tree_factor;
     term.pulls = std::move(saved.pulls);
     term.cost = saved.cost;

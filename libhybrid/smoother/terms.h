@@ -11,6 +11,11 @@
 
 namespace HYBRID_API hybrid {
 
+/// What a component adds to the objective beside its cost.
+inline double constant_of(const Component& component) {
+  return component.constant + (component.factor ? component.factor->log_normalizer() : 0.0);
+}
+
 /// One factor as the smoother keeps it: a continuous factor, or a hybrid factor with its chosen
 /// component.
 struct Term {
@@ -19,6 +24,7 @@ struct Term {
   Handle handle;
   std::vector<int> slots;  ///< of keys(), in the values
   Component component;     ///< of a continuous factor: itself
+  double constant = 0.0;   ///< constant_of(component)
   int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it, as weak ones are
   /// Of a weak component: for each of its variables a factor with its gradient, so that it pulls
   /// without tying variables together. Entered only when the smoother converges.
@@ -30,13 +36,12 @@ struct Term {
   bool alive = false;
   unsigned saved = 0;  ///< epoch of Terms in which it was last saved
 
+  void choose(const Component& chosen) {
+    component = chosen;
+    constant = constant_of(chosen);
+  }
   const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }
 };
-
-/// What a component adds to the objective beside its cost.
-inline double constant_of(const Component& component) {
-  return component.constant + (component.factor ? component.factor->log_normalizer() : 0.0);
-}
 
 /// -log of the term at the given values, normaliser included.
 double evaluate(const Term& term, const Values& values);
@@ -78,6 +83,7 @@ class Terms {
   struct Saved {
     int t = 0;
     Component component;
+    double constant = 0.0;
     int tree_factor = -1;
     std::vector<int> pulls;
     double cost = 0.0;
