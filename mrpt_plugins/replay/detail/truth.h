@@ -92,7 +92,7 @@ class Truth {
   bool has_times_ = false;                     // else row i belongs to step first_step_ + i
   std::size_t first_step_ = 0;
   bool real_part_first_ = false;  // of the quaternions, as it seems
-  bool may_end_early_ = false;  // steps after the last row are not known
+  bool may_end_early_ = false;    // steps after the last row are not known
   TruthContent content_ = TruthContent::kPoses;
   mrpt::poses::CPose3D T_robot_point_;  // what the positions are those of
 };
