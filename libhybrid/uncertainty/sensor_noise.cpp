@@ -161,7 +161,7 @@ double chance_of(const PolarLog& log, const PairMixture& mixture) {
     for (std::size_t k = 0; k < axes; ++k) {
       determinant *= rows[i * axes + k].shares.dot(mixture.variances);
     }
-    sum += mixture.pairs[i].clutter * M_PI * std::sqrt(determinant);
+    sum += mixture.pairs[i].density * M_PI * std::sqrt(determinant);
   }
   return mixture.pairs.empty() ? 0 : sum / static_cast<double>(mixture.pairs.size());
 }

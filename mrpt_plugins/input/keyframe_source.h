@@ -14,6 +14,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
+#include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 namespace HYBRID_API hybrid {
@@ -39,6 +40,8 @@ struct SourceOptions {
   DetectionTrackerOptions tracker;
   DetectionOptions detections;
   Dimension dimension = Dimension::kAuto;
+  bool measures = true;  ///< noise, clock and mounting are measured before the log is mapped
+  LogCorrection correction = {};
 };
 
 /// Reads sections [map], [keyframes], [sensor] and [reader].

@@ -360,6 +360,7 @@ ReplayOutcome replay(const ReplayRequest& request,
                         signal};
   Summary& summary = outcome.summary;
   summary.chosen_plugins = settings.chosen;
+  tell_findings(settings, summary);
   place.tell(result, summary);
   tell(team, summary);
   const std::vector<RobotPart> parts =

@@ -29,7 +29,7 @@ TEST(SensorNoise, IsFoundWhateverIsStated) {
       EXPECT_NEAR(noise.angle.value, world.angle, 0.15 * world.angle);
       EXPECT_TRUE(noise.range.is_sure());
       EXPECT_TRUE(noise.angle.is_sure());
-      EXPECT_DOUBLE_EQ(noise.stated_range, stated);
+      EXPECT_NEAR(noise.stated_range, stated, 1e-9 * stated);
       EXPECT_GT(noise.pairs, 500U);
     }
   }
