@@ -199,11 +199,13 @@ void reject_second_reading(const ReplayRequest& request, const SourceOptions& so
 }
 
 /// Reads the logs that are to be measured, or all; sets what was found, and returns what they hold.
-/// Standard input is read once, so that it is taken at its word.
+/// Standard input and pipes are read once, so that they are taken at their word.
 LogContents read_logs(ReplaySettings& settings, bool all) {
   LogContents contents;
   for (RobotSettings& robot : settings.robots) {
-    const bool measured = robot.source.measures && !is_standard_input(robot.rawlog);
+    std::error_code unknown;
+    const bool measured = robot.source.measures && !is_standard_input(robot.rawlog) &&
+                          std::filesystem::is_regular_file(robot.rawlog, unknown);
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
     StepWatcher watcher;

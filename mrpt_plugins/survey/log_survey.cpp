@@ -17,7 +17,7 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostFrames = 20000;
-constexpr double kLasting = 2;        // s, over which errors that last show
+const double kSame = std::log(1.15);  // sigmas within that are the same
 constexpr double kWorthSaying = 1.5;  // factor between stated and used
 constexpr double kDegree = M_PI / 180;
 
@@ -47,12 +47,16 @@ void align_frame(const SensorCorrection& sensor, const std::vector<OdometryPose>
   for (MeasuredPoint& m : s.seen) m.z[1] = -m.z[1];
 }
 
-/// Whether a measured sigma is better than that of the log. Successive sightings show what changes
-/// between them alone; a sigma below that stated is believed where those farther apart agree.
+bool are_the_same(double measured, double stated) {
+  return measured > 0 && stated > 0 && std::abs(std::log(measured / stated)) < kSame;
+}
+
+/// Whether a measured sigma is better than that of the log. One below that stated is believed where
+/// errors do not last, since pairs show what changes alone.
 bool is_better(const SensorNoise& noise, const Measured& measured, double stated) {
   if (!measured.replaces(stated)) return false;
-  const bool lasting_is_known = !noise.lags.empty() && noise.lags.back().seconds >= kLasting;
-  return lasting_is_known || !(stated > 0) || measured.value > stated;
+  if (noise.is_scaled && are_the_same(measured.value, stated)) return false;
+  return noise.is_white() || !(stated > 0) || measured.value > stated;
 }
 
 /// One kind, of which `stated` and `measured` are standard deviations.
@@ -203,7 +207,7 @@ void LogSurvey::use_odometry(const std::vector<SensorNoise>& noise, LogFindings&
     Measured least;
     for (const SensorNoise& n : noise) {
       const Measured& m = n.*kind;
-      if (!n.unknown.empty() || !(m.value > 0)) continue;
+      if (!n.is_white() || !(m.value > 0)) continue;
       if (!(least.value > 0) || m.sigma / m.value < least.sigma / least.value) least = m;
     }
     return least;
@@ -212,8 +216,13 @@ void LogSurvey::use_odometry(const std::vector<SensorNoise>& noise, LogFindings&
   const Measured rotation = best(&SensorNoise::rotation);
   NoiseRecord t = record_of("odometry", "translation", "", 1, translation);
   NoiseRecord r = record_of("odometry", "rotation", "", 1, rotation);
-  if (translation.replaces(1)) t.used = out.correction.translation = translation.value;
-  if (rotation.replaces(1)) r.used = out.correction.rotation = rotation.value;
+  if (std::none_of(noise.begin(), noise.end(), [](const auto& n) { return n.is_white(); })) {
+    t.why = r.why = "errors of the sensors last, or things leave the view too soon to tell";
+  }
+  if (translation.replaces(1) && !are_the_same(translation.value, 1))
+    t.used = out.correction.translation = translation.value;
+  if (rotation.replaces(1) && !are_the_same(rotation.value, 1))
+    r.used = out.correction.rotation = rotation.value;
   remark_on(t, "[odometry] sigmas", out);
   remark_on(r, "[odometry] sigmas", out);
   out.noise.push_back(std::move(t));

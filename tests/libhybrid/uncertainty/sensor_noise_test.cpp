@@ -73,6 +73,17 @@ TEST(SensorNoise, ClutterAndMissesDoNotCount) {
   EXPECT_NEAR(noise.angle.value, world.angle, 0.2 * world.angle);
 }
 
+TEST(SensorNoise, ErrorsThatLastShowInPairsFartherApart) {
+  DrivenWorld world;
+  world.things = 200;  // enough in view for many pairs
+  EXPECT_TRUE(measure(world).is_white());
+  world.lasting = 0.2;
+  const SensorNoise noise = measure(world);
+  EXPECT_FALSE(noise.is_white());
+  EXPECT_GT(noise.lags.back().range, 1.5);
+  EXPECT_LT(noise.lags.back().angle, 1.3);
+}
+
 TEST(SensorNoise, SaysWhereTheLogCannotTell) {
   EXPECT_NE(measure_sensor_noise({}).unknown, "");
   DrivenWorld world;
