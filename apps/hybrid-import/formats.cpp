@@ -3,6 +3,8 @@
 
 #include "apps/hybrid-import/formats.h"
 
+#include <fmt/format.h>
+
 #include <memory>
 
 #include "mrpt_plugins/import/carmen.h"
@@ -13,6 +15,7 @@
 #include "mrpt_plugins/import/plaza.h"
 #include "mrpt_plugins/import/stata.h"
 #include "mrpt_plugins/import/victoria_park.h"
+#include "mrpt_plugins/survey/log_survey.h"
 
 namespace hybrid {
 namespace {
@@ -50,6 +53,23 @@ void add_noise(CLI::App& format, MotionNoise& noise) {
                     "drawn for each axis of each motion [m]");
   format.add_option("--noise-rotation", noise.rotation, "drawn for each motion [rad]");
   format.add_option("--seed", noise.seed, "of the noise");
+}
+
+/// Converts tables, and notes what the log tells of its noise, as a replay of it will find.
+ImportReport import_and_survey(const DetectionTablesOptions& options, const std::string& output) {
+  ImportReport report = import_detection_tables(options, output);
+  const LogFindings findings = survey_log(output, {});
+  for (const NoiseRecord& record : findings.noise) {
+    if (record.stated && record.measured && !record.unit.empty()) {
+      report.notes.push_back(fmt::format(
+          "noise of {}: {:.3g} {} stated, {:.3g} +- {:.2g} measured at {:.1f} m", record.kind,
+          *record.stated, record.unit, *record.measured, *record.sigma, record.at_range));
+    } else if (!record.why.empty()) {
+      report.notes.push_back(fmt::format("noise of {}: not measured, {}", record.kind, record.why));
+    }
+  }
+  report.notes.insert(report.notes.end(), findings.remarks.begin(), findings.remarks.end());
+  return report;
 }
 
 }  // namespace
@@ -182,7 +202,7 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   const auto [format, o] = subcommand<DetectionTablesOptions>(
       app, convert, "csv",
       "Tables of a detector and an odometry of your own; see docs/importing.md",
-      import_detection_tables);
+      import_and_survey);
   format->add_option("--odometry", o->odometry, "columns time,x,y,yaw or time,x,y,z,yaw,pitch,roll")
       ->required();
   format

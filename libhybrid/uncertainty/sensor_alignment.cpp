@@ -155,9 +155,15 @@ bool beyond(double value, double sigma) {
 /// Yaw and delay for one sign, of which those that are not significant are none.
 Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& start) {
   const Refined both = refine(cost, scale, start, true, true);
-  const bool yaw = beyond(both.change.yaw, both.yaw_sigma);
-  const bool delay =
-      beyond(both.change.delay, both.delay_sigma) && std::abs(both.change.delay) < kLongestDelay;
+  AlignmentChange without_yaw = both.change, without_delay = both.change;
+  without_yaw.yaw = 0;
+  without_delay.delay = 0;
+  const PartCosts best = cost.costs(both.change, scale);
+  const bool yaw = beyond(both.change.yaw, both.yaw_sigma) &&
+                   sigmas_better(best, cost.costs(without_yaw, scale)) > kAlignmentSigmas;
+  const bool delay = beyond(both.change.delay, both.delay_sigma) &&
+                     std::abs(both.change.delay) < kLongestDelay &&
+                     sigmas_better(best, cost.costs(without_delay, scale)) > kAlignmentSigmas;
   if (yaw && delay) return both;
   const bool mirrored = start.mirrored;
   Refined out{{mirrored, 0, 0, both.change.drift}, both.yaw_sigma, both.delay_sigma};

@@ -18,6 +18,7 @@ namespace {
 constexpr double kSure = 0.15;
 const double kFar = std::log(1.5);
 constexpr double kFarSigmas = 3;
+constexpr double kLasting = 2;                 // s, over which errors that last show
 constexpr std::size_t kFewestPairs = 50;       // five a part
 constexpr double kMostChance = 0.5;            // other things within the noise
 constexpr int kLags[] = {1, 2, 4, 8, 16, 32};  // frames
@@ -161,7 +162,7 @@ double chance_of(const PolarLog& log, const PairMixture& mixture) {
     for (std::size_t k = 0; k < axes; ++k) {
       determinant *= rows[i * axes + k].shares.dot(mixture.variances);
     }
-    sum += mixture.pairs[i].clutter * M_PI * std::sqrt(determinant);
+    sum += mixture.pairs[i].density * M_PI * std::sqrt(determinant);
   }
   return mixture.pairs.empty() ? 0 : sum / static_cast<double>(mixture.pairs.size());
 }
@@ -186,6 +187,15 @@ bool Measured::replaces(double stated) const {
   if (is_sure() || !(stated > 0)) return true;
   const double away = std::abs(std::log(value / stated));
   return away > kFar && away > kFarSigmas * sigma / value;
+}
+
+bool SensorNoise::is_white() const {
+  if (!unknown.empty() || lags.empty() || lags.back().seconds < kLasting) return false;
+  return std::none_of(lags.begin(), lags.end(), [](const Lag& lag) {
+    // The sigma of a standard deviation from so many pairs of frames, with a residual each.
+    const double sigma = 1 / std::sqrt(2 * static_cast<double>(lag.pairs));
+    return std::max(lag.range, lag.angle) > 1 + std::max(kSure, kFarSigmas * sigma);
+  });
 }
 
 SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames) {

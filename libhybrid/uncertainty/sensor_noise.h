@@ -58,6 +58,10 @@ struct SensorNoise {
     std::size_t pairs = 0;  ///< of frames
   };
   std::vector<Lag> lags;
+  /// Whether errors do not last, as far as things stay in view, 2 s at least: sightings far apart
+  /// disagree no more than successive ones. Else what is measured is less than the noise there is,
+  /// and what lasts cannot be told from errors of odometry.
+  bool is_white() const;
   /// Of the odometry: standard deviations over those stated, over the time that things stay in
   /// view.
   Measured translation, rotation;

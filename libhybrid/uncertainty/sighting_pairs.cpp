@@ -102,7 +102,7 @@ void match_frame(const PolarLog& log, const Components& variances,
     const int i = of_seen[j].index;
     if (i < 0 || of_active[static_cast<std::size_t>(i)].index != static_cast<int>(j)) continue;
     const ActiveSighting& a = active[static_cast<std::size_t>(i)];
-    out.push_back({a.frame, second, a.index, static_cast<int>(j),
+    out.push_back({a.frame, second, a.index, static_cast<int>(j), density,
                    density * std::exp(-density * of_seen[j].volume), 1});
   }
 }

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kMostComparisons = 2e7;  // of detections: a second
+constexpr double kMostComparisons = 2e6;  // of detections: a tenth of a second
 constexpr int kMatchings = 4, kMixtures = 8;
 
 /// How many frames from the first on can be compared within the budget.
@@ -184,7 +184,7 @@ std::vector<SightingPair> pairs_at(const PolarLog& log, std::size_t lag) {
     }
     for (std::size_t i = 0; i < to.seen.size(); ++i) {
       const auto it = first.find(to.seen[i].track);
-      if (it != first.end()) out.push_back({j - lag, j, it->second, static_cast<int>(i), 0, 1});
+      if (it != first.end()) out.push_back({j - lag, j, it->second, static_cast<int>(i), 0, 0, 1});
     }
   }
   return out;

@@ -11,6 +11,8 @@
 #include <set>
 #include <utility>
 
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/uncertainty/sensor_alignment.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {
@@ -36,6 +38,23 @@ std::optional<DetectionFrame> take_robots(DetectionFrame& frame,
   return out;
 }
 
+/// Hides the ids of what is no robot.
+void hide_ids(const std::set<std::int64_t>& robots, DetectionFrame& frame) {
+  for (Detection& d : frame.detections) {
+    if (d.id && robots.count(*d.id) == 0) d.id.reset();
+  }
+}
+
+/// The variance by a model, where there is one.
+void set_variance(const std::optional<NoiseModel>& model, double by, double& variance) {
+  if (!model) return;
+  if (model->is_scaled) {
+    variance *= model->factor * model->factor;
+  } else {
+    variance = std::pow(model->constant, 2) + std::pow(model->by_range * by, 2);
+  }
+}
+
 /// How often something was of the plane or of space.
 struct Votes {
   std::size_t plane = 0, space = 0;
@@ -54,6 +73,51 @@ IdSource parse_ids(const std::string& text) {
 }
 
 }  // namespace
+
+void LogCorrection::correct(double time, DetectionFrame& frame) const {
+  const auto found = sensors.find(frame.sensor_label);
+  if (found == sensors.end()) return;
+  const SensorCorrection& sensor = found->second;
+  if (sensor.yaw != 0) {
+    frame.T_robot_sensor = compose(
+        frame.T_robot_sensor,
+        to_isometry(SE3(Eigen::Vector3d::Zero(), SO3::exp(Eigen::Vector3d(0, 0, sensor.yaw)))));
+  }
+  if (sensor.delay != 0 && path && !path->empty()) {
+    const SE3 now = pose_at(*path, time);
+    frame.T_robot_sensor = compose(to_isometry(now.between(pose_at(*path, time - sensor.delay))),
+                                   frame.T_robot_sensor);
+  }
+  for (Detection& d : frame.detections) {
+    if (sensor.mirrored) {
+      d.yaw = -d.yaw;
+      d.covariance.row(1) = -d.covariance.row(1).eval();
+      d.covariance.col(1) = -d.covariance.col(1).eval();
+    }
+    if (!frame.has_range) continue;
+    const Eigen::Vector3d before = d.covariance.diagonal();
+    set_variance(sensor.range, d.range, d.covariance(0, 0));
+    set_variance(sensor.angle, 1 / std::max(1e-3, d.range), d.covariance(1, 1));
+    if (frame.is_3d) {
+      set_variance(sensor.angle, 1 / std::max(1e-3, d.range), d.covariance(2, 2));
+    }
+    // Correlations stay as they were.
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double scale = before[i] * before[j];
+        if (i == j || !(scale > 0)) continue;
+        d.covariance(i, j) *= std::sqrt(d.covariance(i, i) * d.covariance(j, j) / scale);
+      }
+    }
+  }
+}
+
+void LogCorrection::correct(OdometryIncrement& odometry) const {
+  if (translation == 1 && rotation == 1) return;
+  Eigen::Matrix<double, 6, 1> scale;
+  scale << Eigen::Vector3d::Constant(translation), Eigen::Vector3d::Constant(rotation);
+  odometry.covariance = scale.asDiagonal() * odometry.covariance * scale.asDiagonal();
+}
 
 SourceOptions read_source_options(IniFile& ini) {
   SourceOptions options;
@@ -103,6 +167,12 @@ SourceOptions read_source_options(IniFile& ini) {
       "field of view of laser scans, from the first ray to the last; 0: as the log says",
       IniRange{0, 360});
 
+  options.measures =
+      sensor.choice(
+          "noise", "measured", {"stated", "measured"},
+          "measured: noise of detections and odometry, sign and delay of a sensor and its "
+          "mounting are measured before the log is mapped, and used where it tells them "
+          "(sigmas given here go first); stated: the log is taken at its word") == "measured";
   d.ids = parse_ids(sensor.choice(
       "ids", "log", {"log", "none", "truth"},
       "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
@@ -221,6 +291,7 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
 
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
+    if (step->odometry) options_.correction.correct(*step->odometry);
     const bool is_keyframe = policy_.is_keyframe(*step);
     collect_scans(*step);
     skipped_.reset();
@@ -231,6 +302,8 @@ std::optional<Keyframe> KeyframeSource::read() {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (!frame) continue;
       if (frame->time == 0) frame->time = step->time;
+      options_.correction.correct(frame->time, *frame);
+      if (options_.correction.hides_ids) hide_ids(options_.detections.robots, *frame);
       auto robots = take_robots(*frame, options_.detections.robots);
       if (robots) keyframe.robots.push_back(std::move(*robots));
       keyframe.detections.push_back(std::move(*frame));

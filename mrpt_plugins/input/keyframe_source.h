@@ -14,6 +14,7 @@
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"
+#include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 #include "mrpt_plugins/input/scans.h"
 
@@ -46,6 +47,8 @@ struct SourceOptions {
   /// The last step becomes a keyframe, so that the scans since the keyframe before are not lost.
   bool ends_with_keyframe = false;
   Dimension dimension = Dimension::kAuto;
+  bool measures = true;  ///< noise, clock and mounting are measured before the log is mapped
+  LogCorrection correction = {};
 };
 
 /// Reads sections [map], [keyframes], [sensor] and [reader].

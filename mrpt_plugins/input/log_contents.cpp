@@ -4,6 +4,8 @@
 #include "mrpt_plugins/input/log_contents.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "mrpt_plugins/bridge/interrupt.h"
 
@@ -35,17 +37,22 @@ void LogContents::add(const LogContents& other) {
   scans += other.scans;
 }
 
-LogContents read_contents(const std::string& rawlog, const SourceOptions& options) {
+LogContents read_contents(const std::string& rawlog, const SourceOptions& options,
+                          const StepWatcher& watcher) {
   LogContents contents;
   RawlogReader reader(rawlog, options.reader);
   DropReport dropped;
   while (const auto step = reader.next()) {
     throw_if_interrupted();
+    std::vector<DetectionFrame> frames;
     for (const auto& observation : step->observations) {
-      const auto frame = detections_in(*observation, options.detections, dropped);
-      if (frame) count(*frame, contents);
       if (scan_in(*observation, options.scans, dropped)) ++contents.scans;
+      auto frame = detections_in(*observation, options.detections, dropped);
+      if (!frame) continue;
+      count(*frame, contents);
+      if (watcher) frames.push_back(std::move(*frame));
     }
+    if (watcher) watcher(*step, frames);
   }
   contents.observations = reader.observations();
   return contents;

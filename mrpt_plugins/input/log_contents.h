@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -29,12 +30,19 @@ struct LogContents {
   DetectionCounts with_range, without_range;
   std::size_t scans = 0;  ///< usable planar laser scans
 
+  /// No detection has an id that can be used.
+  void forget_ids() { with_range.identified = without_range.identified = 0; }
+
   /// Counts those of another log as well.
   void add(const LogContents& other);
 };
 
+/// Sees every step of a log with the usable detections in it.
+using StepWatcher = std::function<void(const LogStep&, const std::vector<DetectionFrame>&)>;
+
 /// Reads the whole log. Measurements that are unusable by `options` do not count; of a damaged log,
 /// the readable part counts. Throws Error if it cannot be opened, Interrupted on a signal.
-LogContents read_contents(const std::string& rawlog, const SourceOptions& options);
+LogContents read_contents(const std::string& rawlog, const SourceOptions& options,
+                          const StepWatcher& watcher = {});
 
 }  // namespace hybrid

@@ -132,6 +132,39 @@ Json to_json(const Health& health) {
   return out;
 }
 
+Json or_null(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json to_json(const NoiseRecord& r) {
+  Json out = {{"sensor", r.sensor}, {"kind", r.kind}};
+  if (!r.unit.empty()) out["unit"] = r.unit;
+  if (r.at_range > 0) out["at_range_m"] = r.at_range;
+  out["stated"] = or_null(r.stated);
+  out["measured"] = or_null(r.measured);
+  out["sigma"] = or_null(r.sigma);
+  out["used"] = r.used;
+  if (!r.model.empty()) out["used_by_range"] = r.model;
+  if (!r.why.empty()) out["not_measured"] = r.why;
+  for (const auto& [seconds, factor] : r.growth) {
+    out["growth"].push_back({{"seconds", seconds}, {"factor", factor}});
+  }
+  return out;
+}
+
+Json to_json(const AlignmentRecord& r) {
+  constexpr double kDegree = M_PI / 180;
+  Json out = {{"sensor", r.sensor},
+              {"mirrored", r.mirrored},
+              {"mirror_sigmas", r.mirror_sigmas},
+              {"yaw_deg", r.yaw / kDegree},
+              {"yaw_sigma_deg", r.yaw_sigma / kDegree},
+              {"delay_s", r.delay},
+              {"delay_sigma_s", r.delay_sigma}};
+  if (!r.unknown.empty()) out["unknown"] = r.unknown;
+  return out;
+}
+
 /// Quantile `q` of sorted values, interpolated linearly.
 double percentile(const std::vector<double>& sorted, double q) {
   const double at = q * static_cast<double>(sorted.size() - 1);
@@ -191,6 +224,8 @@ Json summary_json(const Summary& s) {
   for (const auto& [reason, count] : s.dropped) out["dropped"][reason] = count;
   out["warnings"] = s.warnings;
   out["health"] = to_json(s.health);
+  for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
+  for (const AlignmentRecord& record : s.alignment) out["alignment"].push_back(to_json(record));
   for (const auto& [mode, count] : s.modes) out["modes"][mode] = count;
   for (const CalibrationEstimate& c : s.calibration) out["calibration"][c.name] = to_json(c);
   const auto localized = [](const std::optional<std::size_t>& at) {

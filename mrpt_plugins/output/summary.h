@@ -16,6 +16,7 @@
 #include "mrpt_plugins/evaluation/mover_truth.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/input/log_correction.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 #include "mrpt_plugins/output/mode_writer.h"
@@ -80,6 +81,8 @@ struct Summary {
   std::vector<std::string> warnings;
   Health health;  ///< what the run says about itself
   std::vector<CalibrationEstimate> calibration;
+  std::vector<NoiseRecord> noise;            ///< stated, measured and used
+  std::vector<AlignmentRecord> alignment;    ///< of the sensors: sign, mounting, clock
   std::map<std::string, std::size_t> modes;  ///< mode of motion -> number of motions
   bool uses_map = false;                     ///< the log is localised in a given map
   std::optional<std::size_t> localized_at;   ///< keyframe; none: not localised; of one robot only

@@ -370,6 +370,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   Summary& summary = outcome.summary;
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, mapper, result);
+  tell_findings(settings, summary);
   place.tell(result, summary);
   tell(team, summary);
   const std::vector<RobotPart> parts =

@@ -15,8 +15,10 @@
 #include "mrpt_plugins/bridge/detail/standard_input.h"
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
+#include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/replay/detail/robots.h"
 #include "mrpt_plugins/report/photographs.h"
+#include "mrpt_plugins/survey/log_survey.h"
 
 namespace hybrid {
 namespace {
@@ -230,6 +232,31 @@ bool keeps_scans(const std::string& choice, const ReplaySettings& settings) {
                      [](const auto& plugin) { return plugin->takes_scans_between(); });
 }
 
+/// Reads the logs that are to be measured, or all; sets what was found, and returns what they hold.
+/// Standard input and pipes are read once, so that they are taken at their word.
+LogContents read_logs(ReplaySettings& settings, bool all) {
+  LogContents contents;
+  for (RobotSettings& robot : settings.robots) {
+    std::error_code unknown;
+    const bool measured = robot.source.measures && !is_standard_input(robot.rawlog) &&
+                          std::filesystem::is_regular_file(robot.rawlog, unknown);
+    if (!all && !measured) continue;
+    LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
+    StepWatcher watcher;
+    if (measured) {
+      watcher = [&](const LogStep& step, const std::vector<DetectionFrame>& frames) {
+        survey.add(step, frames);
+      };
+    }
+    LogContents own = read_contents(robot.rawlog, robot.source, watcher);
+    if (measured) robot.findings = survey.conclude();
+    robot.source.correction = robot.findings.correction;
+    if (robot.source.correction.hides_ids) own.forget_ids();
+    contents.add(own);
+  }
+  return contents;
+}
+
 /// Which of the plugins see what each robot observes.
 void choose_plugins_of_robots(IniFile& ini, const std::vector<std::string>& all,
                               ReplaySettings& settings) {
@@ -278,11 +305,8 @@ ReplaySettings read_settings(IniFile& ini, const ReplayRequest& request) {
       reject_second_reading(request, robot.source, is_auto(names));
     }
   }
+  const LogContents contents = read_logs(settings, is_auto(names));
   if (is_auto(names)) {
-    LogContents contents;
-    for (const RobotSettings& robot : settings.robots) {
-      contents.add(read_contents(robot.rawlog, robot.source));
-    }
     settings.chosen = choose_plugins(contents);
     for (const std::string& name : settings.chosen) settings.plugins.push_back(make(name));
   }
@@ -307,6 +331,23 @@ ReplayRequest with_chosen_plugins(ReplayRequest request, const ReplaySettings& s
     request.settings.push_back(fmt::format("plugins.classes={}", fmt::join(settings.chosen, " ")));
   }
   return request;
+}
+
+void tell_findings(const ReplaySettings& settings, Summary& summary) {
+  for (const RobotSettings& robot : settings.robots) {
+    const std::string name = robot.name.empty() ? "" : robot.name + " ";
+    for (NoiseRecord record : robot.findings.noise) {
+      record.sensor = name + record.sensor;
+      summary.noise.push_back(std::move(record));
+    }
+    for (AlignmentRecord record : robot.findings.alignment) {
+      record.sensor = name + record.sensor;
+      summary.alignment.push_back(std::move(record));
+    }
+    for (const std::string& remark : robot.findings.remarks) {
+      summary.warnings.push_back((name.empty() ? "" : "robot " + name) + remark);
+    }
+  }
 }
 
 LogMerge open_logs(const ReplaySettings& settings) {

@@ -15,6 +15,8 @@
 
 namespace HYBRID_API hybrid {
 
+struct Summary;
+
 /// What belongs to one robot of a replay.
 struct RobotSettings {
   std::string name;  ///< empty where there is but one
@@ -26,6 +28,7 @@ struct RobotSettings {
   StartOptions start;
   std::vector<std::string> plugins;  ///< names of those that see what it observes; empty: all
   RobotOptions options;              ///< for the mapper
+  LogFindings findings;              ///< what was measured of its log before
 };
 
 /// Everything a replay needs, from INI and command line.
@@ -41,6 +44,9 @@ struct ReplaySettings {
   bool keeps_scans = false;         ///< for the outputs
   std::unique_ptr<Backend> backend;
 };
+
+/// Adds what was measured of the logs before to a summary.
+void tell_findings(const ReplaySettings& settings, Summary& summary);
 
 /// The logs of all robots, not read yet.
 LogMerge open_logs(const ReplaySettings& settings);

@@ -59,7 +59,8 @@ Eigen::Vector3d innovation_of(const ExpectedSighting& expected, const Eigen::Vec
 struct SightingPair {
   std::size_t first_frame = 0, second_frame = 0;
   int first = 0, second = 0;
-  double clutter = 0;      ///< density of the innovation if they are of two things
+  double density = 0;      ///< of things where the sensor sees, per unit of the innovation
+  double clutter = 0;      ///< that of the innovation if they are of two things
   double probability = 1;  ///< that they are of one
 };
 

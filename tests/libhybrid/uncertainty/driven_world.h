@@ -16,6 +16,7 @@ struct DrivenWorld {
   double range_m = 0.05, range_share = 0, angle = 0.01;  ///< true noise
   double stated_range = 0.1, stated_angle = 0.02;
   double odometry_angle = 0.004, stated_odometry_angle = 0.004;  ///< rad per sqrt(step)
+  double lasting = 0;                                            ///< m, of ranges, alike for 3 s
   double mirrored = 1, yaw = 0, delay = 0;
   double clutter = 0.1;  ///< per frame
   double turning = 1;    ///< 0: straight on
@@ -66,6 +67,7 @@ inline DrivenLog drive(const DrivenWorld& world) {
   }
   std::vector<int> last(things.size(), -1000);
   std::vector<std::int64_t> ids(things.size(), -1);
+  std::vector<double> lasting(things.size(), 0);
   std::int64_t next = 0;
   const SE3 T_robot_sensor({0.2, 0, 0}, SO3());
   for (int i = 40; i < 4 * world.frames + 40; i += 4) {
@@ -86,13 +88,18 @@ inline DrivenLog drive(const DrivenWorld& world) {
       frame.sightings.seen.push_back({z.head(dim), variances.asDiagonal()});
       frame.ids.push_back(id);
     };
+    const double keep = world.lasting > 0 ? std::exp(-4 * kStep / 3) : 0;
+    for (double& l : lasting) {
+      if (world.lasting > 0)
+        l = keep * l + world.lasting * std::sqrt(1 - keep * keep) * normal(random);
+    }
     for (std::size_t k = 0; k < things.size(); ++k) {
       Eigen::Vector3d z = to_polar(Eigen::Vector3d(sensor.inverse() * things[k]));
       const bool ahead = std::abs(std::remainder(z[1] + world.yaw, 2 * M_PI)) < 1.2;
       if (z[0] > 10 || z[0] < 0.5 || !ahead || uniform(random) > 0.7) continue;
       if (ids[k] < 0 || (world.tracker && i - last[k] > 40)) ids[k] = next++;
       last[k] = i;
-      z[0] += std::hypot(world.range_m, world.range_share * z[0]) * normal(random);
+      z[0] += lasting[k] + std::hypot(world.range_m, world.range_share * z[0]) * normal(random);
       z[1] += world.angle * normal(random);
       if (world.is_3d) z[2] += world.angle * normal(random);
       add(z, world.has_ids ? std::optional<std::int64_t>(ids[k]) : std::nullopt);

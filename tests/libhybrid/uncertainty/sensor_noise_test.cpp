@@ -29,7 +29,7 @@ TEST(SensorNoise, IsFoundWhateverIsStated) {
       EXPECT_NEAR(noise.angle.value, world.angle, 0.15 * world.angle);
       EXPECT_TRUE(noise.range.is_sure());
       EXPECT_TRUE(noise.angle.is_sure());
-      EXPECT_DOUBLE_EQ(noise.stated_range, stated);
+      EXPECT_NEAR(noise.stated_range, stated, 1e-9 * stated);
       EXPECT_GT(noise.pairs, 500U);
     }
   }
@@ -71,6 +71,17 @@ TEST(SensorNoise, ClutterAndMissesDoNotCount) {
   const SensorNoise noise = measure(world);
   EXPECT_NEAR(noise.range.value, world.range_m, 0.2 * world.range_m);
   EXPECT_NEAR(noise.angle.value, world.angle, 0.2 * world.angle);
+}
+
+TEST(SensorNoise, ErrorsThatLastShowInPairsFartherApart) {
+  DrivenWorld world;
+  world.things = 200;  // enough in view for many pairs
+  EXPECT_TRUE(measure(world).is_white());
+  world.lasting = 0.2;
+  const SensorNoise noise = measure(world);
+  EXPECT_FALSE(noise.is_white());
+  EXPECT_GT(noise.lags.back().range, 1.5);
+  EXPECT_LT(noise.lags.back().angle, 1.3);
 }
 
 TEST(SensorNoise, SaysWhereTheLogCannotTell) {
