@@ -3,6 +3,7 @@
 
 #include <pybind11/operators.h>
 
+#include <algorithm>
 #include <charconv>
 #include <map>
 
@@ -12,6 +13,7 @@
 #include "libhybrid/core/loss.h"
 #include "libhybrid/core/noise.h"
 #include "python/bindings.h"
+#include "python/conversions.h"
 
 namespace hybrid::python {
 namespace {
@@ -27,6 +29,19 @@ Key parse_key(const std::string& text) {
   return {text[0], index};
 }
 
+/// Refuses a number where a key is expected, by a message instead of a list of overloads.
+PyObject* refuse_number(PyObject* object, PyTypeObject*) {
+  if (PyIndex_Check(object) == 0) return nullptr;
+  throw Error("a key is a letter and a number, such as 'x3'; got " +
+              py::str(py::handle(object)).cast<std::string>());
+}
+
+/// Whether another object is the same key, or its text.
+bool is_key(Key key, const py::object& other) {
+  if (py::isinstance<Key>(other)) return key == other.cast<Key>();
+  return py::isinstance<py::str>(other) && to_string(key) == other.cast<std::string>();
+}
+
 void bind_keys(py::module_& m) {
   py::class_<Key>(m, "Key",
                   "Name of a variable: a letter and a number below 2^56. Functions that take a key "
@@ -35,13 +50,14 @@ void bind_keys(py::module_& m) {
       .def(py::init(&parse_key), "text"_a, "From a text such as 'x3'.")
       .def_property_readonly("letter", &Key::letter)
       .def_property_readonly("index", &Key::index)
-      .def(py::self == py::self)
+      .def("__eq__", &is_key, "other"_a)
       .def(py::self < py::self)
       .def("__hash__", [](Key key) { return std::hash<Key>()(key); })
       .def("__str__", [](Key key) { return to_string(key); })
       .def("__repr__", [](Key key) { return "Key('" + to_string(key) + "')"; })
       .def(py::pickle([](Key key) { return to_string(key); }, &parse_key));
-  py::implicitly_convertible<py::str, Key>();
+  convertible_or_error<py::str, Key>();
+  py::detail::get_type_info(typeid(Key), true)->implicit_conversions.emplace_back(&refuse_number);
   py::class_<DiscreteKey>(m, "DiscreteKey",
                           "A discrete variable: its key and the number of values it can take.")
       .def(py::init([](Key key, int cardinality) {
@@ -132,10 +148,29 @@ void bind_assignment(py::module_& m) {
           },
           "A dict in the order of the keys.")
       .def(py::self == py::self)
-      .def("__repr__", [](const py::object& self) {
-        return "Assignment(" + py::repr(self.attr("to_dict")()).cast<std::string>() + ")";
-      });
-  py::implicitly_convertible<py::dict, Assignment>();
+      .def("__repr__",
+           [](const py::object& self) {
+             return "Assignment(" + py::repr(self.attr("to_dict")()).cast<std::string>() + ")";
+           })
+      .def(
+          "__iter__", [](const py::object& self) { return py::iter(self.attr("to_dict")()); },
+          "The keys, sorted.")
+      .def(
+          "items",
+          [](const Assignment& assignment) {
+            std::vector<std::pair<Key, int>> items(assignment.begin(), assignment.end());
+            std::sort(items.begin(), items.end());
+            return items;
+          },
+          "Pairs of key and value, sorted.")
+      .def("__copy__", [](const Assignment& assignment) { return Assignment(assignment); })
+      .def(
+          "__deepcopy__",
+          [](const Assignment& assignment, const py::dict&) { return Assignment(assignment); },
+          "memo"_a)
+      .def(py::pickle([](const py::object& self) { return py::dict(self.attr("to_dict")()); },
+                      &to_assignment));
+  convertible_or_error<py::dict, Assignment>();
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "python/bindings.h"
+#include "python/conversions.h"
 
 namespace hybrid::python {
 namespace {
@@ -12,6 +13,29 @@ std::vector<T> all_of(const HandleList<T>& factors) {
   std::vector<T> all;
   factors.for_each([&](Handle, const T& factor) { all.push_back(factor); });
   return all;
+}
+
+/// Adds whatever can be iterated over, such as a list of factors.
+template <class Target>
+py::list add_all(Target& target, const py::iterable& factors) {
+  const py::object self = py::cast(&target, py::return_value_policy::reference);
+  py::list handles;
+  for (const py::handle factor : factors) handles.append(self.attr("add")(factor));
+  return handles;
+}
+
+py::list factors_of(const HybridGraph& graph) {
+  py::list all;
+  for (const auto& factor : all_of(graph.continuous())) all.append(factor);
+  for (const auto& table : all_of(graph.discrete())) all.append(table);
+  for (const auto& factor : all_of(graph.hybrid())) all.append(factor);
+  return all;
+}
+
+std::string describe(const HybridGraph& graph) {
+  return "<HybridGraph of " + std::to_string(graph.continuous().size()) + " continuous, " +
+         std::to_string(graph.discrete().size()) + " discrete and " +
+         std::to_string(graph.hybrid().size()) + " hybrid factors>";
 }
 
 void bind_handles(py::module_& m) {
@@ -56,11 +80,20 @@ void bind_graph(py::module_& m) {
             return graph.add(HybridFactorPtr(factor));
           },
           "factor"_a)
+      .def("add", &add_all<HybridGraph>, "factors"_a, "Adds several; returns their handles.")
       .def(
           "remove", [](HybridGraph& graph, Handle handle) { graph.remove(handle); }, "handle"_a)
       .def("__contains__", &HybridGraph::contains, "handle"_a)
       .def("__len__", &HybridGraph::size, "Number of factors of all kinds.")
       .def("__copy__", [](const HybridGraph& graph) { return HybridGraph(graph); })
+      .def(
+          "__deepcopy__",
+          [](const HybridGraph& graph, const py::dict&) { return HybridGraph(graph); }, "memo"_a,
+          "A copy with the same factors, which never change.")
+      .def(
+          "__iter__", [](const HybridGraph& graph) { return py::iter(factors_of(graph)); },
+          "Continuous factors, tables, hybrid factors.")
+      .def("__repr__", &describe)
       .def_property_readonly("continuous",
                              [](const HybridGraph& graph) { return all_of(graph.continuous()); })
       .def_property_readonly("discrete",
@@ -82,8 +115,21 @@ void bind_hybrid(py::module_& m) {
              return Estimate{values, assignment};
            }),
            "values"_a = Values(), "assignment"_a = Assignment())
+      .def("__copy__", [](const Estimate& estimate) { return Estimate(estimate); })
+      .def(
+          "__deepcopy__",
+          [](const Estimate& estimate, const py::dict&) { return Estimate(estimate); }, "memo"_a)
+      .def(py::pickle(
+          [](const Estimate& estimate) {
+            return py::make_tuple(estimate.values, estimate.assignment);
+          },
+          [](const py::tuple& state) {
+            return Estimate{state[0].cast<Values>(), state[1].cast<Assignment>()};
+          }))
       .def_readwrite("values", &Estimate::values, "Continuous.")
       .def_readwrite("assignment", &Estimate::assignment, "Discrete.");
+  convertible_or_error<Values, Estimate>();
+  convertible_or_error<py::dict, Estimate>();
   py::class_<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.")
       .def(py::init<>())
       .def(
@@ -101,6 +147,9 @@ void bind_hybrid(py::module_& m) {
             delta.hybrid.push_back(factor);
           },
           "factor"_a)
+      .def(
+          "add", [](Delta& delta, const py::iterable& factors) { add_all(delta, factors); },
+          "factors"_a, "Adds several.")
       .def_readwrite("values", &Delta::values, "Initial values of new continuous variables.")
       .def_readwrite("assignment", &Delta::assignment,
                      "Initial values of new discrete variables; 0 if not given.")

@@ -56,6 +56,7 @@ def to_type(text, argument):
         text = re.sub(r"\bKey\b", "KeyLike", text).replace("Array", "npt.ArrayLike")
         text = re.sub(r"^Assignment$", "Assignment | dict[KeyLike, int]", text).replace("List[", "Sequence[")
         text = re.sub(r"^Values$", "Values | dict[KeyLike, Any]", text)
+        text = re.sub(r"^Estimate$", "Estimate | Values | dict[KeyLike, Any]", text)
     text = re.sub(r"Optional\[(.*)\]$", r"\1 | None", re.sub(r"Optional\[(\w+)\]", r"\1 | None", text))
     text = text.replace("Tuple[", "tuple[").replace("List[", "list[").replace("Dict[", "dict[")
     text = re.sub(r"\bIterable\b(?!\[)", "Iterable[Any]", re.sub(r"\bIterator\b(?!\[)", "Iterator[Any]", text))

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "python/bindings.h"
+#include "python/conversions.h"
 
 namespace hybrid::python {
 namespace {
@@ -88,6 +89,28 @@ Values from_dict(const py::dict& items) {
   return values;
 }
 
+/// Key and value of each variable, in the order of insertion.
+std::vector<std::pair<Key, py::object>> items_of(const Values& values, const std::string& letters) {
+  std::vector<std::pair<Key, py::object>> items;
+  for (const Key key : keys_of(values, letters)) {
+    items.emplace_back(key, value_of(values.type(key), values.data(key)));
+  }
+  return items;
+}
+
+/// Variables of many types by keys, types and storage, for pickle.
+py::tuple state_of(const Values& values) {
+  py::list state;
+  for (const auto& [key, value] : items_of(values, "")) {
+    state.append(py::make_tuple(to_string(key), value));
+  }
+  return py::make_tuple(state);
+}
+
+Values from_state(const py::tuple& state) {
+  return from_dict(py::module_::import("builtins").attr("dict")(*state));
+}
+
 }  // namespace
 
 py::object value_of(VariableType type, const double* x) {
@@ -146,7 +169,7 @@ void bind_values(py::module_& m) {
       [](Values& values, Key key, const Eigen::VectorXd& value) { values.insert(key, value); },
       "key"_a, "value"_a, "Adds a variable; raises Error if the key exists.");
   c.def("__setitem__", &put_vector, "key"_a, "value"_a);
-  py::implicitly_convertible<py::dict, Values>();
+  convertible_or_error<py::dict, Values>();
   c.def(py::init(&from_dict), "values"_a, "From a dict of key: value.")
       .def(
           "__getitem__",
@@ -165,6 +188,15 @@ void bind_values(py::module_& m) {
       .def("__contains__", &Values::contains, "key"_a)
       .def("__len__", &Values::size)
       .def("__copy__", [](const Values& values) { return Values(values); })
+      .def(
+          "__deepcopy__", [](const Values& values, const py::dict&) { return Values(values); },
+          "memo"_a)
+      .def(py::pickle(&state_of, &from_state))
+      .def(
+          "__iter__", [](const Values& values) { return py::iter(py::cast(keys_of(values, ""))); },
+          "The keys, in the order of insertion.")
+      .def("items", &items_of, "letters"_a = "",
+           "Pairs of key and value; only those with the given letters, if any.")
       .def("keys", &keys_of, "letters"_a = "",
            "Keys in the order of insertion; only those with the given letters, if any.")
       .def("stack", &stack, "keys"_a,
