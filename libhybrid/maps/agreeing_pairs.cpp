@@ -21,7 +21,7 @@ constexpr double kMostByChance = 0.9999;  // probability of what is not left out
 
 /// Joint covariance of some landmarks of a map.
 template <class Pose>
-Eigen::MatrixXd covariance_of(const MapRecord& map, const std::vector<int>& landmarks) {
+Eigen::MatrixXd joint_covariance_of(const MapRecord& map, const std::vector<int>& landmarks) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   const PlaceMap<Pose> places(map, landmarks);
   const auto n = static_cast<Eigen::Index>(landmarks.size());
@@ -49,8 +49,8 @@ class PairTest {
       of_first.push_back(i);
       of_second.push_back(j);
     }
-    Ca_ = covariance_of<Pose>(first, of_first);
-    Cb_ = covariance_of<Pose>(second, of_second);
+    Ca_ = joint_covariance_of<Pose>(first, of_first);
+    Cb_ = joint_covariance_of<Pose>(second, of_second);
   }
 
   LandmarkPairs run() {
