@@ -67,6 +67,7 @@ int run_program(const std::string& name, const std::function<int()>& body) {
   program = name;
   open_standard_files();
   ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGXFSZ, SIG_IGN);  // so that a limit on the size of files is an error of writing
   end_otherwise = std::set_terminate(end_without_memory);
   try {
     return body();

@@ -16,6 +16,7 @@
 #include "libhybrid/io/read_pairs.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/pose_graph/pose_feed.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/output/sparsity.h"
 
@@ -49,10 +50,10 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
     const UpdateReport report = update(pose, feed.next(selection.smoother().values()));
     if (report.status != UpdateReport::Status::kOk) {
       throw Error(fmt::format("at pose {}: {}; closures that are not trusted determine nothing",
-                              pose.index(), report.message));
+                              vertex_id(pose.index()), report.message));
     }
     StepRecord record{report};
-    record.keyframe = static_cast<int>(pose.index());
+    record.keyframe = static_cast<std::int64_t>(vertex_id(pose.index()));
     record.time = static_cast<double>(solution.steps.size());
     record.cost = selection.smoother().objective() - selection.smoother().constant();
     record.landmarks = selection.smoother().values().size() - solution.steps.size() - 1;

@@ -27,7 +27,7 @@ StepRecord step(IncrementalSmoother& smoother, PoseFeed& feed, double& normalize
     throw Error(fmt::format("at pose {}: {}", vertex_id(pose.index()), report.message));
   }
   StepRecord record{report};
-  record.keyframe = static_cast<int>(pose.index());
+  record.keyframe = static_cast<std::int64_t>(vertex_id(pose.index()));
   record.cost = report.objective_after - normalizer;
   return record;
 }

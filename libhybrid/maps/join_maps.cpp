@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "libhybrid/core/chi_square.h"
@@ -15,6 +16,7 @@
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
 #include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/maps/detail/agreeing_pairs.h"
 #include "libhybrid/maps/detail/joined_record.h"
 #include "libhybrid/maps/detail/joint_estimate.h"
 #include "libhybrid/maps/find_place.h"
@@ -27,6 +29,7 @@ constexpr int kRounds = 8;                  // of matching, in turn with estimat
 constexpr std::size_t kAbout = 40;          // landmarks of a constellation
 constexpr std::size_t kConstellations = 8;  // of the second map that are looked for
 constexpr std::size_t kNearest = 4;         // landmarks of the second that one of the first may be
+constexpr std::size_t kMostTested = 300;    // pairs by ids that are tested together
 constexpr double kGate = 0.9999;
 
 std::vector<int> existing(const MapRecord& map) {
@@ -67,8 +70,10 @@ class MapJoin {
 
   std::optional<JoinedMaps> run() {
     if (!find()) return std::nullopt;
+    pair_by_ids();
     joint_.estimate(pairs_, T_);
-    for (int round = 0; round < kRounds && match_more(); ++round) {
+    const bool is_tested = a_.identified && there_a_.size() <= kMostTested;
+    for (int round = 0; !is_tested && round < kRounds && match_more(); ++round) {
       joint_.estimate(pairs_, joint_.T_first_second());
     }
     log_odds_ = log_evidence(variance_factor());
@@ -145,6 +150,19 @@ class MapJoin {
       }
     }
     return !pairs_.empty() && search.stands_out(log_odds_);
+  }
+
+  /// Where ids tell which landmarks are one: these, without those that contradict all others.
+  void pair_by_ids() {
+    if (!a_.identified) return;
+    std::map<std::int64_t, int> of_id;
+    for (const int i : there_a_) of_id[of_a(i).id] = i;
+    LandmarkPairs all;
+    for (const int j : there_b_) {
+      const auto it = of_id.find(of_b(j).id);
+      if (it != of_id.end()) all.emplace_back(it->second, j);
+    }
+    if (all.size() <= kMostTested) pairs_ = agreeing_pairs(a_, b_, std::move(all), T_);
   }
 
   /// By how much the maps disagree more than what each knows of itself allows: the a posteriori

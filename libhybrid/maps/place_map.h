@@ -46,9 +46,10 @@ class HYBRID_API PlaceMap {
   /// Those nearer than `reach` and perhaps some more, the nearest first.
   const std::vector<Neighbour>& neighbours(int anchor, double reach) const;
 
- private:
+  /// Covariances of all landmarks of the stored map with one of these [m^2].
   Eigen::MatrixXd columns_of(int anchor) const;
 
+ private:
   SparseGaussian prior_;
   std::vector<int> landmarks_;
   std::vector<Point> points_;

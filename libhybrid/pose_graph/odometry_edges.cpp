@@ -6,8 +6,19 @@
 #include <vector>
 
 #include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/pose_graph/vertex_id.h"
 
 namespace hybrid {
+
+namespace {
+
+/// The characters of a symbol of GTSAM, see vertex_index(); 0 for a plain number.
+std::uint64_t characters_of(Key key) {
+  const std::uint64_t index = key.index();
+  return index <= static_cast<std::uint64_t>(kLargestPlainId) ? 0 : index >> 40U;
+}
+
+}  // namespace
 
 OdometryEdges::OdometryEdges(const PoseGraph& graph) {
   std::vector<Key> poses;
@@ -24,7 +35,10 @@ OdometryEdges::OdometryEdges(const PoseGraph& graph) {
   }
   sort_unique(poses);
   for (std::size_t k = 1; k < poses.size(); ++k) {
-    if (poses[k].index() != poses[k - 1].index() + 1) next_.emplace(poses[k - 1], poses[k]);
+    if (poses[k].index() == poses[k - 1].index() + 1) continue;
+    if (characters_of(poses[k]) == characters_of(poses[k - 1])) {
+      next_.emplace(poses[k - 1], poses[k]);
+    }
   }
 }
 

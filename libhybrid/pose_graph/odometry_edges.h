@@ -9,7 +9,8 @@
 namespace HYBRID_API hybrid {
 
 /// Tells odometry from loop closures: an edge is odometry if its poses follow each other in the
-/// order of their ids, in either direction. Ids may skip numbers.
+/// order of their ids, in either direction. Ids may skip numbers, but not from one character of
+/// GTSAM's symbols (a robot) to the next.
 class OdometryEdges {
  public:
   explicit OdometryEdges(const PoseGraph& graph);

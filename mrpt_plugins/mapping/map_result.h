@@ -38,7 +38,7 @@ struct MoverEstimate : Mover {
 
 /// Work of the solver for one keyframe, one line of steps.csv.
 struct StepRecord : UpdateWork {
-  int keyframe = 0;
+  std::int64_t keyframe = 0;  ///< its number, or the id of a pose in its file
   double time = 0;            ///< time stamp of the keyframe, s
   double plugin_ms = 0;       ///< wall time of the plugins, association included
   double cost = 0;            ///< half the weighted squared error of the continuous factors

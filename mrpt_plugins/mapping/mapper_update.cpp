@@ -66,6 +66,11 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(std::size
       landmarks_.roll_back(changes);
       contributions[p] = {};
       refuse(p, e.what());
+    } catch (...) {
+      landmarks_.roll_back(changes);
+      contributions[p] = {};
+      refuse(p, fmt::format("plugin {} has thrown what is no std::exception",
+                            plugins_[p]->GetRuntimeClass()->className));
     }
   }
   return contributions;

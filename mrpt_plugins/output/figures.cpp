@@ -76,7 +76,7 @@ Image steps_image(const std::vector<StepRecord>& steps, const std::string& title
   time.marker = Marker::kCircle;
   time.marker_radius = steps.size() > 2000 ? 2 : 3.5;
   for (const StepRecord& step : steps) {
-    time.x.push_back(step.keyframe);
+    time.x.push_back(static_cast<double>(time.x.size()));
     time.y.push_back(1e3 * step.seconds);
   }
   plot.series.push_back(time);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
@@ -105,6 +106,14 @@ Contribution BeaconRanges::conclude(const MapView& map) {
 }
 
 /// A new contribution.
+/// Beacons are known by the ids of a log: throws Error for a map of numbers, which are small, too.
+void BeaconRanges::adopt(const KnownMap& known, bool) {
+  if (known.identified) return;
+  throw Error(
+      "its landmarks are numbered by the program that made it, but beacons have ids of their own; "
+      "map ranges in another file");
+}
+
 void BeaconRanges::begin() {
   placed_.begin();
   known_before_ = known_;

@@ -28,6 +28,7 @@ class BeaconRanges : public MappingPlugin {
  public:
   void configure(IniSection section) override;
   std::vector<std::string> uses() const override { return {"CObservationBeaconRanges"}; }
+  void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
   /// Adds the ranges that still wait.
   Contribution conclude(const MapView& map) override;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-// A plugin that is at fault in three keyframes: it throws, adds a landmark that its one range does
-// not determine, and adds a factor of a pose that does not exist.
+// A plugin that is at fault in four keyframes: it throws, adds a landmark that its one range does
+// not determine, adds a factor of a pose that does not exist, and throws what is no exception.
 
 #include <memory>
 #include <stdexcept>
@@ -23,6 +23,7 @@ class Refuses : public hybrid::MappingPlugin {
     hybrid::Contribution out;
     ++frames_;
     if (frames_ == 3) throw std::runtime_error("a lens cap");
+    if (frames_ == 9) throw 9;
     if (frames_ == 5) {
       const hybrid::Key point('p', 0);
       out.delta.values.insert(point, Eigen::Vector2d(1, 2));
