@@ -41,11 +41,17 @@ CORRUPTIONS = {
 }
 
 
+NEAR = 1.5  # m: a landmark farther from every thing is of nothing
+
+
 def copies_of(result, world):
-    """Landmarks beyond the first that are nearest to a thing, and the number of such things."""
+    """Landmarks beyond the first that are nearest to a thing, within NEAR, and the number of such things."""
     things = [tuple(map(float, line.split()[:2])) for line in open(f"{world}/things.txt")]
-    nearest = [min(range(len(things)), key=lambda k: math.dist(things[k], (float(row["x"]), float(row["y"]))))
-               for row in csv.DictReader(open(f"{result}/landmarks.csv"))]
+    nearest = []
+    for row in csv.DictReader(open(f"{result}/landmarks.csv")):
+        distance, thing = min((math.dist(at, (float(row["x"]), float(row["y"]))), k) for k, at in enumerate(things))
+        nearest.append(thing if distance < NEAR else None)
+    nearest = [k for k in nearest if k is not None]
     return len(nearest) - len(set(nearest)), len(set(nearest))
 
 

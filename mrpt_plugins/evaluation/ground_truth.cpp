@@ -123,9 +123,9 @@ mrpt::poses::CPose3D pose_in(const TextRow& row, const Eigen::Vector3d& position
 }
 
 bool seems_real_part_first(const std::vector<TimedPose>& poses) {
-  constexpr double kFar = 1.0, kUpright = 0.2;  // rad from upright
-  constexpr double kMost = 0.9;                 // of the poses
-  std::size_t wrong = 0;
+  constexpr double kUpright = 0.2;           // rad
+  constexpr double kMost = 0.9, kFew = 0.5;  // of the poses
+  std::size_t upright = 0, upright_if_turned = 0;
   for (const TimedPose& pose : poses) {
     mrpt::math::CQuaternionDouble read;
     pose.pose.getAsQuaternion(read);
@@ -134,9 +134,12 @@ bool seems_real_part_first(const std::vector<TimedPose>& poses) {
     const auto tilt = [](const Eigen::Quaterniond& q) {
       return std::acos(std::clamp((q * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
     };
-    if (tilt(as_read) > kFar && tilt(turned) < kUpright) ++wrong;
+    if (tilt(as_read) < kUpright) ++upright;
+    if (tilt(turned) < kUpright) ++upright_if_turned;
   }
-  return !poses.empty() && static_cast<double>(wrong) > kMost * static_cast<double>(poses.size());
+  const auto count = static_cast<double>(poses.size());
+  return static_cast<double>(upright_if_turned) > kMost * count &&
+         static_cast<double>(upright) < kFew * count;
 }
 
 std::string about_real_part_first(const std::string& path) {

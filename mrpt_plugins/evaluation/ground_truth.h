@@ -50,8 +50,8 @@ std::vector<TimedPose> read_tum(const std::string& path);
 mrpt::poses::CPose3D pose_in(const TextRow& row, const Eigen::Vector3d& position,
                              const std::array<std::size_t, 4>& quaternion);
 
-/// Whether rotations read as qx qy qz qw seem to be written qw qx qy qz: most are far from upright
-/// as they are read, and upright with the real part first.
+/// Whether rotations read as qx qy qz qw seem to be written qw qx qy qz: with the real part first
+/// nearly all are upright, and as they are read few are.
 bool seems_real_part_first(const std::vector<TimedPose>& poses);
 /// What is said then of a file.
 std::string about_real_part_first(const std::string& path);

@@ -84,8 +84,13 @@ std::optional<double> usual_share(const std::vector<Looks>& looks) {
   return quantile(shares, 0.5);
 }
 
-bool share_an_element(const std::set<std::size_t>& a, const std::set<std::size_t>& b) {
-  return std::any_of(a.begin(), a.end(), [&](std::size_t i) { return b.count(i) != 0; });
+/// Whether two landmarks at one place were seen together as two things there would be: where one is
+/// seen the other is in view. A thing that was mapped twice is now the one, now the other.
+bool were_seen_together(const std::set<std::size_t>& a, const std::set<std::size_t>& b) {
+  const auto together =
+      std::count_if(a.begin(), a.end(), [&](std::size_t i) { return b.count(i) != 0; });
+  return static_cast<double>(together) >=
+         kSeenBad * static_cast<double>(std::min(a.size(), b.size()));
 }
 
 /// Area that the landmarks cover [m^2], at least that of one metre.
@@ -99,7 +104,7 @@ double covered_area(const std::vector<LandmarkEstimate>& landmarks) {
 }
 
 /// Landmarks that have an earlier one of their class so near that chance hardly puts it there, with
-/// which they were never seen.
+/// which they were hardly seen together.
 std::size_t count_copies(const RunFacts& facts) {
   const auto& landmarks = facts.run.result.landmarks;
   const double area = covered_area(landmarks);
@@ -115,7 +120,8 @@ std::size_t count_copies(const RunFacts& facts) {
       if (landmarks[b].class_index != landmarks[a].class_index) continue;
       if ((landmarks[a].position - landmarks[b].position).norm() >= near) continue;
       const auto other = facts.seen_from.find(landmarks[b].id);
-      if (other == facts.seen_from.end() || share_an_element(seen->second, other->second)) continue;
+      if (other == facts.seen_from.end() || were_seen_together(seen->second, other->second))
+        continue;
       ++copies;
       break;
     }
@@ -131,7 +137,8 @@ HealthEntry entry_on_copies(std::size_t copies, std::size_t landmarks) {
   entry.most = kCopyLimits.doubtful;
   entry.verdict = judge(entry.value, kCopyLimits);
   entry.sentence = fmt::format(
-      "{} of {} landmarks are so near to another of their class, with which they were never seen, "
+      "{} of {} landmarks are so near to another of their class, without being seen together with "
+      "it, "
       "that they may be the same thing mapped twice.",
       copies, landmarks);
   if (entry.verdict != HealthVerdict::kGood) {

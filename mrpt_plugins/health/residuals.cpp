@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t kMostFactors = 200;  // of a kind, evenly over the run
 /// Sigmas are wrong by a factor of so much: what they are squared is the ratio below.
 constexpr double kDoubtfulFactor = 1.5, kBadFactor = 2;
-/// Stated too large does less harm than too small: by so much.
-constexpr double kDoubtfulExcess = 3, kBadExcess = 4;
+/// Stated too large makes covariances too large, and no map wrong: in doubt from so much on.
+constexpr double kDoubtfulExcess = 3;
 constexpr double kSure = 0.999;  // probability at which a ratio is not by chance
 constexpr double kLeastRedundancy = 10;
 
@@ -87,13 +87,11 @@ bool is_below(const SquaredSigmas& s) {
   return s.sum < chi_square_quantile(1 - kSure, static_cast<int>(std::lround(s.redundancy)));
 }
 
-HealthVerdict verdict_on(const SquaredSigmas& s, bool associates) {
+HealthVerdict verdict_on(const SquaredSigmas& s) {
   const double factor = std::sqrt(s.ratio());
   if (is_above(s)) return judge(factor, {kDoubtfulFactor, kBadFactor});
   if (!is_below(s)) return HealthVerdict::kGood;
-  // With known ids, noise stated too large makes covariances too large and nothing else.
-  const double bad = associates ? kBadExcess : std::numeric_limits<double>::infinity();
-  return judge(1 / factor, {kDoubtfulExcess, bad});
+  return judge(1 / factor, {kDoubtfulExcess, std::numeric_limits<double>::infinity()});
 }
 
 std::string sentence_on(const KindOfFactor& kind, double factor) {
@@ -120,7 +118,7 @@ void check_residuals(const RunFacts& facts, Health& health) {
     entry.value = std::sqrt(s.ratio());
     entry.least = 1 / kDoubtfulExcess;
     entry.most = kDoubtfulFactor;
-    entry.verdict = verdict_on(s, facts.run.associates);
+    entry.verdict = verdict_on(s);
     entry.sentence = sentence_on(kind, entry.value);
     if (entry.verdict != HealthVerdict::kGood) entry.knob = kind.knob;
     health.push_back(std::move(entry));

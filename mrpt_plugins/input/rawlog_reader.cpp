@@ -217,7 +217,10 @@ void RawlogReader::take_odometry(mrpt::system::TTimeStamp stamp, const OdometryP
     return;
   }
   ++readings_;
-  if (after_ && time == after_->time && pose.position() != after_->pose.position()) ++repeated_;
+  if (after_ && time == after_->time) {
+    ++repeated_;
+    moves_at_once_ = moves_at_once_ || pose.position() != after_->pose.position();
+  }
   if (reset_.at(pose.position())) {
     ++warnings_["odometry dropped: it starts anew, so that the motion there is not known"];
     start_odometry_anew();
@@ -300,7 +303,8 @@ void RawlogReader::drop_implausible(LogStep& step) {
 DropReport RawlogReader::warnings() const {
   DropReport all = warnings_;
   for (const std::string& note : objects_.notes()) ++all[note];
-  if (static_cast<double>(repeated_) > kCoarseClock * static_cast<double>(readings_)) {
+  if (moves_at_once_ &&
+      static_cast<double>(repeated_) > kCoarseClock * static_cast<double>(readings_)) {
     ++all[fmt::format(
         "{} of {} stamps of the odometry are that of the one before, although the "
         "robot moves: the clock is too coarse, and the result doubtful",

@@ -150,6 +150,7 @@ class RawlogReader {
   bool has_odometry_ = false;     // of its own kind, so that poses of the robot are none
   OdometryReset reset_;
   std::size_t readings_ = 0, repeated_ = 0;  // of odometry; with the stamp of the one before
+  bool moves_at_once_ = false;               // at one stamp
 };
 
 }  // namespace hybrid

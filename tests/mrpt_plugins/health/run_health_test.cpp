@@ -155,9 +155,7 @@ TEST(RunHealth, NoiseOfRangesThatIsStatedWrongly) {
   const char* name = "noise of ranges of detections";
   EXPECT_EQ(verdict_of(Walk(stated(0.25, 1)).health(), name), HealthVerdict::kBad);
   EXPECT_EQ(verdict_of(Walk(stated(0.57, 1)).health(), name), HealthVerdict::kDoubtful);
-  EXPECT_EQ(verdict_of(Walk(stated(6, 1)).health(), name), HealthVerdict::kBad);
-  // With known ids larger noise spoils nothing.
-  EXPECT_EQ(verdict_of(Walk(stated(6, 1)).health(false), name), HealthVerdict::kDoubtful);
+  EXPECT_EQ(verdict_of(Walk(stated(6, 1)).health(), name), HealthVerdict::kDoubtful);
   EXPECT_EQ(verdict_of(Walk(stated(0.25, 1)).health(), "noise of bearings of detections"),
             HealthVerdict::kGood);
 }
