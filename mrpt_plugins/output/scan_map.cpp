@@ -21,8 +21,7 @@
 namespace hybrid {
 namespace {
 
-constexpr double kReach = 30;        // m, up to where a ray counts
-constexpr double kMostCells = 64e6;  // of a grid, a byte each
+constexpr double kReach = 30;  // m, up to where a ray counts
 // Around what is seen. MRPT enlarges a grid that has fewer than 15, with a copy of it.
 constexpr double kRimCells = 25;
 constexpr double kNearMotion = 0.2;  // m
@@ -62,9 +61,9 @@ Eigen::AlignedBox2d seen_box(const std::vector<KeyframeScans>& scans, const Traj
   return most > 0 ? box : Eigen::AlignedBox2d();
 }
 
-double resolution_for(const Eigen::AlignedBox2d& box) {
+double resolution_for(const Eigen::AlignedBox2d& box, double most_cells) {
   double resolution = GridMap().resolution;
-  while (box.sizes().prod() / (resolution * resolution) > kMostCells) resolution *= 2;
+  while (box.sizes().prod() / (resolution * resolution) > most_cells) resolution *= 2;
   return resolution;
 }
 
@@ -133,11 +132,12 @@ std::vector<KeyframeScans> drawn_keyframes(const ScanArchive& archive,
   return out;
 }
 
-GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes) {
+GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes,
+                  double most_cells) {
   const Eigen::AlignedBox2d box = seen_box(scans, keyframes);
   if (box.isEmpty()) return {};
   mrpt::maps::COccupancyGridMap2D grid;
-  const double resolution = resolution_for(box);
+  const double resolution = resolution_for(box, most_cells);
   const Eigen::Vector2d low = box.min().array() - kRimCells * resolution;
   const Eigen::Vector2d high = box.max().array() + kRimCells * resolution;
   grid.setSize(static_cast<float>(low.x()), static_cast<float>(high.x()),

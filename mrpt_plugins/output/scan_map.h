@@ -25,10 +25,11 @@ struct KeyframeScans {
 std::vector<KeyframeScans> drawn_keyframes(const ScanArchive& archive, const Trajectory& keyframes);
 
 /// MRPT's occupancy grid of these scans with cells of 0.05 m, or coarser by a power of two where
-/// the map would have more than 64 million of them. Rays count up to 30 m; one without a return
+/// there would be more than `most_cells` of them. Rays count up to 30 m; one without a return
 /// tells nothing. Scans of sensors that are not level are left out, as MRPT does. Empty where no
 /// ray has a return.
-GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes);
+GridMap draw_grid(const std::vector<KeyframeScans>& scans, const Trajectory& keyframes,
+                  double most_cells = 64e6);
 
 /// The grid as a picture in PGM form, map.pgm of ROS: 254 free, 0 occupied, 205 unknown.
 std::string grid_pgm(const GridMap& grid);
