@@ -104,11 +104,11 @@ TEST(ScanTracker, AJumpToAnotherPlaceBeginsALocalMap) {
   for (int i = 0; i < 20; ++i) {
     follower.track(plan.scan(SE2(-1 + 0.1 * i, -1, 0.0), 361, 0.01, random), SE2(0.1, 0, 0));
   }
-  const testing::FloorPlan room = testing::furnished_room();
+  const testing::FloorPlan other = testing::pillars(60, random);
   TrackedScan jumped;
   for (int i = 0; i < 20; ++i) {
-    const TrackedScan scan =
-        follower.track(room.scan(SE2(0.05 * i, 0, 0.5), 361, 0.01, random), SE2(0.05, 0, 0));
+    const TrackedScan scan = follower.track(other.scan(SE2(0.05 * i, 0, 0.5), 361, 0.01, random),
+                                            SE2(0.05 * std::cos(0.5), -0.05 * std::sin(0.5), 0));
     if (i == 0) jumped = scan;
   }
   EXPECT_TRUE(jumped.is_keyframe);
