@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kMostTargets = 40;
 /// Standard deviations that a window covers, and its least size [m], [rad].
 constexpr double kCovered = 3.0;
-constexpr double kLeastReach = 0.4;
-constexpr double kLeastTurn = 0.08;
+constexpr double kLeastWindow = 0.4;
+constexpr double kLeastWindowTurn = 0.08;
 /// Points of a query closer than this are one [m].
 constexpr double kQuerySpacing = 0.1;
 
@@ -44,10 +44,10 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
   const Eigen::Matrix2d C = R * predicted.covariance.topLeftCorner<2, 2>() * R.transpose();
   SearchWindow window;
   window.centre = predicted.motion;
-  window.reach.x() = std::clamp(kCovered * std::sqrt(C(0, 0)), kLeastReach, options.max_reach);
-  window.reach.y() = std::clamp(kCovered * std::sqrt(C(1, 1)), kLeastReach, options.max_reach);
-  window.turn =
-      std::clamp(kCovered * std::sqrt(predicted.covariance(2, 2)), kLeastTurn, options.max_turn);
+  window.reach.x() = std::clamp(kCovered * std::sqrt(C(0, 0)), kLeastWindow, options.max_reach);
+  window.reach.y() = std::clamp(kCovered * std::sqrt(C(1, 1)), kLeastWindow, options.max_reach);
+  window.turn = std::clamp(kCovered * std::sqrt(predicted.covariance(2, 2)), kLeastWindowTurn,
+                           options.max_turn);
   return window;
 }
 
@@ -87,7 +87,7 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::si
           transformed(local.poses[i], tracker.keyframes()[local.anchor + i].points);
       points.insert(points.end(), seen.begin(), seen.end());
     }
-    stored.target = std::make_unique<MatchTarget>(make_match_target(points));
+    stored.target = std::make_shared<const MatchTarget>(make_match_target(points));
     if (targets_.size() > kMostTargets) {
       const auto oldest = std::min_element(
           targets_.begin(), targets_.end(),

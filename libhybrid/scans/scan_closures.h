@@ -60,7 +60,7 @@ class ScanClosureSearch {
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again
   struct Stored {
-    std::unique_ptr<MatchTarget> target;
+    std::shared_ptr<const MatchTarget> target;
     std::size_t used = 0;
   };
   std::unordered_map<std::size_t, Stored> targets_;

@@ -19,14 +19,21 @@ bool is_inside(const SurfacePoint& point) {
   return point.position.cwiseAbs().maxCoeff() < kMaxExtent;
 }
 
+/// The cell of a coordinate, far outside where that is far.
+int cell_of(double coordinate, double corner) {
+  constexpr double kFar = 1e6;
+  return static_cast<int>(
+      std::floor(std::clamp((coordinate - corner) / SurfaceMap::cell_size(), -kFar, kFar)));
+}
+
 }  // namespace
 
 int SurfaceMap::column(double x) const {
-  return static_cast<int>(std::floor((x - corner_.x()) / cell_size()));
+  return cell_of(x, corner_.x());
 }
 
 int SurfaceMap::row(double y) const {
-  return static_cast<int>(std::floor((y - corner_.y()) / cell_size()));
+  return cell_of(y, corner_.y());
 }
 
 /// Corner and size of the grid, with an empty cell on every side.
@@ -49,17 +56,17 @@ SurfaceMap::SurfaceMap(const std::vector<SurfacePoint>& points, double join) {
   const int cells = columns_ * rows_;
   if (cells == 0) return;
   std::vector<int> ends(cells + 1, 0);
-  std::vector<int> cell_of(points.size(), -1);
+  std::vector<int> cells_of(points.size(), -1);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!is_inside(points[i])) continue;
-    cell_of[i] = row(points[i].position.y()) * columns_ + column(points[i].position.x());
-    ++ends[cell_of[i] + 1];
+    cells_of[i] = row(points[i].position.y()) * columns_ + column(points[i].position.x());
+    ++ends[cells_of[i] + 1];
   }
   for (int c = 0; c < cells; ++c) ends[c + 1] += ends[c];
   std::vector<int> next(ends.begin(), ends.end() - 1);
   std::vector<int> sorted(ends.back());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (cell_of[i] >= 0) sorted[next[cell_of[i]]++] = static_cast<int>(i);
+    if (cells_of[i] >= 0) sorted[next[cells_of[i]]++] = static_cast<int>(i);
   }
   starts_.resize(cells + 1);
   for (int c = 0; c < cells; ++c) {

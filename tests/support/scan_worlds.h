@@ -79,6 +79,18 @@ inline FloorPlan furnished_room() {
   return plan;
 }
 
+/// Pillars of 0.3 m by 0.4 m at random places within 8 m of the origin: no long walls.
+template <class Random>
+FloorPlan pillars(int count, Random& random) {
+  std::uniform_real_distribution<double> place(-8.0, 8.0);
+  FloorPlan plan;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector2d low(place(random), place(random));
+    if (low.norm() > 1.5) plan.add_box(low, low + Eigen::Vector2d(0.3, 0.4));
+  }
+  return plan;
+}
+
 /// A ring of corridors 2 m wide around a block of 16 m by 12 m, with niches at uneven places.
 inline FloorPlan ring() {
   FloorPlan plan;

@@ -39,11 +39,15 @@ TEST(SurfaceMap, IsTheSameAsAnExhaustiveSearch) {
 }
 
 TEST(SurfaceMap, JoinsPointsOfOneSurface) {
-  const SurfaceMap map(
-      {{{1.00, 0.01}, {0, 1}, 0.1}, {{1.02, 0.03}, {0, 1}, 0.1}, {{1.01, 0.02}, {0, -1}, 0.1}});
-  ASSERT_EQ(map.surfels().size(), 2u);
-  EXPECT_NEAR(map.surfels()[0].position.y(), 0.02, 1e-12);
-  EXPECT_EQ(map.surfels()[0].count, 2.0);
+  const SurfaceMap map({{{0.83, -0.17}, {1, 0}, 0.1},
+                        {{1.00, 0.01}, {0, 1}, 0.1},
+                        {{1.02, 0.03}, {0, 1}, 0.1},
+                        {{1.01, 0.02}, {0, -1}, 0.1}});
+  EXPECT_EQ(map.surfels().size(), 3u);
+  const SurfaceMap::Surfel* joined = map.nearest({1.01, 0.02}, {0, 1}, 0.1);
+  ASSERT_NE(joined, nullptr);
+  EXPECT_NEAR(joined->position.y(), 0.02, 1e-12);
+  EXPECT_EQ(joined->count, 2.0);
 }
 
 TEST(SurfaceMap, MayBeEmpty) {
