@@ -201,8 +201,7 @@ CLI::App* add_carmen(CLI::App& app, Convert& convert) {
 CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   const auto [format, o] = subcommand<DetectionTablesOptions>(
       app, convert, "csv",
-      "Tables of a detector and an odometry of your own; see docs/importing.md",
-      import_and_survey);
+      "Tables of a detector and an odometry of your own; see docs/importing.md", import_and_survey);
   format->add_option("--odometry", o->odometry, "columns time,x,y,yaw or time,x,y,z,yaw,pitch,roll")
       ->required();
   format

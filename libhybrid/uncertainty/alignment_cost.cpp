@@ -86,9 +86,9 @@ PartCosts AlignmentCost::costs(const AlignmentChange& change, double scale) cons
   return out;
 }
 
-std::array<NormalEquations, kTenths> AlignmentCost::linearize(const AlignmentChange& change,
+std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentChange& change,
                                                               double scale) const {
-  std::array<NormalEquations, kTenths> out;
+  std::array<AlignmentSystem, kTenths> out;
   AlignmentChange yaw = change, drift = change, earlier = change, later = change;
   yaw.yaw += kNudge;
   drift.drift += kNudge;
@@ -99,7 +99,7 @@ std::array<NormalEquations, kTenths> AlignmentCost::linearize(const AlignmentCha
     const SE3 T_b_a = motion_of(a, b, change);
     const SE3 T_yaw = motion_of(a, b, yaw), T_drift = motion_of(a, b, drift);
     const SE3 T_earlier = motion_of(a, b, earlier), T_later = motion_of(a, b, later);
-    NormalEquations& part = out[k * kTenths / pairs_.size()];
+    AlignmentSystem& part = out[k * kTenths / pairs_.size()];
     for (const AlignedSighting& s : a.seen) {
       const auto [t, distance] = nearest_to(s, b, T_b_a, change.mirrored);
       if (t == nullptr) continue;

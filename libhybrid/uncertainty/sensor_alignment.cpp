@@ -84,7 +84,7 @@ AlignmentChange search_delay(const AlignmentCost& cost, double scale, const Alig
 
 /// A step of yaw, delay and drift that brings the cost down by its normal equations, over the drift
 /// and those of yaw and delay that are free; nothing where they tell of none.
-std::optional<Eigen::Vector3d> step_of(const NormalEquations& all, bool yaw, bool delay) {
+std::optional<Eigen::Vector3d> step_of(const AlignmentSystem& all, bool yaw, bool delay) {
   Eigen::Matrix3d H = all.H;
   Eigen::Vector3d g = all.g;
   const bool free[] = {yaw, delay, true};
@@ -114,15 +114,15 @@ Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& s
                bool delay) {
   Refined out{start};
   for (int round = 0; round < kRefinements; ++round) {
-    const std::array<NormalEquations, kTenths> parts = cost.linearize(out.change, scale);
-    NormalEquations all;
-    for (const NormalEquations& part : parts) all.add(part, 1);
+    const std::array<AlignmentSystem, kTenths> parts = cost.linearize(out.change, scale);
+    AlignmentSystem all;
+    for (const AlignmentSystem& part : parts) all.add(part, 1);
     const auto x = step_of(all, yaw, delay);
     out.yaw_sigma = out.delay_sigma = std::numeric_limits<double>::infinity();
     if (!x) return out;
     Eigen::Matrix<double, kTenths, 3> without;
     for (std::size_t part = 0; part < kTenths; ++part) {
-      NormalEquations rest = all;
+      AlignmentSystem rest = all;
       rest.add(parts[part], -1);
       const auto y = step_of(rest, yaw, delay);
       if (!y) return out;

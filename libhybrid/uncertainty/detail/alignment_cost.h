@@ -39,10 +39,10 @@ struct FramePair {
 };
 
 /// Half the Hessian of a cost and half its gradient, over yaw, delay and drift.
-struct NormalEquations {
+struct AlignmentSystem {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
-  void add(const NormalEquations& other, double factor) {
+  void add(const AlignmentSystem& other, double factor) {
     H += factor * other.H;
     g += factor * other.g;
   }
@@ -69,7 +69,7 @@ class AlignmentCost {
 
   /// The normal equations by part of the log, with matches as they are and weights by the
   /// distances.
-  std::array<NormalEquations, kTenths> linearize(const AlignmentChange& change, double scale) const;
+  std::array<AlignmentSystem, kTenths> linearize(const AlignmentChange& change, double scale) const;
 
   /// Sums over pairs of how far the robot moves and turns between their frames.
   std::pair<double, double> motion() const;

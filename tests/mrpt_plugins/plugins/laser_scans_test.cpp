@@ -29,9 +29,9 @@ class RingDrive {
       SE2 motion;
       SE2 middle;
       for (std::size_t k = 2 * i - 2; k < 2 * i; ++k) {
-        const SE2 step = way[k].between(way[k + 1]) *
-                         SE2(0.01 * noise_(random_), 0.005 * noise_(random_),
-                             0.01 * noise_(random_));
+        const SE2 step =
+            way[k].between(way[k + 1]) *
+            SE2(0.01 * noise_(random_), 0.005 * noise_(random_), 0.01 * noise_(random_));
         if (k == 2 * i - 1) middle = step.inverse();
         motion = motion * step;
       }
