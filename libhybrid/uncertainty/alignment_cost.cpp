@@ -101,10 +101,12 @@ std::array<AlignmentSystem, kTenths> AlignmentCost::linearize(const AlignmentCha
     const SE3 T_earlier = motion_of(a, b, earlier), T_later = motion_of(a, b, later);
     AlignmentSystem& part = out[k * kTenths / pairs_.size()];
     for (const AlignedSighting& s : a.seen) {
-      const auto [t, distance] = nearest_to(s, b, T_b_a, change.mirrored);
+      const std::pair<const AlignedSighting*, double> nearest =
+          nearest_to(s, b, T_b_a, change.mirrored);
+      const AlignedSighting* t = nearest.first;
       if (t == nullptr) continue;
       const Eigen::Vector3d weights =
-          ((s.variance + t->variance) * (scale + distance)).cwiseInverse();
+          ((s.variance + t->variance) * (scale + nearest.second)).cwiseInverse();
       const Eigen::Vector3d e = innovation(s, *t, T_b_a, change.mirrored);
       const auto derivative = [&](const SE3& T_1, const Eigen::Vector3d& e_0, double step) {
         Eigen::Vector3d d = innovation(s, *t, T_1, change.mirrored) - e_0;
