@@ -12,7 +12,7 @@ namespace {
 
 /// The radius of the search for counterparts shrinks by this factor per iteration, down to this
 /// [m].
-constexpr double kShrink = 0.7;
+constexpr double kRadiusShrink = 0.7;
 constexpr double kLeastRadius = 0.15;
 /// The scatter of returns around surfaces is between the resolution of a sensor and the roughness
 /// of a wall [m].
@@ -124,7 +124,7 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
     result.pose = result.pose * SE2::exp(step);
     result.pose.normalize();
     const bool smallest = radius <= kLeastRadius;
-    radius = std::max(radius * kShrink, kLeastRadius);
+    radius = std::max(radius * kRadiusShrink, kLeastRadius);
     const bool last =
         (smallest && step.cwiseAbs().maxCoeff() < kSmallStep) || i + 1 == options.max_iterations;
     if (!last) continue;
