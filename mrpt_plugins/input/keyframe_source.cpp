@@ -169,7 +169,7 @@ SourceOptions read_source_options(IniFile& ini) {
 
   options.measures =
       sensor.choice(
-          "noise", "measured", {"stated", "measured"},
+          "noise", "stated", {"stated", "measured"},
           "measured: noise of detections and odometry, sign and delay of a sensor and its "
           "mounting are measured before the log is mapped, and used where it tells them "
           "(sigmas given here go first); stated: the log is taken at its word") == "measured";
