@@ -20,8 +20,16 @@ namespace {
 /// robot stands on the floor of a building.
 constexpr double kHeight = 0.1;
 constexpr double kTilt = 0.05;
-/// Scans of the same time are of several scanners [s].
+/// Scans of the same time [s] and place are of several scanners. Time alone does not tell: clocks
+/// that go back leave stamps that repeat.
 constexpr double kSameTime = 1e-4;
+constexpr double kSamePlace = 1e-9;
+
+bool are_together(const LaserScan& a, const LaserScan& b) {
+  return std::abs(a.time - b.time) < kSameTime &&
+         (a.T_keyframe_robot.matrix() - b.T_keyframe_robot.matrix()).cwiseAbs().maxCoeff() <
+             kSamePlace;
+}
 
 SE2 in_plane(const Eigen::Isometry3d& T) {
   const Eigen::Matrix3d R = T.linear();
@@ -84,7 +92,7 @@ TrackedScan LaserScans::track(const Frame& frame, std::optional<SE2> from_before
   for (std::size_t i = 0; i < scans.size();) {
     std::size_t end = i;
     std::vector<SurfacePoint> points;
-    while (end < scans.size() && scans[end].time - scans[i].time < kSameTime) {
+    while (end < scans.size() && are_together(scans[end], scans[i])) {
       const std::vector<SurfacePoint> seen = scan_points(scans[end++], options_.points);
       points.insert(points.end(), seen.begin(), seen.end());
     }
