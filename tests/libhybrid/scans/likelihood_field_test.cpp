@@ -25,7 +25,9 @@ TEST(LikelihoodField, LevelsAreMaximaOverSquares) {
           for (int u = x; u < x + size; ++u) most = std::max(most, field.at(0, u, v));
         }
         // Squares that begin before the margin count as empty.
-        if (x >= -16 && y >= -16) EXPECT_EQ(field.at(level, x, y), most) << level << x << y;
+        if (x >= -16 && y >= -16) {
+          EXPECT_EQ(field.at(level, x, y), most) << level << x << y;
+        }
       }
     }
   }

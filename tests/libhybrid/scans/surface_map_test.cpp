@@ -34,7 +34,9 @@ TEST(SurfaceMap, IsTheSameAsAnExhaustiveSearch) {
     for (const SurfacePoint& point : points) least = std::min(least, (point.position - at).norm());
     const auto* found = map.nearest(at, {0, 1}, 0.4);
     ASSERT_EQ(found != nullptr, least < 0.4);
-    if (found != nullptr) EXPECT_DOUBLE_EQ((found->position - at).norm(), least);
+    if (found != nullptr) {
+      EXPECT_DOUBLE_EQ((found->position - at).norm(), least);
+    }
   }
 }
 
