@@ -27,11 +27,6 @@ void PlacedLandmarks::applied(const AddedHandles& handles) {
     placed_[measured.id].measurements.push_back(std::move(measured.taken));
     touched_.insert(measured.id);
   }
-  for (const auto& [landmark, class_prior] : change_.placed) {
-    if (taken_out_.count(landmark.id) == 0) continue;
-    Placed& again = placed_[landmark.id];
-    again.judged = again.measurements.size();
-  }
   change_ = {};
 }
 
@@ -47,14 +42,11 @@ void PlacedLandmarks::refused() {
 }
 
 /// Whether more than half of the latest measurements, as many as an initialiser holds, are false.
-/// Those by which a landmark was placed again do not count, and it takes as many others.
 bool PlacedLandmarks::is_misplaced(const Placed& landmark, const Assignment& assignment,
                                    const BankOptions& options) {
   const std::vector<Taken>& all = landmark.measurements;
-  const auto most = static_cast<std::size_t>(options.max_measurements);
-  const auto count = std::min(all.size() - landmark.judged, most);
-  const auto least = static_cast<std::size_t>(options.min_measurements);
-  if (count < std::max(least, std::min(landmark.judged, most))) return false;
+  const auto count = std::min(all.size(), static_cast<std::size_t>(options.max_measurements));
+  if (count < static_cast<std::size_t>(options.min_measurements)) return false;
   const auto wrong =
       std::count_if(all.end() - static_cast<std::ptrdiff_t>(count), all.end(), [&](const Taken& t) {
         return assignment.contains(t.choice) && assignment.at(t.choice) != 0;
@@ -89,7 +81,6 @@ Contribution PlacedLandmarks::take_out(const MapView& map, const BankOptions& op
     if (it->second.class_prior) out.delta.remove.push_back(*it->second.class_prior);
     out.delta.remove_values.push_back(position_key(id));
     out.forgotten.push_back(id);
-    taken_out_.insert(id);
     change_.taken_out[id] = std::move(it->second);
     placed_.erase(it);
   }

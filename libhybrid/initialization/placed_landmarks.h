@@ -20,9 +20,7 @@ namespace HYBRID_API hybrid {
 /// Landmarks that were placed from measurements none of which places them alone, with these
 /// measurements. Each measurement is a hybrid factor over a choice, whose value is 0 where it is
 /// right. A landmark most of whose latest measurements are false is misplaced: it is taken out of
-/// the map, to be placed again from its measurements. Once placed again it has been judged by
-/// these: only as many later ones can say anew that it is misplaced, so that measurements which are
-/// false for long do not take it out over and over.
+/// the map, to be placed again from its measurements.
 class PlacedLandmarks {
  public:
   using Measurement = GaussianSumInitializer::Measurement;
@@ -58,7 +56,6 @@ class PlacedLandmarks {
   struct Placed {
     std::vector<Taken> measurements;
     std::optional<Handle> class_prior;
-    std::size_t judged = 0;  ///< of the measurements, by which it was placed again
   };
   /// What the last contribution changes, until it is applied or refused.
   struct Change {
@@ -77,8 +74,7 @@ class PlacedLandmarks {
 
   std::map<std::int64_t, Placed> placed_;
   std::map<std::int64_t, std::vector<Measurement>> restarts_;
-  std::set<std::int64_t> touched_;    // measured since landmarks were last taken out
-  std::set<std::int64_t> taken_out_;  // ever
+  std::set<std::int64_t> touched_;  // measured since landmarks were last taken out
   Change change_;
 };
 
