@@ -78,11 +78,12 @@ TEST(LogConventions, WhatArrivesLateIsPutWhereItsStampSays) {
 
 TEST(LogConventions, WhatIsLaterThanTheWindowIsCounted) {
   const TemporaryFile log("too_late.rawlog");
-  write_log(log.path(), {observation(10), observation(20), observation(11), observation(30)});
+  write_log(log.path(),
+            {observation(10), observation(20), observation(25), observation(11), observation(30)});
   RawlogReader reader(log.path());
   std::size_t steps = 0;
   while (reader.next()) ++steps;
-  EXPECT_EQ(steps, 3U);
+  EXPECT_EQ(steps, 4U);
   EXPECT_EQ(reader.warnings().at("observation dropped: time goes backwards"), 1U);
 }
 
