@@ -14,7 +14,7 @@ namespace hybrid {
 
 /// The unknown variances: of a range r and of angles at r, constant and by range, or factors of
 /// those stated; and factors of those of the odometry.
-enum Component { kRange, kRangeShare, kAngle, kAcross, kTranslation, kRotation };
+enum NoisePart { kRange, kRangeShare, kAngle, kAcross, kTranslation, kRotation };
 
 inline constexpr int kLogParts = 10;  ///< of a log, for the jackknife
 
