@@ -40,7 +40,6 @@ TEST_F(TableConventions, ColumnsByOtherNamesAndRowNumbers) {
   EXPECT_NEAR(tree.range, 3, 1e-6);
   EXPECT_NEAR(tree.yaw, 0.1, 1e-6);
   EXPECT_NEAR(tree.class_scores.at(1), 0.8, 1e-6);
-  EXPECT_TRUE(tells(report, "column num is left aside"));
   EXPECT_TRUE(tells(report, "column seq is left aside"));
 }
 
