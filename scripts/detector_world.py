@@ -1,16 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""A detector of somebody's own, as the tables that hybrid-import csv reads, with what such tables get wrong, and the truth.
+"""Makes a world of classed things and the log of a robot that detects them, as tables for hybrid-import csv, with the truth.
 
-usage: detector_world.py OUT [seed=1] [things=60] [range_share=.03] [bearing=.01] [wrong=.15] [clutter=.15] [seconds=180]
-       flip=1: bearings with the other sign      delay=.5: detections stamped so much late     turn=90: sensor turned by degrees
-       tracker=1: ids of a tracker, new when a thing comes back    scale=1.2: odometry times so much
-       twins=.3: each thing has a twin of its class so many metres beside it
-writes OUT/odometry.tum OUT/detections.csv OUT/truth.tum OUT/things.txt
+usage: detector_world.py OUT [NAME=VALUE]...
 
-By default 60 things of 4 classes, ranges with noise of 3 % (0.19 m in the mean), bearings of .01 rad, 15 % wrong classes, clutter,
-and odometry that is 2 % long and turns by .006 rad/s.
+What goes wrong is chosen by name:
+  flip=1      bearings are positive to the right
+  turn=DEG    the sensor is mounted with this yaw
+  delay=S     stamps of detections are this much too late
+  tracker=1   detections carry ids, which change when a thing leaves the view for two seconds
+  scale=F     odometry is F times as long
+  twins=M     beside each thing stands another of its class, M metres away
+The rest is the world and its noise: seed, things, seconds, range_share (of the range), bearing [rad], wrong (share of classes),
+clutter (probability in a frame).
+
+Written to OUT: odometry.tum, detections.csv, truth.tum and things.txt. Odometry is always 2 % long and drifts by 0.006 rad/s.
 """
 import math
 import os

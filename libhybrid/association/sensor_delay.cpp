@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/polar.h"
 
@@ -20,18 +21,6 @@ constexpr double kSigmas = 3;        // of a delay that is none by chance
 
 double delay_of(int tried) {
   return kStep * (tried - kTried / 2);
-}
-
-/// The pose at a time, by steady motion between two poses and rest before and after all.
-SE3 pose_at(const std::vector<OdometryPose>& odometry, double time) {
-  const auto after =
-      std::upper_bound(odometry.begin(), odometry.end(), time,
-                       [](double t, const OdometryPose& pose) { return t < pose.time; });
-  if (after == odometry.begin()) return after->pose;
-  const OdometryPose& before = *std::prev(after);
-  if (after == odometry.end()) return before.pose;
-  const double share = (time - before.time) / (after->time - before.time);
-  return before.pose * SE3::exp(share * before.pose.between(after->pose).log());
 }
 
 /// Pairs of successive frames that both saw something, by the number of the second.
@@ -86,15 +75,6 @@ std::vector<std::vector<double>> distances(const std::vector<OdometryPose>& odom
   return parts;
 }
 
-double median(const std::vector<std::vector<double>>& parts) {
-  std::vector<double> all;
-  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
-  if (all.empty()) return 0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
-}
-
 /// The delay of least cost, by the parabola through the costs about the least; among equals the
 /// shortest.
 double least(const Eigen::VectorXd& cost) {
@@ -112,6 +92,17 @@ double least(const Eigen::VectorXd& cost) {
 
 }  // namespace
 
+SE3 pose_at(const std::vector<OdometryPose>& odometry, double time) {
+  const auto after =
+      std::upper_bound(odometry.begin(), odometry.end(), time,
+                       [](double t, const OdometryPose& pose) { return t < pose.time; });
+  if (after == odometry.begin()) return after->pose;
+  const OdometryPose& before = *std::prev(after);
+  if (after == odometry.end()) return before.pose;
+  const double share = (time - before.time) / (after->time - before.time);
+  return before.pose * SE3::exp(share * before.pose.between(after->pose).log());
+}
+
 bool SensorDelay::is_significant() const {
   return std::abs(seconds) > kSigmas * sigma;
 }
@@ -125,7 +116,7 @@ SensorDelay estimate_sensor_delay(const std::vector<OdometryPose>& odometry,
   double scale = std::numeric_limits<double>::infinity();
   for (int tried = 0; tried < kTried; ++tried) {
     all.push_back(distances(odometry, sightings, pairs, delay_of(tried)));
-    scale = std::min(scale, median(all.back()));
+    scale = std::min(scale, median_of_all(all.back()));
   }
   if (!(scale > 0)) return none;
   Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(kTried, kParts);

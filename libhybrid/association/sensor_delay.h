@@ -15,6 +15,10 @@ struct OdometryPose {
   SE3 pose;
 };
 
+/// The pose by odometry at a time: by steady motion between two poses, and rest before and after
+/// all. There must be one.
+SE3 pose_at(const std::vector<OdometryPose>& odometry, double time);
+
 /// What a sensor saw at one time, (range, yaw) or (range, yaw, pitch) with their noise.
 struct TimedSightings {
   double time = 0;  ///< [s], by the clock of the sensor

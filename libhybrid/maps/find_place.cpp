@@ -10,6 +10,7 @@
 #include <iterator>
 #include <numeric>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
@@ -79,12 +80,10 @@ class PlaceFinder {
     match.a.covers = q_.covers;
     match.b = q_.here;
     for (const auto& C : q_.here.covariances) variances.push_back(C.trace() / kDim);
-    const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-    std::nth_element(variances.begin(), middle, variances.end());
     match.T_a_b = seed.T_map_here;
     match.covariance.setZero();
     // Five sigmas are wide beside what the landmarks say; one place is not two that are apart.
-    const double width = std::min(25 * *middle, spacing() * spacing());
+    const double width = std::min(25 * median(variances), spacing() * spacing());
     match.covariance.diagonal().template head<kDim>().setConstant(width);
     match.covariance.diagonal().template tail<kTurn>().setConstant(width / (radius_ * radius_));
     match.class_log_likelihood_ratio.resize(static_cast<Eigen::Index>(near.size()),

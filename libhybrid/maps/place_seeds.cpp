@@ -9,7 +9,9 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
+#include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/se2.h"
@@ -273,9 +275,7 @@ double local_density(const std::vector<Point>& points) {
     std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(k), d.end());
     densities.push_back(static_cast<double>(k) / (unit * std::pow(std::max(d[k], 1e-3), kDim)));
   }
-  const auto middle = densities.begin() + static_cast<std::ptrdiff_t>(densities.size() / 2);
-  std::nth_element(densities.begin(), middle, densities.end());
-  return *middle;
+  return median(std::move(densities));
 }
 
 template <class Pose>

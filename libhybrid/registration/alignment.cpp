@@ -6,7 +6,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/registration/detail/cloud.h"
 
 namespace hybrid {
@@ -230,11 +232,10 @@ double Alignment::noise_across(const SE3& T_target_source) const {
     squares.push_back(target_->shape() == LocalShape::kSurface ? d * d : r.squaredNorm() - d * d);
   }
   if (squares.empty()) return 0.0;
-  const auto middle = squares.begin() + squares.size() / 2;
-  std::nth_element(squares.begin(), middle, squares.end());
   // The median of a squared normal variable in 1 and 3 dimensions (chi-square distribution); curves
   // are in a plane, so that the distance across them has 1.
-  return std::sqrt(*middle / (target_->shape() == LocalShape::kPoint ? 2.3660 : 0.4549));
+  return std::sqrt(median(std::move(squares)) /
+                   (target_->shape() == LocalShape::kPoint ? 2.3660 : 0.4549));
 }
 
 double Alignment::motion(const SE3& from, const SE3& to) const {

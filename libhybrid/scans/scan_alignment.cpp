@@ -6,6 +6,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "libhybrid/core/detail/quantile.h"
 
 namespace hybrid {
 namespace {
@@ -70,8 +73,7 @@ double robust_sigma(const std::vector<Pairing>& pairings) {
   std::vector<double> sizes(pairings.size());
   std::transform(pairings.begin(), pairings.end(), sizes.begin(),
                  [](const Pairing& pairing) { return std::abs(pairing.residual); });
-  std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
-  return std::clamp(sizes[sizes.size() / 2] / kMedianOfNormal, kLeastSigma, kMostSigma);
+  return std::clamp(median(std::move(sizes)) / kMedianOfNormal, kLeastSigma, kMostSigma);
 }
 
 /// Information `H` of surfaces without what errors of their directions add, which is about `F`.

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "libhybrid/core/detail/quantile.h"
 
 namespace hybrid {
 namespace {
@@ -42,10 +45,9 @@ double rotation_sigma(double distance, double turn) {
 void OdometryNoise::Scale::add(double error, double degrees_of_freedom) {
   errors.push_back(error / (degrees_of_freedom > 1.0 ? kMedian2 : kMedian1));
   if (errors.size() > kMemory) errors.pop_front();
-  std::vector<double> sorted(errors.begin(), errors.end());
-  if (sorted.size() < kPrior) sorted.resize(kPrior, 1.0);
-  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-  scale = std::clamp(sorted[sorted.size() / 2], kLeastScale, kMostScale);
+  std::vector<double> known(errors.begin(), errors.end());
+  if (known.size() < kPrior) known.resize(kPrior, 1.0);
+  scale = std::clamp(median(std::move(known)), kLeastScale, kMostScale);
 }
 
 Eigen::Matrix3d OdometryNoise::covariance(double distance, double turn) const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/polar.h"
 
@@ -32,12 +33,6 @@ struct View {
   }
 };
 
-double quantile_of(std::vector<double>& values, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 View view_of(const std::vector<MovedSightings>& frames) {
   std::vector<double> ranges, yaws;
   for (const MovedSightings& frame : frames) {
@@ -47,8 +42,7 @@ View view_of(const std::vector<MovedSightings>& frames) {
     }
   }
   if (ranges.empty()) return {};
-  return {quantile_of(ranges, 0.1), quantile_of(ranges, 0.8), quantile_of(yaws, 0.1),
-          quantile_of(yaws, 0.9)};
+  return {quantile(ranges, 0.1), quantile(ranges, 0.8), quantile(yaws, 0.1), quantile(yaws, 0.9)};
 }
 
 Eigen::Vector3d sighted_place(const MovedSightings& frame, const Eigen::VectorXd& z) {

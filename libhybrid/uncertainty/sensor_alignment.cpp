@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/uncertainty/detail/alignment_cost.h"
 
@@ -27,21 +28,12 @@ constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
 constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
 constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
 
-double median_of(const std::array<std::vector<double>, kTenths>& parts) {
-  std::vector<double> all;
-  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
-  if (all.empty()) return 0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
-}
-
 /// The least scale of distances over signs and yaws: half the pairs agree so well.
 double least_scale(const AlignmentCost& cost) {
   double scale = std::numeric_limits<double>::infinity();
   for (const bool mirrored : {false, true}) {
     for (int i = 0; i < kYaws; ++i) {
-      scale = std::min(scale, median_of(cost.distances({mirrored, 2 * M_PI * i / kYaws, 0})));
+      scale = std::min(scale, median_of_all(cost.distances({mirrored, 2 * M_PI * i / kYaws, 0})));
     }
   }
   return scale;
@@ -190,17 +182,6 @@ std::string what_is_unknown(double shift, double turn, const SensorAlignment& al
 }
 
 }  // namespace
-
-SE3 pose_at(const std::vector<OdometryPose>& odometry, double time) {
-  const auto after =
-      std::upper_bound(odometry.begin(), odometry.end(), time,
-                       [](double t, const OdometryPose& pose) { return t < pose.time; });
-  if (after == odometry.begin()) return after->pose;
-  const OdometryPose& before = *std::prev(after);
-  if (after == odometry.end()) return before.pose;
-  const double share = (time - before.time) / (after->time - before.time);
-  return before.pose * SE3::exp(share * before.pose.between(after->pose).log());
-}
 
 SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,
                                           const std::vector<TimedSightings>& sightings) {

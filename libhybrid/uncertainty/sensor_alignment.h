@@ -32,8 +32,4 @@ struct SensorAlignment {
 SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,
                                           const std::vector<TimedSightings>& sightings);
 
-/// The pose by odometry at a time: by steady motion between two poses, and rest before and after
-/// all. There must be one.
-SE3 pose_at(const std::vector<OdometryPose>& odometry, double time);
-
 }  // namespace hybrid

@@ -9,6 +9,7 @@
 #include <functional>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/uncertainty/detail/sighting_tracks.h"
 
@@ -94,7 +95,7 @@ SensorNoise::Lag measure_lag(const PolarLog& log, std::size_t lag, bool by_state
                       log.frames[pairs[begin].first_frame].time);
   }
   out.pairs = seconds.size();
-  out.seconds = median_value(seconds);
+  out.seconds = median(seconds);
   if (sum.expected[0] > 5) out.range = std::sqrt(sum.square[0] / sum.expected[0]);
   if (sum.expected[1] > 5) out.angle = std::sqrt(sum.square[1] / sum.expected[1]);
   return out;
@@ -147,7 +148,7 @@ void describe(const PolarLog& log, const std::vector<SightingPair>& pairs, Senso
     weight += 1;
   }
   noise.pairs = ranges.size();
-  noise.at_range = median_value(ranges);
+  noise.at_range = median(ranges);
   if (weight > 0) noise.stated_range = std::sqrt(range / weight);
   if (weight > 0) noise.stated_angle = std::sqrt(angle / weight);
 }

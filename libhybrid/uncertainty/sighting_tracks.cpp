@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
@@ -48,13 +49,6 @@ PolarSighting polar_sighting(const MeasuredPoint& measured, const SE3& T_odometr
 }
 
 }  // namespace
-
-double median_value(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 PolarLog polar_log(const std::vector<MovedSightings>& frames) {
   PolarLog log;
@@ -117,7 +111,7 @@ Components spread_of(const PolarLog& log, const std::vector<SightingPair>& pairs
       sum += rows[i + k].square / rows[i + k].shares.dot(metric);
     distances.push_back(sum);
   }
-  return std::max(1e-12, median_value(distances) / log.axes) * metric;
+  return std::max(1e-12, median(distances) / log.axes) * metric;
 }
 
 /// Sets the probabilities of pairs, and returns the share that is of one thing.

@@ -19,18 +19,11 @@ constexpr std::size_t kFewestClosures = 5;
 constexpr double kNarrow = 3;  // nats: odds of 20 to 1
 
 HealthEntry entry_on_rejected(std::size_t rejected, std::size_t all) {
-  HealthEntry entry;
-  entry.name = "closures rejected";
-  entry.value = static_cast<double>(rejected) / static_cast<double>(all);
-  entry.most = kRejectedLimits.doubtful;
-  entry.verdict = judge(entry.value, kRejectedLimits);
-  entry.sentence = fmt::format("{} of {} loop closures were rejected.", rejected, all);
-  if (entry.verdict != HealthVerdict::kGood) {
-    entry.knob =
-        "the information of the graph: where noise is stated too small, true closures "
-        "seem false";
-  }
-  return entry;
+  return judged_entry("closures rejected", static_cast<double>(rejected) / static_cast<double>(all),
+                      kRejectedLimits,
+                      fmt::format("{} of {} loop closures were rejected.", rejected, all),
+                      "the information of the graph: where noise is stated too small, true "
+                      "closures seem false");
 }
 
 HealthEntry entry_on_margin(double least) {

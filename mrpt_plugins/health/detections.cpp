@@ -21,14 +21,8 @@ std::size_t count_of(const std::map<std::string, std::size_t>& dropped, const ch
 
 HealthEntry share_entry(const char* name, std::size_t part, std::size_t all,
                         const UpperLimits& limits, const char* what, const char* knob) {
-  HealthEntry entry;
-  entry.name = name;
-  entry.value = static_cast<double>(part) / static_cast<double>(all);
-  entry.most = limits.doubtful;
-  entry.verdict = judge(entry.value, limits);
-  entry.sentence = fmt::format("{} of {} {}.", part, all, what);
-  if (entry.verdict != HealthVerdict::kGood) entry.knob = knob;
-  return entry;
+  return judged_entry(name, static_cast<double>(part) / static_cast<double>(all), limits,
+                      fmt::format("{} of {} {}.", part, all, what), knob);
 }
 
 }  // namespace

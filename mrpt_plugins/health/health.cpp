@@ -30,4 +30,11 @@ HealthVerdict judge(double value, const UpperLimits& limits) {
   return value > limits.doubtful ? HealthVerdict::kDoubtful : HealthVerdict::kGood;
 }
 
+HealthEntry judged_entry(const std::string& name, double value, const UpperLimits& limits,
+                         const std::string& sentence, const std::string& knob) {
+  const HealthVerdict verdict = judge(value, limits);
+  const bool is_good = verdict == HealthVerdict::kGood;
+  return {name, value, 0, limits.doubtful, verdict, sentence, is_good ? "" : knob};
+}
+
 }  // namespace hybrid

@@ -41,4 +41,8 @@ struct UpperLimits {
 /// The verdict about a value with these limits.
 HealthVerdict judge(double value, const UpperLimits& limits);
 
+/// An entry about a quantity with these limits; it names the knob where the verdict is not good.
+HealthEntry judged_entry(const std::string& name, double value, const UpperLimits& limits,
+                         const std::string& sentence, const std::string& knob);
+
 }  // namespace hybrid

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
 
 namespace hybrid {
@@ -30,13 +31,6 @@ struct View {
     return p.norm() < farthest && yaw > rightmost && yaw < leftmost;
   }
 };
-
-double quantile(std::vector<double> values, double q) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 View view_of(const std::vector<FactOfSighting>& sightings) {
   std::vector<double> ranges, yaws;
@@ -130,21 +124,13 @@ std::size_t count_copies(const RunFacts& facts) {
 }
 
 HealthEntry entry_on_copies(std::size_t copies, std::size_t landmarks) {
-  HealthEntry entry;
-  entry.name = "copies of landmarks";
-  entry.value = static_cast<double>(copies) /
-                static_cast<double>(std::max<std::size_t>(1, landmarks - copies));
-  entry.most = kCopyLimits.doubtful;
-  entry.verdict = judge(entry.value, kCopyLimits);
-  entry.sentence = fmt::format(
-      "{} of {} landmarks are so near to another of their class, without being seen together with "
-      "it, "
-      "that they may be the same thing mapped twice.",
-      copies, landmarks);
-  if (entry.verdict != HealthVerdict::kGood) {
-    entry.knob = "[sensor] sigma_range and sigma_yaw_deg: larger, until the copies go";
-  }
-  return entry;
+  const auto others = static_cast<double>(std::max<std::size_t>(1, landmarks - copies));
+  return judged_entry(
+      "copies of landmarks", static_cast<double>(copies) / others, kCopyLimits,
+      fmt::format("{} of {} landmarks are so near to another of their class, without being seen "
+                  "together with it, that they may be the same thing mapped twice.",
+                  copies, landmarks),
+      "[sensor] sigma_range and sigma_yaw_deg: larger, until the copies go");
 }
 
 HealthEntry entry_on_looks(double usual) {
@@ -174,21 +160,14 @@ HealthEntry entry_on_lost(const std::vector<Looks>& looks, double usual) {
   const auto lost = std::count_if(looks.begin(), looks.end(), [&](const Looks& l) {
     return std::max(l.before, l.after) >= std::max(sure, kFewestLooks);
   });
-  HealthEntry entry;
-  entry.name = "landmarks seen at one time only";
-  entry.value = static_cast<double>(lost) / static_cast<double>(looks.size());
-  entry.most = kLostLimits.doubtful;
-  entry.verdict = judge(entry.value, kLostLimits);
-  entry.sentence = fmt::format(
-      "{} of {} landmarks were often in view before they were first seen, or after they were last "
-      "seen.",
-      lost, looks.size());
-  if (entry.verdict != HealthVerdict::kGood) {
-    entry.knob =
-        "noise of the odometry and of the detections; what is seen again may have become another "
-        "landmark";
-  }
-  return entry;
+  return judged_entry(
+      "landmarks seen at one time only",
+      static_cast<double>(lost) / static_cast<double>(looks.size()), kLostLimits,
+      fmt::format("{} of {} landmarks were often in view before they were first seen, or after "
+                  "they were last seen.",
+                  lost, looks.size()),
+      "noise of the odometry and of the detections; what is seen again may have become another "
+      "landmark");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/geometry/isometry.h"
@@ -229,9 +230,7 @@ void check_clock(const RunFacts& facts, Health& health) {
   }
   if (tests == 0) return;
   delay /= weight;
-  std::vector<double> intervals = fit.intervals;
-  std::nth_element(intervals.begin(), intervals.begin() + intervals.size() / 2, intervals.end());
-  const double least = kLeastDelay * intervals[intervals.size() / 2];
+  const double least = kLeastDelay * median(fit.intervals);
   HealthEntry entry;
   entry.name = "clock of the detections";
   entry.value = delay;

@@ -301,10 +301,8 @@ class CarmenImport {
   OdometryIncrement motion_between(const CPose2D& from, const CPose2D& to) const {
     const OdometryWalk& walk = options_.walk;
     const CPose2D mean = to - from;
-    const double way = mean.norm(), angle = std::abs(mean.phi());
-    Eigen::Vector3d variances = Eigen::Vector3d::Constant(walk.rest * walk.rest);
-    variances += way * Eigen::Array3d(walk.along, walk.across, walk.heading).square().matrix();
-    variances[2] += angle * walk.turning * walk.turning;
+    const Eigen::Vector3d variances = Eigen::Vector3d::Constant(walk.rest * walk.rest) +
+                                      walk.variances(mean.norm(), std::abs(mean.phi()));
     return planar_motion(mean.x(), mean.y(), mean.phi(), variances.asDiagonal());
   }
 

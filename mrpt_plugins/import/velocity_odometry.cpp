@@ -10,6 +10,12 @@
 
 namespace hybrid {
 
+Eigen::Vector3d OdometryWalk::variances(double way, double turn) const {
+  Eigen::Vector3d out = Eigen::Array3d(along, across, heading).square() * way;
+  out[2] += turning * turning * turn;
+  return out;
+}
+
 VelocityOdometry::VelocityOdometry(const std::string& path,
                                    std::function<Velocity(const TextRow&)> read,
                                    const OdometryWalk& walk)
@@ -46,9 +52,7 @@ void VelocityOdometry::roll(double time, OdometryIncrement& motion) {
   const double d = dt * now_.forward, angle = dt * now_.turn;
   if (dt <= 0 || (d == 0 && angle == 0)) return;
   way_ += std::abs(d);
-  const Eigen::Array3d per_way(walk_.along, walk_.across, walk_.heading);
-  Eigen::Vector3d variances = per_way.square() * std::abs(d);
-  variances[2] += walk_.turning * walk_.turning * std::abs(angle);
+  const Eigen::Vector3d variances = walk_.variances(std::abs(d), std::abs(angle));
   // Chord of the arc, to second order in the angle.
   motion = compose(motion, planar_motion(d * std::cos(0.5 * angle), d * std::sin(0.5 * angle),
                                          angle, variances.asDiagonal()));

@@ -26,6 +26,10 @@ struct OdometryWalk {
   double heading = 0;            ///< [rad per sqrt(m)]
   double turning = 0;            ///< [rad per sqrt(rad)]
   double rest = 1e-4;            ///< Of every motion [m], [rad].
+
+  /// Variances (x, y [m], angle [rad]) of a way [m] and a turn [rad], neither negative, beside what
+  /// every motion has.
+  Eigen::Vector3d variances(double way, double turn) const;
 };
 
 /// Integrates velocity readings streamed from a table. Each reading holds until the next one.

@@ -47,7 +47,7 @@ struct SourceOptions {
   /// The last step becomes a keyframe, so that the scans since the keyframe before are not lost.
   bool ends_with_keyframe = false;
   Dimension dimension = Dimension::kAuto;
-  bool measures = true;  ///< noise, clock and mounting are measured before the log is mapped
+  bool measures = false;  ///< noise, clock and mounting are measured before the log is mapped
   LogCorrection correction = {};
 };
 

@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "mrpt_plugins/drawing/axes.h"
 
 namespace hybrid {
@@ -156,11 +158,10 @@ double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, dou
     }
   }
   if (radii.empty()) return 1;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
+  const double usual = median(std::move(radii));
   constexpr double kSmallest = 0.008;  // share of the size of the scene
   constexpr double kEnlarged = 0.03;   // share of it at which an ellipse is larger than its marker
-  return *middle >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / *middle));
+  return usual >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / usual));
 }
 
 std::string ellipse_note(const std::string& what, double magnification) {

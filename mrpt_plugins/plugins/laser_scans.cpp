@@ -103,9 +103,8 @@ TrackedScan LaserScans::track(const Frame& frame, std::optional<SE2> from_before
     std::optional<SE2> motion;
     const SE2 at = is_last ? SE2() : place;
     if (from_before || i > 0) motion = before.between(at);
-    const bool is_between = !is_last && !keys_.empty();
     if (is_last) return mapper_->add(points, motion, KeyframeRule::kAlways);
-    if (is_between) {
+    if (!keys_.empty()) {
       mapper_->add(points, motion, KeyframeRule::kNever);
       before = at;
       from_before = SE2();

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
@@ -34,9 +35,7 @@ double usual_distance(const std::vector<Eigen::Vector3d>& path,
   if (path.empty() || points.empty()) return 0;
   std::vector<double> d;
   for (const Eigen::Vector3d& p : points) d.push_back(distance_to(path, p));
-  const auto middle = d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2);
-  std::nth_element(d.begin(), middle, d.end());
-  return *middle;
+  return median(std::move(d));
 }
 
 /// The landmarks of a session that count, nearest to the newest pose first.

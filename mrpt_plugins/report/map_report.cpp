@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/columns.h"
 #include "mrpt_plugins/report/graph_report.h"
@@ -52,9 +54,7 @@ double median_interval(const Trajectory& path) {
     if (path[i].time > path[i - 1].time) intervals.push_back(path[i].time - path[i - 1].time);
   }
   if (intervals.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return median(std::move(intervals));
 }
 
 /// Adds a true path, with gaps before it and where it was not known, as without satellites.

@@ -9,9 +9,6 @@
 
 namespace hybrid {
 
-/// The middle of some values, 0 of none.
-double median_value(std::vector<double> values);
-
 /// The frames that saw something, as many as the budget of comparisons allows. In space if all
 /// detections are.
 PolarLog polar_log(const std::vector<MovedSightings>& frames);
