@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <exception>
 #include <memory>
 
 #include "mrpt_plugins/import/carmen.h"
@@ -55,20 +56,28 @@ void add_noise(CLI::App& format, MotionNoise& noise) {
   format.add_option("--seed", noise.seed, "of the noise");
 }
 
-/// Converts tables, and notes what the log tells of its noise, as a replay of it will find.
-ImportReport import_and_survey(const DetectionTablesOptions& options, const std::string& output) {
-  ImportReport report = import_detection_tables(options, output);
-  const LogFindings findings = survey_log(output, {});
+void note_findings(const LogFindings& findings, std::vector<std::string>& notes) {
   for (const NoiseRecord& record : findings.noise) {
     if (record.stated && record.measured && !record.unit.empty()) {
-      report.notes.push_back(fmt::format(
+      notes.push_back(fmt::format(
           "noise of {}: {:.3g} {} stated, {:.3g} +- {:.2g} measured at {:.1f} m", record.kind,
           *record.stated, record.unit, *record.measured, *record.sigma, record.at_range));
     } else if (!record.why.empty()) {
-      report.notes.push_back(fmt::format("noise of {}: not measured, {}", record.kind, record.why));
+      notes.push_back(fmt::format("noise of {}: not measured, {}", record.kind, record.why));
     }
   }
-  report.notes.insert(report.notes.end(), findings.remarks.begin(), findings.remarks.end());
+  notes.insert(notes.end(), findings.remarks.begin(), findings.remarks.end());
+}
+
+/// Converts tables, and notes what the log tells of its noise, as a replay of it will find. The log
+/// is complete before it is surveyed: a survey that fails or is stopped is a note as well.
+ImportReport import_and_survey(const DetectionTablesOptions& options, const std::string& output) {
+  ImportReport report = import_detection_tables(options, output);
+  try {
+    note_findings(survey_log(output, {}), report.notes);
+  } catch (const std::exception& e) {
+    report.notes.push_back(fmt::format("noise: not measured, {}", e.what()));
+  }
   return report;
 }
 

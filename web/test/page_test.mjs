@@ -340,6 +340,7 @@ await test('a pose graph: before, after, closures', async () => {
   run('hybrid-pgo', graph, '--method', 'selection', '-o', out, '--report');
   await withPage(page(out), desktop, async (p, faults) => {
     const rows = readFileSync(join(out, 'loops.csv'), 'utf8').trim().split('\n').slice(1);
+    await p.click('.tabs button:has-text("Closures")');
     assert.ok((await p.textContent('#pane-1 .bar')).includes(`${rows.length} of ${rows.length}`));
     const rejected = rows.filter(r => r.includes('rejected')).length;
     assert.ok(rejected > 0);
@@ -358,6 +359,7 @@ await test('a pose graph online: when a closure was decided', async () => {
   const graph = join(scratch, 'graph.g2o'), out = join(scratch, 'online');
   run('hybrid-pgo', graph, '--online', '--trusted', 'odometry', '-o', out, '--report');
   await withPage(page(out), desktop, async (p, faults) => {
+    await p.click('.tabs button:has-text("Closures")');
     await p.selectOption('#pane-1 select', 'accepted');
     await p.click('#pane-1 .row');
     const { i, history } = await p.evaluate(() => window.report.data.closures);
