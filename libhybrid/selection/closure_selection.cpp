@@ -27,6 +27,7 @@ class ClosureSelection {
     if (try_all()) result.objectives.push_back(map_.objective());
     admit_all(result.objectives);
     if (!options_.trust_start) ask_again(result.objectives);
+    admit_all(result.objectives, true);
     map_.finish(result);
     if (round_ >= options_.max_rounds) {
       result.converged = false;
@@ -37,17 +38,19 @@ class ClosureSelection {
   }
 
  private:
-  /// Macro-steps until no closure is left to admit. Adds the objective after each.
-  void admit_all(std::vector<double>& objectives) {
+  /// Macro-steps until no closure is left to admit; at last those that have no information to be
+  /// told by. Adds the objective after each.
+  void admit_all(std::vector<double>& objectives, bool last = false) {
     double share = 1.0;
     for (; round_ < options_.max_rounds; ++round_) {
       std::vector<Candidate> batch = map_.candidates();
       if (batch.empty() && options_.pairs) batch = map_.best_pair();
-      if (batch.empty()) {
-        if (!unfolds()) break;
+      if (batch.empty() && unfolds()) {
         objectives.push_back(map_.objective());
         continue;
       }
+      if (batch.empty() && last) batch = map_.uninformative();
+      if (batch.empty()) break;
       if (batch.front().partner < 0) {
         batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
       }

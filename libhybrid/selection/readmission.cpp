@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "libhybrid/closures/closure_problem.h"
+#include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/detail/budget.h"
 #include "libhybrid/linear/sparsity.h"
 #include "libhybrid/solvers/chordal.h"
@@ -18,6 +19,7 @@
 namespace hybrid {
 namespace {
 
+constexpr double kFit = 0.99;            // of true closures, which fit a map as it is
 constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
 /// Operations of a factorisation that any batch may need, about a tenth of a second of one core;
 /// one that needs more may need so many times those of the map without it.
@@ -48,6 +50,7 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
       accepted_(problem.closures.size(), false),
       refused_(accepted_),
       evidence_(accepted_.size(), kNone),
+      attainable_(accepted_.size(), std::numeric_limits<double>::infinity()),
       redundancy_(accepted_.size(), 1.0),
       innovation_(accepted_.size()),
       predicted_(accepted_.size()) {
@@ -82,7 +85,7 @@ void Readmission::trust(const Values& values) {
   const std::vector<bool> before = accepted_;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     const ContinuousFactor& closure = *closure_problem_.closures[k];
-    accepted_[k] = 2.0 * closure.cost(values) < gate_quantile(closure.rows());
+    accepted_[k] = 2.0 * closure.cost(values) < noise_ * gate_quantile(closure.rows());
     refused_[k] = false;
     evidence_[k] = kNone;
     predicted_[k].resize(0, 0);
@@ -116,11 +119,15 @@ void Readmission::settle(const SolverOptions& solver) {
   }
   predictor_ = std::make_unique<InnovationPredictor>(*problem_, state_);
   problem_->store(state_, values_);
-  objective_ = problem_->cost(state_) + trusted_normalizer_;
+  update_objective();
+  assess_accepted();
+}
+
+void Readmission::update_objective() {
+  objective_ = problem_->cost(state_) / noise_ + trusted_normalizer_;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     objective_ += accepted_[k] ? inlier_constant_[k] : outlier_constant_[k];
   }
-  assess_accepted();
 }
 
 /// Evidence and redundancy of each accepted closure given the others.
@@ -142,15 +149,35 @@ void Readmission::assess_accepted() {
       degrees.push_back(static_cast<int>(fit.b.size()));
     }
   }
-  if (!chi_squares.empty()) model_.variance_factor = variance_factor(chi_squares, degrees);
+  if (!chi_squares.empty()) {
+    const double largest = kLargestVarianceFactor * noise_;
+    model_.variance_factor = variance_factor(chi_squares, degrees, 0.5, largest);
+  }
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (!accepted_[k]) continue;
-    evidence_[k] = model_.log_ratio(innovation_[k], covariance[k], *closure_problem_.closures[k]);
+    weigh(k, covariance[k]);
   }
+}
+
+/// Sets the evidence for a closure whose innovation has that covariance.
+void Readmission::weigh(std::size_t k, const Eigen::MatrixXd& S) {
+  const ContinuousFactor& closure = *closure_problem_.closures[k];
+  evidence_[k] = model_.log_ratio(innovation_[k], S, closure);
+  attainable_[k] = model_.log_ratio(Eigen::VectorXd::Zero(S.rows()), S, closure);
 }
 
 double Readmission::threshold() const {
   return evidence_needed(accepted_.size() - static_cast<std::size_t>(accepted_count_), options_);
+}
+
+/// The evidence that one closure needs. One that has too little information to reach the threshold
+/// even where it fits perfectly has to fit as 99 of a hundred true ones do, once these are asked.
+double Readmission::needed(std::size_t k) const {
+  const double usual = threshold();
+  if (!asks_uninformative_ || attainable_[k] > usual) return usual;
+  const int d = closure_problem_.closures[k]->rows();
+  return attainable_[k] -
+         0.5 * (model_.degrees + d) * std::log1p(chi_square_quantile(kFit, d) / model_.degrees);
 }
 
 std::vector<int> Readmission::contradicted(const std::vector<bool>* tested) const {
@@ -159,7 +186,7 @@ std::vector<int> Readmission::contradicted(const std::vector<bool>* tested) cons
     const bool unchecked = options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy;
     if (!accepted_[k]) continue;
     const bool is_new = tested != nullptr && !(*tested)[k];
-    const double least = threshold() - (is_new ? 0.0 : 2.0 * options_.margin);
+    const double least = needed(k) - (is_new ? 0.0 : 2.0 * options_.margin);
     if (unchecked || evidence_[k] < least) {
       found.push_back({-evidence_[k], static_cast<int>(k)});
     }
@@ -219,7 +246,7 @@ void Readmission::predict_others(bool all) {
     if (!all && evidence_[k] < 0.0) continue;
     fresh[k] = true;
     const ContinuousFactor& closure = *closure_problem_.closures[k];
-    if (predicted_[k].size() > 0 && accepted_count_ > 0) {
+    if (predicted_[k].size() > 0 && accepted_count_ > 0 && is_informative(closure)) {
       const double most =
           model_.largest_log_ratio(predictor_->residual(closure), predicted_[k], closure);
       if (most < threshold() - options_.margin) {
@@ -236,13 +263,25 @@ void Readmission::predict_others(bool all) {
   if (accepted_count_ == 0) first_variance_factor();
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (!fresh[k] || innovation_[k].size() == 0) continue;
-    evidence_[k] = model_.log_ratio(innovation_[k], predicted_[k], *closure_problem_.closures[k]);
+    weigh(k, predicted_[k]);
   }
 }
 
-/// The variance factor before any closure is accepted: from a low quantile over the closures that
-/// the trusted factors predict best, for which a share of true ones among them suffices. It is at
-/// most one, since a larger one may come from false closures.
+/// Whether a closure could reach the threshold in a map without errors.
+bool Readmission::is_informative(const ContinuousFactor& closure) const {
+  return model_.density_ratio(0.0, 0.0, closure) > threshold();
+}
+
+std::vector<Candidate> Readmission::uninformative() {
+  if (asks_uninformative_) return {};
+  asks_uninformative_ = true;
+  return above_threshold();
+}
+
+/// The variance factor before any closure is accepted, from those that the trusted factors predict
+/// best: below one from a low quantile, for which a share of true ones among them suffices; above
+/// one, which false closures would give as well, where it explains them better, see
+/// understated_noise, and then it is that of all noise.
 void Readmission::first_variance_factor() {
   std::vector<std::pair<double, int>> spread;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -254,12 +293,53 @@ void Readmission::first_variance_factor() {
   std::sort(spread.begin(), spread.end());
   spread.resize(std::min(spread.size(), kMostCompared));
   std::vector<double> chi_squares;
-  std::vector<int> degrees;
+  std::vector<int> degrees, compared;
   for (const auto& [size, k] : spread) {
     chi_squares.push_back(predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm());
     degrees.push_back(static_cast<int>(innovation_[k].size()));
+    compared.push_back(k);
   }
   model_.variance_factor = std::min(1.0, variance_factor(chi_squares, degrees));
+  if (options_.noise_may_be_understated) {
+    noise_ = understated_noise(model_, given_one_other(compared));
+  }
+  if (noise_ > 1.0) model_.variance_factor = noise_;
+  update_objective();
+}
+
+/// The innovation of each closure given that one before it which tells most of it. False closures
+/// between the same places agree with each other by the noise that is stated, and true ones by the
+/// noise that there is.
+std::vector<PredictedClosure> Readmission::given_one_other(const std::vector<int>& closures) {
+  std::vector<PredictedClosure> out;
+  const auto predicted = [&](int k, const Eigen::VectorXd& b, const Eigen::MatrixXd& S) {
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    const double log_det = 2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
+    return PredictedClosure{llt.matrixL().solve(b).squaredNorm(), log_det,
+                            closure_problem_.closures[static_cast<std::size_t>(k)].get()};
+  };
+  for (std::size_t i = 0; i < closures.size(); ++i) {
+    const int k = closures[i];
+    PredictedClosure best = predicted(k, innovation_[k], predicted_[k]);
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto [b, S] = given(closures[j], k);
+      const PredictedClosure other = predicted(k, b, S);
+      if (other.log_det < best.log_det) best = other;
+    }
+    out.push_back(best);
+  }
+  return out;
+}
+
+/// The innovation of a closure b and its covariance, given closure a.
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> Readmission::given(int a, int b) {
+  const ContinuousFactor& first = *closure_problem_.closures[a];
+  const ContinuousFactor& second = *closure_problem_.closures[b];
+  const Eigen::MatrixXd cross = predictor_->cross(first, second);
+  const Eigen::LLT<Eigen::MatrixXd> llt(predicted_[a]);
+  const Eigen::MatrixXd S = predicted_[b] - cross.transpose() * llt.solve(cross);
+  return {innovation_[b] - cross.transpose() * llt.solve(innovation_[a]),
+          0.5 * (S + S.transpose())};
 }
 
 std::vector<Candidate> Readmission::candidates() {
@@ -273,7 +353,7 @@ std::vector<Candidate> Readmission::candidates() {
 std::vector<Candidate> Readmission::above_threshold() const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k] || refused_[k] || evidence_[k] <= threshold()) continue;
+    if (accepted_[k] || refused_[k] || evidence_[k] <= needed(k)) continue;
     if (options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy) continue;
     found.push_back({evidence_[k], static_cast<int>(k)});
   }
@@ -298,14 +378,8 @@ std::vector<Candidate> Readmission::all_plausible() {
 
 /// Evidence of a, plus that of b given a.
 double Readmission::pair_evidence(const Candidate& a, const Candidate& b) {
-  const ContinuousFactor& first = *closure_problem_.closures[a.closure];
-  const ContinuousFactor& second = *closure_problem_.closures[b.closure];
-  const Eigen::MatrixXd cross = predictor_->cross(first, second);
-  const Eigen::LLT<Eigen::MatrixXd> llt(predicted_[a.closure]);
-  const Eigen::VectorXd b_given_a =
-      innovation_[b.closure] - cross.transpose() * llt.solve(innovation_[a.closure]);
-  const Eigen::MatrixXd S = predicted_[b.closure] - cross.transpose() * llt.solve(cross);
-  return a.evidence + model_.log_ratio(b_given_a, 0.5 * (S + S.transpose()), second);
+  const auto [b_given_a, S] = given(a.closure, b.closure);
+  return a.evidence + model_.log_ratio(b_given_a, S, *closure_problem_.closures[b.closure]);
 }
 
 std::vector<Candidate> Readmission::best_pair() {

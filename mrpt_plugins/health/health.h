@@ -23,6 +23,8 @@ struct HealthEntry {
   HealthVerdict verdict = HealthVerdict::kGood;
   std::string sentence;  ///< what it means, plain
   std::string knob;      ///< what to look at or to change first; empty where the verdict is good
+  /// section.key of the INI, a factor of what "value" is measured in; empty: there is none.
+  std::string scale = {};
 };
 
 using Health = std::vector<HealthEntry>;

@@ -140,6 +140,7 @@ HealthEntry entry_on(const Correction& correction, bool associates) {
                      : "noise of the odometry: smaller (hybrid-import csv --walk-translation, "
                        "--walk-rotation; [reader] odometry_sigma_m, odometry_sigma_deg)";
   }
+  entry.scale = "reader.odometry_sigma_factor";
   return entry;
 }
 

@@ -37,13 +37,14 @@ struct KindOfFactor {
   int first, last;     // rows
   const char* name;
   const char* knob;
+  const char* scale;  // a factor of the noise, or ""
 };
 
 constexpr KindOfFactor kKinds[] = {
-    {"bearing-range", 0, 0, "ranges of detections", "[sensor] sigma_range"},
-    {"bearing-range", 1, 2, "bearings of detections", "[sensor] sigma_yaw_deg"},
-    {"bearing", 0, 1, "bearings without range", "[sensor] sigma_yaw_deg"},
-    {"range", 0, 0, "ranges to beacons", "[BeaconRanges] sigma"},
+    {"bearing-range", 0, 0, "ranges of detections", "[sensor] sigma_range", ""},
+    {"bearing-range", 1, 2, "bearings of detections", "[sensor] sigma_yaw_deg", ""},
+    {"bearing", 0, 1, "bearings without range", "[sensor] sigma_yaw_deg", ""},
+    {"range", 0, 0, "ranges to beacons", "[BeaconRanges] sigma", "BeaconRanges.sigma_factor"},
 };
 
 /// Every n-th factor of a name, so that there are at most so many.
@@ -120,6 +121,7 @@ void check_residuals(const RunFacts& facts, Health& health) {
     entry.most = kDoubtfulFactor;
     entry.verdict = verdict_on(s);
     entry.sentence = sentence_on(kind, entry.value);
+    entry.scale = kind.scale;
     if (entry.verdict != HealthVerdict::kGood) entry.knob = kind.knob;
     health.push_back(std::move(entry));
   }

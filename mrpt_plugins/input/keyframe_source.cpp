@@ -67,6 +67,11 @@ Dimension parse_dimension(const std::string& text) {
   return text == "3" ? Dimension::kSpace : Dimension::kAuto;
 }
 
+NoiseSource parse_noise(const std::string& name) {
+  if (name == "auto") return NoiseSource::kAuto;
+  return name == "stated" ? NoiseSource::kStated : NoiseSource::kMeasured;
+}
+
 IdSource parse_ids(const std::string& text) {
   if (text == "none") return IdSource::kNone;
   return text == "truth" ? IdSource::kTruth : IdSource::kLog;
@@ -119,6 +124,12 @@ void LogCorrection::correct(OdometryIncrement& odometry) const {
   odometry.covariance = scale.asDiagonal() * odometry.covariance * scale.asDiagonal();
 }
 
+bool LogCorrection::is_none() const {
+  return translation == 1 && rotation == 1 && !hides_ids &&
+         std::all_of(sensors.begin(), sensors.end(),
+                     [](const auto& sensor) { return sensor.second.is_none(); });
+}
+
 SourceOptions read_source_options(IniFile& ini) {
   SourceOptions options;
   IniSection map = ini.section("map", "What kind of map is made");
@@ -167,12 +178,12 @@ SourceOptions read_source_options(IniFile& ini) {
       "field of view of laser scans, from the first ray to the last; 0: as the log says",
       IniRange{0, 360});
 
-  options.measures =
-      sensor.choice(
-          "noise", "stated", {"stated", "measured"},
-          "measured: noise of detections and odometry, sign and delay of a sensor and its "
-          "mounting are measured before the log is mapped, and used where it tells them "
-          "(sigmas given here go first); stated: the log is taken at its word") == "measured";
+  options.noise = parse_noise(sensor.choice(
+      "noise", "auto", {"auto", "stated", "measured"},
+      "measured: noise of detections and odometry, sign and delay of a sensor, its mounting and "
+      "ids that do not last are measured before the log is mapped, and used where it tells them "
+      "(sigmas given here go first); stated: the log is taken at its word; auto: it is mapped as "
+      "stated, and as measured where the map says of itself that it is wrong (health)"));
   d.ids = parse_ids(sensor.choice(
       "ids", "log", {"log", "none", "truth"},
       "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
@@ -187,6 +198,8 @@ SourceOptions read_source_options(IniFile& ini) {
                           "least sigma of CObservationOdometry, which carries none", kSigmaMetres);
   m.minStdPHI = reader.degrees("odometry_sigma_deg", mrpt::RAD2DEG(m.minStdPHI),
                                "the same for the angle", kSigmaDegrees);
+  options.correction.translation = options.correction.rotation =
+      reader.get("odometry_sigma_factor", 1.0, "of all odometry, as it is stated", kPositive);
   options.reader.clock_offset =
       reader.get("clock_offset", options.reader.clock_offset,
                  "added to the time stamps of the log, so that those of several robots are of one "

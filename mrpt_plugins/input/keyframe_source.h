@@ -36,6 +36,13 @@ struct Keyframe {
 
 enum class Dimension { kAuto, kPlane, kSpace };
 
+/// Where noise, clock and mounting of sensors come from.
+enum class NoiseSource {
+  kAuto,     ///< as stated; measured where the map then says of itself that it is wrong
+  kStated,   ///< the log is taken at its word
+  kMeasured  ///< from the log, before it is mapped
+};
+
 struct SourceOptions {
   RawlogOptions reader;
   KeyframeOptions keyframes;
@@ -47,7 +54,7 @@ struct SourceOptions {
   /// The last step becomes a keyframe, so that the scans since the keyframe before are not lost.
   bool ends_with_keyframe = false;
   Dimension dimension = Dimension::kAuto;
-  bool measures = false;  ///< noise, clock and mounting are measured before the log is mapped
+  NoiseSource noise = NoiseSource::kStated;
   LogCorrection correction = {};
 };
 

@@ -30,6 +30,8 @@ struct SensorCorrection {
   double yaw = 0;         ///< it is turned by, beside what the log says [rad]
   double delay = 0;       ///< it is behind the odometry [s]
   std::optional<NoiseModel> range, angle;
+
+  bool is_none() const { return !mirrored && yaw == 0 && delay == 0 && !range && !angle; }
 };
 
 /// What was found out about a log, in place of what it states.
@@ -43,6 +45,9 @@ struct LogCorrection {
   /// Corrects what a sensor saw at a time of the log, before anything else uses it.
   void correct(double time, DetectionFrame& frame) const;
   void correct(OdometryIncrement& odometry) const;
+
+  /// Whether the log is taken at its word.
+  bool is_none() const;
 };
 
 /// One kind of noise: what the log states, what was measured, what is used.

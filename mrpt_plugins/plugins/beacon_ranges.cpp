@@ -55,6 +55,8 @@ void BeaconRanges::configure(IniSection section) {
   sensors_ = section.get("sensors", sensors_, "labels of the sensors to use; empty: all");
   sigma_ = section.get("sigma", sigma_, "standard deviation of ranges [m]; 0: as the log says",
                        or_zero(kSigmaMetres));
+  sigma_factor_ = section.get("sigma_factor", sigma_factor_,
+                              "factor of the standard deviations of the log", kPositive);
   max_range_ = section.get("max_range", max_range_,
                            "longer ranges are dropped, false ones are anything up to it [m]",
                            kPositiveLength);
@@ -187,7 +189,7 @@ std::vector<AssociationDecision> BeaconRanges::decisions(const MapView& map) con
 void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame& frame,
                         const MapView& map, Contribution& out) {
   const double logged = observation.stdError;
-  const double sigma = sigma_ > 0 ? sigma_ : logged;
+  const double sigma = sigma_ > 0 ? sigma_ : sigma_factor_ * logged;
   if (!is_plausible(sigma, max_range_)) {
     out.dropped["range dropped: no sigma in the log that can be, nor in [BeaconRanges] sigma"] +=
         observation.sensedData.size();

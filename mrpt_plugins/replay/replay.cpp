@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -36,6 +37,9 @@ namespace {
 using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
 using Clock = std::chrono::steady_clock;
 
+constexpr int kMostMeasurements = 3;  // of the noise, each with a map
+constexpr double kAlike = 1.1;        // factor between badness of two maps that is by chance
+constexpr double kMuchWorse = 1e9;
 constexpr int kVideoFrames = 100;  // where --frames does not say
 
 std::size_t count_keyframes(const ReplaySettings& settings) {
@@ -329,15 +333,75 @@ std::vector<std::string> publish(const Summary& summary, OutputDirectory& out, F
   }
 }
 
-}  // namespace
+/// What to tell of a replay while it runs.
+struct Watchers {
+  const std::function<void(const ReplayProgress&)>& progress;
+  const std::function<void(const ReplayOutcome&)>& published;
+};
 
-ReplayOutcome replay(const ReplayRequest& request,
-                     const std::function<void(const ReplayProgress&)>& progress,
-                     const std::function<void(const ReplayOutcome&)>& published) {
-  const auto start = Clock::now();
+/// One map of the logs, which was written unless it is no better than another.
+struct Attempt {
+  ReplayOutcome outcome;
+  bool is_written = true;
+  bool may_measure = false;  ///< the logs can be measured, and mapped again
+};
+
+/// Whether noise, clock and mounting are to be measured where the map is bad: logs can be read
+/// twice, and nothing but OUT holds what was mapped.
+bool may_measure(const ReplayRequest& request, const ReplaySettings& settings) {
+  if (request.stream || request.resume || !settings.map.file.empty()) return false;
+  return std::all_of(
+      settings.robots.begin(), settings.robots.end(), [](const RobotSettings& robot) {
+        std::error_code unknown;
+        return robot.source.noise == NoiseSource::kAuto && !is_standard_input(robot.rawlog) &&
+               std::filesystem::is_regular_file(robot.rawlog, unknown);
+      });
+}
+
+/// Whether nothing measured is used in place of what the logs state.
+bool takes_at_word(const ReplaySettings& settings) {
+  return std::all_of(settings.robots.begin(), settings.robots.end(),
+                     [](const RobotSettings& robot) { return robot.source.correction.is_none(); });
+}
+
+/// How far beyond its limits the value of a bad entry is, a factor; 0: it is not bad.
+double badness(const HealthEntry& entry) {
+  if (entry.verdict != HealthVerdict::kBad) return 0;
+  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
+  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+}
+
+double badness(const Health& health, const std::string& name) {
+  double worst = 0;
+  for (const HealthEntry& entry : health) {
+    if (entry.name == name) worst = std::max(worst, badness(entry));
+  }
+  return worst;
+}
+
+/// Whether a map says less against itself than another, and nothing worse.
+bool is_better(const Health& a, const Health& b) {
+  const auto bad = [](const HealthEntry& entry) { return badness(entry) > 0; };
+  const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
+    return badness(entry) > kAlike * badness(b, entry.name);
+  });
+  return !is_worse &&
+         std::count_if(a.begin(), a.end(), bad) < std::count_if(b.begin(), b.end(), bad);
+}
+
+/// When a map of the logs is not the one to write.
+struct Conditions {
+  const Health* other = nullptr;  ///< of a map that this one has to be better than
+  bool corrected = false;         ///< it is made only if something of the logs is corrected
+};
+
+/// Maps the logs, and writes the result where the conditions hold.
+Attempt attempt(const ReplayRequest& request, const Watchers& watchers, Clock::time_point start,
+                const Conditions& conditions) {
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
+  if (conditions.corrected && takes_at_word(settings)) return {{}, false};
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
   Film film(request.video, out);
@@ -358,18 +422,23 @@ ReplayOutcome replay(const ReplayRequest& request,
   ScanOutputs scans(settings);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
-  const auto [last, signal] = about(
-      files, [&] { return map_log(source, mapper, place, team, progress, movie, report, scans); });
+  const auto [last, signal] = about(files, [&] {
+    return map_log(source, mapper, place, team, watchers.progress, movie, report, scans);
+  });
 
   MapResult result = about(files, [&] { return mapper.result(); });
   result.title = settings.title;
   scans.finish(result);
   report.finish(mapper, result, last.objective_after);
-  ReplayOutcome outcome{summarize(source, plugins, mapper, last, result, signal), out.folder(),
-                        signal};
-  Summary& summary = outcome.summary;
+  Attempt made;
+  made.outcome = {summarize(source, plugins, mapper, last, result, signal), out.folder(), signal};
+  made.may_measure = signal == 0 && may_measure(request, settings);
+  Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, mapper, result);
+  made.is_written =
+      conditions.other == nullptr || (signal == 0 && is_better(summary.health, *conditions.other));
+  if (!made.is_written) return made;
   tell_findings(settings, summary);
   place.tell(result, summary);
   tell(team, summary);
@@ -392,9 +461,78 @@ ReplayOutcome replay(const ReplayRequest& request,
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
   signal != 0 ? show() : place.finish(mapper, result, show);
-  if (published) published(outcome);
+  if (watchers.published) watchers.published(made.outcome);
   warn(summary, told);
-  return outcome;
+  return made;
+}
+
+/// The number that section.key of a configuration is; 1 where it has none.
+double setting(const IniFile::Settings& configuration, const std::string& name) {
+  for (const auto& [section, keys] : configuration) {
+    for (const auto& [key, value] : keys) {
+      if (section + "." + key == name) return std::stod(value);
+    }
+  }
+  return 1;
+}
+
+/// Multiplies the factors of noise by what a bad map says of them; returns whether any changed.
+bool scale_noise(const Health& health, const IniFile::Settings& configuration,
+                 std::map<std::string, double>& factors) {
+  bool changed = false;
+  for (const HealthEntry& entry : health) {
+    if (entry.verdict != HealthVerdict::kBad || entry.scale.empty()) continue;
+    factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
+        entry.value;
+    changed = true;
+  }
+  return changed;
+}
+
+/// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes an
+/// outcome that is better.
+void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
+                     Clock::time_point start, ReplayOutcome& outcome) {
+  Health health = outcome.summary.health;
+  const IniFile::Settings configuration = outcome.summary.provenance.configuration;
+  std::map<std::string, double> factors;
+  for (int round = 0; round < kMostMeasurements; ++round) {
+    const bool scaled = scale_noise(health, configuration, factors);
+    if (worst(health) != HealthVerdict::kBad || (round > 0 && !scaled)) return;
+    ReplayRequest measured = request;
+    measured.settings.emplace_back("sensor.noise=measured");
+    for (const auto& [key, factor] : factors) {
+      measured.settings.push_back(fmt::format("{}={}", key, factor));
+    }
+    Attempt next = attempt(measured, watchers, start, {&outcome.summary.health, !scaled});
+    health = next.outcome.summary.health;
+    if (next.is_written) {
+      outcome = std::move(next.outcome);
+    } else if (next.outcome.signal != 0) {
+      outcome.signal = next.outcome.signal;
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+ReplayOutcome replay(const ReplayRequest& request,
+                     const std::function<void(const ReplayProgress&)>& progress,
+                     const std::function<void(const ReplayOutcome&)>& published) {
+  const auto start = Clock::now();
+  const Watchers watchers{progress, published};
+  Attempt first = attempt(request, watchers, start, {});
+  if (!first.may_measure) return std::move(first.outcome);
+  try {
+    map_as_measured(request, watchers, start, first.outcome);
+  } catch (const Interrupted& e) {
+    first.outcome.signal = e.signal();
+  } catch (const Error& e) {
+    first.outcome.summary.warnings.push_back(
+        fmt::format("the log was not mapped again with its noise measured: {}", e.what()));
+  }
+  return std::move(first.outcome);
 }
 
 }  // namespace hybrid

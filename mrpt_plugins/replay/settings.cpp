@@ -238,7 +238,8 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
   LogContents contents;
   for (RobotSettings& robot : settings.robots) {
     std::error_code unknown;
-    const bool measured = robot.source.measures && !is_standard_input(robot.rawlog) &&
+    const bool measured = robot.source.noise == NoiseSource::kMeasured &&
+                          !is_standard_input(robot.rawlog) &&
                           std::filesystem::is_regular_file(robot.rawlog, unknown);
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
@@ -250,7 +251,10 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
     }
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
     if (measured) robot.findings = survey.conclude();
+    const double stated = robot.source.correction.translation;
     robot.source.correction = robot.findings.correction;
+    robot.source.correction.translation *= stated;
+    robot.source.correction.rotation *= stated;
     if (robot.source.correction.hides_ids) own.forget_ids();
     contents.add(own);
   }

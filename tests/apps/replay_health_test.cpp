@@ -53,6 +53,17 @@ TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
       entry(summary, "noise of ranges of detections").at("knob").get<std::string>().empty());
 }
 
+TEST_F(ReplayHealthTest, OdometryThatIsTooSureIsMappedAgainAsTheMapTells) {
+  const std::string sure = kHidden + " --set reader.odometry_sigma_factor=0.1";
+  const Json stated = summary_of(sure + " --set sensor.noise=stated", 0);
+  ASSERT_EQ(entry(stated, "path against odometry").at("verdict"), "bad");
+  const Json measured = summary_of(sure + " --strict", 0);
+  EXPECT_EQ(bad(measured), 0U) << measured.at("health").dump(1);
+  EXPECT_EQ(measured.at("configuration").at("sensor").at("noise"), "measured");
+  const Json right = summary_of(kHidden, 0);
+  EXPECT_EQ(measured.at("landmarks"), right.at("landmarks"));
+}
+
 TEST_F(ReplayHealthTest, TwoIdsOfTheTruthThatWereExchangedAreNamed) {
   const std::string truth = HYBRID_SOURCE_DIR "/rawlogs/classed_demo_ground_truth.txt";
   std::ifstream file(truth);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/selection/closure_selection.h"
@@ -60,6 +61,9 @@ class Readmission {
   std::vector<Candidate> all_plausible();
   /// The two closures whose joint evidence is best, if it suffices for two; else none.
   std::vector<Candidate> best_pair();
+  /// Closures that fit but have too little information to reach the threshold however well they
+  /// fit, such as those of a file that states none. From then on candidates() has these, too.
+  std::vector<Candidate> uninformative();
   /// Admitted closures that the others contradict, worst first. If `tested` is given, those that
   /// are not in it have to reach the threshold.
   std::vector<int> contradicted(const std::vector<bool>* tested = nullptr) const;
@@ -75,8 +79,14 @@ class Readmission {
   void predict_others(bool all);
   std::vector<Candidate> above_threshold() const;
   double threshold() const;
+  double needed(std::size_t k) const;
+  bool is_informative(const ContinuousFactor& closure) const;
+  void weigh(std::size_t k, const Eigen::MatrixXd& S);
   double pair_evidence(const Candidate& a, const Candidate& b);
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> given(int a, int b);
+  std::vector<PredictedClosure> given_one_other(const std::vector<int>& closures);
   void first_variance_factor();
+  void update_objective();
 
   const RobustProblem& closure_problem_;
   const ClosureSelectionOptions& options_;
@@ -92,12 +102,16 @@ class Readmission {
   int accepted_count_ = 0;
   double trusted_normalizer_ = 0.0;
   std::vector<double> inlier_constant_, outlier_constant_;  // contributions to the objective
+  double noise_ =
+      1.0;  // variance of all noise over that stated, where closures tell that it is more
   double objective_ = 0.0;
   int iterations_ = 0;
   bool converged_ = true;
   std::string message_;
+  bool asks_uninformative_ = false;
 
   std::vector<double> evidence_;    // of each closure given all others
+  std::vector<double> attainable_;  // of each if it fitted perfectly
   std::vector<double> redundancy_;  // the same
   std::vector<Eigen::VectorXd> innovation_;
   /// Predicted covariance of the innovation when last computed. It shrinks as closures are

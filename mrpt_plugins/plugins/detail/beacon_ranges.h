@@ -72,7 +72,7 @@ class BeaconRanges : public MappingPlugin {
 
   std::vector<std::string> sensors_;
   BankOptions bank_;
-  double sigma_ = 0, max_range_ = 100;
+  double sigma_ = 0, sigma_factor_ = 1, max_range_ = 100;
   int circle_hypotheses_ = 24, sphere_hypotheses_ = 96, delay_ = 10;
   PendingLandmarks unplaced_;
   PlacedLandmarks placed_;

@@ -125,6 +125,38 @@ TEST(ClosureSelection, AFalseClosureIsAsImprobableAsItsInnovationSays) {
   }
 }
 
+/// All noise is seven times what the graph states, as in files with invented information.
+TEST(ClosureSelection, FindsTrueClosuresWhoseNoiseIsUnderstated) {
+  for (const unsigned seed : {1, 2, 3}) {
+    for (const double share : {0.0, 0.3}) {
+      Laps laps = drive(120, 0, seed, {0.14, 0.14, 0.035});
+      const Noise stated = Noise::diagonal(Eigen::Vector3d(0.02, 0.02, 0.005));
+      if (share > 0.0) laps.graph = add_false_closures(laps.graph, share, seed);
+      for (auto& measurement : laps.graph.poses2) measurement.noise = stated;
+      const RobustResult result = select_closures(problem_of(laps.graph));
+      EXPECT_EQ(accepted(result, 0, laps.true_closures), 40) << seed << " " << share;
+      EXPECT_EQ(accepted(result, laps.true_closures, result.verdicts.size()), 0)
+          << seed << " " << share;
+      EXPECT_NEAR(std::log(result.variance_factor / 49.0), 0.0, std::log(4.0)) << seed;
+    }
+  }
+}
+
+/// Information one for metres and radians, as in files that state none: no innovation could tell a
+/// true closure from a false one in a map so small.
+TEST(ClosureSelection, AcceptsWhatFitsWithoutInformation) {
+  const Noise unit = Noise::diagonal(Eigen::Vector3d(1.0, 1.0, 1.0));
+  PoseGraph square;
+  const SE2 side(2.0, 0.0, 0.5 * M_PI);
+  for (int k = 0; k < 4; ++k) {
+    square.poses2.push_back({Key('x', k), Key('x', k + 1), side, unit});
+  }
+  square.poses2.push_back({Key('x', 4), Key('x', 0), SE2(), unit});
+  EXPECT_EQ(accepted(select_closures(problem_of(square)), 0, 1), 1);
+  square.poses2.back().measured = SE2(40.0, 0.0, 0.0);
+  EXPECT_EQ(accepted(select_closures(problem_of(square)), 0, 1), 0);
+}
+
 TEST(ClosureSelection, EveryMacroStepLowersTheObjective) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const PoseGraph graph = add_false_closures(drive(200, 0, seed).graph, 0.6, seed);
