@@ -25,9 +25,6 @@ struct ClosureSelectionOptions {
   double min_redundancy = 0.09;
   /// Whether to reject the closures that are flagged.
   bool refuse_uncheckable = false;
-  /// Whether the variance of all noise, odometry included, may be found to be larger than stated.
-  /// Where closures have come from one place alone, false ones that resemble each other look alike.
-  bool noise_may_be_understated = true;
   int max_rounds = 500;  ///< macro-steps tried
   SolverOptions solver;  ///< of the last solve; those between are rougher
 };

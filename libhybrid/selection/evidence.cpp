@@ -19,34 +19,7 @@ constexpr double kGateProbability = 0.9999;
 constexpr int kMostRows = 6;              // with tabulated quantiles
 constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still [m]
 constexpr double kSmallestVarianceFactor = 1e-6;
-constexpr double kFactorStep = M_SQRT2;  // between variance factors that are tried
-constexpr int kFactorSteps = 32;         // so that standard deviations are at most 256 times stated
-constexpr int kShareRounds = 20;         // of the share of true closures
-
-/// log(exp(a) + exp(b)).
-double log_sum(double a, double b) {
-  const double most = std::max(a, b);
-  return std::isinf(most) ? most : most + std::log1p(std::exp(std::min(a, b) - most));
-}
-
-/// The log likelihood of closures with these log ratios, under the share of true ones that makes
-/// it largest.
-double log_likelihood_of(const std::vector<double>& log_ratios) {
-  const auto count = static_cast<double>(log_ratios.size());
-  double share = 0.5;
-  for (int round = 0; round < kShareRounds; ++round) {
-    double sum = 0.0;
-    for (const double ratio : log_ratios) {
-      sum += 1.0 / (1.0 + (1.0 - share) / share * std::exp(-ratio));
-    }
-    share = std::clamp(sum / count, 1e-6, 1.0 - 1e-6);
-  }
-  double log_likelihood = 0.0;
-  for (const double ratio : log_ratios) {
-    log_likelihood += log_sum(std::log1p(-share), std::log(share) + ratio);
-  }
-  return log_likelihood;
-}
+constexpr double kLargestVarianceFactor = 4.0;
 
 }  // namespace
 
@@ -92,27 +65,6 @@ double EvidenceModel::largest_log_ratio(const Eigen::VectorXd& b, const Eigen::M
                                         const ContinuousFactor& factor) const {
   const double chi_square = S.llt().matrixL().solve(b).squaredNorm();
   return density_ratio(chi_square, 0.0, factor);
-}
-
-double understated_noise(EvidenceModel model, const std::vector<PredictedClosure>& closures) {
-  double best = 1.0, most = -std::numeric_limits<double>::infinity();
-  for (int step = 0; step <= kFactorSteps && !closures.empty(); ++step) {
-    const double factor = model.variance_factor = std::pow(kFactorStep, step);
-    std::vector<double> log_ratios;
-    double rows = 0.0;
-    for (const PredictedClosure& c : closures) {
-      log_ratios.push_back(model.density_ratio(c.chi_square, c.log_det, *c.factor));
-      rows += c.factor->rows() / static_cast<double>(closures.size());
-    }
-    // Closures before these that fit the stated noise, see kPriorCount.
-    const double log_prior = -0.5 * kPriorCount * rows * (std::log(factor) + 1.0 / factor - 1.0);
-    const double log_posterior = log_likelihood_of(log_ratios) + log_prior;
-    if (log_posterior > most) {
-      most = log_posterior;
-      best = factor;
-    }
-  }
-  return best;
 }
 
 double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& options) {
@@ -169,7 +121,7 @@ double map_radius(const Values& values) {
 }
 
 double variance_factor(const std::vector<double>& chi_squares, const std::vector<int>& degrees,
-                       double probability, double largest) {
+                       double probability) {
   if (chi_squares.empty()) return 1.0;
   std::vector<double> ratios;
   std::map<int, double> quantiles;
@@ -182,7 +134,8 @@ double variance_factor(const std::vector<double>& chi_squares, const std::vector
   std::nth_element(ratios.begin(), middle, ratios.end());
   const double count = static_cast<double>(ratios.size());
   const double factor = std::max(*middle, kSmallestVarianceFactor);
-  return std::min(largest, std::exp(count / (count + kPriorCount) * std::log(factor)));
+  return std::min(kLargestVarianceFactor,
+                  std::exp(count / (count + kPriorCount) * std::log(factor)));
 }
 
 }  // namespace hybrid

@@ -54,9 +54,7 @@ void SelectionReport::add(const UpdateReport& update) {
 }
 
 OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
-    : options_(options), smoother_(options.smoother) {
-  options_.selection.noise_may_be_understated = false;  // the first closures may be of one place
-}
+    : options_(options), smoother_(options.smoother) {}
 
 /// Runs change(report) and undoes all of it if it fails.
 template <class Change>

@@ -85,7 +85,7 @@ void Readmission::trust(const Values& values) {
   const std::vector<bool> before = accepted_;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     const ContinuousFactor& closure = *closure_problem_.closures[k];
-    accepted_[k] = 2.0 * closure.cost(values) < noise_ * gate_quantile(closure.rows());
+    accepted_[k] = 2.0 * closure.cost(values) < gate_quantile(closure.rows());
     refused_[k] = false;
     evidence_[k] = kNone;
     predicted_[k].resize(0, 0);
@@ -119,15 +119,11 @@ void Readmission::settle(const SolverOptions& solver) {
   }
   predictor_ = std::make_unique<InnovationPredictor>(*problem_, state_);
   problem_->store(state_, values_);
-  update_objective();
-  assess_accepted();
-}
-
-void Readmission::update_objective() {
-  objective_ = problem_->cost(state_) / noise_ + trusted_normalizer_;
+  objective_ = problem_->cost(state_) + trusted_normalizer_;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     objective_ += accepted_[k] ? inlier_constant_[k] : outlier_constant_[k];
   }
+  assess_accepted();
 }
 
 /// Evidence and redundancy of each accepted closure given the others.
@@ -149,10 +145,7 @@ void Readmission::assess_accepted() {
       degrees.push_back(static_cast<int>(fit.b.size()));
     }
   }
-  if (!chi_squares.empty()) {
-    const double largest = kLargestVarianceFactor * noise_;
-    model_.variance_factor = variance_factor(chi_squares, degrees, 0.5, largest);
-  }
+  if (!chi_squares.empty()) model_.variance_factor = variance_factor(chi_squares, degrees);
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (!accepted_[k]) continue;
     weigh(k, covariance[k]);
@@ -278,10 +271,9 @@ std::vector<Candidate> Readmission::uninformative() {
   return above_threshold();
 }
 
-/// The variance factor before any closure is accepted, from those that the trusted factors predict
-/// best: below one from a low quantile, for which a share of true ones among them suffices; above
-/// one, which false closures would give as well, where it explains them better, see
-/// understated_noise, and then it is that of all noise.
+/// The variance factor before any closure is accepted: from a low quantile over the closures that
+/// the trusted factors predict best, for which a share of true ones among them suffices. It is at
+/// most one, since a larger one may come from false closures.
 void Readmission::first_variance_factor() {
   std::vector<std::pair<double, int>> spread;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
@@ -293,53 +285,12 @@ void Readmission::first_variance_factor() {
   std::sort(spread.begin(), spread.end());
   spread.resize(std::min(spread.size(), kMostCompared));
   std::vector<double> chi_squares;
-  std::vector<int> degrees, compared;
+  std::vector<int> degrees;
   for (const auto& [size, k] : spread) {
     chi_squares.push_back(predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm());
     degrees.push_back(static_cast<int>(innovation_[k].size()));
-    compared.push_back(k);
   }
   model_.variance_factor = std::min(1.0, variance_factor(chi_squares, degrees));
-  if (options_.noise_may_be_understated) {
-    noise_ = understated_noise(model_, given_one_other(compared));
-  }
-  if (noise_ > 1.0) model_.variance_factor = noise_;
-  update_objective();
-}
-
-/// The innovation of each closure given that one before it which tells most of it. False closures
-/// between the same places agree with each other by the noise that is stated, and true ones by the
-/// noise that there is.
-std::vector<PredictedClosure> Readmission::given_one_other(const std::vector<int>& closures) {
-  std::vector<PredictedClosure> out;
-  const auto predicted = [&](int k, const Eigen::VectorXd& b, const Eigen::MatrixXd& S) {
-    const Eigen::LLT<Eigen::MatrixXd> llt(S);
-    const double log_det = 2.0 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
-    return PredictedClosure{llt.matrixL().solve(b).squaredNorm(), log_det,
-                            closure_problem_.closures[static_cast<std::size_t>(k)].get()};
-  };
-  for (std::size_t i = 0; i < closures.size(); ++i) {
-    const int k = closures[i];
-    PredictedClosure best = predicted(k, innovation_[k], predicted_[k]);
-    for (std::size_t j = 0; j < i; ++j) {
-      const auto [b, S] = given(closures[j], k);
-      const PredictedClosure other = predicted(k, b, S);
-      if (other.log_det < best.log_det) best = other;
-    }
-    out.push_back(best);
-  }
-  return out;
-}
-
-/// The innovation of a closure b and its covariance, given closure a.
-std::pair<Eigen::VectorXd, Eigen::MatrixXd> Readmission::given(int a, int b) {
-  const ContinuousFactor& first = *closure_problem_.closures[a];
-  const ContinuousFactor& second = *closure_problem_.closures[b];
-  const Eigen::MatrixXd cross = predictor_->cross(first, second);
-  const Eigen::LLT<Eigen::MatrixXd> llt(predicted_[a]);
-  const Eigen::MatrixXd S = predicted_[b] - cross.transpose() * llt.solve(cross);
-  return {innovation_[b] - cross.transpose() * llt.solve(innovation_[a]),
-          0.5 * (S + S.transpose())};
 }
 
 std::vector<Candidate> Readmission::candidates() {
@@ -378,8 +329,14 @@ std::vector<Candidate> Readmission::all_plausible() {
 
 /// Evidence of a, plus that of b given a.
 double Readmission::pair_evidence(const Candidate& a, const Candidate& b) {
-  const auto [b_given_a, S] = given(a.closure, b.closure);
-  return a.evidence + model_.log_ratio(b_given_a, S, *closure_problem_.closures[b.closure]);
+  const ContinuousFactor& first = *closure_problem_.closures[a.closure];
+  const ContinuousFactor& second = *closure_problem_.closures[b.closure];
+  const Eigen::MatrixXd cross = predictor_->cross(first, second);
+  const Eigen::LLT<Eigen::MatrixXd> llt(predicted_[a.closure]);
+  const Eigen::VectorXd b_given_a =
+      innovation_[b.closure] - cross.transpose() * llt.solve(innovation_[a.closure]);
+  const Eigen::MatrixXd S = predicted_[b.closure] - cross.transpose() * llt.solve(cross);
+  return a.evidence + model_.log_ratio(b_given_a, 0.5 * (S + S.transpose()), second);
 }
 
 std::vector<Candidate> Readmission::best_pair() {

@@ -11,9 +11,6 @@
 
 namespace hybrid {
 
-/// Of closures beside the factor of all noise: more is of false ones among them.
-inline constexpr double kLargestVarianceFactor = 4.0;
-
 /// The evidence for a closure: the density of its innovation, marginalised over the poses (p(d | Z)
 /// with the Laplace approximation of eq. 11b), relative to that of a false closure, which may
 /// measure any relative pose inside the map.
@@ -47,18 +44,6 @@ struct EvidenceModel {
   double density_ratio(double chi_square, double log_det, const ContinuousFactor& factor) const;
 };
 
-/// An innovation as the trusted factors predict it.
-struct PredictedClosure {
-  double chi_square = 0.0;  ///< by its predicted covariance
-  double log_det = 0.0;     ///< of that covariance
-  const ContinuousFactor* factor = nullptr;
-};
-
-/// The variance factor above one, common to all noise, under which closures, an unknown share of
-/// which is false, are most likely; one where stated noise explains them as well, with ten closures
-/// that fit it as prior.
-double understated_noise(EvidenceModel model, const std::vector<PredictedClosure>& closures);
-
 /// Sets redundancy, checkability, probability and margin of verdicts from the log evidence for each
 /// closure and its redundancy, given all others; whether each is accepted is set.
 void write_evidence(const std::vector<double>& evidence, const std::vector<double>& redundancy,
@@ -79,8 +64,8 @@ double map_radius(const Values& values);
 
 /// Robust estimate of the variance factor from chi-squares and degrees of freedom: the quantile of
 /// that probability of their ratios to the same quantile of a chi-square (0.5: the medians), shrunk
-/// towards one by a prior, and at most `largest`.
+/// towards one by a prior.
 double variance_factor(const std::vector<double>& chi_squares, const std::vector<int>& degrees,
-                       double probability = 0.5, double largest = kLargestVarianceFactor);
+                       double probability = 0.5);
 
 }  // namespace hybrid

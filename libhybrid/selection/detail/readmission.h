@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "libhybrid/selection/closure_selection.h"
@@ -83,10 +82,7 @@ class Readmission {
   bool is_informative(const ContinuousFactor& closure) const;
   void weigh(std::size_t k, const Eigen::MatrixXd& S);
   double pair_evidence(const Candidate& a, const Candidate& b);
-  std::pair<Eigen::VectorXd, Eigen::MatrixXd> given(int a, int b);
-  std::vector<PredictedClosure> given_one_other(const std::vector<int>& closures);
   void first_variance_factor();
-  void update_objective();
 
   const RobustProblem& closure_problem_;
   const ClosureSelectionOptions& options_;
@@ -102,8 +98,6 @@ class Readmission {
   int accepted_count_ = 0;
   double trusted_normalizer_ = 0.0;
   std::vector<double> inlier_constant_, outlier_constant_;  // contributions to the objective
-  double noise_ =
-      1.0;  // variance of all noise over that stated, where closures tell that it is more
   double objective_ = 0.0;
   int iterations_ = 0;
   bool converged_ = true;
