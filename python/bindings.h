@@ -18,9 +18,9 @@ namespace hybrid::python {
 namespace py = pybind11;
 using namespace pybind11::literals;
 
-/// Releases the lock of the interpreter (GIL) in functions that evaluate factors or solve, so that
-/// other Python threads can run. Factors written in Python acquire it for their calls, also from
-/// threads of the solver.
+/// Releases the lock of the interpreter (GIL) in functions that take long, so that other Python
+/// threads can run; for arguments that nobody can change meanwhile (see calls.h for others).
+/// Factors written in Python acquire it for their calls, also from threads of the solver.
 using Unlocked = py::call_guard<py::gil_scoped_release>;
 
 // One function per room of the library. A room binds its classes after the classes that they use.
@@ -63,6 +63,9 @@ struct FactorArgument {
 
 /// The pointers of several factors.
 std::vector<ContinuousFactorPtr> to_pointers(const std::vector<FactorArgument>& factors);
+
+/// The Python object that the pointer to a factor keeps alive; null for a factor of the library.
+PyObject* python_object(const ContinuousFactorPtr& factor);
 
 /// The pointer to a Python object that is a continuous factor; null for other objects.
 ContinuousFactorPtr factor_pointer(py::handle object);

@@ -2,8 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include "libhybrid/hybrid/graph.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 #include "python/conversions.h"
+#include "python/garbage.h"
 
 namespace hybrid::python {
 namespace {
@@ -31,6 +32,21 @@ py::list factors_of(const HybridGraph& graph) {
   for (const auto& factor : all_of(graph.hybrid())) all.append(factor);
   return all;
 }
+
+struct GraphAccess {
+  static int visit(const HybridGraph& graph, visitproc visit, void* argument) {
+    return visit_factors(graph, visit, argument);
+  }
+  static void clear(HybridGraph& graph) { const HybridGraph gone = std::exchange(graph, {}); }
+};
+
+struct DeltaAccess {
+  static int visit(const Delta& delta, visitproc visit, void* argument) {
+    const int stop = visit_factors(delta.continuous, visit, argument);
+    return stop != 0 ? stop : visit_factors(delta.hybrid, visit, argument);
+  }
+  static void clear(Delta& delta) { const Delta gone = std::exchange(delta, {}); }
+};
 
 std::string describe(const HybridGraph& graph) {
   return "<HybridGraph of " + std::to_string(graph.continuous().size()) + " continuous, " +
@@ -63,7 +79,8 @@ void bind_handles(py::module_& m) {
 void bind_graph(py::module_& m) {
   py::class_<HybridGraph>(m, "HybridGraph",
                           "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
-                          "hybrid factors.")
+                          "hybrid factors.",
+                          collected<HybridGraph, GraphAccess>())
       .def(py::init<>())
       .def(
           "add",
@@ -130,7 +147,8 @@ void bind_hybrid(py::module_& m) {
       .def_readwrite("assignment", &Estimate::assignment, "Discrete.");
   convertible_or_error<Values, Estimate>();
   convertible_or_error<py::dict, Estimate>();
-  py::class_<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.")
+  py::class_<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.",
+                    collected<Delta, DeltaAccess>())
       .def(py::init<>())
       .def(
           "add",
@@ -155,10 +173,11 @@ void bind_hybrid(py::module_& m) {
                      "Initial values of new discrete variables; 0 if not given.")
       .def_readwrite("remove", &Delta::remove, "Handles of factors to remove.")
       .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables to remove.");
-  m.def("objective", &objective, "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
+  m.def("objective", on_copies(&objective), "graph"_a, "values"_a, "assignment"_a = Assignment(),
         "The joint negative log posterior of eq. 6, normalisers included.");
-  m.def("cost", py::overload_cast<const HybridGraph&, const Values&, const Assignment&>(&cost),
-        "graph"_a, "values"_a, "assignment"_a = Assignment(), Unlocked(),
+  m.def("cost",
+        on_copies(py::overload_cast<const HybridGraph&, const Values&, const Assignment&>(&cost)),
+        "graph"_a, "values"_a, "assignment"_a = Assignment(),
         "Half the weighted squared error of the continuous factors and selected components.");
 }
 

@@ -3,7 +3,7 @@
 
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/landmarks/landmark_mapper.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 
 namespace hybrid::python {
 namespace {
@@ -103,26 +103,25 @@ void bind_mapper(py::module_& m, const char* name, const char* doc) {
            }),
            "association"_a = AssociationOptions(), "classes"_a = ClassOptions(),
            "smoother"_a = SmootherOptions())
-      .def("add", &Mapper::add, "motion"_a, "noise"_a, "detections"_a, Unlocked(),
+      .def("add", changing(&Mapper::add), "motion"_a, "noise"_a, "detections"_a,
            "Adds a keyframe: the measured motion since the last one (for the first: the start "
            "pose) and the detections of the sensors. Returns whether the detections were used.")
-      .def("finish", &Mapper::finish, Unlocked(),
+      .def("finish", changing(&Mapper::finish),
            "Makes all delayed decisions, removes landmarks with too few sightings, and solves to "
            "convergence.")
       .def_static("pose_key", &Mapper::pose_key, "i"_a, "The key of a keyframe, from 0.")
-      .def_property_readonly("keyframes", &Mapper::keyframes)
-      .def_property_readonly("landmarks",
-                             [](const Mapper& mapper) {
+      .def_property_readonly("keyframes", looking(+[](const Mapper& m) { return m.keyframes(); }))
+      .def_property_readonly("landmarks", looking(+[](const Mapper& mapper) {
                                std::vector<Landmark> all;
                                for (const auto& [id, landmark] : mapper.landmarks()) {
                                  all.push_back(landmark);
                                }
                                return all;
-                             })
+                             }))
       .def_property_readonly("smoother", &Mapper::smoother,
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; add to the mapper, not to the smoother.")
-      .def("decisions", &Mapper::decisions, "The attribution of every detection so far.")
+      .def("decisions", reading(&Mapper::decisions), "The attribution of every detection so far.")
       .def_property_readonly(
           "class_names", [](const Mapper& mapper) { return mapper.association().class_names(); })
       .def(

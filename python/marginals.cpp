@@ -5,7 +5,7 @@
 #include "libhybrid/marginals/discrete.h"
 #include "libhybrid/marginals/evidence.h"
 #include "libhybrid/marginals/posterior.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 
 namespace hybrid::python {
 namespace {
@@ -23,10 +23,12 @@ void bind_continuous(py::module_& m) {
                                   "assignment (eq. 11b to 14), over "
                                   "the tangents at the estimate. Factorised once.")
       .def(py::init([](const HybridGraph& graph, const Estimate& estimate, int threads) {
-             return std::make_unique<ContinuousMarginals>(graph, estimate,
-                                                          MarginalOptions{threads});
+             const auto make = [&](const HybridGraph& g, const Estimate& e) {
+               return std::make_unique<ContinuousMarginals>(g, e, MarginalOptions{threads});
+             };
+             return call_on_copies(make, graph, estimate);
            }),
-           "graph"_a, "estimate"_a, "threads"_a = 0, Unlocked())
+           "graph"_a, "estimate"_a, "threads"_a = 0)
       .def_property_readonly("valid", &ContinuousMarginals::valid,
                              "Whether the factors determine all variables.")
       .def_property_readonly("under_constrained", &ContinuousMarginals::under_constrained)
@@ -73,17 +75,25 @@ void bind_posterior(py::module_& m) {
   m.def(
       "posterior",
       [](const HybridGraph& graph, const Estimate& estimate, const std::vector<Key>& keys,
-         const PosteriorOptions& options) { return posterior(graph, estimate, keys, options); },
-      "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(), Unlocked(),
+         const PosteriorOptions& options) {
+        return call_on_copies([](const auto&... arguments) { return posterior(arguments...); },
+                              graph, estimate, keys, options);
+      },
+      "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(),
       "p(D | Z) of discrete variables: every joint value is weighted by its evidence.");
   m.def(
       "posterior_marginals",
       [](const HybridGraph& graph, const Estimate& estimate, const std::vector<Key>& keys,
          const PosteriorOptions& options) {
-        return posterior_marginals(graph, estimate, keys, options);
+        return call_on_copies(
+            [](const auto&... arguments) { return posterior_marginals(arguments...); }, graph,
+            estimate, keys, options);
       },
-      "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(), Unlocked(),
-      "p(d | Z) of each of several discrete variables.");
+      "graph"_a, "estimate"_a, "keys"_a, "options"_a = PosteriorOptions(),
+      "p(d | Z, others) of each of several discrete variables: others that no table connects with "
+      "it have the values of the estimate. That is p(d | Z) unless they share continuous "
+      "variables; "
+      "`posterior` of several such together sums over all of them.");
 }
 
 }  // namespace
@@ -94,16 +104,18 @@ void bind_marginals(py::module_& m) {
   m.def(
       "discrete_marginals",
       [](const HybridGraph& graph, const Values& values) {
-        return discrete_marginals(graph, values);
+        return call_on_copies(
+            [](const HybridGraph& g, const Values& v) { return discrete_marginals(g, v); }, graph,
+            values);
       },
-      "graph"_a, "values"_a, Unlocked(),
+      "graph"_a, "values"_a,
       "Exact marginals of the discrete variables given the continuous ones (eq. 11a).");
   py::class_<Evidence>(m, "Evidence", "The evidence of an assignment.")
       .def_readonly("log", &Evidence::log,
                     "Logarithm of the evidence; None if the assignment leaves variables "
                     "undetermined.")
       .def_readonly("under_constrained", &Evidence::under_constrained);
-  m.def("log_evidence", &log_evidence, "graph"_a, "estimate"_a, "threads"_a = 0, Unlocked(),
+  m.def("log_evidence", on_copies(&log_evidence), "graph"_a, "estimate"_a, "threads"_a = 0,
         "The Laplace approximation of the evidence of the assignment of an estimate whose "
         "continuous values minimise the objective for it.");
 }

@@ -8,10 +8,21 @@
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 
 namespace hybrid::python {
 namespace {
+
+/// A feed of a graph of its own, so that it does not matter what becomes of the one given.
+struct FeedOfCopy {
+  FeedOfCopy(const PoseGraph& g, const Values& initial, const GraphFactorOptions& options)
+      : graph(g), feed(graph, initial, options) {}
+  FeedOfCopy(const FeedOfCopy&) = delete;
+  FeedOfCopy& operator=(const FeedOfCopy&) = delete;
+
+  PoseGraph graph;
+  PoseFeed feed;
+};
 
 template <class T>
 void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
@@ -71,36 +82,41 @@ void bind_pose_graph(py::module_& m) {
       "path"_a, "repair_information"_a = false, Unlocked(),
       "Reads a g2o or TORO file. An Error names file and line. Information that is not positive "
       "definite is an Error unless repair_information is set.");
-  m.def("write_g2o", &write_g2o, "path"_a, "graph"_a, Unlocked(), "Writes a graph as g2o.");
+  m.def("write_g2o", on_copies(&write_g2o), "path"_a, "graph"_a, "Writes a graph as g2o.");
   m.def(
-      "initialize_from_tree", &initialize_from_tree, "graph"_a, Unlocked(),
+      "initialize_from_tree", on_copies(&initialize_from_tree), "graph"_a,
       "Values of all vertices from relative motions along the shortest paths from the first pose, "
       "where the length of an edge is the variance of its rotation.");
-  m.def("initialize_from_odometry", &initialize_from_odometry, "graph"_a, Unlocked(),
+  m.def("initialize_from_odometry", on_copies(&initialize_from_odometry), "graph"_a,
         "Values of all vertices from relative motions alone.");
   m.def("to_factors", &to_factors, "graph"_a, "initial"_a, "options"_a = GraphFactorOptions(),
         "One factor per edge, then a prior per fixed vertex, or for the first pose if none is "
         "fixed.");
-  m.def("to_pose_graph", &to_pose_graph, "graph"_a, "estimate"_a, Unlocked(),
+  m.def("to_pose_graph", on_copies(&to_pose_graph), "graph"_a, "estimate"_a,
         "The part of an estimated graph that a g2o file can hold.");
   m.def("add_false_closures", &add_false_closures, "graph"_a, "rate"_a, "seed"_a,
         "The graph with added false closures (section V-A); `rate` is their share in [0, 1) of all "
         "closures.");
-  py::class_<PoseFeed>(m, "PoseFeed",
-                       "Returns a graph pose by pose, in the order of a robot's measurements.")
+  py::class_<FeedOfCopy>(m, "PoseFeed",
+                         "Returns a graph pose by pose, in the order of a robot's measurements.")
       .def(py::init<const PoseGraph&, const Values&, const GraphFactorOptions&>(), "graph"_a,
-           "initial"_a, "options"_a = GraphFactorOptions(), py::keep_alive<1, 2>())
-      .def("__len__", &PoseFeed::steps)
-      .def_property_readonly("done", &PoseFeed::done)
-      .def_property_readonly("pose", &PoseFeed::pose, "The pose that the next step adds.")
+           "initial"_a, "options"_a = GraphFactorOptions(), "Of a copy of the graph.")
+      .def("__len__", [](const FeedOfCopy& f) { return f.feed.steps(); })
+      .def_property_readonly("done", [](const FeedOfCopy& f) { return f.feed.done(); })
+      .def_property_readonly(
+          "pose", [](const FeedOfCopy& f) { return f.feed.pose(); },
+          "The pose that the next step adds.")
       .def(
           "next",
-          [](PoseFeed& feed, const IncrementalSmoother& smoother) {
-            return feed.next(smoother.values());
+          [](FeedOfCopy& f, const IncrementalSmoother& smoother) {
+            const SmootherInUse use(smoother, SmootherInUse::Kind::kRead);
+            return f.feed.next(smoother.values());
           },
           "smoother"_a,
           "The next pose with its factors, with initial values from the smoother's estimate.")
-      .def("next", &PoseFeed::next, "estimate"_a);
+      .def(
+          "next", [](FeedOfCopy& f, const Values& estimate) { return f.feed.next(estimate); },
+          "estimate"_a);
 }
 
 }  // namespace hybrid::python

@@ -167,6 +167,11 @@ ContinuousFactorPtr factor_pointer(py::handle object) {
   return {pointer.get(), KeepPython{object.inc_ref().ptr()}};
 }
 
+PyObject* python_object(const ContinuousFactorPtr& factor) {
+  const auto* kept = std::get_deleter<KeepPython>(factor);
+  return kept != nullptr ? kept->object : nullptr;
+}
+
 std::vector<ContinuousFactorPtr> to_pointers(const std::vector<FactorArgument>& factors) {
   std::vector<ContinuousFactorPtr> pointers;
   pointers.reserve(factors.size());

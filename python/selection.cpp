@@ -7,14 +7,26 @@
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/online_selection.h"
 #include "libhybrid/selection/robust_methods.h"
-#include "python/bindings.h"
+#include "python/calls.h"
+#include "python/garbage.h"
 
 namespace hybrid::python {
 namespace {
 
+struct ProblemAccess {
+  static int visit(const RobustProblem& problem, visitproc visit, void* argument) {
+    const int stop = visit_factors(problem.trusted, visit, argument);
+    return stop != 0 ? stop : visit_factors(problem.closures, visit, argument);
+  }
+  static void clear(RobustProblem& problem) {
+    const RobustProblem gone = std::exchange(problem, RobustProblem());
+  }
+};
+
 void bind_problem(py::module_& m) {
   py::class_<RobustProblem>(m, "RobustProblem",
-                            "Trusted factors, and closures that may be false (eq. 16).")
+                            "Trusted factors, and closures that may be false (eq. 16).",
+                            collected<RobustProblem, ProblemAccess>())
       .def(py::init([](const std::vector<FactorArgument>& trusted,
                        const std::vector<FactorArgument>& closures, const Values& initial) {
              return RobustProblem{to_pointers(trusted), to_pointers(closures), initial};
@@ -100,8 +112,9 @@ void bind_options(py::module_& m) {
 }
 
 void bind_batch(py::module_& m) {
-  m.def("select_closures", &select_closures, "problem"_a, "options"_a = ClosureSelectionOptions(),
-        Unlocked(), "Loop closure selection, the project's own method.");
+  m.def("select_closures", on_copies(&select_closures), "problem"_a,
+        "options"_a = ClosureSelectionOptions(),
+        "Loop closure selection, the project's own method.");
   m.def(
       "robust_methods",
       [] {
@@ -117,10 +130,13 @@ void bind_batch(py::module_& m) {
         MethodOptions options;
         options.set_mixture(mixture);
         options.set_threads(threads);
-        return robust_method(method).solve({problem, truth, {}}, options);
+        const auto solve = [&](const RobustProblem& p) {
+          return robust_method(method).solve({p, truth, {}}, options);
+        };
+        return call_on_copies(solve, problem);
       },
       "problem"_a, "method"_a = "selection", "mixture"_a = MixtureOptions(),
-      "truth"_a = std::vector<bool>(), "threads"_a = 0, Unlocked(),
+      "truth"_a = std::vector<bool>(), "threads"_a = 0,
       "Solves by a method of `robust_methods`, with the default settings of the programs. "
       "`truth` (whether each closure is true) is for the method 'oracle'.");
   py::class_<ObjectiveBound>(m, "ObjectiveBound",
@@ -132,8 +148,8 @@ void bind_batch(py::module_& m) {
       .def_readonly("solves", &ObjectiveBound::solves, "Relaxations solved.")
       .def_readonly("complete", &ObjectiveBound::complete,
                     "Whether the search ended before the budget.");
-  m.def("bound_objective", &bound_objective, "problem"_a, "values"_a, "accepted"_a,
-        "mixture"_a = MixtureOptions(), "budget"_a = 100, Unlocked(),
+  m.def("bound_objective", on_copies(&bound_objective), "problem"_a, "values"_a, "accepted"_a,
+        "mixture"_a = MixtureOptions(), "budget"_a = 100,
         "Bounds how much lower the joint objective can be for any poses and any decisions about "
         "the closures, by branch and bound over the decisions and certificates of the poses. After "
         "`budget` relaxations the bound reached is returned, which is valid, too.");
@@ -156,19 +172,18 @@ void bind_online(py::module_& m) {
           [](OnlineSelection& selection, const Delta& trusted,
              const std::vector<FactorArgument>& closures) {
             const std::vector<ContinuousFactorPtr> pointers = to_pointers(closures);
-            const py::gil_scoped_release unlocked;
-            return selection.update(trusted, pointers);
+            return changing(&OnlineSelection::update)(selection, trusted, pointers);
           },
           "trusted"_a, "closures"_a = py::list(),
           "Applies a change of trusted factors and tests new closures, which are numbered in the "
           "order of arrival.")
-      .def("finish", &OnlineSelection::finish, Unlocked(),
+      .def("finish", changing(&OnlineSelection::finish),
            "Evaluates all closures again, and solves to convergence.")
       .def_property_readonly("smoother", &OnlineSelection::smoother,
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; update the selection, not the smoother.")
-      .def("status", &OnlineSelection::status, "closure"_a)
-      .def("verdicts", &OnlineSelection::verdicts, Unlocked(), "Decisions by closure.");
+      .def("status", reading(&OnlineSelection::status), "closure"_a)
+      .def("verdicts", reading(&OnlineSelection::verdicts), "Decisions by closure.");
 }
 
 }  // namespace

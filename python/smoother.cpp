@@ -3,7 +3,7 @@
 
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/window.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 
 namespace hybrid::python {
 namespace {
@@ -60,59 +60,61 @@ void bind_smoother_options(py::module_& m) {
       .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");
 }
 
+/// What a smoother holds, as copies.
+void bind_estimate_of(py::class_<IncrementalSmoother>& c) {
+  using Smoother = IncrementalSmoother;
+  c.def("__getitem__", looking(&value_at), "key"_a, "The estimate of a continuous variable.")
+      .def("__contains__",
+           looking(+[](const Smoother& s, Key k) { return s.values().contains(k); }), "key"_a)
+      .def("__len__", looking(+[](const Smoother& s) { return s.values().size(); }))
+      .def("graph", looking(+[](const Smoother& s) { return HybridGraph(s.graph()); }),
+           "A copy of the graph.")
+      .def("values", looking(+[](const Smoother& s) { return Values(s.values()); }),
+           "A copy of the values.")
+      .def("assignment", looking(+[](const Smoother& s) { return Assignment(s.assignment()); }),
+           "A copy of the assignment.")
+      .def("estimate", looking(+[](const Smoother& s) { return s.estimate(); }),
+           "A copy of the estimate.")
+      .def("factors_of", looking(+[](const Smoother& s, Key key) { return s.factors_of(key); }),
+           "key"_a, "Handles of the factors of a continuous variable.")
+      .def("__copy__", looking(+[](const Smoother& s) { return Smoother(s); }),
+           "An independent copy of the smoother.");
+}
+
 void bind_incremental(py::module_& m) {
-  py::class_<IncrementalSmoother>(
+  using Smoother = IncrementalSmoother;
+  py::class_<Smoother> c(
       m, "IncrementalSmoother",
       "Online alternating minimisation: the cost of an update depends on the variables it affects, "
-      "the joint objective never rises, and a change is applied as a whole or not at all.")
-      .def(py::init<const SmootherOptions&>(), "options"_a = SmootherOptions())
-      .def("update", py::overload_cast<const Delta&>(&IncrementalSmoother::update), "delta"_a,
-           Unlocked(),
+      "the joint objective never rises, and a change is applied as a whole or not at all.");
+  c.def(py::init<const SmootherOptions&>(), "options"_a = SmootherOptions())
+      .def("update", changing(py::overload_cast<const Delta&>(&Smoother::update)), "delta"_a,
            "Applies a change. Raises Error for bad input; for a singular system, the report is not "
            "ok.")
-      .def("converge", &IncrementalSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
-           Unlocked(), "Relinearises everything and alternates to convergence.")
-      .def("settle", &IncrementalSmoother::settle, "max_updates"_a = 50, Unlocked(),
+      .def("converge", changing(&Smoother::converge), "max_rounds"_a = 50, "tolerance"_a = 1e-10,
+           "Relinearises everything and alternates to convergence.")
+      .def("settle", changing(&Smoother::settle), "max_updates"_a = 50,
            "Goes on where the last update has stopped, at the cost of what still moves.")
-      .def("begin", &IncrementalSmoother::begin, Unlocked(),
+      .def("begin", changing(&Smoother::begin),
            "Begins a transaction, which `commit` or `roll_back` ends.")
-      .def("commit", &IncrementalSmoother::commit, Unlocked())
-      .def("roll_back", &IncrementalSmoother::roll_back, Unlocked())
-      .def("keep_last", &IncrementalSmoother::keep_last, "keys"_a, Unlocked(),
+      .def("commit", changing(&Smoother::commit))
+      .def("roll_back", changing(&Smoother::roll_back))
+      .def("keep_last", changing(&Smoother::keep_last), "keys"_a,
            "Sets the variables to eliminate after all others.")
-      .def("__getitem__", &value_at, "key"_a, "The estimate of a continuous variable.")
-      .def(
-          "__contains__",
-          [](const IncrementalSmoother& s, Key key) { return s.values().contains(key); }, "key"_a)
-      .def("__len__", [](const IncrementalSmoother& s) { return s.values().size(); })
-      .def(
-          "graph", [](const IncrementalSmoother& s) { return s.graph(); }, "A copy of the graph.")
-      .def(
-          "values", [](const IncrementalSmoother& s) { return s.values(); },
-          "A copy of the values.")
-      .def(
-          "assignment", [](const IncrementalSmoother& s) { return s.assignment(); },
-          "A copy of the assignment.")
-      .def("estimate", &IncrementalSmoother::estimate, "A copy of the estimate.")
-      .def("objective", &IncrementalSmoother::objective, "Objective of eq. 6 at the estimate.")
-      .def("cost", &IncrementalSmoother::cost, Unlocked(), "Half the weighted squared error.")
+      .def("objective", reading(&Smoother::objective), "Objective of eq. 6 at the estimate.")
+      .def("cost", reading(&Smoother::cost), "Half the weighted squared error.")
       .def("joint_covariance",
-           py::overload_cast<const std::vector<Key>&>(&IncrementalSmoother::joint_covariance,
-                                                      py::const_),
-           "keys"_a, Unlocked(),
-           "Joint covariance of continuous variables, in the given order (eq. 11b).")
+           reading(
+               py::overload_cast<const std::vector<Key>&>(&Smoother::joint_covariance, py::const_)),
+           "keys"_a, "Joint covariance of continuous variables, in the given order (eq. 11b).")
       .def(
           "joint_covariance",
-          py::overload_cast<const std::vector<Key>&, const Eigen::MatrixXd&>(
-              &IncrementalSmoother::joint_covariance, py::const_),
-          "keys"_a, "J"_a, Unlocked(),
+          reading(py::overload_cast<const std::vector<Key>&, const Eigen::MatrixXd&>(
+              &Smoother::joint_covariance, py::const_)),
+          "keys"_a, "J"_a,
           "Covariance of J x, with x the tangents of the variables stacked: precise where x itself "
-          "is not, as that of places relative to each other at the end of a long way.")
-      .def("factors_of", &IncrementalSmoother::factors_of, "key"_a,
-           "Handles of the factors of a continuous variable.")
-      .def(
-          "__copy__", [](const IncrementalSmoother& s) { return IncrementalSmoother(s); },
-          "An independent copy of the smoother.");
+          "is not, as that of places relative to each other at the end of a long way.");
+  bind_estimate_of(c);
 }
 
 void bind_window(py::module_& m) {
@@ -135,16 +137,16 @@ void bind_window(py::module_& m) {
                              "The incremental smoother over a window: old states are marginalised.")
       .def(py::init<const WindowOptions&, const SmootherOptions&>(), "window"_a = WindowOptions(),
            "options"_a = SmootherOptions())
-      .def("update", &WindowSmoother::update, "delta"_a, Unlocked())
-      .def("converge", &WindowSmoother::converge, "max_rounds"_a = 50, "tolerance"_a = 1e-10,
-           Unlocked())
+      .def("update", changing(&WindowSmoother::update), "delta"_a)
+      .def("converge", changing(&WindowSmoother::converge), "max_rounds"_a = 50,
+           "tolerance"_a = 1e-10)
       .def_property_readonly("smoother", &WindowSmoother::smoother,
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; update the window, not the smoother.")
-      .def(
-          "past", [](const WindowSmoother& w) { return w.past(); },
-          "Last estimates of the variables that have left, a copy.")
-      .def_property_readonly("divergence", &WindowSmoother::divergence,
+      .def("past", looking(+[](const WindowSmoother& w) { return Estimate(w.past()); }),
+           "Last estimates of the variables that have left, a copy.")
+      .def_property_readonly("divergence",
+                             looking(+[](const WindowSmoother& w) { return w.divergence(); }),
                              "What a bounded window has lost so far [nat].");
 }
 

@@ -8,7 +8,7 @@
 #include "libhybrid/solvers/exhaustive.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
-#include "python/bindings.h"
+#include "python/calls.h"
 
 namespace hybrid::python {
 namespace {
@@ -116,8 +116,8 @@ void bind_certificate(py::module_& m) {
       "certify",
       [](const std::vector<FactorArgument>& factors, const Values& estimate) {
         const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
-        const py::gil_scoped_release unlocked;
-        return certify(pointers, estimate);
+        return call_on_copies([](const auto&... arguments) { return certify(arguments...); },
+                              pointers, estimate);
       },
       "factors"_a, "estimate"_a,
       "Whether an estimate lies in the basin of the global optimum of its relative poses, by the "
@@ -132,8 +132,9 @@ void bind_certificate(py::module_& m) {
       "climb_staircase",
       [](const std::vector<FactorArgument>& factors, const Values& estimate) {
         const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
-        const py::gil_scoped_release unlocked;
-        return climb_staircase(pointers, estimate);
+        return call_on_copies(
+            [](const auto&... arguments) { return climb_staircase(arguments...); }, pointers,
+            estimate);
       },
       "factors"_a, "estimate"_a,
       "The same, and where the estimate is not verified, a search for poses that cost less by the "
@@ -149,31 +150,34 @@ void bind_solvers(py::module_& m) {
   m.def(
       "alternate",
       [](const HybridGraph& graph, const Estimate& initial, const AlternatingOptions& options) {
-        return alternate(graph, initial, options);
+        return call_on_copies([](const auto&... arguments) { return alternate(arguments...); },
+                              graph, initial, options);
       },
-      "graph"_a, "initial"_a, "options"_a = AlternatingOptions(), Unlocked(),
+      "graph"_a, "initial"_a, "options"_a = AlternatingOptions(),
       "Alternating minimisation of the joint objective (eq. 8-10): the exact discrete half-step, "
       "then Levenberg-Marquardt, until neither changes anything.");
   m.def("levenberg_marquardt",
-        py::overload_cast<const HybridGraph&, const Estimate&, const SolverOptions&>(
-            &levenberg_marquardt),
-        "graph"_a, "initial"_a, "options"_a = SolverOptions(), Unlocked(),
+        on_copies(py::overload_cast<const HybridGraph&, const Estimate&, const SolverOptions&>(
+            &levenberg_marquardt)),
+        "graph"_a, "initial"_a, "options"_a = SolverOptions(),
         "Minimises the continuous variables for a fixed assignment (eq. 8b).");
   m.def("dogleg",
-        py::overload_cast<const HybridGraph&, const Estimate&, const SolverOptions&>(&dogleg),
-        "graph"_a, "initial"_a, "options"_a = SolverOptions(), Unlocked(),
+        on_copies(
+            py::overload_cast<const HybridGraph&, const Estimate&, const SolverOptions&>(&dogleg)),
+        "graph"_a, "initial"_a, "options"_a = SolverOptions(),
         "Minimises the continuous variables for a fixed assignment by Powell's dogleg.");
-  m.def(
-      "solve_exhaustive",
-      py::overload_cast<const HybridGraph&, const Values&, const SolverOptions&>(&solve_exhaustive),
-      "graph"_a, "initial"_a, "options"_a = SolverOptions(), Unlocked(),
-      "The joint minimum by trying every assignment, for small graphs.");
+  m.def("solve_exhaustive",
+        on_copies(py::overload_cast<const HybridGraph&, const Values&, const SolverOptions&>(
+            &solve_exhaustive)),
+        "graph"_a, "initial"_a, "options"_a = SolverOptions(),
+        "The joint minimum by trying every assignment, for small graphs.");
   m.def(
       "chordal_initialization",
       [](const std::vector<FactorArgument>& factors, const Values& initial) {
         const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
-        const py::gil_scoped_release unlocked;
-        return chordal_initialization(pointers, initial);
+        return call_on_copies(
+            [](const auto&... arguments) { return chordal_initialization(arguments...); }, pointers,
+            initial);
       },
       "factors"_a, "initial"_a,
       "Initial values from all relative poses among the factors, by two linear problems. Poses "
@@ -182,10 +186,10 @@ void bind_solvers(py::module_& m) {
   m.def(
       "free_variables",
       [](const HybridGraph& graph, const Estimate& estimate) {
-        return free_variables(graph, estimate);
+        return call_on_copies([](const auto&... arguments) { return free_variables(arguments...); },
+                              graph, estimate);
       },
-      "graph"_a, "estimate"_a, Unlocked(),
-      "The variables that the factors do not determine at an estimate.");
+      "graph"_a, "estimate"_a, "The variables that the factors do not determine at an estimate.");
 }
 
 }  // namespace hybrid::python

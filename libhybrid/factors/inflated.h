@@ -15,6 +15,7 @@ class Inflated : public ContinuousFactor {
   /// Throws Error for a null factor, or a variance factor that is not positive and finite.
   Inflated(ContinuousFactorPtr factor, double variance_factor);
 
+  const ContinuousFactorPtr& factor() const { return factor_; }
   double cost(const double* const* x) const override;
   double linearize(const double* const* x, double* r, double* J) const override;
   double log_normalizer() const override;
