@@ -355,7 +355,7 @@ ReplayOutcome replay(const ReplayRequest& request,
   Mapper mapper = make_mapper(settings, is_3d);
   place.enter(mapper, team.is_in_map());
   RunReport report(request, settings, out);
-  ScanOutputs scans(settings);
+  ScanOutputs scans(settings.keeps_scans, plugins);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
   const auto [last, signal] = about(
