@@ -221,6 +221,7 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   pose_ = pose;
   result.keyframe = keyframes_.size() - 1;
   result.T_keyframe_scan = maps_.back().poses.back().between(pose);
+  result.T_before_scan = result.T_keyframe_scan;
   result.inliers = found.inliers;
   if (!is_due(result.T_keyframe_scan, found.inliers, rule)) return result;
 

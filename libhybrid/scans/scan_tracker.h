@@ -51,6 +51,7 @@ struct TrackedScan {
   std::size_t keyframe = 0;  ///< the last one, which may be this scan
   bool is_keyframe = false;
   SE2 T_keyframe_scan;
+  SE2 T_before_scan;     ///< the same, of a keyframe in the frame of the one before
   double inliers = 1.0;  ///< share of its points on surfaces of the local map
   // For a keyframe but the first:
   std::optional<KeyframeMotion> match;  ///< from the anchor of the local map

@@ -11,6 +11,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/motion_covariance.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace hybrid {
 namespace {
@@ -19,6 +20,42 @@ namespace {
 template <class T>
 void make_room(std::vector<T>& list) {
   if (list.size() == list.capacity()) list.reserve(2 * list.size() + 1);
+}
+
+/// Odometry with another covariance in the plane.
+OdometryIncrement with_noise(OdometryIncrement odometry, const Eigen::Matrix3d& covariance) {
+  for (const int i : kPlanarIndices) {
+    odometry.covariance.row(i).setZero();
+    odometry.covariance.col(i).setZero();
+  }
+  odometry.covariance += planar_to_6d(covariance);
+  add_noise_floor(odometry);
+  return odometry;
+}
+
+/// The factor of odometry in a change; null where odometry has modes or a calibration.
+ContinuousFactorPtr* logged_motion_in(Delta& delta, Key from, Key to) {
+  const auto found = std::find_if(
+      delta.continuous.begin(), delta.continuous.end(), [&](const ContinuousFactorPtr& factor) {
+        return factor->keys().size() == 2 && factor->keys()[0] == from && factor->keys()[1] == to;
+      });
+  return found == delta.continuous.end() ? nullptr : &*found;
+}
+
+/// Where matches of scans have measured the noise of odometry and the settings do not say it, it
+/// takes the place of that of the log.
+void use_measured_noise(const std::vector<std::shared_ptr<MappingPlugin>>& plugins,
+                        const OdometryIncrement& logged, const MotionOptions& options, bool is_3d,
+                        ContinuousFactorPtr& factor) {
+  for (const auto& plugin : plugins) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    if (follower == nullptr) continue;
+    const std::optional<ScanMotion> motion = follower->scan_motion();
+    if (!motion || !motion->odometry) continue;
+    factor = odometry_factor(factor->keys()[0], factor->keys()[1],
+                             with_noise(logged, *motion->odometry), options, is_3d);
+    return;
+  }
 }
 
 }  // namespace
@@ -64,6 +101,13 @@ const StepRecord& Mapper::add(const Keyframe& raw) {
   robot().calibrator.place_sensors(keyframe.detections, backend_->values(), motion.delta);
   add_sightings(keyframe, motion.delta);
   const std::vector<Contribution> contributions = observe(keyframe, motion);
+  if (keyframe.odometry && !robot().poses.empty()) {
+    ContinuousFactorPtr* const factor =
+        logged_motion_in(motion.delta, pose_key(robot().poses.back()), pose_key(steps_.size()));
+    if (factor != nullptr) {
+      use_measured_noise(plugins_, *keyframe.odometry, robot().options.motion, is_3d_, *factor);
+    }
+  }
   BackendReport report;
   try {
     report = update(motion.delta, contributions);
@@ -197,6 +241,10 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
                                    keys, J);
   };
   const std::vector<bool>& seeing = robot().options.plugins;
+  for (const auto& plugin : plugins_) {
+    auto* follower = dynamic_cast<ScanFollower*>(plugin.get());
+    if (follower != nullptr) follower->expect(robot_, keyframe.odometry.has_value());
+  }
   return ask([&](std::size_t p) {
     return seeing.empty() || seeing[p] ? plugins_[p]->observe(frame, map) : Contribution();
   });

@@ -3,6 +3,7 @@
 
 #include "mrpt_plugins/plugins/laser_scans.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -24,6 +25,9 @@ constexpr double kTilt = 0.05;
 /// that go back leave stamps that repeat.
 constexpr double kSameTime = 1e-4;
 constexpr double kSamePlace = 1e-9;
+/// After so many matches of keyframes, the noise of odometry counts as measured also where a
+/// keyframe matches nothing.
+constexpr std::size_t kMeasured = 10;
 
 bool are_together(const LaserScan& a, const LaserScan& b) {
   return std::abs(a.time - b.time) < kSameTime &&
@@ -58,6 +62,17 @@ ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& mea
   return std::make_shared<Between<SE3>>(from, to, motion, Noise::covariance(covariance));
 }
 
+const char* text_of(ClosureStatus status) {
+  switch (status) {
+    case ClosureStatus::kAccepted:
+      return "accepted";
+    case ClosureStatus::kUndecided:
+      return "undecided";
+    default:
+      return "rejected";
+  }
+}
+
 }  // namespace
 
 void LaserScans::configure(IniSection section) {
@@ -74,18 +89,22 @@ void LaserScans::configure(IniSection section) {
       "how far from where they should be such places are searched, at most [m]", kPositiveLength);
   options_.points.max_range = section.get("max_range", options_.points.max_range,
                                           "longer rays are not used [m]", kPositiveLength);
-  mapper_.emplace(options_);
 }
 
-/// The motion from the last frame with scans by odometry; empty at the first.
-std::optional<SE2> LaserScans::motion_to(const Frame& frame, const MapView& map) const {
-  if (!last_pose_ || !map.values.contains(*last_pose_)) return std::nullopt;
-  return planar_pose(map.values, *last_pose_, map.is_3d)
+/// The motion from the last frame with scans by odometry; empty at the first, and where odometry
+/// does not tell.
+std::optional<SE2> LaserScans::motion_to(const Robot& robot, const Frame& frame,
+                                         const MapView& map) const {
+  if (robot.keys.empty() || robot.lost_odometry) return std::nullopt;
+  if (!map.values.contains(robot.keys.back())) return std::nullopt;
+  return planar_pose(map.values, robot.keys.back(), map.is_3d)
       .between(in_plane(to_isometry(frame.T_map_robot)));
 }
 
-/// Tracks all scans of a frame; those of the last time make the keyframe.
-TrackedScan LaserScans::track(const Frame& frame, std::optional<SE2> from_before) {
+/// Tracks all scans of a frame; those of the last time make the keyframe. Notes where each was, in
+/// the frame of the keyframe before.
+TrackedScan LaserScans::track(Robot& robot, const Frame& frame, std::optional<SE2> from_before,
+                              std::vector<SE2>& T_before_scan) {
   const std::vector<LaserScan>& scans = frame.scans;
   SE2 before;  // pose of the last scan in the frame of the keyframe
   if (from_before) before = from_before->inverse();
@@ -103,9 +122,10 @@ TrackedScan LaserScans::track(const Frame& frame, std::optional<SE2> from_before
     std::optional<SE2> motion;
     const SE2 at = is_last ? SE2() : place;
     if (from_before || i > 0) motion = before.between(at);
-    if (is_last) return mapper_->add(points, motion, KeyframeRule::kAlways);
-    if (!keys_.empty()) {
-      mapper_->add(points, motion, KeyframeRule::kNever);
+    if (is_last) return robot.mapper.add(points, motion, KeyframeRule::kAlways);
+    if (!robot.keys.empty()) {
+      const TrackedScan tracked = robot.mapper.add(points, motion, KeyframeRule::kNever);
+      T_before_scan.resize(end, tracked.T_before_scan);
       before = at;
       from_before = SE2();
     }
@@ -114,58 +134,94 @@ TrackedScan LaserScans::track(const Frame& frame, std::optional<SE2> from_before
   return {};
 }
 
-void LaserScans::add_factor(const KeyframeMotion& motion, std::size_t to, const MapView& map,
-                            Contribution& out) const {
+/// Of scans and keyframe, whose poses in the frame of the keyframe before are given.
+ScanMotion LaserScans::motion_by(const Robot& robot, const TrackedScan& tracked,
+                                 std::vector<SE2> T_before_scan) const {
+  ScanMotion out;
+  const SE2 T_keyframe_before = tracked.T_before_scan.inverse();
+  for (SE2& pose : T_before_scan) pose = T_keyframe_before * pose;
+  out.T_keyframe_robot = std::move(T_before_scan);
+  if (!robot.is_next) return out;
+  out.T_before_keyframe = tracked.T_before_scan;
+  if (!robot.lost_odometry && (tracked.match || robot.matches >= kMeasured)) {
+    out.odometry = tracked.odometry.measured.covariance;
+  }
+  return out;
+}
+
+void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
+                            const MapView& map, Contribution& out) const {
   const UncertainMotion& measured = motion.measured;
-  const Key from = keys_[motion.from];
+  const Key from = robot.keys[motion.from];
   if (map.is_3d) {
-    out.delta.continuous.push_back(factor_in_space(from, keys_[to], measured));
+    out.delta.continuous.push_back(factor_in_space(from, robot.keys[to], measured));
   } else {
     out.delta.continuous.push_back(std::make_shared<BetweenSE2>(
-        from, keys_[to], measured.motion, Noise::covariance(measured.covariance)));
+        from, robot.keys[to], measured.motion, Noise::covariance(measured.covariance)));
   }
 }
 
 /// Closures accepted since the last time come in, those no longer accepted go out.
-void LaserScans::follow_closures(const MapView& map, Contribution& out) {
-  const std::vector<ScanClosure>& all = mapper_->closures();
-  closures_.resize(all.size());
+void LaserScans::follow_closures(std::size_t number, const MapView& map, Contribution& out) {
+  Robot& robot = robots_.at(number);
+  const std::vector<ScanClosure>& all = robot.mapper.closures();
+  robot.closures.resize(all.size());
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const bool accepted = mapper_->status(k) == ClosureStatus::kAccepted;
-    if (accepted == closures_[k].has_value()) continue;
+    const bool accepted = robot.mapper.status(k) == ClosureStatus::kAccepted;
+    if (accepted == robot.closures[k].has_value()) continue;
     if (!accepted) {
       if (!map.keeps_all) continue;
-      out.delta.remove.push_back(*closures_[k]);
-      closures_[k].reset();
+      out.delta.remove.push_back(*robot.closures[k]);
+      robot.closures[k].reset();
       continue;
     }
     const ScanClosure& closure = all[k];
-    const bool newest = keys_[closure.to] == keys_.back();
-    if (!map.holds(keys_[closure.from]) || !(newest || map.holds(keys_[closure.to]))) continue;
-    add_factor({closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map, out);
-    asked_.push_back(k);
+    const Key to = robot.keys[closure.to];
+    const bool is_newest = !concluded_ && to == robot.keys.back();
+    if (!map.holds(robot.keys[closure.from]) || !(is_newest || map.holds(to))) continue;
+    add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map,
+               out);
+    asked_.push_back({number, k});
     out.settle = true;
   }
 }
 
+void LaserScans::expect(std::size_t robot, bool has_odometry) {
+  motion_.reset();
+  robot_ = robot;
+  Robot& next = robots_.try_emplace(robot, options_).first->second;
+  next.lost_odometry = next.lost_odometry || !has_odometry;
+}
+
 Contribution LaserScans::observe(const Frame& frame, const MapView& map) {
   asked_.clear();
+  motion_.reset();
+  Robot& robot = robots_.try_emplace(robot_, options_).first->second;
   Contribution out;
-  if (frame.scans.empty()) return out;
-  const TrackedScan tracked = track(frame, motion_to(frame, map));
-  keys_.push_back(frame.pose);
-  last_pose_ = frame.pose;
-  if (tracked.match && map.holds(keys_[tracked.match->from])) {
-    add_factor(*tracked.match, tracked.keyframe, map, out);
+  if (frame.scans.empty()) {
+    robot.is_next = false;
+    return out;
   }
-  follow_closures(map, out);
+  std::vector<SE2> T_before_scan;
+  const TrackedScan tracked = track(robot, frame, motion_to(robot, frame, map), T_before_scan);
+  if (tracked.match) ++robot.matches;
+  T_before_scan.resize(frame.scans.size(), tracked.T_before_scan);
+  if (!robot.keys.empty()) motion_ = motion_by(robot, tracked, std::move(T_before_scan));
+  robot.keys.push_back(frame.pose);
+  robot.is_next = true;
+  robot.lost_odometry = false;
+  if (tracked.match && map.holds(robot.keys[tracked.match->from])) {
+    add_factor(robot, *tracked.match, tracked.keyframe, map, out);
+  }
+  follow_closures(robot_, map, out);
   return out;
 }
 
 void LaserScans::applied(const Outcome& outcome) {
   const std::vector<Handle>& handles = outcome.handles.continuous;
   for (std::size_t i = 0; i < asked_.size(); ++i) {
-    closures_[asked_[i]] = handles[handles.size() - asked_.size() + i];
+    robots_.at(asked_[i].robot).closures[asked_[i].closure] =
+        handles[handles.size() - asked_.size() + i];
   }
   asked_.clear();
 }
@@ -173,24 +229,51 @@ void LaserScans::applied(const Outcome& outcome) {
 Contribution LaserScans::conclude(const MapView& map) {
   asked_.clear();
   Contribution out;
-  if (!concluded_) mapper_->finish();
+  const bool is_first = !concluded_;
   concluded_ = true;
-  follow_closures(map, out);
+  for (auto& [number, robot] : robots_) {
+    if (is_first) robot.mapper.finish();
+    follow_closures(number, map, out);
+  }
+  return out;
+}
+
+std::vector<ScanClosureEstimate> LaserScans::scan_closures() const {
+  std::vector<ScanClosureEstimate> out;
+  for (const auto& [number, robot] : robots_) {
+    const std::vector<Verdict> verdicts = robot.mapper.verdicts();
+    for (std::size_t k = 0; k < verdicts.size(); ++k) {
+      const ScanClosure& closure = robot.mapper.closures()[k];
+      const Verdict& verdict = verdicts[k];
+      out.push_back({static_cast<std::size_t>(robot.keys[closure.from].index()),
+                     static_cast<std::size_t>(robot.keys[closure.to].index()),
+                     text_of(robot.mapper.status(k)), verdict.inlier_probability,
+                     std::sqrt(verdict.chi_square), verdict.redundancy, verdict.checkable,
+                     verdict.margin, closure.mode.inliers, closure.modes});
+    }
+  }
   return out;
 }
 
 std::map<std::string, double> LaserScans::statistics() const {
-  std::size_t accepted = 0;
-  for (std::size_t k = 0; k < mapper_->closures().size(); ++k) {
-    accepted += mapper_->status(k) == ClosureStatus::kAccepted ? 1 : 0;
+  double maps = 0, closures = 0, accepted = 0, lost = 0, translation = 0, rotation = 0;
+  for (const auto& [number, robot] : robots_) {
+    const ScanTracker& tracker = robot.mapper.tracker();
+    for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
+      accepted += robot.mapper.status(k) == ClosureStatus::kAccepted ? 1 : 0;
+    }
+    maps += double(tracker.local_maps().size());
+    closures += double(robot.mapper.closures().size());
+    lost += double(tracker.lost());
+    translation = std::max(translation, tracker.odometry_noise().translation_scale());
+    rotation = std::max(rotation, tracker.odometry_noise().rotation_scale());
   }
-  const ScanTracker& tracker = mapper_->tracker();
-  return {{"local_maps", double(tracker.local_maps().size())},
-          {"scan_closures", double(mapper_->closures().size())},
-          {"scan_closures_accepted", double(accepted)},
-          {"scans_lost", double(tracker.lost())},
-          {"odometry_translation_scale", tracker.odometry_noise().translation_scale()},
-          {"odometry_rotation_scale", tracker.odometry_noise().rotation_scale()}};
+  return {{"local_maps", maps},
+          {"scan_closures", closures},
+          {"scan_closures_accepted", accepted},
+          {"scans_lost", lost},
+          {"odometry_translation_scale", translation},
+          {"odometry_rotation_scale", rotation}};
 }
 
 }  // namespace hybrid

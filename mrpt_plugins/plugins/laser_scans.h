@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "libhybrid/scans/scan_mapper.h"
-#include "mrpt_plugins/mapping/mapping_plugin.h"
+#include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace HYBRID_API hybrid {
 
 /// Planar laser scans: matches with local maps, and closures as ScanMapper accepts them, are
-/// factors between poses of the map.
-class LaserScans : public MappingPlugin {
+/// factors between poses of the map. The scans of several robots are not mixed: each robot has
+/// local maps and closures of its own.
+class LaserScans : public MappingPlugin, public ScanFollower {
   DEFINE_MRPT_OBJECT(LaserScans, hybrid)
 
  public:
@@ -28,22 +29,42 @@ class LaserScans : public MappingPlugin {
   void applied(const Outcome& outcome) override;
   void refused() override { asked_.clear(); }
   Contribution conclude(const MapView& map) override;
+  void expect(std::size_t robot, bool has_odometry) override;
+  std::optional<ScanMotion> scan_motion() const override { return motion_; }
+  std::vector<ScanClosureEstimate> scan_closures() const override;
   std::map<std::string, double> statistics() const override;
 
  private:
-  std::optional<SE2> motion_to(const Frame& frame, const MapView& map) const;
-  TrackedScan track(const Frame& frame, std::optional<SE2> from_before);
-  void add_factor(const KeyframeMotion& motion, std::size_t to, const MapView& map,
-                  Contribution& out) const;
-  void follow_closures(const MapView& map, Contribution& out);
+  /// The scans of a robot.
+  struct Robot {
+    explicit Robot(const ScanMapperOptions& options) : mapper(options) {}
+
+    ScanMapper mapper;
+    std::vector<Key> keys;                        // of the keyframes of the mapper
+    std::vector<std::optional<Handle>> closures;  // in the map, by closure of the mapper
+    std::size_t matches = 0;                      // of keyframes
+    bool is_next = false;        // the frame before had scans, and odometry from there is known
+    bool lost_odometry = false;  // since the last frame with scans
+  };
+  struct Asked {
+    std::size_t robot = 0, closure = 0;
+  };
+
+  std::optional<SE2> motion_to(const Robot& robot, const Frame& frame, const MapView& map) const;
+  TrackedScan track(Robot& robot, const Frame& frame, std::optional<SE2> from_before,
+                    std::vector<SE2>& T_before_scan);
+  ScanMotion motion_by(const Robot& robot, const TrackedScan& tracked,
+                       std::vector<SE2> T_before_scan) const;
+  void add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
+                  const MapView& map, Contribution& out) const;
+  void follow_closures(std::size_t number, const MapView& map, Contribution& out);
 
   ScanMapperOptions options_;
-  std::optional<ScanMapper> mapper_;
-  std::vector<Key> keys_;                        // of the keyframes of the mapper
-  std::optional<Key> last_pose_;                 // of the last frame with scans
-  std::vector<std::optional<Handle>> closures_;  // in the map, by closure of the mapper
+  std::map<std::size_t, Robot> robots_;
+  std::size_t robot_ = 0;             // whose frame it is
+  std::optional<ScanMotion> motion_;  // to the frame observed last
   /// Closures whose factors are the last ones of the contribution under way.
-  std::vector<std::size_t> asked_;
+  std::vector<Asked> asked_;
   bool concluded_ = false;
 };
 

@@ -419,7 +419,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers, Clock::t
   Mapper mapper = make_mapper(settings, is_3d);
   place.enter(mapper, team.is_in_map());
   RunReport report(request, settings, out);
-  ScanOutputs scans(settings);
+  ScanOutputs scans(settings.keeps_scans, plugins);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
   const auto [last, signal] = about(files, [&] {

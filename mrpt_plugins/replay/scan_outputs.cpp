@@ -5,16 +5,71 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <iterator>
 #include <memory>
+#include <utility>
+
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace hybrid {
+namespace {
 
-ScanOutputs::ScanOutputs(const ReplaySettings& settings) {
-  if (settings.keeps_scans) archive_.emplace();
+/// A motion with its part in the plane replaced; height and tilt stay.
+Eigen::Isometry3d moved_in_plane(const Eigen::Isometry3d& motion, const SE2& planar) {
+  const double turn = planar.angle() - std::atan2(motion(1, 0), motion(0, 0));
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() =
+      Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() * motion.linear();
+  out.translation() << planar.x(), planar.y(), motion.translation().z();
+  return out;
+}
+
+/// A keyframe whose scans are where matches place them, not odometry.
+Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion) {
+  if (motion.T_before_keyframe) {
+    if (!keyframe.odometry) keyframe.odometry.emplace();
+    keyframe.odometry->mean =
+        to_mrpt(moved_in_plane(to_isometry(keyframe.odometry->mean), *motion.T_before_keyframe));
+  }
+  for (std::size_t i = 0; i < motion.T_keyframe_robot.size(); ++i) {
+    Eigen::Isometry3d& T = keyframe.scans[i].T_keyframe_robot;
+    if (!T.matrix().isIdentity(0)) T = moved_in_plane(T, motion.T_keyframe_robot[i]);
+  }
+  return keyframe;
+}
+
+std::string closures_csv(const std::vector<ScanClosureEstimate>& closures) {
+  std::string text =
+      "i,j,decision,inlier_probability,residual,redundancy,checkable,margin,inliers,modes\n";
+  for (const ScanClosureEstimate& c : closures) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", c.from, c.to,
+                   c.decision, c.inlier_probability, c.residual, c.redundancy, c.checkable ? 1 : 0,
+                   c.margin, c.inliers, c.modes);
+  }
+  return text;
+}
+
+}  // namespace
+
+ScanOutputs::ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins)
+    : plugins_(std::move(plugins)) {
+  if (keeps_scans) archive_.emplace();
 }
 
 void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
-  if (archive_) archive_->add(static_cast<std::size_t>(step.keyframe), keyframe);
+  if (!archive_) return;
+  const auto number = static_cast<std::size_t>(step.keyframe);
+  for (const auto& plugin : plugins_) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    const std::optional<ScanMotion> motion =
+        follower != nullptr ? follower->scan_motion() : std::nullopt;
+    if (!motion) continue;
+    archive_->add(number, placed_by_scans(keyframe, *motion));
+    return;
+  }
+  archive_->add(number, keyframe);
 }
 
 void ScanOutputs::finish(MapResult& result) {
@@ -27,6 +82,14 @@ void ScanOutputs::finish(MapResult& result) {
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
+  std::vector<ScanClosureEstimate> closures;
+  for (const auto& plugin : plugins_) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    if (follower == nullptr) continue;
+    const std::vector<ScanClosureEstimate> more = follower->scan_closures();
+    closures.insert(closures.end(), more.begin(), more.end());
+  }
+  if (!closures.empty()) out.write("loops.csv", closures_csv(closures));
   if (!result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));
   out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,23 +13,24 @@
 #include "mrpt_plugins/mapping/scan_archive.h"
 #include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/replay/detail/truth.h"
-#include "mrpt_plugins/replay/settings.h"
 
 namespace hybrid {
 
 /// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
-/// trajectory with a pose for each; nothing at all where the settings do not keep them.
+/// trajectory with a pose for each; nothing at all where they are not kept.
 class ScanOutputs {
  public:
-  explicit ScanOutputs(const ReplaySettings& settings);
+  ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins);
 
-  /// Takes the scans of the newest keyframe of the mapper.
+  /// Takes the scans of the newest keyframe of the mapper, where plugins that follow scans place
+  /// them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
   /// Draws the grid of the whole result. Call it once, before the following.
   void finish(MapResult& result);
 
-  /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return. Returns warnings.
+  /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
+  /// scans made closures. Returns warnings.
   std::vector<std::string> write(const OutputDirectory& out, const MapResult& result,
                                  const Mapper& mapper) const;
 
@@ -37,6 +39,7 @@ class ScanOutputs {
 
  private:
   std::optional<ScanArchive> archive_;
+  std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::vector<KeyframeScans> drawn_;
 };
 

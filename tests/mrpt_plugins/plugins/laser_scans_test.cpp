@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -18,7 +19,8 @@ namespace {
 /// between two of them, by noisy odometry.
 class RingDrive {
  public:
-  explicit RingDrive(unsigned seed) : random_(seed) {}
+  /// `noise`: standard deviations of odometry, per step of 0.25 m, in 1 cm and 0.01 rad.
+  explicit RingDrive(unsigned seed, double noise = 1) : random_(seed), scale_(noise) {}
 
   Keyframe keyframe(std::size_t i) {
     Keyframe out;
@@ -30,8 +32,7 @@ class RingDrive {
       SE2 middle;
       for (std::size_t k = 2 * i - 2; k < 2 * i; ++k) {
         const SE2 step =
-            way[k].between(way[k + 1]) *
-            SE2(0.01 * noise_(random_), 0.005 * noise_(random_), 0.01 * noise_(random_));
+            way[k].between(way[k + 1]) * SE2(0.01 * error(), 0.005 * error(), 0.01 * error());
         if (k == 2 * i - 1) middle = step.inverse();
         motion = motion * step;
       }
@@ -50,7 +51,17 @@ class RingDrive {
 
   std::vector<SE2> way = testing::way_around_ring(2, 0.25);
 
+  /// A pose of the way, as a log of scans alone has it.
+  Keyframe scan_alone(std::size_t i) {
+    Keyframe out;
+    out.row = i;
+    out.time = double(i);
+    out.scans.push_back(scan(way[i], out.time));
+    return out;
+  }
+
  private:
+  double error() { return scale_ * noise_(random_); }
   LaserScan scan(const SE2& pose, double time) {
     LaserScan scan = plan_.scan(pose, 181, 0.015, random_);
     scan.time = time;
@@ -59,6 +70,7 @@ class RingDrive {
 
   testing::FloorPlan plan_ = testing::ring();
   std::mt19937 random_;
+  double scale_;
   std::normal_distribution<double> noise_;
 };
 
@@ -66,8 +78,7 @@ struct Errors {
   double map = 0, odometry = 0;  // root mean square [m]
 };
 
-Errors errors_of(const Mapper& mapper, const RingDrive& drive) {
-  const MapResult result = mapper.result();
+Errors errors_of(const MapResult& result, const RingDrive& drive) {
   Errors errors;
   for (std::size_t i = 0; i < result.trajectory.size(); ++i) {
     const SE2 truth = drive.way.front().between(drive.way[2 * i]);
@@ -79,6 +90,15 @@ Errors errors_of(const Mapper& mapper, const RingDrive& drive) {
   errors.map = std::sqrt(errors.map / double(result.trajectory.size()));
   errors.odometry = std::sqrt(errors.odometry / double(result.trajectory.size()));
   return errors;
+}
+
+Errors errors_of(const Mapper& mapper, const RingDrive& drive) {
+  return errors_of(mapper.result(), drive);
+}
+
+/// Distance between a motion and the true one from pose `a` to pose `b` [m].
+double error_of(const SE2& motion, const SE2& a, const SE2& b) {
+  return (motion.translation() - a.between(b).translation()).norm();
 }
 
 class LaserScansIn : public ::testing::TestWithParam<bool> {};
@@ -106,6 +126,122 @@ TEST(LaserScans, ThoseOfARepeatedStampFromTwoPlacesAreNotOfTwoScanners) {
   }
   mapper.finish();
   EXPECT_LT(errors_of(mapper, drive).map, 0.15);
+}
+
+TEST_P(LaserScansIn, ScansBetweenKeyframesArePlacedByMatches) {
+  RingDrive drive(1, 5);
+  IniFile ini;
+  const auto plugin = make_plugin("LaserScans", ini);
+  const auto& follower = dynamic_cast<const ScanFollower&>(*plugin);
+  Mapper mapper(read_motion_options(ini), {plugin}, make_backend(ini.section("solver")),
+                GetParam());
+  mapper.add(drive.keyframe(0));
+  double by_scans = 0, by_odometry = 0;
+  const std::size_t keyframes = 80;
+  for (std::size_t i = 1; i < keyframes; ++i) {
+    const Keyframe keyframe = drive.keyframe(i);
+    mapper.add(keyframe);
+    ASSERT_TRUE(follower.scan_motion());
+    const ScanMotion motion = *follower.scan_motion();
+    ASSERT_EQ(motion.T_keyframe_robot.size(), 2U);
+    ASSERT_TRUE(motion.T_before_keyframe);
+    const SE2 &before = drive.way[2 * i - 2], middle = drive.way[2 * i - 1],
+              &now = drive.way[2 * i];
+    const Eigen::Vector3d guess = keyframe.scans.front().T_keyframe_robot.translation();
+    by_odometry += (guess.head<2>() - now.between(middle).translation()).norm() / keyframes;
+    by_scans += error_of(motion.T_keyframe_robot.front(), now, middle) / keyframes;
+    EXPECT_LT(error_of(*motion.T_before_keyframe, before, now), 0.15);
+    EXPECT_NEAR(motion.T_keyframe_robot.back().x(), 0, 1e-12);
+  }
+  EXPECT_LT(by_scans, 0.02);
+  EXPECT_LT(by_scans, 0.4 * by_odometry);
+}
+
+TEST(LaserScans, TheNoiseOfOdometryIsMeasured) {
+  for (const double stated : {1e-4, 1.0}) {
+    SCOPED_TRACE(stated);
+    for (const double noise : {0.1, 3.0}) {
+      RingDrive drive(3, noise);
+      Mapper mapper = testing::make_mapper("LaserScans", false);
+      for (std::size_t i = 0; 2 * i < drive.way.size(); ++i) {
+        Keyframe keyframe = drive.keyframe(i);
+        if (i > 0) keyframe.odometry->covariance.diagonal().setConstant(stated * stated);
+        mapper.add(keyframe);
+      }
+      mapper.finish();
+      EXPECT_LT(errors_of(mapper, drive).map, 0.15) << noise;
+    }
+  }
+}
+
+TEST(LaserScans, MapAloneWhereThereIsNoOdometry) {
+  RingDrive drive(5);
+  Mapper mapper = testing::make_mapper("LaserScans", false);
+  for (std::size_t i = 0; i < drive.way.size(); ++i) mapper.add(drive.scan_alone(i));
+  mapper.finish();
+  EXPECT_GT(mapper.statistics().at("scan_closures_accepted"), 10);
+  const MapResult result = mapper.result();
+  double most = 0;
+  for (std::size_t i = 0; i < drive.way.size(); ++i) {
+    const SE2 truth = drive.way.front().between(drive.way[i]);
+    const auto& pose = result.trajectory[i].pose;
+    most = std::max(most, std::hypot(pose.x() - truth.x(), pose.y() - truth.y()));
+  }
+  EXPECT_LT(most, 0.5);
+}
+
+TEST(LaserScans, ClosuresAreToldWithTheirDecisions) {
+  RingDrive drive(1);
+  IniFile ini;
+  const auto plugin = make_plugin("LaserScans", ini);
+  Mapper mapper(read_motion_options(ini), {plugin}, make_backend(ini.section("solver")), false);
+  for (std::size_t i = 0; 2 * i < drive.way.size(); ++i) mapper.add(drive.keyframe(i));
+  mapper.finish();
+  const std::vector<ScanClosureEstimate> closures =
+      dynamic_cast<const ScanFollower&>(*plugin).scan_closures();
+  const std::size_t poses = mapper.result().trajectory.size();
+  EXPECT_EQ(closures.size(), mapper.statistics().at("scan_closures"));
+  double accepted = 0;
+  for (const ScanClosureEstimate& closure : closures) {
+    EXPECT_LT(closure.from, closure.to);
+    EXPECT_LT(closure.to, poses);
+    if (closure.decision != "accepted") continue;
+    ++accepted;
+    EXPECT_GT(closure.inlier_probability, 0.5);
+    EXPECT_GT(closure.margin, 0);
+  }
+  EXPECT_EQ(accepted, mapper.statistics().at("scan_closures_accepted"));
+}
+
+TEST(LaserScans, ThoseOfTwoRobotsAreNotMixed) {
+  RingDrive drives[] = {RingDrive(1), RingDrive(2)};
+  IniFile ini;
+  RobotOptions one{"one", 1, read_motion_options(ini), {}, {}}, two = one;
+  two.name = "two";
+  two.id = 2;
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
+  start.translation().x() = 100;
+  two.motion.start = KnownStart{start, Eigen::MatrixXd::Identity(3, 3) * 1e-6};
+  Mapper mapper({one, two}, {make_plugin("LaserScans", ini)}, make_backend(ini.section("solver")),
+                false);
+  for (std::size_t i = 0; 2 * i < drives[0].way.size(); ++i) {
+    for (std::size_t robot : {0, 1}) {
+      Keyframe keyframe = drives[robot].keyframe(i);
+      keyframe.robot = robot;
+      mapper.add(keyframe);
+    }
+  }
+  mapper.finish();
+  const MapResult all = mapper.result();
+  for (std::size_t robot : {0, 1}) {
+    MapResult own;
+    for (const std::size_t k : all.robots[robot].keyframes) {
+      own.trajectory.push_back(all.trajectory[k]);
+      own.trajectory.back().pose.x_incr(robot == 1 ? -100 : 0);
+      own.dead_reckoning.push_back(all.dead_reckoning[k]);
+    }
+    EXPECT_LT(errors_of(own, drives[robot]).map, 0.15) << robot;
+  }
 }
 
 TEST(LaserScans, KeyframesWithoutScansAreSkipped) {

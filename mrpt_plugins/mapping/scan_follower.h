@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libhybrid/scans/scan_motion.h"
+#include "mrpt_plugins/mapping/mapping_plugin.h"
+
+namespace HYBRID_API hybrid {
+
+/// How a robot moved to a keyframe and to the scans since the one before, by matches of scans.
+struct ScanMotion {
+  /// Pose of the keyframe in the frame of the one before of the same robot, where that had scans.
+  std::optional<SE2> T_before_keyframe;
+  std::vector<SE2> T_keyframe_robot;  ///< by scan of the frame
+  /// Covariance of the odometry to the keyframe, measured by such matches: tangent (x, y [m],
+  /// angle [rad]) of a right perturbation.
+  std::optional<Eigen::Matrix3d> odometry;
+};
+
+/// A closure between keyframes that may be false, and the decision on it.
+struct ScanClosureEstimate {
+  std::size_t from = 0, to = 0;     ///< keyframes, places in MapResult::trajectory
+  std::string decision;             ///< "accepted", "rejected" or "undecided"
+  double inlier_probability = 0.0;  ///< that it is right
+  double residual = 0.0;            ///< at the estimate, in standard deviations
+  double redundancy = 1.0;          ///< how far other measurements check it, 0 to 1
+  bool checkable = true;            ///< whether they do
+  double margin = 0.0;              ///< logarithm of the evidence, less the threshold of admission
+  double inliers = 0.0;             ///< share of the points that lie on surfaces
+  int modes = 1;                    ///< poses that the same search found
+};
+
+/// What a mapping plugin is besides that follows robots by their scans.
+class ScanFollower {
+ public:
+  virtual ~ScanFollower() = default;
+
+  /// Called before each MappingPlugin::observe: whose frame it is, and whether odometry to it is
+  /// known; else Frame::T_map_robot is the pose before.
+  virtual void expect(std::size_t robot, bool has_odometry) = 0;
+  /// What the scans of the frame that was observed last tell of the motion to it.
+  virtual std::optional<ScanMotion> scan_motion() const = 0;
+  /// Closures so far, with the present decisions.
+  virtual std::vector<ScanClosureEstimate> scan_closures() const = 0;
+};
+
+}  // namespace hybrid
