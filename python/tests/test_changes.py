@@ -4,6 +4,9 @@
 
 import copy
 import gc
+import os
+import subprocess
+import sys
 import threading
 import weakref
 
@@ -66,6 +69,35 @@ def test_a_graph_and_values_may_change_while_they_are_solved():
     raised = beside(change, use)
     # A variable that no factor holds is not determined, which is no fault of the threads.
     assert all(isinstance(error, h.Error) for error in raised)
+
+
+GROWING = """
+import hybrid as h
+
+class Grows(h.Factor):
+    \"\"\"Adds to its graph while it is asked, as another thread might.\"\"\"
+    def __init__(self):
+        super().__init__(["x0"], [h.SE2], h.Noise.isotropic(1, 1.0))
+    def residual(self, pose):
+        for i in range(5000):
+            graph.add(h.Prior("x0", h.SE2(), h.Noise.isotropic(3, 1.0)))
+            values[f"y{len(values)}"] = h.SE2()
+        return [0.0]
+
+graph, values = h.HybridGraph(), h.Values({"x0": h.SE2(1, 0, 0)})
+graph.add(Grows())
+for _ in range(3):
+    graph.add(h.Prior("x0", h.SE2(), h.Noise.isotropic(3, 1.0)))
+print(h.cost(graph, values), len(graph), len(values))
+"""
+
+
+def test_a_call_sees_the_graph_as_it_was():
+    """Whatever freed memory holds."""
+    environment = dict(os.environ, MALLOC_PERTURB_="165")
+    run = subprocess.run([sys.executable, "-B", "-c", GROWING], capture_output=True, text=True, env=environment)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split() == ["1.5", "5004", "5001"]
 
 
 def smoother_of(poses):
