@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Writes the completion of a program for bash and zsh, from its --help.
+"""Writes the completion of a program for bash and zsh, from its --help: names of options, values of those that have a few, and
+the keys of --set where the program has --print-config.
 
 Usage: completion.py PROGRAM BASH_FILE ZSH_FILE
 """
@@ -35,8 +36,20 @@ def parts(lines, title):
             return
 
 
+def keys_of(program):
+    """section.key= of every setting; none where the program prints no configuration."""
+    done = subprocess.run([program, "--print-config"], capture_output=True, text=True)
+    section, keys = "", []
+    for line in done.stdout.splitlines() if done.returncode == 0 else []:
+        if line.startswith("["):
+            section = line.strip("[]")
+        elif " = " in line and not line.startswith("#"):
+            keys.append(f"{section}.{line.split(' = ')[0]}=")
+    return keys
+
+
 def options_of(lines):
-    """(short name or None, long name, whether it takes a value, meaning) of every option."""
+    """(short name or None, long name, its value or None, meaning) of every option."""
     found = []
     rows = [re.sub(r" (?:Excludes|Needs): --[\w-]+", "  ", line) for line in parts(lines, "Options:")]
     for i, line in enumerate(rows):
@@ -45,25 +58,48 @@ def options_of(lines):
             continue
         below = rows[i + 1] if i + 1 < len(rows) and not OPTION.match(rows[i + 1]) else ""
         meaning = match[4] or below
-        found.append((match[1], match[2], match[3] is not None, meaning.strip()))
+        found.append((match[1], match[2], match[3], meaning.strip()))
     return found
+
+
+def choices_of(value):
+    """The values of an option whose help lists them, such as " MODE:{auto,build}"."""
+    listed = re.search(r"\{(.+)\}", value or "")
+    return listed[1].split(",") if listed else []
 
 
 def words_of(options):
     return " ".join(name for short, long, _, _ in options for name in (short, long) if name)
 
 
-def bash_text(name, top, commands):
+def bash_values(options, keys):
+    """Lines of a case that complete what follows an option: one of few values, a key, or a file."""
+    lines, plain = [], set()
+    for short, long, value, _ in options:
+        names = [n for n in (short, long) if n]
+        choices = keys if long == "--set" else choices_of(value)
+        if choices:
+            lines.append(f'    {"|".join(names)}) values="{" ".join(choices)}" ;;')
+        elif value:
+            plain.update(names)
+    if plain:
+        lines.append(f'    {"|".join(sorted(plain))}) words= ;;')
+    return list(dict.fromkeys(lines))
+
+
+def bash_text(name, top, commands, keys):
     function = "_" + name.replace("-", "_")
-    valued = sorted({n for options in [top, *commands.values()] for s, l, v, _ in options if v for n in (s, l) if n})
+    values = bash_values([option for options in [top, *commands.values()] for option in options], keys)
     lines = [f"# bash completion of {name}", f"{function}() {{",
              '  local word="${COMP_WORDS[COMP_CWORD]}" words="' + words_of(top) + '"']
     if commands:
         lines += [f'  [ "$COMP_CWORD" -gt 1 ] || words="$words {" ".join(commands)}"', '  case "${COMP_WORDS[1]}" in']
         lines += [f'    {command}) words="{words_of(options)}" ;;' for command, options in commands.items()]
         lines += ["  esac"]
-    if valued:
-        lines += ['  case "${COMP_WORDS[COMP_CWORD-1]}" in', f'    {"|".join(valued)}) words= ;;', "  esac"]
+    if values:
+        lines += ['  local values=', '  case "${COMP_WORDS[COMP_CWORD-1]}" in', *values, "  esac",
+                  '  if [ -n "$values" ]; then', '    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word")',
+                  '    [[ "${COMPREPLY[*]}" == *= ]] && compopt -o nospace', "    return 0", "  fi"]
     # An empty reply completes file names.
     lines += ["  COMPREPLY=()", '  [[ "$word" == -* ' + ("|| $COMP_CWORD -eq 1 " if commands else "") + "]] || return 0",
               '  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")', "}",
@@ -71,24 +107,25 @@ def bash_text(name, top, commands):
     return "\n".join(lines)
 
 
-def zsh_option(short, long, valued, meaning):
+def zsh_option(keys, short, long, valued, meaning):
     meaning = re.sub(r"['\[\]:]", "", meaning)
-    value = ":value:_files" if valued else ""
+    choices = keys if long == "--set" else choices_of(valued)
+    value = f":value:({' '.join(choices)})" if choices else ":value:_files" if valued else ""
     names = [n for n in (short, long) if n]
     return " ".join(f"'*{n}[{meaning}]{value}'" for n in names)
 
 
-def zsh_text(name, top, commands):
+def zsh_text(name, top, commands, keys):
     rows = [f"#compdef {name}"]
     if commands:
         rows.append('case "$words[2]" in')
         for command, options in commands.items():
-            rows.append(f"  {command}) _arguments " + " ".join(zsh_option(*o) for o in options) + " '*:file:_files' ;;")
+            rows.append(f"  {command}) _arguments " + " ".join(zsh_option(keys, *o) for o in options) + " '*:file:_files' ;;")
         listed = " ".join(commands)
-        rows.append("  *) _arguments " + " ".join(zsh_option(*o) for o in top) + f" '1:format:({listed})' ;;")
+        rows.append("  *) _arguments " + " ".join(zsh_option(keys, *o) for o in top) + f" '1:format:({listed})' ;;")
         rows.append("esac")
     else:
-        rows.append("_arguments " + " ".join(zsh_option(*o) for o in top) + " '*:file:_files'")
+        rows.append("_arguments " + " ".join(zsh_option(keys, *o) for o in top) + " '*:file:_files'")
     return "\n".join(rows) + "\n"
 
 
@@ -101,10 +138,11 @@ def main():
         sys.exit(f"{program} --help lists no options")
     names = [m[1] for m in map(COMMAND.match, parts(lines, "Subcommands:")) if m]
     commands = {command: options_of(help_of(program, command)) for command in names}
+    keys = keys_of(program)
     with open(bash_file, "w", encoding="utf-8") as file:
-        file.write(bash_text(name, top, commands))
+        file.write(bash_text(name, top, commands, keys))
     with open(zsh_file, "w", encoding="utf-8") as file:
-        file.write(zsh_text(name, top, commands))
+        file.write(zsh_text(name, top, commands, keys))
 
 
 if __name__ == "__main__":
