@@ -20,7 +20,9 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kFewestCompared = 10;   // poses
+constexpr std::size_t kFewestCompared = 10;  // poses
+constexpr double kAlike = 1.1;               // factor between badness of two maps that is by chance
+constexpr double kMuchWorse = 1e9;
 constexpr UpperLimits kHalvesLimits{1.5, 2};  // sigmas are wrong by so much
 
 /// The path of a map, and the tangent covariance of each pose.
@@ -110,7 +112,31 @@ Health compare_halves(const HalfMap& a, const HalfMap& b) {
   return {entry};
 }
 
+/// How far beyond its limits the value of a bad entry is, a factor; 0: it is not bad.
+double badness(const HealthEntry& entry) {
+  if (entry.verdict != HealthVerdict::kBad) return 0;
+  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
+  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+}
+
+double badness(const Health& health, const std::string& name) {
+  double worst = 0;
+  for (const HealthEntry& entry : health) {
+    if (entry.name == name) worst = std::max(worst, badness(entry));
+  }
+  return worst;
+}
+
 }  // namespace
+
+bool is_better(const Health& a, const Health& b) {
+  const auto bad = [](const HealthEntry& entry) { return badness(entry) > 0; };
+  const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
+    return badness(entry) > kAlike * badness(b, entry.name);
+  });
+  return !is_worse &&
+         std::count_if(a.begin(), a.end(), bad) < std::count_if(b.begin(), b.end(), bad);
+}
 
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
                  const MapResult& result) {

@@ -15,4 +15,7 @@ namespace hybrid {
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
                  const MapResult& result);
 
+/// Whether a map says less against itself than another, and nothing worse.
+bool is_better(const Health& a, const Health& b);
+
 }  // namespace hybrid

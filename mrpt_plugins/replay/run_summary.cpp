@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/replay/detail/run_summary.h"
+
+#include <fmt/format.h>
+
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/mapping/plugin_choice.h"
+
+namespace hybrid {
+namespace {
+
+/// Whether something odd in a log was dropped, repaired or missing; the rest is for information.
+bool is_loss(const std::string& what) {
+  const auto has = [&](const char* word) { return what.find(word) != std::string::npos; };
+  return has(" dropped: ") || has(" repaired: ") || has(" missing: a gap");
+}
+
+/// What of the log could not become part of the map, and why; "" where all could.
+std::string refusals(const Mapper& mapper) {
+  if (mapper.warnings().empty()) return "";
+  std::size_t count = 0;
+  for (const auto& [reason, times] : mapper.dropped()) {
+    if (reason.find(" dropped: not ") != std::string::npos) count += times;
+  }
+  return fmt::format("left out as not usable {} time{}, first in {}", count, count == 1 ? "" : "s",
+                     mapper.warnings().front());
+}
+
+/// Sets status and message; `signal` is what stopped the replay, or 0.
+void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& result, int signal,
+                Summary& summary) {
+  const std::string refused = refusals(mapper);
+  if (signal != 0) {
+    summary.status = "interrupted";
+    summary.message = fmt::format("stopped by {} after {} keyframes", signal_name(signal),
+                                  result.trajectory.size());
+    if (const auto share = source.progress()) {
+      summary.message += fmt::format(", {:.1f} % of the log", 100 * *share);
+    }
+  } else if (source.status() != LogStatus::kComplete) {
+    summary.status = "partial";
+    summary.message = source.message();
+  } else if (result.landmarks.empty() && mapper.measurements() == 0 && refused.empty()) {
+    summary.status = "empty";
+    summary.message = "no landmark was mapped: " + why_nothing_mapped(summary.observations);
+  } else if (!refused.empty()) {
+    summary.status = "partial";
+  }
+  if (refused.empty()) return;
+  summary.message += (summary.message.empty() ? "" : "; ") + refused;
+}
+
+}  // namespace
+
+void warn(Summary& summary, const std::vector<std::string>& more) {
+  summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
+}
+
+Summary summarize(const LogMerge& source,
+                  const std::vector<std::shared_ptr<MappingPlugin>>& plugins, const Mapper& mapper,
+                  const BackendReport& last, const MapResult& result, int signal) {
+  Summary summary;
+  summary.observations = observation_uses(source.observations(), plugins);
+  set_status(source, mapper, result, signal, summary);
+  summary.mode = mapper.backend().mode();
+  summary.keyframes = result.trajectory.size();
+  summary.landmarks = result.landmarks.size();
+  summary.movers = result.movers.size();
+  summary.objective = last.objective_after;
+  summary.cost = last.cost;
+  summary.steps = step_statistics(result.steps);
+  summary.plugins = plugin_statistics(result.steps);
+  summary.statistics = mapper.statistics();
+  summary.solver_s = summary.steps.total_s + last.seconds;
+  summary.dropped = source.dropped();
+  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
+  for (const auto& [what, count] : source.warnings()) {
+    if (is_loss(what)) {
+      summary.dropped[what] += count;
+      continue;
+    }
+    summary.warnings.push_back(count == 1 ? what : fmt::format("{} ({} times)", what, count));
+  }
+  warn(summary, mapper.warnings());
+  warn(summary, last.warnings);
+  summary.calibration = result.calibration;
+  for (const int mode : result.motion_modes) {
+    if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
+  }
+  return summary;
+}
+
+}  // namespace hybrid
