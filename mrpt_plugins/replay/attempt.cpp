@@ -29,6 +29,8 @@
 namespace hybrid {
 namespace {
 
+using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
+
 constexpr int kVideoFrames = 100;  // where --frames does not say
 
 std::size_t count_keyframes(const ReplaySettings& settings) {
@@ -264,8 +266,8 @@ bool takes_at_word(const ReplaySettings& settings) {
 
 }  // namespace
 
-Attempt attempt(const ReplayRequest& request, const Watchers& watchers, Clock::time_point start,
-                const Conditions& conditions) {
+Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
+                std::chrono::steady_clock::time_point start, const Conditions& conditions) {
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);

@@ -16,7 +16,7 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostFrames = 20000;
+constexpr std::size_t kMostSurveyed = 20000;
 const double kSame = std::log(1.15);  // sigmas within that are the same
 constexpr double kWorthSaying = 1.5;  // factor between stated and used
 constexpr double kDegree = M_PI / 180;
@@ -115,7 +115,7 @@ void LogSurvey::add(const LogStep& step, const std::vector<DetectionFrame>& fram
   for (const DetectionFrame& frame : frames) {
     Sensor& sensor = sensors_[frame.sensor_label];
     if (!frame.has_range) sensor.directions_only = true;
-    if (!frame.has_range || sensor.frames.size() >= kMostFrames) continue;
+    if (!frame.has_range || sensor.frames.size() >= kMostSurveyed) continue;
     MovedSightings seen = moved(frame, step.time, sensor);
     if (seen.sightings.seen.empty()) continue;
     sensor.frames.push_back(std::move(seen));
