@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <exception>
 #include <memory>
 
@@ -57,14 +58,16 @@ void add_noise(CLI::App& format, MotionNoise& noise) {
 }
 
 void note_findings(const LogFindings& findings, std::vector<std::string>& notes) {
-  for (const NoiseRecord& record : findings.noise) {
-    if (record.stated && record.measured && !record.unit.empty()) {
-      notes.push_back(fmt::format(
-          "noise of {}: {:.3g} {} stated, {:.3g} +- {:.2g} measured at {:.1f} m", record.kind,
-          *record.stated, record.unit, *record.measured, *record.sigma, record.at_range));
-    } else if (!record.why.empty()) {
-      notes.push_back(fmt::format("noise of {}: not measured, {}", record.kind, record.why));
-    }
+  const auto is_measured = [](const NoiseRecord& r) { return r.measured.has_value(); };
+  const std::vector<NoiseRecord>& noise = findings.noise;
+  if (!noise.empty() && std::none_of(noise.begin(), noise.end(), is_measured)) {
+    notes.push_back(fmt::format("noise: not measured, {}", noise.front().why));
+  }
+  for (const NoiseRecord& record : noise) {
+    if (!record.stated || !record.measured || record.unit.empty()) continue;
+    notes.push_back(fmt::format(
+        "noise of {}: {:.3g} {} stated, {:.3g} +- {:.2g} measured at {:.1f} m", record.kind,
+        *record.stated, record.unit, *record.measured, *record.sigma, record.at_range));
   }
   notes.insert(notes.end(), findings.remarks.begin(), findings.remarks.end());
 }
