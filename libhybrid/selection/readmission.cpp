@@ -163,11 +163,18 @@ double Readmission::threshold() const {
   return evidence_needed(accepted_.size() - static_cast<std::size_t>(accepted_count_), options_);
 }
 
-/// The evidence that one closure needs. One that has too little information to reach the threshold
-/// even where it fits perfectly has to fit as 99 of a hundred true ones do, once these are asked.
+/// The evidence that closures reach which are told by it: the threshold, with no more than the
+/// usual margin.
+double Readmission::informative() const {
+  return threshold() - options_.margin +
+         std::min(options_.margin, ClosureSelectionOptions{}.margin);
+}
+
+/// The evidence that one closure needs. One that has too little information to be told by it even
+/// where it fits perfectly has to fit as 99 of a hundred true ones do, once these are asked.
 double Readmission::needed(std::size_t k) const {
   const double usual = threshold();
-  if (!asks_uninformative_ || attainable_[k] > usual) return usual;
+  if (!asks_uninformative_ || attainable_[k] > informative()) return usual;
   const int d = closure_problem_.closures[k]->rows();
   return attainable_[k] -
          0.5 * (model_.degrees + d) * std::log1p(chi_square_quantile(kFit, d) / model_.degrees);
@@ -262,7 +269,7 @@ void Readmission::predict_others(bool all) {
 
 /// Whether a closure could reach the threshold in a map without errors.
 bool Readmission::is_informative(const ContinuousFactor& closure) const {
-  return model_.density_ratio(0.0, 0.0, closure) > threshold();
+  return model_.density_ratio(0.0, 0.0, closure) > informative();
 }
 
 std::vector<Candidate> Readmission::uninformative() {

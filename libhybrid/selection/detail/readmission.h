@@ -78,6 +78,7 @@ class Readmission {
   void predict_others(bool all);
   std::vector<Candidate> above_threshold() const;
   double threshold() const;
+  double informative() const;
   double needed(std::size_t k) const;
   bool is_informative(const ContinuousFactor& closure) const;
   void weigh(std::size_t k, const Eigen::MatrixXd& S);
