@@ -78,11 +78,6 @@ Solution run(PoseFeed& feed, Selection& selection, const Update& update) {
   return solution;
 }
 
-const char* text_of(ClosureStatus status) {
-  const char* const texts[] = {"rejected", "undecided", "accepted"};
-  return texts[static_cast<int>(status)];
-}
-
 }  // namespace
 
 Solution solve_selection(const Input& input, const std::string& trusted,
@@ -99,7 +94,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   std::vector<Decision> decisions;   // decisions on these closures
   Key newest;
   const auto note = [&](std::size_t k) {
-    const char* const now = text_of(selection.status(k));
+    const char* const now = to_string(selection.status(k));
     if (decisions[k].text == now) return;
     decisions[k].text = now;
     if (keep_history) decisions[k].history.emplace_back(newest.index(), now);

@@ -47,6 +47,11 @@ void check_names(const Delta& trusted) {
 
 }  // namespace
 
+const char* to_string(ClosureStatus status) {
+  const char* const texts[] = {"rejected", "undecided", "accepted"};
+  return texts[static_cast<int>(status)];
+}
+
 void SelectionReport::add(const UpdateReport& update) {
   status = update.status;
   if (!update.message.empty()) message = update.message;

@@ -46,6 +46,9 @@ enum class ClosureStatus {
   kAccepted
 };
 
+/// "rejected", "undecided" or "accepted".
+const char* to_string(ClosureStatus status);
+
 /// Report of one step of the selection.
 struct SelectionReport : UpdateReport {
   int admitted = 0;  ///< closures admitted

@@ -10,6 +10,7 @@
 
 #include "libhybrid/factors/between.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 
 HYBRID_REGISTER_PLUGIN(LaserScans, hybrid)
@@ -53,24 +54,9 @@ ContinuousFactorPtr factor_in_space(Key from, Key to, const UncertainMotion& mea
   const SE2& m = measured.motion;
   const SE3 motion(Eigen::Vector3d(m.x(), m.y(), 0.0),
                    SO3::exp(Eigen::Vector3d(0.0, 0.0, m.angle())));
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(6, 6);
-  covariance.diagonal() << 0, 0, kHeight * kHeight, kTilt * kTilt, kTilt * kTilt, 0;
-  const int places[] = {0, 1, 5};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) covariance(places[i], places[j]) = measured.covariance(i, j);
-  }
+  Eigen::MatrixXd covariance = planar_to_6d(measured.covariance);
+  covariance.diagonal().segment<3>(2) << kHeight * kHeight, kTilt * kTilt, kTilt * kTilt;
   return std::make_shared<Between<SE3>>(from, to, motion, Noise::covariance(covariance));
-}
-
-const char* text_of(ClosureStatus status) {
-  switch (status) {
-    case ClosureStatus::kAccepted:
-      return "accepted";
-    case ClosureStatus::kUndecided:
-      return "undecided";
-    default:
-      return "rejected";
-  }
 }
 
 }  // namespace
@@ -247,7 +233,7 @@ std::vector<ScanClosureEstimate> LaserScans::scan_closures() const {
       const Verdict& verdict = verdicts[k];
       out.push_back({static_cast<std::size_t>(robot.keys[closure.from].index()),
                      static_cast<std::size_t>(robot.keys[closure.to].index()),
-                     text_of(robot.mapper.status(k)), verdict.inlier_probability,
+                     to_string(robot.mapper.status(k)), verdict.inlier_probability,
                      std::sqrt(verdict.chi_square), verdict.redundancy, verdict.checkable,
                      verdict.margin, closure.mode.inliers, closure.modes});
     }
