@@ -46,6 +46,26 @@ void end_without_memory() {
   end_otherwise();
 }
 
+bool is_running = false;
+
+/// At exit(): whether main() has returned, or a library has ended the program.
+void expect_end() {
+  if (!is_running) return;
+  std::fflush(stdout);
+  std::_Exit(
+      failed("a library has ended the program: a plugin, or one that it loads, calls exit()"));
+}
+
+/// Runs it; main() has the result of it.
+int run_to_end(const std::function<int()>& body) {
+  is_running = true;
+  std::atexit(expect_end);
+  struct End {
+    ~End() { is_running = false; }
+  } const end;
+  return body();
+}
+
 }  // namespace
 
 int settle(int exit_code) {
@@ -70,7 +90,7 @@ int run_program(const std::string& name, const std::function<int()>& body) {
   ::signal(SIGXFSZ, SIG_IGN);  // so that a limit on the size of files is an error of writing
   end_otherwise = std::set_terminate(end_without_memory);
   try {
-    return body();
+    return run_to_end(body);
   } catch (const Interrupted& e) {
     if (outcome == kExitFailure) outcome = kExitInterrupted + e.signal();
     return failed(e.what());

@@ -10,7 +10,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/io/read_graph.h"
 #include "libhybrid/pose_graph/vertex_id.h"
-#include "libhybrid/solvers/chordal.h"
+#include "libhybrid/solvers/starts.h"
 
 namespace hybrid {
 namespace {
@@ -80,11 +80,9 @@ Input read_input(const std::string& path, const std::string& start,
     }
   }
   input.factors = to_factors(input.graph, input.initial);
-  if (start == "chordal") {
-    input.initial = chordal_initialization(input.factors, input.initial);
-    move_to_map(input.graph, input.initial);
+  if (start == "chordal" || start == "tree") {
+    input.initial = pose_graph_start(input.graph, start);
   }
-  if (start == "tree") input.initial = initialize_from_tree(input.graph);
   if (start != "auto") input.start = start;
   return input;
 }

@@ -19,8 +19,9 @@
 namespace hybrid {
 namespace {
 
-constexpr std::int64_t kMostIds = 10'000'000;  // of landmarks that a map may have had
-constexpr double kSureOdds = 12.0;             // log odds of existence above which they do not grow
+// Numbers of landmarks that a map may have had, one after the other: some 300 bytes each are kept.
+constexpr std::int64_t kMostIds = 1'000'000;
+constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
 }  // namespace
 
@@ -37,7 +38,8 @@ void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
   for (const KnownLandmark& landmark : known.landmarks) {
     if (landmark.id >= 0 && landmark.id < kMostIds) continue;
     throw Error("landmark " + std::to_string(landmark.id) +
-                " of the map has the id of a log; use the plugin that made the map");
+                " of the map has the id of a log, which numbers beyond 1,000,000 must be; use the "
+                "plugin that made the map");
   }
   if (!known.class_names.empty()) classes_.learn_names(known.class_names);
   landmarks_.adopt(known.landmarks, classes_, is_3d);

@@ -36,6 +36,27 @@ void keep_those_alone(IdentityHypotheses& h, double margin) {
   h = std::move(kept);
 }
 
+/// Expected log density of a sighting of its own landmark, in the units of the measurement.
+double expected_log_density(const Sighting& sighting) {
+  const DetectionFrame& sensor = *sighting.sensor;
+  std::vector<Eigen::Index> measured;
+  if (sensor.has_range) measured.push_back(0);
+  measured.push_back(1);
+  if (sensor.is_3d) measured.push_back(2);
+  const Eigen::MatrixXd R = sighting.detection.covariance(measured, measured);
+  return -0.5 * (std::log((2 * M_PI * R).determinant()) + static_cast<double>(measured.size()));
+}
+
+/// log evidence that the sightings of one of two landmarks, where both were seen at a time, are
+/// clutter rather than sightings of a landmark.
+double clutter_beside(int a, int b, double clutter_density, const LandmarkTracks& landmarks) {
+  double sum = 0;
+  for (const int s : landmarks.sightings_beside(a, b)) {
+    sum += std::log(clutter_density) - expected_log_density(landmarks.sighting(s));
+  }
+  return sum;
+}
+
 }  // namespace
 
 void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
@@ -209,7 +230,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
                        landmarks.last_seen_from(b) < landmarks.first_seen_from(a);
     if (!near || apart || !counts(a) || !counts(b) || named(a)) continue;
     const double evidence = h.gain[p] - score.cost +
-                            landmarks.times_together(a, b) * std::log(clutter_density) +
+                            clutter_beside(a, b, clutter_density, landmarks) +
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),
                                                       landmarks.seen_from(b), detected, map);
     if (evidence <= merge.evidence) continue;

@@ -273,16 +273,16 @@ bool LandmarkTracks::has_id(int t) const {
                      [&](int s) { return sightings_[s].detection.id.has_value(); });
 }
 
-int LandmarkTracks::times_together(int a, int b, int at_most) const {
-  int times = 0;
+std::vector<int> LandmarkTracks::sightings_beside(int a, int b, std::size_t at_most) const {
+  std::vector<int> beside;
   const auto frame = [this](int s) { return sightings_[s].frame; };
   const std::vector<int>& x = tracks_[a].sightings;
   const std::vector<int>& y = tracks_[b].sightings;
-  for (std::size_t i = 0, j = 0; i < x.size() && j < y.size() && times < at_most;) {
-    if (frame(x[i]) == frame(y[j])) ++times;
+  for (std::size_t i = 0, j = 0; i < x.size() && j < y.size() && beside.size() < at_most;) {
+    if (frame(x[i]) == frame(y[j])) beside.push_back(x[i]);
     frame(x[i]) < frame(y[j]) ? ++i : ++j;
   }
-  return times;
+  return beside;
 }
 
 void LandmarkTracks::place(int t, const Values& values) {

@@ -108,10 +108,11 @@ class LandmarkTracks {
   bool is_whole(int t, const MapView& map) const;
   /// Whether the log gives a detection of a track an id.
   bool has_id(int t) const;
-  /// Frames that have sightings of two landmarks, so that these are two or one is clutter; counted
-  /// up to a limit.
-  int times_together(int a, int b, int at_most = std::numeric_limits<int>::max()) const;
-  bool seen_together(int a, int b) const { return times_together(a, b, 1) > 0; }
+  /// Sightings of `a` in frames that show `b` as well, so that they are two or one sighting is
+  /// clutter; up to a limit.
+  std::vector<int> sightings_beside(int a, int b,
+                                    std::size_t at_most = std::numeric_limits<int>::max()) const;
+  bool seen_together(int a, int b) const { return !sightings_beside(a, b, 1).empty(); }
   /// Moves a track in the grid to its estimate.
   void place(int t, const Values& values);
   /// Places all tracks, or the next few in turn.

@@ -156,6 +156,16 @@ std::vector<Start> pose_graph_starts(const PoseGraph& graph,
   return starts;
 }
 
+Values pose_graph_start(const PoseGraph& graph, const std::string& name) {
+  if (name == "tree") return initialize_from_tree(graph);
+  Values odometry = initialize_from_odometry(graph);
+  if (name == "odometry") return odometry;
+  if (name != "chordal") throw Error("there is no start '" + name + "'");
+  Values values = chordal_initialization(to_factors(graph, odometry), odometry);
+  move_to_map(graph, values);
+  return values;
+}
+
 ChordalTrial try_chordal_start(const HybridGraph& graph, const Estimate& solved,
                                const AlternatingOptions& options) {
   ChordalTrial trial;

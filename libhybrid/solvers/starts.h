@@ -55,6 +55,10 @@ std::vector<Start> pose_graph_starts(const PoseGraph& graph,
                                      const std::vector<ContinuousFactorPtr>& factors,
                                      const std::string& name, const Values& initial);
 
+/// One of these alone: "odometry", "chordal" or "tree". Where the graph measures the map, the
+/// values are in the map. Throws Error for another name.
+Values pose_graph_start(const PoseGraph& graph, const std::string& name);
+
 /// What a chordal start of a solved graph leads to.
 struct ChordalTrial {
   bool tried = false;              ///< not where noise explains the residuals, nor without poses

@@ -8,8 +8,9 @@
 namespace HYBRID_API hybrid {
 
 /// Catches the first SIGINT, SIGTERM or SIGHUP, which interrupted() then returns; the second one
-/// ends the process at once. A signal that was ignored when the process started, as under nohup,
-/// stays ignored. Only for programs that poll interrupted() often.
+/// ends the process at once, and so does a first one that interrupted() has told nobody for 30 s,
+/// as where a plugin waits for ever. A signal that was ignored when the process started, as under
+/// nohup, stays ignored. Only for programs that poll interrupted() often.
 void note_interrupts();
 
 /// The signal that was caught, or 0.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -41,6 +42,24 @@ std::string png(const Image& image) {
 
 std::string jpeg(const Image& image, int quality) {
   return encoded(image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+Image decoded(std::string_view bytes) {
+  if (bytes.empty() || bytes.size() > std::numeric_limits<int>::max()) {
+    throw std::runtime_error("the bytes are no picture");
+  }
+  const cv::Mat file(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  const cv::Mat bgr = cv::imdecode(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  if (bgr.empty()) throw std::runtime_error("the bytes are no picture");
+  Image out{bgr.cols, bgr.rows,
+            std::vector<std::uint8_t>(static_cast<std::size_t>(bgr.cols) * bgr.rows * 3)};
+  cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, out.rgb.data());
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return out;
+}
+
+void prepare_decoding() {
+  cv::setNumThreads(1);
 }
 
 Image shrunk(const Image& image, int width) {

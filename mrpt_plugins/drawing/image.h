@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libhybrid/export.h"
@@ -22,6 +23,13 @@ struct Image {
 std::string png(const Image& image);
 /// The same of a JPEG file of a quality of 0 to 100.
 std::string jpeg(const Image& image, int quality);
+
+/// The picture in the bytes of a file, whose format they tell, as the camera has it: what the file
+/// says of its orientation is not applied. Throws std::exception if they are none. Bytes of
+/// somebody else's are decoded in a process of its own: rawlog/image_decoder.h.
+Image decoded(std::string_view bytes);
+/// Lets this process decode without further threads.
+void prepare_decoding();
 
 /// The picture made so small that it is at most `width` pixels wide, with its own proportions.
 Image shrunk(const Image& image, int width);

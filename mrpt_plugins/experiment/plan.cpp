@@ -69,12 +69,16 @@ GraphPlan read_graph_plan(IniFile& ini, const std::string& name, const fs::path&
   graph.variants = section.get("variants", std::vector<std::string>{},
                                "what {variant} in the names of files stands for, in turn");
   graph.variant_label = section.get("variant_label", "variant", "what the variants are, for plots");
-  graph.from_odometry = section.choice("start", "file", {"file", "odometry"},
-                                       "VERTEX lines, or chained odometry (also where the file "
-                                       "lacks vertices)") == "odometry";
+  graph.start = section.choice("start", "file", {"file", "odometry", "chordal", "tree"},
+                               "as hybrid-pgo --start; file: the VERTEX lines, or chained odometry "
+                               "where some are missing");
+  graph.repair_information =
+      section.get("repair_information", false,
+                  "put the nearest positive definite matrix in the place of information that is "
+                  "not");
   graph.truth = file_of("truth",
-                        "true poses, as for hybrid-pgo --truth; empty: the optimum of the "
-                        "graph without false closures");
+                        "true poses, as for hybrid-pgo --truth; empty: the best optimum, from all "
+                        "starts, of the graph without false closures");
   graph.truth_times = file_of("truth_times", "time of each pose, for a truth with times");
   graph.labels = file_of("labels", "pairs 'i j' of poses, the true closures of the file");
   graph.label_distance =

@@ -20,8 +20,9 @@ struct GraphPlan {
   std::string file;
   std::vector<std::string> variants;  ///< values of {variant}; one empty word if there are none
   std::string variant_label;          ///< name of the variants in plots
-  bool from_odometry = false;  ///< initial values by chaining odometry, else from the VERTEX lines
-  std::string truth, truth_times;  ///< empty: the optimum of the true closures is the truth
+  std::string start = "file";         ///< of file, odometry, chordal, tree: as hybrid-pgo --start
+  bool repair_information = false;
+  std::string truth, truth_times;  ///< empty: the best known optimum of the true closures
   std::string labels;  ///< file of pairs `i j`, the true closures; empty: by the tolerances below
   /// Largest difference of a true closure from the truth [m, rad]; 0: all closures are true.
   double label_distance = 0, label_angle = 0;

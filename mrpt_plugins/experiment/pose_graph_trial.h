@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -30,15 +31,22 @@ enum class ClosureLabel { kFalse, kTrue, kUnknown };
 struct PreparedGraph {
   PoseGraph graph;
   Values initial;
-  std::map<Key, mrpt::poses::CPose3D> truth;
-  std::vector<ClosureLabel> labels;  ///< of the closures of the file, in its order
+  std::map<Key, mrpt::poses::CPose3D> truth;  ///< empty: nothing is known of it
+  std::vector<ClosureLabel> labels;           ///< of the closures of the file, in its order
+  /// Without a file of true poses: the cost of the optimum of the true closures that is the truth,
+  /// and why there is none.
+  std::optional<double> reference_cost;
+  std::string no_reference;
 };
 
-/// Reads a graph, its true poses and its labels. Without a file of true poses, the optimum of the
-/// true closures is the truth. Uses one thread. Throws Error naming the file.
+/// Reads a graph, its true poses and its labels. Without a file of true poses, the best optimum of
+/// the true closures from all starts (solve_from_starts) is the truth, if the solver converged.
+/// Uses one thread. Throws Error naming the file.
 PreparedGraph prepare_graph(const GraphPlan& plan, const std::string& variant);
 
-/// Adds false closures, solves, and compares with the truth.
+/// Adds false closures, solves, and compares with the truth. Where nothing is known of that, or a
+/// method that takes the true closures alone ends at a lower cost than the reference, there are no
+/// errors of poses among the metrics, and the message says why.
 TrialResult run_pose_graph_trial(const PreparedGraph& prepared, const Trial& trial,
                                  const MethodOptions& options);
 

@@ -8,17 +8,20 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <climits>
 #include <csignal>
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <new>
 #include <string_view>
 
 #include "libhybrid/core/error.h"
+#include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/rawlog/asked_classes.h"
 #include "mrpt_plugins/rawlog/detail/parse_log.h"
 
@@ -71,6 +74,44 @@ std::filesystem::path library_folder() {
   return std::filesystem::path(info.dli_fname).parent_path();
 }
 
+/// The program of the library; throws Error where it is missing.
+std::string reader_program() {
+  for (const char* place : {HYBRID_READER_IN_BUILD, HYBRID_READER_INSTALLED}) {
+    const auto program = (library_folder() / place).lexically_normal();
+    if (std::filesystem::exists(program)) return program.string();
+  }
+  throw Error(
+      fmt::format("{}: no such file; a process with several threads reads rawlogs by it",
+                  (library_folder() / HYBRID_READER_INSTALLED).lexically_normal().string()));
+}
+
+/// So many bytes of the input, fewer at its end. Takes memory as they come.
+std::string read_bytes(std::uint64_t count) {
+  constexpr std::size_t kStep = std::size_t{1} << 20;
+  std::string out;
+  while (out.size() < count) {
+    const std::size_t had = out.size();
+    out.resize(had + std::min<std::uint64_t>(kStep, count - had));
+    const std::size_t got = read_log(&out[had], out.size() - had);
+    out.resize(had + got);
+    if (got == 0) break;
+  }
+  return out;
+}
+
+template <class Number>
+std::string_view bytes_of(const Number& number) {
+  return {reinterpret_cast<const char*>(&number), sizeof(number)};
+}
+
+Image small_picture(const std::string& bytes, int width) try {
+  return shrunk(decoded(bytes), width);
+} catch (const std::bad_alloc&) {
+  throw;
+} catch (const std::exception&) {
+  return {};
+}
+
 }  // namespace
 
 int parse_into_pipe(const ParserLimits& limits, const LogRequest& request) try {
@@ -88,18 +129,34 @@ int parse_into_pipe(const ParserLimits& limits, const LogRequest& request) try {
   return kFailureCode;
 }
 
+int decode_pictures(const ParserLimits& limits, int width) try {
+  clean_process();
+  prepare_decoding();
+  confine_process(limits);
+  while (true) {
+    std::uint64_t size = 0;
+    const std::string head = read_bytes(sizeof(size));
+    if (head.size() < sizeof(size)) return 0;
+    std::memcpy(&size, head.data(), sizeof(size));
+    const Image small = small_picture(read_bytes(size), width);
+    write_pipe(bytes_of(static_cast<std::int32_t>(small.width)));
+    write_pipe(bytes_of(static_cast<std::int32_t>(small.height)));
+    write_pipe({reinterpret_cast<const char*>(small.rgb.data()), small.rgb.size()});
+  }
+} catch (const std::bad_alloc&) {
+  return kOutOfMemoryCode;
+} catch (...) {
+  return kFailureCode;
+}
+
+std::vector<std::string> decoder_command(const ParserLimits& limits, int width) {
+  return {reader_program(), std::to_string(limits.memory), std::to_string(limits.seconds),
+          "pictures", std::to_string(width)};
+}
+
 std::vector<std::string> reader_command(const ParserLimits& limits, const LogRequest& request,
                                         const std::vector<std::string>& libraries) {
-  std::vector<std::string> command;
-  for (const char* place : {HYBRID_READER_IN_BUILD, HYBRID_READER_INSTALLED}) {
-    const auto program = (library_folder() / place).lexically_normal();
-    if (command.empty() && std::filesystem::exists(program)) command.push_back(program.string());
-  }
-  if (command.empty()) {
-    throw Error(
-        fmt::format("{}: no such file; a process with several threads reads rawlogs by it",
-                    (library_folder() / HYBRID_READER_INSTALLED).lexically_normal().string()));
-  }
+  std::vector<std::string> command{reader_program()};
   command.push_back(std::to_string(limits.memory));
   command.push_back(std::to_string(limits.seconds));
   command.emplace_back(request.points ? "points" : "no-points");
@@ -115,6 +172,9 @@ int run_rawlog_reader(const std::vector<std::string>& command) {
   constexpr std::string_view kClass = "class=", kLibrary = "library=";
   if (command.size() < kFixed) return kFailureCode;
   const ParserLimits limits{std::stoull(command[1]), std::stoull(command[2])};
+  if (command[3] == "pictures" && command.size() > kFixed) {
+    return decode_pictures(limits, std::stoi(command[kFixed]));
+  }
   LogRequest request;
   request.points = command[3] == "points";
   for (std::size_t i = kFixed; i < command.size(); ++i) {

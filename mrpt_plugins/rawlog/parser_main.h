@@ -21,10 +21,19 @@ inline constexpr int kOutOfMemoryCode = 12;
 /// the exit code.
 int parse_into_pipe(const ParserLimits& limits, const LogRequest& request);
 
+/// Confines this process, and makes of the bytes of picture files, each behind its length (64
+/// bits), small pictures of at most `width` pixels in a row: two numbers of 32 bits, columns and
+/// rows, and three bytes for each pixel; 0 and 0 where the bytes are no picture. Returns the exit
+/// code.
+int decode_pictures(const ParserLimits& limits, int width);
+
 /// Command line of the program hybrid-rawlog-reader, which stands beside the library of this
 /// function. Throws Error where it is missing.
 std::vector<std::string> reader_command(const ParserLimits& limits, const LogRequest& request,
                                         const std::vector<std::string>& libraries);
+
+/// The same where it decodes pictures.
+std::vector<std::string> decoder_command(const ParserLimits& limits, int width);
 
 /// What that program does with its command line; returns the exit code.
 int run_rawlog_reader(const std::vector<std::string>& command);

@@ -53,7 +53,7 @@ struct Ends {
   int file, pipe;
 };
 
-pid_t fork_parser(const Ends& ends, const ParserLimits& limits, const LogRequest& request) {
+pid_t fork_process(const Ends& ends, const ProcessTask& task) {
   const pid_t process = ::fork();
   if (process != 0) return process;
   ::setpgid(0, 0);
@@ -61,7 +61,7 @@ pid_t fork_parser(const Ends& ends, const ParserLimits& limits, const LogRequest
   for (const int standard : {0, 1, 2}) ::dup2(null, standard);
   ::dup2(ends.file, kLogDescriptor);
   ::dup2(ends.pipe, kPipeDescriptor);
-  ::_exit(parse_into_pipe(limits, request));
+  ::_exit(task.run());
 }
 
 /// Attributes and actions of a program to start, freed at the end.
@@ -81,7 +81,7 @@ struct SpawnPlan {
   posix_spawnattr_t attributes{};
 };
 
-pid_t spawn_parser(const Ends& ends, std::vector<std::string> arguments) {
+pid_t spawn_process(const Ends& ends, std::vector<std::string> arguments) {
   SpawnPlan plan;
   for (const int standard : {0, 1, 2}) {
     ::posix_spawn_file_actions_addopen(&plan.actions, standard, "/dev/null", O_RDWR, 0);
@@ -112,15 +112,23 @@ struct Closing {
 ParserProcess::ParserProcess(int file, const ParserLimits& limits, const LogRequest& request,
                              const std::vector<std::string>& libraries)
     : file_(file) {
+  start(file, {[&] { return parse_into_pipe(limits, request); },
+               [&] { return reader_command(limits, request, libraries); }});
+}
+
+ParserProcess::ParserProcess(int input, const ProcessTask& task) {
+  start(input, task);
+}
+
+void ParserProcess::start(int input, const ProcessTask& task) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail();
   pipe_ = pipe[0];
   const Closing low_write_end(pipe[1]);
   try {
-    const Closing log(moved_up(file)), write_end(moved_up(pipe[1]));
+    const Closing log(moved_up(input)), write_end(moved_up(pipe[1]));
     const Ends ends{log.descriptor, write_end.descriptor};
-    process_ = may_fork() ? fork_parser(ends, limits, request)
-                          : spawn_parser(ends, reader_command(limits, request, libraries));
+    process_ = may_fork() ? fork_process(ends, task) : spawn_process(ends, task.command());
     if (process_ < 0) fail();
   } catch (...) {
     ::close(pipe_);
@@ -138,6 +146,7 @@ ParserProcess::~ParserProcess() {
 
 /// Whether the log has nothing to read now, nor an end.
 bool ParserProcess::awaits_log() const {
+  if (file_ < 0) return false;
   pollfd log{file_, POLLIN, 0};
   return ::poll(&log, 1, 0) == 0;
 }

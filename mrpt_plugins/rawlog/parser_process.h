@@ -5,6 +5,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,12 @@
 #include "mrpt_plugins/rawlog/sandbox.h"
 
 namespace HYBRID_API hybrid {
+
+/// What a process of its own does: as a fork of this one, or as a program with its command line.
+struct ProcessTask {
+  std::function<int()> run;  ///< Returns the exit code.
+  std::function<std::vector<std::string>()> command;
+};
 
 /// A process of its own that parses a log and writes records (log_record.h) into a pipe.
 ///
@@ -27,6 +34,8 @@ class ParserProcess {
   /// started.
   ParserProcess(int file, const ParserLimits& limits, const LogRequest& request,
                 const std::vector<std::string>& libraries);
+  /// Starts one that does something else with its input; all the time that read() waits counts.
+  ParserProcess(int input, const ProcessTask& task);
   /// Ends the process.
   ~ParserProcess();
   ParserProcess(const ParserProcess&) = delete;
@@ -44,9 +53,10 @@ class ParserProcess {
   Exit wait();
 
  private:
+  void start(int input, const ProcessTask& task);
   bool awaits_log() const;
 
-  int file_;
+  int file_ = -1;  // whose silence does not count; -1: none
   pid_t process_ = -1;
   int pipe_ = -1;
 };

@@ -9,9 +9,11 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/drawing/mrpt_image.h"
 #include "mrpt_plugins/report/columns.h"
@@ -24,8 +26,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kQuality = 75;                     // of JPEG, of 100
 constexpr std::uint64_t kMostPixels = 50000000;  // that are decoded: 150 MB
-constexpr std::size_t kMostNames = 10000;        // of files that are not tried again
-constexpr int kMostSegments = 1000;              // of a JPEG before its frame
+constexpr std::uintmax_t kMostFileBytes = 200000000;
+constexpr std::size_t kMostNames = 1000;  // of files that are kept in mind: 20 MB
+constexpr int kMostSegments = 1000;       // of a JPEG before its frame
 
 Json matrix_json(const Eigen::Isometry3d& T) {
   Json out = Json::array();
@@ -82,24 +85,24 @@ bool is_small_picture(const std::filesystem::path& file) {
   if (std::filesystem::symlink_status(file).type() != std::filesystem::file_type::regular) {
     return false;
   }
+  if (std::filesystem::file_size(file) > kMostFileBytes) return false;
   const auto pixels = pixels_of(file);
   return pixels && *pixels > 0 && *pixels < kMostPixels;
 }
 
-/// The pixels; nothing where they cannot be read.
-std::optional<Image> image_in(const mrpt::img::CImage& image, const std::string& rawlog) {
-  try {
-    if (!image.isExternallyStored()) return image_of(image);
-    const std::filesystem::path name = image.getExternalStorageFile();
-    if (name != name.filename() || name == "..") return std::nullopt;
-    const std::filesystem::path file = images_of(rawlog) / name;
-    if (!is_small_picture(file)) return std::nullopt;
-    mrpt::img::CImage loaded;
-    if (!loaded.loadFromFile(file.string())) return std::nullopt;
-    return image_of(loaded);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+/// Where a file lies that a log names; nothing if it names none of its folder.
+std::optional<std::filesystem::path> named_file(const std::string& text,
+                                                const std::string& rawlog) {
+  const std::filesystem::path name = text;
+  if (name != name.filename() || name == "..") return std::nullopt;
+  return images_of(rawlog) / name;
+}
+
+/// The bytes of a file; none where it is no small picture.
+std::string picture_bytes(const std::filesystem::path& file) {
+  if (!is_small_picture(file)) return {};
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace
@@ -116,7 +119,7 @@ void Photographs::add(int keyframe, const std::vector<mrpt::obs::CObservation::P
 
 /// Nothing where the parameters are none of a camera that was calibrated, as MRPT's defaults.
 std::optional<Photographs::Camera> Photographs::camera_of(
-    const mrpt::obs::CObservationImage& observation, const Image& small) {
+    const mrpt::obs::CObservationImage& observation, const Small& small) {
   const mrpt::img::TCamera& from = observation.cameraParams;
   const auto inside = [](double at, double size) { return at > 0 && at < size; };
   const Eigen::Isometry3d T = to_isometry(observation.cameraPose);
@@ -129,26 +132,44 @@ std::optional<Photographs::Camera> Photographs::camera_of(
   return Camera{x * from.fx(), y * from.fy(), x * from.cx(), y * from.cy(), T};
 }
 
+/// The picture that the log has, or that is in the file that it names.
+Photographs::Small Photographs::small_of(const mrpt::img::CImage& image,
+                                         const std::string& rawlog) try {
+  const auto small_jpeg = [](const Image& small) {
+    return Small{small.width, small.height, jpeg(small, kQuality)};
+  };
+  if (!image.isExternallyStored()) return small_jpeg(shrunk(image_of(image), kWidth));
+  const auto file = named_file(image.getExternalStorageFile(), rawlog);
+  if (!file) return {};
+  const auto known = files_.find(file->string());
+  if (known != files_.end()) return known->second;
+  if (files_.size() >= kMostNames) files_.clear();
+  Small& small = files_[file->string()];
+  const std::string bytes = picture_bytes(*file);
+  if (bytes.empty()) return small;
+  const auto decoded = decoder_.decode(bytes);
+  if (decoded) small = small_jpeg(*decoded);
+  return small;
+} catch (const Interrupted&) {
+  throw;
+} catch (const std::exception&) {
+  return {};
+}
+
 void Photographs::keep(int keyframe, const mrpt::obs::CObservationImage& observation,
                        const std::string& rawlog) {
-  const std::string file = observation.image.isExternallyStored()
-                               ? rawlog + '\n' + observation.image.getExternalStorageFile()
-                               : "";
-  std::optional<Image> image;
-  if (unreadable_files_.count(file) == 0) image = image_in(observation.image, rawlog);
-  if (!image) {
+  Small small = small_of(observation.image, rawlog);
+  if (small.jpeg.empty()) {
     ++unreadable_;
-    if (!file.empty() && unreadable_files_.size() < kMostNames) unreadable_files_.insert(file);
     return;
   }
-  const Image small = shrunk(*image, kWidth);
   Photograph photograph;
   photograph.keyframe = keyframe;
   photograph.sensor = observation.sensorLabel;
   photograph.width = small.width;
   photograph.height = small.height;
-  photograph.jpeg = jpeg(small, kQuality);
   photograph.camera = camera_of(observation, small);
+  photograph.jpeg = std::move(small.jpeg);
   bytes_ += photograph.jpeg.size();
   kept_.push_back(std::move(photograph));
 }

@@ -7,14 +7,15 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/rawlog/image_decoder.h"
 
 namespace HYBRID_API hybrid {
 
@@ -31,6 +32,7 @@ class Photographs {
   /// other photograph goes, and of those to come only every second (fourth, eighth ..) is kept.
   /// Images that the log only names are looked for where MRPT has them: beside F.rawlog in the
   /// folder F_Images, or else Images: PNG and JPEG files of less than 50 million pixels, no links.
+  /// Each is decoded once, in a process of its own (image_decoder.h), however often it is named.
   void add(int keyframe, const std::vector<mrpt::obs::CObservation::Ptr>& observations,
            const std::string& rawlog);
 
@@ -50,10 +52,17 @@ class Photographs {
     std::optional<Camera> camera;
   };
 
+  /// A picture as it is kept: no JPEG where it cannot be read.
+  struct Small {
+    int width = 0, height = 0;
+    std::string jpeg;
+  };
+
   static std::optional<Camera> camera_of(const mrpt::obs::CObservationImage& observation,
-                                         const Image& small);
+                                         const Small& small);
   void keep(int keyframe, const mrpt::obs::CObservationImage& observation,
             const std::string& rawlog);
+  Small small_of(const mrpt::img::CImage& image, const std::string& rawlog);
   void thin();
 
   std::vector<Photograph> kept_;
@@ -61,7 +70,8 @@ class Photographs {
   std::size_t count_ = 0;       // of all so far
   std::size_t every_ = 1;       // which of them are kept
   std::size_t unreadable_ = 0;  // of those tried
-  std::set<std::string> unreadable_files_;
+  ImageDecoder decoder_{kWidth};
+  std::map<std::string, Small> files_;  // those named lately, by their path
 };
 
 }  // namespace hybrid

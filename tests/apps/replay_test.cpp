@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <chrono>
 #include <set>
 #include <sstream>
 
 #include "libhybrid/io/read_graph.h"
 #include "tests/apps/replay_runner.h"
+#include "tests/support/run_shell.h"
 
 namespace hybrid {
 namespace {
@@ -296,6 +298,25 @@ TEST_F(ReplayTest, WhatCannotBecomePartOfTheMapIsLeftOutAndTold) {
   EXPECT_EQ(summary["keyframes"], whole["keyframes"]);
   EXPECT_EQ(summary["landmarks"], whole["landmarks"]);  // what is sound is all there
   EXPECT_NEAR(summary["objective"], whole["objective"], 1e-6);
+}
+
+TEST_F(ReplayTest, APluginThatEndsTheProgramIsAFailure) {
+  expect_failure("-c " + config("classed_demo.ini") +
+                     " --set plugins.classes=Refuses --set Refuses.end=exit -p " +
+                     HYBRID_BAD_PLUGINS "/hybrid_bad_refuses.so",
+                 "a library has ended the program");
+}
+
+TEST_F(ReplayTest, ASignalEndsAPluginThatWaitsForEver) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::string command =
+      "timeout --signal=TERM 1 " HYBRID_BINARY_DIR "/bin/hybrid-replay --no-pictures -c " +
+      config("classed_demo.ini") + " --set plugins.classes=Refuses --set Refuses.end=wait -p " +
+      HYBRID_BAD_PLUGINS "/hybrid_bad_refuses.so -o " + at("out") + " 2> " + at("error.txt");
+  EXPECT_EQ(run_shell(command).code, 124);  // of timeout, which waits for the end
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(120));
+  EXPECT_NE(read_file(folder / "error.txt").find("not noticed for 30 s"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "out/summary.json"));
 }
 
 TEST_F(ReplayTest, IsFullSmoothingToTheLastDigitUntilTheLogIsLong) {

@@ -2,10 +2,15 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 // A plugin that is at fault in four keyframes: it throws, adds a landmark that its one range does
-// not determine, adds a factor of a pose that does not exist, and throws what is no exception.
+// not determine, adds a factor of a pose that does not exist, and throws what is no exception. If
+// asked, it ends the program or waits for ever.
 
+#include <unistd.h>
+
+#include <cstdlib>
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/range.h"
@@ -17,11 +22,15 @@ class Refuses : public hybrid::MappingPlugin {
   DEFINE_MRPT_OBJECT(Refuses, bad)
 
  public:
-  void configure(hybrid::IniSection) override {}
+  void configure(hybrid::IniSection section) override {
+    end_ = section.get("end", "", "exit or wait: how the first keyframe ends");
+  }
 
   hybrid::Contribution observe(const hybrid::Frame& frame, const hybrid::MapView&) override {
     hybrid::Contribution out;
     ++frames_;
+    if (end_ == "exit") std::exit(0);
+    while (end_ == "wait") ::pause();
     if (frames_ == 3) throw std::runtime_error("a lens cap");
     if (frames_ == 9) throw 9;
     if (frames_ == 5) {
@@ -39,6 +48,7 @@ class Refuses : public hybrid::MappingPlugin {
 
  private:
   int frames_ = 0;
+  std::string end_;
 };
 
 }  // namespace bad

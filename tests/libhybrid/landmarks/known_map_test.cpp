@@ -30,7 +30,7 @@ TEST(KnownMap, LandmarksKeepTheirIds) {
 }
 
 TEST(KnownMap, IdsOfALogAreRefused) {
-  for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{1} << 40}) {
+  for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{1'000'000}, std::int64_t{1} << 40}) {
     LandmarkAssociation association;
     EXPECT_THROW(association.adopt(known_with_ids({id}), false), Error) << id;
   }

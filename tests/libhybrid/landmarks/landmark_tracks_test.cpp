@@ -206,7 +206,7 @@ TEST(LandmarkTracks, OfTwoSightingsInOneFrameAMergeLeavesOne) {
   world.tracks.attach(kept, a, false, out);
   world.tracks.attach(lost, b, false, out);
   world.apply(out);
-  EXPECT_EQ(world.tracks.times_together(a, b), 1);
+  EXPECT_EQ(world.tracks.sightings_beside(a, b).size(), 1U);
   Contribution merge;
   world.tracks.merge(b, a, false, merge);
   world.apply(merge);
