@@ -16,6 +16,7 @@ namespace hybrid {
 namespace {
 
 constexpr IniRange kIterations{1, 1000000};
+constexpr IniRange kOperations{1, 1e15};
 
 constexpr const char* kAbout =
     "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "
@@ -73,6 +74,11 @@ void read_methods(IniFile& ini, const std::vector<std::string>& settings, Option
       "lm ends once an iteration promises to lower the cost by less than this share; for selection "
       "see [selection]",
       IniRange{1e-15, 1e-2});
+  options.solver.max_operations =
+      solver.get("max_operations", 5e10,
+                 "multiplications and additions of all factorisations of lm at most, some "
+                 "20 s; maps of 10,000 poses need a fiftieth of it",
+                 kOperations);
   options.methods.common.solver.max_iterations = options.solver.max_iterations;
   options.methods.portfolio.selection.solver.max_iterations = options.solver.max_iterations;
   ini.reject_unknown();

@@ -46,9 +46,12 @@ Solution solve_batch(const Input& input, bool compare, const SolverOptions& opti
   const SolverReport& report = result.report;
   if (report.status == SolverStatus::kIterationLimit) {
     solution.message = fmt::format(
-        "stopped after {} iterations before it converged; --set "
-        "solver.max_iterations=N allows more",
-        report.iterations);
+        "stopped after {} iterations before it converged{}; --set solver.{}=N allows more",
+        report.iterations,
+        result.met_operations ? ", for the measurements link far more poses than a map does, as "
+                                "false loop closures do"
+                              : "",
+        result.met_operations ? "max_operations" : "max_iterations");
   } else if (report.status == SolverStatus::kStalled) {
     solution.message = report.message;
   } else if (report.status != SolverStatus::kConverged) {

@@ -98,16 +98,14 @@ double SoftMixture::linearize(const double* const* x, double* r, double* J) cons
   Eigen::Map<Eigen::MatrixXd> jacobian(J, rows(), cols());
   jacobian.setZero();
   std::vector<const double*> own;
-  Eigen::VectorXd part;
-  Eigen::MatrixXd block;
   int row = 0;
   for (std::size_t k = 0; k < components_.size(); ++k) {
     if (components_[k].factor == nullptr) continue;
     const ContinuousFactor& factor = *components_[k].factor;
     own.clear();
     for (int position : positions_[k]) own.push_back(x[position]);
-    part.resize(factor.rows());
-    block.resize(factor.rows(), factor.cols());
+    Eigen::VectorXd part(factor.rows());
+    Eigen::MatrixXd block(factor.rows(), factor.cols());
     factor.linearize(own.data(), part.data(), block.data());
     const double root = std::sqrt(g[static_cast<Eigen::Index>(k)]);
     residual.segment(row, factor.rows()) = root * part;

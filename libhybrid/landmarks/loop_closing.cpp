@@ -20,6 +20,7 @@ namespace {
 constexpr std::size_t kMostAnchors = 20;  // each is a search of its own
 constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kFewest = 3;        // landmarks that can be a place
+constexpr std::size_t kClutter = 100;     // births in a row, none confirmed, that are clutter
 
 /// Landmarks in the frame of a pose.
 template <class Pose>
@@ -227,7 +228,20 @@ Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double
                      : propose_among<SE2>(sightings, map, classes, density, concluding, landmarks);
   };
   Merge merge = among(options_.confirm);
-  return merge.pairs.empty() ? among(1) : merge;
+  if (!merge.pairs.empty() || (!concluding && is_clutter(landmarks))) return merge;
+  return among(1);
+}
+
+/// Whether nothing of what was born lately has been seen often enough to be a landmark, so that
+/// what is tentative is no place: in a map all of which is clutter, as where odometry is in other
+/// units than ranges are, every keyframe would ask a search of all of it.
+bool LoopClosing::is_clutter(const LandmarkTracks& landmarks) const {
+  const std::size_t count = landmarks.tracks().size();
+  if (count < kClutter) return false;
+  for (std::size_t t = count - kClutter; t < count; ++t) {
+    if (landmarks.seen_times(static_cast<int>(t), options_.confirm)) return false;
+  }
+  return true;
 }
 
 /// The place about an earlier view, as the one to compare `question.a` with.

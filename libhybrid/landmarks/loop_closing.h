@@ -55,6 +55,7 @@ class LoopClosing {
   std::vector<int> tracks_about(const Eigen::Vector3d& center, int sightings, const MapView& map,
                                 const LandmarkTracks& landmarks) const;
   bool is_old(int track, const LandmarkTracks& landmarks) const;
+  bool is_clutter(const LandmarkTracks& landmarks) const;
   bool covered(const Eigen::Vector3d& point, const std::vector<std::size_t>& views,
                const MapView& map) const;
   double span() const;

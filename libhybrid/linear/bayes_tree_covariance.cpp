@@ -71,12 +71,11 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     own += dim;
   }
   int row = 0;
-  Eigen::MatrixXd front;
   for (int c : path) {
     const Clique& clique = cliques_[c];
     const int f = clique.frontal_dim;
     const int height = clique.order - 1;
-    front.setZero(height, columns);
+    Eigen::MatrixXd front = Eigen::MatrixXd::Zero(height, columns);
     front.topRows(f) = z.middleRows(row, f);
     for (int k = 0; k < columns; ++k) {
       substitute(clique.columns(), clique.order, height, f, front.col(k).data());

@@ -122,11 +122,11 @@ void ExtendedCholesky::Builder::solve_upper(const Front& front, int columns, boo
 /// J'J v; `squared` receives (J v)'(J v).
 ExtendedCholesky::Matrix ExtendedCholesky::Builder::gradient(const Front& front, const Matrix& v,
                                                              Matrix& squared) const {
-  Matrix g = Matrix::Zero(v.rows(), v.cols()), motion;
-  squared = Matrix::Zero(v.cols(), v.cols());
+  Matrix g = Matrix::Zero(v.rows(), v.cols());
+  squared = Matrix(Matrix::Zero(v.cols(), v.cols()));
   visit_up(front, 0, [&](const Front& f, int) {
     for (const auto& residual : f.residuals) {
-      motion.setZero(layout_.residuals[residual.first].rows, v.cols());
+      Matrix motion = Matrix::Zero(layout_.residuals[residual.first].rows, v.cols());
       visit_blocks(residual, [&](int b, const auto& J) {
         if (is_in(front, b)) motion += J.lazyProduct(rows(v, b)) * out_.scale_[b];
       });

@@ -2,13 +2,16 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/detail/path_inverse.h"
 
+#include <utility>
+
 #include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
 
 const PathInverse::Path& PathInverse::path(int start, int dim) {
-  Path& path = paths_[start];
-  if (path.y.size() > 0) return path;
+  const auto known = paths_.find(start);
+  if (known != paths_.end()) return known->second;
+  Path path;
   int rows = 0;
   for (int s = factor_->supernode_of(start); s >= 0; s = factor_->supernode(s).parent) {
     path.supernodes.push_back(s);
@@ -16,17 +19,17 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
   }
   // L x = E for all columns at once; x is zero outside the path.
   path.y.resize(rows, dim);
-  if (scratch_.cols() != dim) scratch_.resize(factor_->size(), dim);
+  // Not resized: Eigen frees what there was before it allocates, and twice where that fails.
+  if (scratch_.cols() != dim) scratch_ = Eigen::MatrixXd(factor_->size(), dim);
   for (int s : path.supernodes) {
     const auto& node = factor_->supernode(s);
     scratch_.middleRows(node.first, node.columns).setZero();
   }
   scratch_.middleRows(start, dim).setIdentity();
   int row = 0;
-  Eigen::MatrixXd front;
   for (int s : path.supernodes) {
     const auto& node = factor_->supernode(s);
-    front.setZero(node.height, dim);
+    Eigen::MatrixXd front = Eigen::MatrixXd::Zero(node.height, dim);
     front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
     int d = 0;
     for (; d + 3 <= dim; d += 3) {
@@ -41,7 +44,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);
     row += node.columns;
   }
-  return path;
+  return paths_.emplace(start, std::move(path)).first->second;
 }
 
 int PathInverse::shared_rows(int start_a, int start_b) const {

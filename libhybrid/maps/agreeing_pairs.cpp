@@ -88,7 +88,7 @@ class PairTest {
       T_ = T_ * Pose::exp(move);
       P_ = S.solve(Eigen::MatrixXd::Identity(size(), size())) -
            SJ * information.solve(SJ.transpose());
-      forces_ = P_ * off;
+      forces_ = Eigen::VectorXd(P_ * off);
       chi_square_ = off.dot(forces_);
       if (move.norm() < 1e-9) break;
     }

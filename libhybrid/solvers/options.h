@@ -26,6 +26,9 @@ struct SolverOptions {
   double initial_damping = 0.0;
   /// Dogleg: radius of the first step, in standard deviations per unknown (root mean square).
   double initial_radius = 1e4;
+  /// solve_from_starts: multiplications and additions of all factorisations together; 0: any. At
+  /// least one system is solved from each start.
+  double max_operations = 0.0;
   Elimination elimination = Elimination::kAutomatic;
   int threads = 0;  ///< 0: one per core, at most 4; the result is the same for any number
 };

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/linear/sparsity.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
@@ -54,6 +56,25 @@ std::size_t most_promising(const std::vector<Run>& runs) {
     if (runs[i].cost() < runs[best].cost()) best = i;
   }
   return runs[best].may_go_on() ? best : runs.size();
+}
+
+/// How many linear systems the options allow, and how many of them before starts are compared: half
+/// of them at most.
+struct Allowance {
+  long systems = std::numeric_limits<long>::max();
+  int trial = kTrialIterations;
+};
+
+Allowance allowance(const HybridGraph& graph, std::size_t starts, const SolverOptions& options) {
+  Allowance allowed;
+  allowed.trial = std::min(kTrialIterations, options.max_iterations);
+  if (options.max_operations <= 0) return allowed;
+  const double each = order_blocks(information_pattern(jacobian_pattern(graph, {}))).flops;
+  const double systems = std::clamp(options.max_operations / std::max(1.0, each), 1.0, 1e9);
+  allowed.systems = static_cast<long>(systems);
+  const long half = std::max(1L, allowed.systems / (2 * static_cast<long>(starts)));
+  allowed.trial = static_cast<int>(std::min<long>(allowed.trial, half));
+  return allowed;
 }
 
 /// See is_explained_by_noise in the header; `scalars` is the number of scalar unknowns.
@@ -116,16 +137,23 @@ StartsResult solve_from_starts(const HybridGraph& graph, const std::vector<Start
   const double analysis = seconds_since(begin);
   StartsResult result;
   std::vector<Run> runs;
-  const int trial = std::min(kTrialIterations, options.max_iterations);
+  const Allowance allowed = allowance(graph, starts.size(), options);
+  long systems = 0;  // solved so far
   for (const Start& start : starts) {
     runs.push_back({problem.load(runs.empty() ? values : start.make()), {}});
-    advance(problem, runs.back(), options, trial);
+    advance(problem, runs.back(), options, allowed.trial);
+    systems += runs.back().report.iterations;
     result.trials.push_back({start.name});
     if (runs.size() == 1 && is_explained_by_noise(problem, runs.front().state)) break;
   }
   for (std::size_t i = most_promising(runs); i < runs.size(); i = most_promising(runs)) {
-    if (runs[i].report.iterations >= options.max_iterations) break;
-    advance(problem, runs[i], options, options.max_iterations - runs[i].report.iterations);
+    const int before = runs[i].report.iterations;
+    result.met_operations = systems >= allowed.systems;
+    if (before >= options.max_iterations || result.met_operations) break;
+    advance(problem, runs[i], options,
+            static_cast<int>(
+                std::min<long>(options.max_iterations - before, allowed.systems - systems)));
+    systems += runs[i].report.iterations - before;
   }
   int iterations = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {

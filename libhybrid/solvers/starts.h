@@ -32,6 +32,7 @@ struct StartsResult {
   SolverReport report;             ///< of the best start; iterations and time are those of all
   std::vector<StartTrial> trials;  ///< of the starts that were tried, in their order
   std::size_t won = 0;             ///< index of the best trial
+  bool met_operations = false;     ///< the limit of operations came before that of iterations
 };
 
 /// Whether noise explains the residuals at a state, so that no lower minimum is worth a search: the

@@ -229,7 +229,7 @@ KeyframeSource::KeyframeSource(const std::string& rawlog, const SourceOptions& o
 std::optional<Keyframe> KeyframeSource::next() {
   if (ahead_.empty()) {
     std::optional<Keyframe> keyframe = read();
-    progress_ = reader_.progress();
+    progress_ = share_read();
     return keyframe;
   }
   Ahead first = std::move(ahead_.front());
@@ -238,12 +238,17 @@ std::optional<Keyframe> KeyframeSource::next() {
   return std::move(first.keyframe);
 }
 
+std::optional<double> KeyframeSource::share_read() const {
+  if (options_.steps == 0) return reader_.progress();
+  return std::min(1.0, static_cast<double>(steps_read_) / static_cast<double>(options_.steps));
+}
+
 bool KeyframeSource::is_3d() {
   if (options_.dimension != Dimension::kAuto) return options_.dimension == Dimension::kSpace;
   while (ahead_.size() < kLookAhead) {
     std::optional<Keyframe> keyframe = read();
     if (!keyframe) break;
-    ahead_.push_back({std::move(*keyframe), reader_.progress()});
+    ahead_.push_back({std::move(*keyframe), share_read()});
   }
   Votes odometry;
   std::map<std::string, Votes> sensors;
@@ -304,6 +309,7 @@ Keyframe KeyframeSource::make_keyframe(LogStep& step, Keyframe keyframe) {
 
 std::optional<Keyframe> KeyframeSource::read() {
   while (std::optional<LogStep> step = reader_.next()) {
+    steps_read_ = step->index + 1;
     if (step->odometry) options_.correction.correct(*step->odometry);
     const bool is_keyframe = policy_.is_keyframe(*step);
     collect_scans(*step);
@@ -324,6 +330,7 @@ std::optional<Keyframe> KeyframeSource::read() {
     if (options_.tracklets) track(*step, is_keyframe, keyframe.detections);
     if (is_keyframe) return make_keyframe(*step, std::move(keyframe));
   }
+  steps_read_ = options_.steps;
   if (!skipped_) return std::nullopt;
   LogStep last = *std::exchange(skipped_, std::nullopt);
   return make_keyframe(last, {});

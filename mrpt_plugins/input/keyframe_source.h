@@ -56,6 +56,7 @@ struct SourceOptions {
   Dimension dimension = Dimension::kAuto;
   NoiseSource noise = NoiseSource::kStated;
   LogCorrection correction = {};
+  std::size_t steps = 0;  ///< of the log, to tell how much of it is read; 0: not known
 };
 
 /// Reads sections [map], [keyframes], [sensor] and [reader].
@@ -79,7 +80,8 @@ class KeyframeSource {
   LogStatus status() const { return reader_.status(); }
   /// Why the log ended early; empty if complete.
   const std::string& message() const { return reader_.message(); }
-  /// Share of the log up to the newest keyframe; nothing where standard input does not tell it.
+  /// Share of the log up to the newest keyframe: of its steps, or of its bytes, which are read
+  /// ahead, where their number is not known; nothing where standard input does not tell it.
   std::optional<double> progress() const { return progress_; }
   /// Measurements dropped or repaired, by reason.
   const DropReport& dropped() const { return dropped_; }
@@ -90,6 +92,7 @@ class KeyframeSource {
 
  private:
   std::optional<Keyframe> read();
+  std::optional<double> share_read() const;
   void track(const LogStep& step, bool is_keyframe, std::vector<DetectionFrame>& detections);
   void collect_scans(const LogStep& step);
   Keyframe make_keyframe(LogStep& step, Keyframe keyframe);
@@ -99,6 +102,7 @@ class KeyframeSource {
   KeyframePolicy policy_;
   DetectionTracker tracker_;
   ScanCollector scans_;
+  std::size_t steps_read_ = 0;
   std::size_t halved_scans_ = 0;    // see is_halved_scan()
   std::optional<LogStep> skipped_;  // the last step, where it is no keyframe and may become one
   DropReport dropped_;

@@ -35,6 +35,7 @@ void LogContents::add(const LogContents& other) {
   add_to(with_range, other.with_range);
   add_to(without_range, other.without_range);
   scans += other.scans;
+  steps += other.steps;
 }
 
 LogContents read_contents(const std::string& rawlog, const SourceOptions& options,
@@ -44,6 +45,7 @@ LogContents read_contents(const std::string& rawlog, const SourceOptions& option
   DropReport dropped;
   while (const auto step = reader.next()) {
     throw_if_interrupted();
+    ++contents.steps;
     std::vector<DetectionFrame> frames;
     for (const auto& observation : step->observations) {
       if (scan_in(*observation, options.scans, dropped)) ++contents.scans;

@@ -29,6 +29,7 @@ struct LogContents {
   /// The usable detections of CObservationBearingRange and CObservationClassedBearingRange.
   DetectionCounts with_range, without_range;
   std::size_t scans = 0;  ///< usable planar laser scans
+  std::size_t steps = 0;
 
   /// No detection has an id that can be used.
   void forget_ids() { with_range.identified = without_range.identified = 0; }

@@ -4,8 +4,10 @@
 #include "mrpt_plugins/mapping/detail/window_backend.h"
 
 #include <algorithm>
+#include <chrono>
 #include <unordered_set>
 
+#include "libhybrid/core/elapsed.h"
 #include "libhybrid/discrete/inference.h"
 #include "libhybrid/solvers/starts.h"
 
@@ -87,6 +89,7 @@ BackendReport WindowBackend::take(const WindowReport& update, const Delta& delta
   for (const Key key : delta.remove_values) {
     if (merged_.values.contains(key)) merged_.values.erase(key);
   }
+  eliminated_ += update.eliminated;
   merge(update.changed, update.left, update.left_discrete);
   return report_of(update);
 }
@@ -95,7 +98,8 @@ BackendReport WindowBackend::finish() {
   const UpdateReport update = smoother_.converge();
   BackendReport report = report_of(update);
   starts_.clear();
-  if (is_whole()) add_work(report, report_of(solve_from_chordal_start()));
+  if (is_whole() && affords_chordal_start())
+    add_work(report, report_of(solve_from_chordal_start()));
   merge(update.changed, {}, {});
   const Values past = smoother_.past_states();
   for (const Key key : past.keys()) put(merged_.values, key, past);
@@ -108,15 +112,29 @@ BackendReport WindowBackend::settle() {
   return report_of(update);
 }
 
+/// Whether another start takes at most a tenth of the work so far, or next to none. It solves
+/// linear systems of all variables: one for each row of the rotations, for the translations, and up
+/// to ten of the alternation, most of them twice.
+bool WindowBackend::affords_chordal_start() const {
+  constexpr std::int64_t kSystems = 20, kShare = 10, kLittle = 20000;  // variables: some 0.1 s
+  const auto variables = static_cast<std::int64_t>(smoother_.smoother().values().size());
+  const std::int64_t work = kSystems * variables;
+  return work <= kLittle || kShare * work <= eliminated_;
+}
+
 /// Tries another start than that of the way here, and goes on from it if it leads lower.
 UpdateReport WindowBackend::solve_from_chordal_start() {
   const IncrementalSmoother& smoother = smoother_.smoother();
+  const auto start = std::chrono::steady_clock::now();
   const ChordalTrial trial = try_chordal_start(smoother.graph(), smoother.estimate());
-  if (!trial.tried) return {};
+  UpdateReport report;
+  report.objective_after = smoother.objective();
+  report.seconds = seconds_since(start);
+  if (!trial.tried) return report;
   starts_ = {{"objective_from_online", smoother.objective()},
              {"objective_from_chordal", trial.objective}};
-  if (!trial.better) return {};
-  return smoother_.converge_from(trial.better->values);
+  if (trial.better) report.go_on(smoother_.converge_from(trial.better->values));
+  return report;
 }
 
 BackendReport WindowBackend::report_of(const UpdateReport& update) const {

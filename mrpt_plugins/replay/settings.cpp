@@ -250,6 +250,7 @@ LogContents read_logs(ReplaySettings& settings, bool all) {
       };
     }
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
+    robot.source.steps = own.steps;
     if (measured) robot.findings = survey.conclude();
     const double stated = robot.source.correction.translation;
     robot.source.correction = robot.findings.correction;

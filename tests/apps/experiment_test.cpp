@@ -13,9 +13,11 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/io/write_graph.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "tests/apps/run_app.h"
 #include "tests/apps/trial_rows.h"
+#include "tests/support/pose_graph_worlds.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hybrid {
@@ -251,6 +253,36 @@ TEST_F(Experiment, BadInput) {
   const Ran bare = run("-c " + config("methods = gnc lm consistency\noutlier_rates = 0.5") +
                        " -o " + at("bare"));
   EXPECT_EQ(bare.code, 0) << bare.text;
+}
+
+TEST_F(Experiment, RepairsInformationWhereItIsTold) {
+  std::string text = laps_graph(3);
+  const std::string sound = " 400 0 0 400 0 2500\n";
+  text.replace(text.find(sound), sound.size(), " 400 0 0 400 0 -1e-9\n");
+  write("laps.g2o", text);
+  const std::string ini = config("methods = lm\noutlier_rates = 0");
+  EXPECT_EQ(run("-c " + ini + " -o " + at("as_it_is")).code, 2);
+  EXPECT_NE(read("as_it_is/results.csv").find("not positive definite"), std::string::npos);
+  const Ran repaired =
+      run("-c " + ini + " --set laps.repair_information=yes --set laps.start=tree -o " +
+          at("repaired"));
+  EXPECT_EQ(repaired.code, 0) << repaired.text;
+}
+
+// From chained odometry a sphere of noisy rotations ends far above its optimum.
+TEST_F(Experiment, TheReferenceIsTheBestThatAnyStartLeadsTo) {
+  worlds::World world = worlds::sphere(10, 30, {0.1, 0.3}, 11);
+  world.graph.values = Values();
+  write_g2o(at("laps.g2o"), world.graph);
+  const std::string ini = config("methods = oracle\noutlier_rates = 0");
+  const auto error = [&](const std::string& start) {
+    const Ran ran = run("-c " + ini + " --set laps.start=" + start + " -o " + at(start));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    const std::string row = rows(start).begin()->second;
+    return std::stod(row.substr(row.find(",ok,") + 4));
+  };
+  EXPECT_GT(error("odometry"), 0.1);
+  EXPECT_LT(error("chordal"), 1e-3);
 }
 
 TEST_F(Experiment, PrintsItsConfiguration) {

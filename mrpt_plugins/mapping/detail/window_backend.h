@@ -50,6 +50,7 @@ class WindowBackend : public Backend {
   /// Whether the estimate of the graph is that of all variables.
   bool is_whole() const { return is_full() || (is_bounded() && merged_.values.empty()); }
   BackendReport take(const WindowReport& update, const Delta& delta);
+  bool affords_chordal_start() const;
   UpdateReport solve_from_chordal_start();
   void merge(const std::vector<Key>& changed, const std::vector<Key>& left,
              const std::vector<Key>& left_discrete);
@@ -59,6 +60,7 @@ class WindowBackend : public Backend {
 
   WindowOptions window_;
   WindowSmoother smoother_;
+  std::int64_t eliminated_ = 0;           // variables, over all updates
   std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
   Estimate merged_;                       // of the window and the past, once something has left
 };

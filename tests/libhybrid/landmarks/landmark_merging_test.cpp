@@ -161,6 +161,27 @@ TEST(LandmarkMerging, AtTheEndTwoOfWhichEachLookSeesOneAreOne) {
   EXPECT_GT(merge.evidence, std::log(two.options.merge_odds));
 }
 
+/// Of a merge of two that were seen in one frame once, with so many times the variance.
+double evidence_beside(double noise) {
+  Two two({0.5, 0});
+  for (int i = 0; i < 20; ++i) see_first_again(two);
+  two.world.noise = noise;
+  Contribution out;
+  const int frame = ++two.world.frames;
+  two.world.tracks.attach(two.world.see({10, 0}, kTree, frame), two.a, false, out);
+  two.world.tracks.attach(two.world.see({10.5, 0}, kTree, frame), two.b, false, out);
+  two.world.apply(out);
+  const Merge merge = proposed_by_misses(two);
+  EXPECT_EQ(merge.pairs.size(), 1U);
+  return merge.evidence;
+}
+
+// What is taken for clutter is compared with a sighting, whose density falls as the noise grows:
+// the evidence does not depend on the units of ranges and angles.
+TEST(LandmarkMerging, ASightingBesideIsClutterTheMoreEasilyTheLessIsKnownOfIt) {
+  EXPECT_NEAR(evidence_beside(100) - evidence_beside(1), std::log(100), 1e-6);
+}
+
 /// Drift may have brought the second over the first: whether a place is seen again, loops decide.
 TEST(LandmarkMerging, AtTheEndTwoOfDifferentStretchesOfTheWayStayTwo) {
   Two two({0.5, 0});

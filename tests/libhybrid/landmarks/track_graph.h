@@ -28,6 +28,7 @@ struct TrackGraph {
   Assignment assignment;
   LandmarkRegistry registry;
   double sigma = 0.1, pose_sigma = 0.01;  // [m], [rad] for the angle of the pose too
+  double noise = 1;                       // factor of the variances of what is seen from now on
   int frames = 0;
 
   explicit TrackGraph(std::vector<std::string> names = {"tree", "car"}) {
@@ -44,7 +45,7 @@ struct TrackGraph {
     s.sensor = sensor;
     s.detection.range = point.norm();
     s.detection.yaw = std::atan2(point.y(), point.x());
-    s.detection.covariance.diagonal() << 0.01, 1e-4, 0;
+    s.detection.covariance.diagonal() << 0.01 * noise, 1e-4 * noise, 0;
     s.phi = std::move(phi);
     return tracks.note(std::move(s));
   }

@@ -113,6 +113,26 @@ TEST(MotionFilter, TwoPostsAreNoMover) {
   EXPECT_GT(log_odds_of_motion(without_births.evidence(), 0.1), 0);
 }
 
+// A birth in place of a sighting is a density beside that of the thing where it stands, so that the
+// two together are no density of one sighting. What that adds to standing is small beside odds
+// of 20.
+TEST(MotionFilter, BirthsFavourStandingByLittle) {
+  constexpr int kSeeds = 100;
+  double sum = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<PointSighting> seen = sightings<2>(10, 0, seed);
+    MotionFilter<2> filter(seen.front(), kPrior), without_births(seen.front(), kPrior);
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+      filter.take(seen[i], 0.01);
+      without_births.take(seen[i], kNeverBorn);
+    }
+    const double favour = without_births.evidence() - filter.evidence();
+    EXPECT_GE(favour, 0);
+    sum += favour;
+  }
+  EXPECT_LT(sum / kSeeds, 0.3);  // [nat], over ten sightings
+}
+
 TEST(MotionFilter, AMeasuredVelocityIsEvidence) {
   for (const double speed : {0.0, 2.0}) {
     PointSighting seen = sightings<2>(1, 0).front();

@@ -86,5 +86,20 @@ TEST(KeyframeSource, TiltedSensorsAndMotionInSpaceDecideToo) {
   EXPECT_FALSE(is_3d(still));
 }
 
+TEST(KeyframeSource, TellsItsShareByStepsWhereTheirNumberIsKnown) {
+  const TemporaryFile log("share.rawlog");
+  write_log(log.path(), planar_motion_and(std::vector<bool>(8, false)));  // read at once
+  SourceOptions options;
+  options.dimension = Dimension::kPlane;
+  options.steps = 8;
+  KeyframeSource source(log.path(), options);
+  for (int i = 1; i <= 8; ++i) {
+    ASSERT_TRUE(source.next());
+    EXPECT_DOUBLE_EQ(source.progress().value(), i / 8.0);
+  }
+  EXPECT_FALSE(source.next());
+  EXPECT_DOUBLE_EQ(source.progress().value(), 1.0);
+}
+
 }  // namespace
 }  // namespace hybrid
