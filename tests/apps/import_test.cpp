@@ -117,7 +117,7 @@ TEST_F(ImportAppTest, LogsThatTellNextToNothingAreMeasuredAsFarAsTheyTell) {
   log.frames = 12;
   log.side = 32;
   log.spacing = 1.0 / 32;
-  const nlohmann::json dense = mapped(log, "not measured, things are too close together");
+  const nlohmann::json dense = mapped(log, "noise: not measured");
   EXPECT_GT(dense.at("dropped").value(
                 "detection dropped: too many others within its noise to be told apart", 0),
             10000);
