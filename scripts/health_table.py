@@ -6,9 +6,10 @@
 usage: health_table.py BIN FOLDER SEEDS [CORRUPTION...]        SEEDS as 1-4 or 1,3,7
 
 Makes worlds with detector_world.py, states their noise or settings wrongly, maps them, and compares with the truth. A map is wrong
-where its path has more than twice the error of the right settings with the same seed, or where more than a fifth of the things have
-a copy. Prints a row for each corruption: runs, wrong maps, those of them that are called bad, right maps, those called bad.
+where its path has more than twice the error of the right settings with the same seed, both aligned with the truth, or where there
+are more copies than a fifth of the things. Prints a row for each corruption: runs, wrong maps, those of them that are called bad, right maps, those called bad.
 """
+import bisect
 import csv
 import json
 import math
@@ -42,17 +43,47 @@ CORRUPTIONS = {
 
 
 NEAR = 1.5  # m: a landmark farther from every thing is of nothing
+TOGETHER = 0.5  # m: things nearer to each other are at one place, where any of them may be a landmark's
+
+
+def places_of(things):
+    """The number of the place of each thing."""
+    places = list(range(len(things)))
+    for a, one in enumerate(things):
+        for b in range(a):
+            if math.dist(one, things[b]) < TOGETHER:
+                places = [places[b] if p == places[a] else p for p in places]
+    return places
+
+
+def positions(path):
+    """Time in milliseconds to x, y of a TUM file."""
+    rows = [line.split() for line in open(path) if line[0] != "#"]
+    return {round(1000 * float(row[0])): complex(float(row[1]), float(row[2])) for row in rows}
+
+
+def alignment(result, world):
+    """Turns points of the map, as complex numbers, into the frame of the truth: rigid, of least squares of the path."""
+    estimated, true = positions(f"{result}/trajectory.tum"), positions(f"{world}/truth.tum")
+    times = sorted(true)
+    pairs = [(at, true[times[min(bisect.bisect(times, time), len(times) - 1)]]) for time, at in estimated.items()]
+    mean, true_mean = (sum(pair[i] for pair in pairs) / len(pairs) for i in (0, 1))
+    turn = sum((b - true_mean) * (a - mean).conjugate() for a, b in pairs)
+    turn = turn / abs(turn) if abs(turn) > 0 else 1
+    return lambda at: true_mean + turn * (at - mean)
 
 
 def copies_of(result, world):
-    """Landmarks beyond the first that are nearest to a thing, within NEAR, and the number of such things."""
+    """Landmarks beyond the number of things at the place of the nearest, within NEAR, and the number of things mapped."""
     things = [tuple(map(float, line.split()[:2])) for line in open(f"{world}/things.txt")]
-    nearest = []
+    places, landmarks, aligned = places_of(things), {}, alignment(result, world)
     for row in csv.DictReader(open(f"{result}/landmarks.csv")):
-        distance, thing = min((math.dist(at, (float(row["x"]), float(row["y"]))), k) for k, at in enumerate(things))
-        nearest.append(thing if distance < NEAR else None)
-    nearest = [k for k in nearest if k is not None]
-    return len(nearest) - len(set(nearest)), len(set(nearest))
+        at = aligned(complex(float(row["x"]), float(row["y"])))
+        distance, thing = min((math.dist((at.real, at.imag), place), k) for k, place in enumerate(things))
+        if distance < NEAR:
+            landmarks[places[thing]] = landmarks.get(places[thing], 0) + 1
+    mapped = sum(min(count, places.count(place)) for place, count in landmarks.items())
+    return sum(landmarks.values()) - mapped, mapped
 
 
 def run(binaries, folder, seed, name, seconds):
@@ -75,7 +106,7 @@ def run(binaries, folder, seed, name, seconds):
     summary = json.load(open(f"{result}/summary.json"))
     copies, things = copies_of(result, place)
     bad = [e["name"] for e in summary["health"] if e["verdict"] == "bad"]
-    return {"rmse": summary["truth"]["trajectory"]["rmse_m"], "copies": copies, "things": things, "bad": bad,
+    return {"rmse": summary["truth"]["trajectory"]["aligned"]["rmse_m"], "copies": copies, "things": things, "bad": bad,
             "health": {e["name"]: e["value"] for e in summary["health"]}}
 
 

@@ -89,7 +89,13 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   std::vector<int> sightings, noted;
   std::vector<std::vector<double>> phi;
   ++frames_;
-  for (const Detection& detection : seen.detections) {
+  const std::vector<bool> crowded = are_crowded(seen);
+  for (std::size_t i = 0; i < seen.detections.size(); ++i) {
+    const Detection& detection = seen.detections[i];
+    if (crowded[i] && !(options_.use_ids && detection.id)) {
+      ++out.dropped["detection dropped: too many others within its noise to be told apart"];
+      continue;
+    }
     Sighting sighting{frames_, frame.pose, sensor, detection, {}, -1, {}};
     if (!detection.class_probabilities.empty() && classes_.names().size() > 1) {
       sighting.phi = classes_.likelihood(detection.class_probabilities, seen.class_names);

@@ -3,6 +3,7 @@
 
 #include "libhybrid/landmarks/sighting.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -12,8 +13,14 @@
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
 #include "libhybrid/geometry/polar.h"
+#include "libhybrid/geometry/so2.h"
 
 namespace hybrid {
+namespace {
+
+constexpr std::size_t kMostAlike = 10;  // detections, a budget
+
+}  // namespace
 
 std::string misfit(const DetectionFrame& frame, bool is_3d) {
   if (!frame.has_range) return "no range measured";
@@ -61,6 +68,29 @@ ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& fr
       pose, point, Eigen::Matrix<double, 1, 1>(detection.yaw),
       Noise::isotropic(1, std::sqrt(detection.covariance(1, 1) + extra)),
       to_se2(frame.T_robot_sensor));
+}
+
+std::vector<bool> are_crowded(const DetectionFrame& frame) {
+  const std::vector<Detection>& all = frame.detections;
+  std::vector<bool> out(all.size(), false);
+  if (all.size() <= kMostAlike) return out;
+  const int dim = frame.is_3d ? 3 : 2;
+  const auto alike = [&](const Detection& a, const Detection& b) {
+    const Eigen::Array3d e(a.range - b.range, wrap_angle(a.yaw - b.yaw), a.pitch - b.pitch);
+    const Eigen::Array3d variance = (a.covariance + b.covariance).diagonal();
+    return (e.square() / variance).head(dim).sum() < dim;
+  };
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < all.size() && count <= kMostAlike + 1; ++j) {
+      count += alike(all[i], all[j]) ? 1 : 0;  // itself among them
+    }
+    out[i] = count > kMostAlike + 1;
+  }
+  // What is left of a frame that is crowded is the rim of the crowd.
+  const auto crowded = static_cast<std::size_t>(std::count(out.begin(), out.end(), true));
+  if (2 * crowded > all.size()) out.assign(all.size(), true);
+  return out;
 }
 
 MeasuredPoint measured_point(const Detection& d, bool is_3d) {

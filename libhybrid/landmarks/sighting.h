@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "libhybrid/association/prediction.h"
 #include "libhybrid/core/loss.h"
@@ -29,6 +30,10 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
 /// The direction alone, with a standard deviation added to its noise [rad].
 ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& frame,
                                    const Detection& detection, bool is_3d, double extra_sigma = 0);
+
+/// By detection, whether more than 10 others of its frame are as near as two sightings of one thing
+/// would be by their noise, or most of the frame is such: which is which nobody can tell then.
+std::vector<bool> are_crowded(const DetectionFrame& frame);
 
 /// Range and direction of a detection, as a map in space or in the plane takes them.
 MeasuredPoint measured_point(const Detection& detection, bool is_3d);

@@ -13,8 +13,9 @@
 namespace hybrid {
 namespace {
 
-constexpr double kLongestApart = 1;  // s, between two frames of a pair
-constexpr double kNudge = 1e-4;      // rad, rad/s, for derivatives
+constexpr double kLongestApart = 1;             // s, between two frames of a pair
+constexpr double kStretch = 2 * kLongestApart;  // s, beyond which pairs have no frame in common
+constexpr double kNudge = 1e-4;                 // rad, rad/s, for derivatives
 // s, for those by the delay, both ways: odometry is a random walk, whose steps would make up those
 // over a shorter time; both ways they cancel out.
 constexpr double kDelayNudge = 0.25;
@@ -44,10 +45,13 @@ AlignedFrame frame_of(const TimedSightings& sightings) {
 }  // namespace
 
 AlignmentCost::AlignmentCost(const std::vector<OdometryPose>& odometry,
-                             const std::vector<TimedSightings>& sightings)
+                             const std::vector<TimedSightings>& sightings, double longest_delay)
     : odometry_(odometry) {
   for (const TimedSightings& s : sightings) {
-    if (!s.seen.empty()) frames_.push_back(frame_of(s));
+    const bool has_odometry = !odometry.empty() &&
+                              s.time - longest_delay >= odometry.front().time &&
+                              s.time + longest_delay <= odometry.back().time;
+    if (!s.seen.empty() && has_odometry) frames_.push_back(frame_of(s));
   }
   std::size_t first = 0;
   for (std::size_t j = 1; j < frames_.size(); ++j) {
@@ -82,6 +86,25 @@ PartCosts AlignmentCost::costs(const AlignmentChange& change, double scale) cons
   const auto all = distances(change);
   for (std::size_t part = 0; part < kTenths; ++part) {
     for (const double d : all[part]) out[static_cast<Eigen::Index>(part)] += std::log1p(d / scale);
+  }
+  return out;
+}
+
+std::vector<double> AlignmentCost::costs_by_stretch(const AlignmentChange& change,
+                                                    double scale) const {
+  std::vector<double> out;
+  double begin = -std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < pairs_.size(); k += stride_) {
+    const AlignedFrame &a = frames_[pairs_[k].first], &b = frames_[pairs_[k].second];
+    if (b.time - begin > kStretch) {
+      begin = b.time;
+      out.push_back(0);
+    }
+    const SE3 T_b_a = motion_of(a, b, change);
+    for (const AlignedSighting& s : a.seen) {
+      const auto [t, distance] = nearest_to(s, b, T_b_a, change.mirrored);
+      if (t != nullptr) out.back() += std::log1p(distance / scale);
+    }
   }
   return out;
 }

@@ -24,6 +24,7 @@ constexpr int kYaws = 36;                                           // of the wh
 constexpr double kYawStep = M_PI / 90;  // rad, the most in one refinement
 constexpr double kDelayStep = 0.1;      // s, the same
 constexpr int kRefinements = 15;
+constexpr double kFewestStretches = 5;
 constexpr double kLeastDeterminant = 1e-6;  // of correlations, to be told apart
 constexpr double kLeastShift = 0.05;        // m, of motion between frames that tells of mountings
 constexpr double kLeastTurn = 0.02;         // rad, that tells of signs
@@ -133,10 +134,18 @@ Refined refine(const AlignmentCost& cost, double scale, const AlignmentChange& s
   return out;
 }
 
-/// By how many standard deviations the first costs less.
-double sigmas_better(const PartCosts& better, const PartCosts& worse) {
-  const PartCosts d = worse - better;
-  const double variance = kTenths * (d - d.mean()).square().sum() / (kTenths - 1);
+/// By how many standard deviations the first costs less, over stretches of the log. A delay shows
+/// in turns alone: ten parts, some with many and some with none, would not tell how sure it is.
+double sigmas_better(const AlignmentCost& cost, double scale, const AlignmentChange& better,
+                     const AlignmentChange& worse) {
+  const std::vector<double> b = cost.costs_by_stretch(better, scale);
+  const std::vector<double> w = cost.costs_by_stretch(worse, scale);
+  const Eigen::Map<const Eigen::ArrayXd> less(b.data(), static_cast<Eigen::Index>(b.size()));
+  const Eigen::Map<const Eigen::ArrayXd> more(w.data(), static_cast<Eigen::Index>(w.size()));
+  const auto n = static_cast<double>(b.size());
+  if (n < kFewestStretches) return 0;
+  const Eigen::ArrayXd d = more - less;
+  const double variance = n * (d - d.mean()).square().sum() / (n - 1);
   return variance > 0 ? d.sum() / std::sqrt(variance) : 0;
 }
 
@@ -150,12 +159,11 @@ Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& s
   AlignmentChange without_yaw = both.change, without_delay = both.change;
   without_yaw.yaw = 0;
   without_delay.delay = 0;
-  const PartCosts best = cost.costs(both.change, scale);
   const bool yaw = beyond(both.change.yaw, both.yaw_sigma) &&
-                   sigmas_better(best, cost.costs(without_yaw, scale)) > kAlignmentSigmas;
+                   sigmas_better(cost, scale, both.change, without_yaw) > kAlignmentSigmas;
   const bool delay = beyond(both.change.delay, both.delay_sigma) &&
                      std::abs(both.change.delay) < kLongestDelay &&
-                     sigmas_better(best, cost.costs(without_delay, scale)) > kAlignmentSigmas;
+                     sigmas_better(cost, scale, both.change, without_delay) > kAlignmentSigmas;
   if (yaw && delay) return both;
   const bool mirrored = start.mirrored;
   Refined out{{mirrored, 0, 0, both.change.drift}, both.yaw_sigma, both.delay_sigma};
@@ -186,7 +194,7 @@ std::string what_is_unknown(double shift, double turn, const SensorAlignment& al
 SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odometry,
                                           const std::vector<TimedSightings>& sightings) {
   SensorAlignment out;
-  AlignmentCost cost(odometry, sightings);
+  AlignmentCost cost(odometry, sightings, kLongestDelay);
   if (odometry.empty() || cost.pairs() < 5 * kTenths) {
     out.unknown = "sign, mounting and delay: too few frames with detections";
     return out;
@@ -205,7 +213,7 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   const AlignmentChange as_it_is = search_yaw(cost, scale, false);
   const AlignmentChange other = search_yaw(cost, scale, true);
   cost.limit(kFineComparisons);
-  const double sign = sigmas_better(cost.costs(other, scale), cost.costs(as_it_is, scale));
+  const double sign = sigmas_better(cost, scale, other, as_it_is);
   out.mirror_sigmas = std::abs(sign);
   out.mirrored = sign > kAlignmentSigmas;
   cost.limit(kCoarseComparisons);
@@ -217,8 +225,7 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   out.yaw_sigma = found.yaw_sigma;
   out.delay_sigma = found.delay_sigma;
   out.unknown = what_is_unknown(shift, turn, out);
-  const double gain = sigmas_better(cost.costs(found.change, scale),
-                                    cost.costs({false, 0, 0, found.change.drift}, scale));
+  const double gain = sigmas_better(cost, scale, found.change, {false, 0, 0, found.change.drift});
   out.is_significant = (out.mirrored || out.yaw != 0 || out.delay != 0) && gain > kAlignmentSigmas;
   if (!out.is_significant) {
     out.mirrored = false;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/geometry/so2.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
 
 namespace hybrid {
@@ -22,23 +23,27 @@ constexpr double kSeenDoubtful = 0.5, kSeenBad = 0.25;
 constexpr UpperLimits kLostLimits{0.1, 0.2};  // share of landmarks
 constexpr double kByChance = 1e-3;            // that so many looks miss a landmark that is there
 
-/// The directions and ranges that most detections come from.
+/// The directions and ranges that most detections come from, seen from the robot.
 struct View {
-  double farthest = 0, rightmost = 0, leftmost = 0;
+  double farthest = 0, middle = 0, rightmost = 0, leftmost = 0;  // the last two from the middle on
   bool contains(const Eigen::Isometry3d& T_map_robot, const Eigen::Vector3d& point) const {
     const Eigen::Vector3d p = T_map_robot.inverse() * point;
-    const double yaw = std::atan2(p.y(), p.x());
+    const double yaw = wrap_angle(std::atan2(p.y(), p.x()) - middle);
     return p.norm() < farthest && yaw > rightmost && yaw < leftmost;
   }
 };
 
 View view_of(const std::vector<FactOfSighting>& sightings) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const FactOfSighting& s : sightings)
+    sum += Eigen::Vector2d(std::cos(s.yaw), std::sin(s.yaw));
+  const double middle = std::atan2(sum.y(), sum.x());
   std::vector<double> ranges, yaws;
   for (const FactOfSighting& s : sightings) {
     ranges.push_back(s.range);
-    yaws.push_back(s.yaw);
+    yaws.push_back(wrap_angle(s.yaw - middle));
   }
-  return {quantile(ranges, 0.9), quantile(yaws, 0.05), quantile(yaws, 0.95)};
+  return {quantile(ranges, 0.9), middle, quantile(yaws, 0.05), quantile(yaws, 0.95)};
 }
 
 /// Keyframes that had a landmark in view before it was first seen, between its first and its last
@@ -78,13 +83,20 @@ std::optional<double> usual_share(const std::vector<Looks>& looks) {
   return quantile(shares, 0.5);
 }
 
-/// Whether two landmarks at one place were seen together as two things there would be: where one is
-/// seen the other is in view. A thing that was mapped twice is now the one, now the other.
-bool were_seen_together(const std::set<std::size_t>& a, const std::set<std::size_t>& b) {
-  const auto together =
-      std::count_if(a.begin(), a.end(), [&](std::size_t i) { return b.count(i) != 0; });
+/// Whether landmarks at one place were seen together as so many things there would be: where two
+/// are seen each of the others is as often as `usual`. Of a thing that was mapped twice it is now
+/// the one, now the other.
+bool were_seen_together(const std::vector<const std::set<std::size_t>*>& landmarks, double usual) {
+  std::size_t together = 0, fewest = landmarks.front()->size();
+  for (const std::size_t i : *landmarks.front()) {
+    const bool all = std::all_of(landmarks.begin(), landmarks.end(),
+                                 [i](const auto* seen) { return seen->count(i) != 0; });
+    together += all ? 1 : 0;
+  }
+  for (const auto* seen : landmarks) fewest = std::min(fewest, seen->size());
   return static_cast<double>(together) >=
-         kSeenBad * static_cast<double>(std::min(a.size(), b.size()));
+         kSeenBad * std::pow(usual, static_cast<double>(landmarks.size() - 2)) *
+             static_cast<double>(fewest);
 }
 
 /// Area that the landmarks cover [m^2], at least that of one metre.
@@ -97,27 +109,37 @@ double covered_area(const std::vector<LandmarkEstimate>& landmarks) {
   return (high - low).cwiseMax(1.0).prod();
 }
 
-/// Landmarks that have an earlier one of their class so near that chance hardly puts it there, with
-/// which they were hardly seen together.
-std::size_t count_copies(const RunFacts& facts) {
-  const auto& landmarks = facts.run.result.landmarks;
-  const double area = covered_area(landmarks);
-  std::map<std::optional<int>, std::size_t> of_class;
-  for (const LandmarkEstimate& l : landmarks) ++of_class[l.class_index];
+/// Landmarks that have others of their class, seen more often, so near that chance hardly puts them
+/// there, with all of which they were hardly seen together: two things there may be, but then they
+/// are seen two at a time.
+std::size_t count_copies(const RunFacts& facts, double usual) {
+  const double area = covered_area(facts.run.result.landmarks);
+  struct Seen {
+    const LandmarkEstimate* landmark;
+    const std::set<std::size_t>* from;
+  };
+  std::map<std::optional<int>, std::vector<Seen>> of_class;
+  for (const LandmarkEstimate& l : facts.run.result.landmarks) {
+    const auto found = facts.seen_from.find(l.id);
+    if (found != facts.seen_from.end()) of_class[l.class_index].push_back({&l, &found->second});
+  }
   std::size_t copies = 0;
-  for (std::size_t a = 0; a < landmarks.size(); ++a) {
-    const auto seen = facts.seen_from.find(landmarks[a].id);
-    if (seen == facts.seen_from.end()) continue;
-    const double near = std::sqrt(kChance * area /
-                                  (M_PI * static_cast<double>(of_class[landmarks[a].class_index])));
-    for (std::size_t b = 0; b < a; ++b) {
-      if (landmarks[b].class_index != landmarks[a].class_index) continue;
-      if ((landmarks[a].position - landmarks[b].position).norm() >= near) continue;
-      const auto other = facts.seen_from.find(landmarks[b].id);
-      if (other == facts.seen_from.end() || were_seen_together(seen->second, other->second))
-        continue;
-      ++copies;
-      break;
+  for (auto& [class_index, all] : of_class) {
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Seen& a, const Seen& b) { return a.from->size() > b.from->size(); });
+    const double near = std::sqrt(kChance * area / (M_PI * static_cast<double>(all.size())));
+    std::vector<Seen> things;
+    for (const Seen& seen : all) {
+      std::vector<const std::set<std::size_t>*> there = {seen.from};
+      for (const Seen& other : things) {
+        const Eigen::Vector3d apart = seen.landmark->position - other.landmark->position;
+        if (apart.norm() < near) there.push_back(other.from);
+      }
+      if (there.size() > 1 && !were_seen_together(there, usual)) {
+        ++copies;
+      } else {
+        things.push_back(seen);
+      }
     }
   }
   return copies;
@@ -175,11 +197,12 @@ HealthEntry entry_on_lost(const std::vector<Looks>& looks, double usual) {
 void check_landmarks(const RunFacts& facts, Health& health) {
   const auto& landmarks = facts.run.result.landmarks;
   if (landmarks.size() < kFewestLandmarks || facts.sightings.empty()) return;
-  if (facts.run.associates) {
-    health.push_back(entry_on_copies(count_copies(facts), landmarks.size()));
-  }
   const std::vector<Looks> looks = looks_at(facts, view_of(facts.sightings));
   const std::optional<double> usual = usual_share(looks);
+  if (facts.run.associates) {
+    const std::size_t copies = count_copies(facts, usual.value_or(kSeenDoubtful));
+    health.push_back(entry_on_copies(copies, landmarks.size()));
+  }
   if (!usual) return;
   health.push_back(entry_on_looks(*usual));
   health.push_back(entry_on_lost(looks, *usual));

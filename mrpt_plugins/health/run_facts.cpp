@@ -4,23 +4,36 @@
 #include "mrpt_plugins/health/detail/run_facts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
+#include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
 namespace {
 
-template <class Factor>
+template <class Pose>
+Pose sensor_of(const BearingRange<Pose>& seen, const Values&) {
+  return seen.T_robot_sensor();
+}
+template <class Pose>
+Pose sensor_of(const CalibratedBearingRange<Pose>& seen, const Values& values) {
+  return values.at<Pose>(seen.keys()[2]);
+}
+
+template <class Pose, template <class> class Factor>
 bool add_sighting_of(const ContinuousFactor& factor, RunFacts& facts) {
-  const auto* seen = dynamic_cast<const Factor*>(&factor);
+  const auto* seen = dynamic_cast<const Factor<Pose>*>(&factor);
   if (seen == nullptr) return false;
-  const auto& z = seen->measured();
+  const typename Pose::Point p =
+      sensor_of(*seen, facts.run.estimate.values) * from_polar(seen->measured());
   const FactOfSighting fact{factor.keys()[0].index(),
-                            static_cast<std::int64_t>(factor.keys()[1].index()), z[0], z[1]};
+                            static_cast<std::int64_t>(factor.keys()[1].index()), p.norm(),
+                            std::atan2(p[1], p[0])};
   facts.sightings.push_back(fact);
   facts.seen_from[fact.landmark].insert(fact.pose);
   return true;
@@ -49,10 +62,10 @@ void add_motion(const ContinuousFactor& factor, RunFacts& facts) {
 
 void add_fact(const ContinuousFactor& factor, RunFacts& facts) {
   facts.factors.push_back(&factor);
-  if (add_sighting_of<BearingRange<SE2>>(factor, facts) ||
-      add_sighting_of<BearingRange<SE3>>(factor, facts) ||
-      add_sighting_of<CalibratedBearingRange<SE2>>(factor, facts) ||
-      add_sighting_of<CalibratedBearingRange<SE3>>(factor, facts)) {
+  if (add_sighting_of<SE2, BearingRange>(factor, facts) ||
+      add_sighting_of<SE3, BearingRange>(factor, facts) ||
+      add_sighting_of<SE2, CalibratedBearingRange>(factor, facts) ||
+      add_sighting_of<SE3, CalibratedBearingRange>(factor, facts)) {
     return;
   }
   add_motion(factor, facts);

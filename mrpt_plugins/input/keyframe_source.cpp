@@ -77,6 +77,18 @@ IdSource parse_ids(const std::string& text) {
   return text == "truth" ? IdSource::kTruth : IdSource::kLog;
 }
 
+/// Leaves out what a delayed sensor saw before the odometry begins, or after it ends.
+void drop_if_unplaced(const LogCorrection& correction, DetectionFrame& frame, DropReport& dropped) {
+  const auto found = correction.sensors.find(frame.sensor_label);
+  if (found == correction.sensors.end() || found->second.delay == 0) return;
+  if (!correction.path || correction.path->empty()) return;
+  const double time = frame.time - found->second.delay;
+  if (time >= correction.path->front().time && time <= correction.path->back().time) return;
+  if (frame.detections.empty()) return;
+  dropped["detection dropped: no odometry of its time, clock corrected"] += frame.detections.size();
+  frame.detections.clear();
+}
+
 }  // namespace
 
 void LogCorrection::correct(double time, DetectionFrame& frame) const {
@@ -321,6 +333,7 @@ std::optional<Keyframe> KeyframeSource::read() {
       auto frame = detections_in(*observation, options_.detections, dropped_);
       if (!frame) continue;
       if (frame->time == 0) frame->time = step->time;
+      drop_if_unplaced(options_.correction, *frame, dropped_);
       options_.correction.correct(frame->time, *frame);
       if (options_.correction.hides_ids) hide_ids(options_.detections.robots, *frame);
       auto robots = take_robots(*frame, options_.detections.robots);

@@ -258,10 +258,21 @@ bool may_measure(const ReplayRequest& request, const ReplaySettings& settings) {
       });
 }
 
-/// Whether nothing measured is used in place of what the logs state.
-bool takes_at_word(const ReplaySettings& settings) {
-  return std::all_of(settings.robots.begin(), settings.robots.end(),
-                     [](const RobotSettings& robot) { return robot.source.correction.is_none(); });
+/// Whether nothing but noise is corrected.
+bool is_of_noise(const LogCorrection& correction) {
+  return !correction.hides_ids &&
+         std::all_of(correction.sensors.begin(), correction.sensors.end(), [](const auto& sensor) {
+           const SensorCorrection& s = sensor.second;
+           return !s.mirrored && s.yaw == 0 && s.delay == 0;
+         });
+}
+
+/// Whether nothing measured is used in place of what the logs state; or nothing but noise.
+bool takes_at_word(const ReplaySettings& settings, bool but_for_noise) {
+  return std::all_of(settings.robots.begin(), settings.robots.end(), [&](const auto& robot) {
+    const LogCorrection& correction = robot.source.correction;
+    return but_for_noise ? is_of_noise(correction) : correction.is_none();
+  });
 }
 
 }  // namespace
@@ -271,7 +282,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
-  if (conditions.corrected && takes_at_word(settings)) return {{}, false};
+  if (conditions.corrected && takes_at_word(settings, conditions.aligned)) return {{}, false};
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
   Film film(request.video, out);

@@ -130,12 +130,13 @@ double badness(const Health& health, const std::string& name) {
 }  // namespace
 
 bool is_better(const Health& a, const Health& b) {
-  const auto bad = [](const HealthEntry& entry) { return badness(entry) > 0; };
+  const HealthVerdict level = worst(b);
+  const auto is_of_level = [level](const HealthEntry& entry) { return entry.verdict == level; };
   const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
-    return badness(entry) > kAlike * badness(b, entry.name);
+    return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
   });
-  return !is_worse &&
-         std::count_if(a.begin(), a.end(), bad) < std::count_if(b.begin(), b.end(), bad);
+  return !is_worse && std::count_if(a.begin(), a.end(), is_of_level) <
+                          std::count_if(b.begin(), b.end(), is_of_level);
 }
 
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "libhybrid/core/error.h"
@@ -16,6 +17,8 @@
 namespace hybrid {
 namespace {
 
+constexpr const char* kCalibration = "calibration.odometry";
+constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
 constexpr int kMostMeasurements = 3;  // of the noise, each with a map
 
 /// The number that section.key of a configuration is; 1 where it has none.
@@ -28,35 +31,60 @@ double setting(const IniFile::Settings& configuration, const std::string& name) 
   return 1;
 }
 
-/// Multiplies the factors of noise by what a bad map says of them; returns whether any changed.
-bool scale_noise(const Health& health, const IniFile::Settings& configuration,
-                 std::map<std::string, double>& factors) {
+/// Settings that a map is made again with.
+struct Remedies {
+  std::set<std::string> tried;            ///< keys that are "yes"
+  std::map<std::string, double> factors;  ///< of noise, by key
+};
+
+/// Whether odometry is less sure than stated, which an error of its scale and a drift make.
+bool may_be_calibrated(const HealthEntry& entry) {
+  return entry.scale == kOdometryNoise && entry.value > 1;
+}
+
+/// Adds what a bad map says of its own settings: what may mend them, or else factors of noise.
+/// Returns whether anything changed.
+bool add_remedies(const Health& health, const IniFile::Settings& configuration, Remedies& out) {
   bool changed = false;
   for (const HealthEntry& entry : health) {
-    if (entry.verdict != HealthVerdict::kBad || entry.scale.empty()) continue;
-    factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
-        entry.value;
-    changed = true;
+    if (entry.verdict != HealthVerdict::kBad) continue;
+    if (may_be_calibrated(entry) && out.tried.insert(kCalibration).second) {
+      changed = true;
+    } else if (!entry.scale.empty()) {
+      out.factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
+          entry.value;
+      changed = true;
+    }
   }
   return changed;
 }
 
+ReplayRequest request_with(const ReplayRequest& request, const Remedies& remedies) {
+  ReplayRequest out = request;
+  out.settings.emplace_back("sensor.noise=measured");
+  for (const std::string& key : remedies.tried) out.settings.push_back(key + "=yes");
+  for (const auto& [key, factor] : remedies.factors) {
+    out.settings.push_back(fmt::format("{}={}", key, factor));
+  }
+  return out;
+}
+
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes an
-/// outcome that is better.
+/// outcome that is better. A map in doubt is made again where sign, clock or mounting of a sensor,
+/// or what ids are, is not as stated.
 void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
                      std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   Health health = outcome.summary.health;
   const IniFile::Settings configuration = outcome.summary.provenance.configuration;
-  std::map<std::string, double> factors;
+  const bool in_doubt = worst(health) == HealthVerdict::kDoubtful;
+  Remedies remedies;
   for (int round = 0; round < kMostMeasurements; ++round) {
-    const bool scaled = scale_noise(health, configuration, factors);
-    if (worst(health) != HealthVerdict::kBad || (round > 0 && !scaled)) return;
-    ReplayRequest measured = request;
-    measured.settings.emplace_back("sensor.noise=measured");
-    for (const auto& [key, factor] : factors) {
-      measured.settings.push_back(fmt::format("{}={}", key, factor));
-    }
-    Attempt next = attempt(measured, watchers, start, {&outcome.summary.health, !scaled});
+    const bool changed = add_remedies(health, configuration, remedies);
+    const bool again =
+        worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
+    if (!again) return;
+    Attempt next = attempt(request_with(request, remedies), watchers, start,
+                           {&outcome.summary.health, !changed, in_doubt});
     health = next.outcome.summary.health;
     if (next.is_written) {
       outcome = std::move(next.outcome);

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <cmath>
+#include <sstream>
+#include <utility>
+
 #include "tests/apps/replay_runner.h"
 #include "tests/support/data_path.h"
 
@@ -41,6 +45,82 @@ TEST_F(ImportAppTest, ConvertsTablesThatReplayMaps) {
   EXPECT_NE(ran.text.find("detection dropped: range not positive: 1"), std::string::npos);
   const auto summary = summary_of("-c " + config("csv_demo.ini") + " --rawlog " + at("in.rawlog"));
   EXPECT_EQ(summary["landmarks"], 2);
+}
+
+/// A robot that moves by so much in each of 0.2 s, or not, and sees things; all without noise but
+/// for a little of the range.
+struct PoorLog {
+  int frames = 60;
+  double ahead = 0.1, turn = 0.02;
+  int side = 4;            ///< things in a square of side x side
+  double spacing = 2;      ///< m
+  std::string sigma = "";  ///< of ranges and yaws that the table states
+};
+
+std::pair<std::string, std::string> tables_of(const PoorLog& log) {
+  std::ostringstream odometry, detections;
+  odometry << "time,x,y,yaw\n";
+  detections << "time,range,yaw" << (log.sigma.empty() ? "" : ",sigma_range,sigma_yaw") << "\n";
+  double x = 0, y = 0, yaw = 0;
+  for (int i = 0; i <= log.frames; ++i) {
+    odometry << 0.2 * i << ',' << x << ',' << y << ',' << yaw << '\n';
+    for (int k = 0; k < log.side * log.side && i < log.frames; ++k) {
+      const double dx = 3 + log.spacing * (k % log.side) - x;
+      const double dy = 0.5 * log.spacing * (1 - log.side) + log.spacing * (k / log.side) - y;
+      const double range = std::hypot(dx, dy) + 0.03 * std::sin(7.0 * k + 3.0 * i);
+      const double seen = std::remainder(std::atan2(dy, dx) - yaw, 2 * M_PI);
+      if (range > 10 || std::abs(seen) > 1.5) continue;
+      detections << 0.2 * i << ',' << range << ',' << seen;
+      if (!log.sigma.empty()) detections << ',' << log.sigma << ',' << log.sigma;
+      detections << '\n';
+    }
+    x += log.ahead * std::cos(yaw);
+    y += log.ahead * std::sin(yaw);
+    yaw += log.turn;
+  }
+  return {odometry.str(), detections.str()};
+}
+
+TEST_F(ImportAppTest, LogsThatTellNextToNothingAreMeasuredAsFarAsTheyTell) {
+  const auto mapped = [&](const PoorLog& log, const std::string& expected) {
+    const auto [odometry, detections] = tables_of(log);
+    write("odometry.csv", odometry);
+    write("detections.csv", detections);
+    const Ran ran = run_import("csv --odometry " + at("odometry.csv") + " --detections " +
+                               at("detections.csv"));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    EXPECT_NE(ran.text.find(expected), std::string::npos) << ran.text;
+    const std::string replay =
+        "hybrid-replay " + at("in.rawlog") + " --no-pictures -o " + at("out");
+    for (const char* noise : {"auto", "measured"}) {
+      const Ran made = run_app(replay + " --set sensor.noise=" + noise);
+      EXPECT_EQ(made.code & ~2, 0) << made.text;  // ok or empty
+    }
+    return nlohmann::json::parse(read("out/summary.json"));
+  };
+  PoorLog log;
+  log.frames = 1;
+  EXPECT_EQ(mapped(log, "not measured, too few frames with detections").at("status"), "empty");
+  log = {};
+  log.ahead = log.turn = 0;
+  EXPECT_NE(mapped(log, "noise of range").at("alignment")[0].value("unknown", ""), "");
+  log = {};
+  log.turn = 0;
+  EXPECT_NE(mapped(log, "noise of range").at("alignment")[0].value("unknown", ""), "");
+  log = {};
+  log.side = 1;
+  EXPECT_EQ(mapped(log, "noise").at("landmarks"), 1);
+  log = {};
+  log.sigma = "0";
+  EXPECT_EQ(mapped(log, "noise of range").at("landmarks"), 16);
+  log = {};
+  log.frames = 12;
+  log.side = 32;
+  log.spacing = 1.0 / 32;
+  const nlohmann::json dense = mapped(log, "noise: not measured");
+  EXPECT_GT(dense.at("dropped").value(
+                "detection dropped: too many others within its noise to be told apart", 0),
+            10000);
 }
 
 TEST_F(ImportAppTest, ExplainsItselfAndFailsClearly) {

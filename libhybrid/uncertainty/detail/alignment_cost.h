@@ -51,8 +51,9 @@ struct AlignmentSystem {
 /// How well pairs of frames agree.
 class AlignmentCost {
  public:
+  /// Of sightings for which there is odometry whatever the delay, of up to `longest_delay` [s].
   AlignmentCost(const std::vector<OdometryPose>& odometry,
-                const std::vector<TimedSightings>& sightings);
+                const std::vector<TimedSightings>& sightings, double longest_delay);
 
   std::size_t pairs() const { return pairs_.size(); }
 
@@ -66,6 +67,9 @@ class AlignmentCost {
   std::array<std::vector<double>, kTenths> distances(const AlignmentChange& change) const;
 
   PartCosts costs(const AlignmentChange& change, double scale) const;
+
+  /// The costs by stretch of the log, each so long that what is odd in one frame is in no other.
+  std::vector<double> costs_by_stretch(const AlignmentChange& change, double scale) const;
 
   /// The normal equations by part of the log, with matches as they are and weights by the
   /// distances.

@@ -21,7 +21,7 @@ namespace hybrid {
 struct FactOfSighting {
   std::size_t pose = 0;
   std::int64_t landmark = 0;
-  double range = 0, yaw = 0;  ///< measured [m], [rad]
+  double range = 0, yaw = 0;  ///< of what was measured, seen from the robot [m], [rad]
 };
 
 /// A measured motion from a pose to the next one of the robot; covariance of its tangent

@@ -27,7 +27,8 @@ struct Attempt {
 /// When a map of the logs is not the one to write.
 struct Conditions {
   const Health* other = nullptr;  ///< of a map that this one has to be better than
-  bool corrected = false;         ///< it is made only if something of the logs is corrected
+  bool corrected = false;         ///< it is made only if something of the logs is corrected,
+  bool aligned = false;           ///< which is more than noise
 };
 
 /// Maps the logs, and writes the result where the conditions hold.

@@ -15,7 +15,8 @@ namespace hybrid {
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
                  const MapResult& result);
 
-/// Whether a map says less against itself than another, and nothing worse.
+/// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
+/// where none of the other's is bad, fewer are in doubt.
 bool is_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

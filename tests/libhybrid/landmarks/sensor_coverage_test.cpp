@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/geometry/so2.h"
 #include "libhybrid/landmarks/landmark_mapper.h"
 
 namespace hybrid {
@@ -42,6 +43,24 @@ TEST(SensorCoverage, ASensorThatSaysNothingReachesAsFarAsItHasSeen) {
   }
   EXPECT_EQ(coverage.max_range, 12);
   EXPECT_DOUBLE_EQ(coverage.fov_yaw, 1.2);
+}
+
+TEST(SensorCoverage, ASensorThatLooksAsideSeesWhatIsThere) {
+  SensorCoverage coverage;
+  for (int i = 0; i < 100; ++i) {
+    DetectionFrame unknown = frame(0, 0);
+    Detection d;
+    d.range = 10;
+    d.yaw = wrap_angle(M_PI - 0.5 + 0.01 * (i * 37 % 101));  // behind it
+    unknown.detections = {d};
+    coverage.learn(unknown);
+  }
+  EXPECT_NEAR(coverage.fov_yaw, 1, 0.02);
+  EXPECT_NEAR(std::abs(coverage.center_yaw), M_PI, 0.02);
+  EXPECT_TRUE(coverage.well_in_view(Eigen::Isometry3d::Identity(), {-5, 1, 0}));
+  EXPECT_TRUE(coverage.well_in_view(Eigen::Isometry3d::Identity(), {-5, -1, 0}));
+  EXPECT_FALSE(coverage.well_in_view(Eigen::Isometry3d::Identity(), {5, 0, 0}));
+  EXPECT_FALSE(coverage.well_in_view(Eigen::Isometry3d::Identity(), {0, 5, 0}));
 }
 
 TEST(SensorCoverage, AreaGrowsWithTheSquareOfTheRangeAndVolumeWithTheCube) {

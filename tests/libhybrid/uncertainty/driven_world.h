@@ -18,9 +18,10 @@ struct DrivenWorld {
   double odometry_angle = 0.004, stated_odometry_angle = 0.004;  ///< rad per sqrt(step)
   double lasting = 0;                                            ///< m, of ranges, alike for 3 s
   double mirrored = 1, yaw = 0, delay = 0;
-  double clutter = 0.1;  ///< per frame
-  double turning = 1;    ///< 0: straight on
-  double speed = 1;      ///< m/s
+  double clutter = 0.1;       ///< per frame
+  double turning = 1;         ///< 0: straight on
+  bool bends_rarely = false;  ///< turns alike but for 5 s in 30
+  double speed = 1;           ///< m/s
   int things = 60;
   double half = 20;  ///< side of the square of things, halved [m]
   int frames = 600;
@@ -58,7 +59,8 @@ inline DrivenLog drive(const DrivenWorld& world) {
     log.odometry.push_back({kStep * i, odometry});
     SE3::Tangent v = SE3::Tangent::Zero();
     v[0] = world.speed * kStep;
-    v[5] = world.turning * kStep * (0.12 + 0.5 * std::sin(0.9 * kStep * i));
+    const bool bends = !world.bends_rarely || i % 600 < 100;
+    v[5] = world.turning * kStep * (0.12 + (bends ? 0.5 * std::sin(0.9 * kStep * i) : 0));
     pose = pose * SE3::exp(v);
     v[5] += 0.5 * world.odometry_angle * normal(random);
     v[0] += 0.002 * normal(random);

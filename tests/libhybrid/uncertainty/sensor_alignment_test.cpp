@@ -57,6 +57,18 @@ TEST(SensorAlignment, ADelayedClock) {
   }
 }
 
+TEST(SensorAlignment, ADelayOfARobotThatTurnsAlikeForMostOfTheTime) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    DrivenWorld world;
+    world.seed = seed;
+    world.bends_rarely = true;
+    world.delay = 0.5;
+    const SensorAlignment found = align(world);
+    EXPECT_TRUE(found.is_significant) << seed;
+    EXPECT_NEAR(found.delay, 0.5, 0.1);
+  }
+}
+
 TEST(SensorAlignment, WhatARobotDoesNotDoItCannotTell) {
   DrivenWorld world;
   world.speed = world.turning = world.odometry_angle = 0;

@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/geometry/so2.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "tests/support/random.h"
 
@@ -28,6 +30,8 @@ struct Stated {
   bool copies = false;         ///< a second landmark for every second thing
   int late = 0;                ///< keyframes by which the motion lags
   int seen = 1;                ///< one of so many looks sees
+  double turned = 0;           ///< yaw of the sensor on the robot, and back in its bearings [rad]
+  double aside = 0;            ///< yaw that the sensor looks to [rad]
 };
 
 Key pose_key(int i) {
@@ -100,12 +104,13 @@ class Walk {
       const int id = stated_.copies && k % 2 == 0 && i % 2 == 0 ? 100 + k : k;
       const Eigen::Vector2d p = T.inverse() * estimate_.values.at<Eigen::Vector2d>(point_key(id));
       const double yaw = std::atan2(p.y(), p.x());
-      if (p.norm() > 10 || std::abs(yaw) > 1) continue;
+      if (p.norm() > 10 || std::abs(wrap_angle(yaw - stated_.aside)) > 1) continue;
       if (random_.below(stated_.seen) != 0) continue;
       graph_.emplace<BearingRange<SE2>>(
           pose_key(i), point_key(id),
-          Eigen::Vector2d(p.norm() + random_.normal(kRangeSigma), yaw + random_.normal(kYawSigma)),
-          noise);
+          Eigen::Vector2d(p.norm() + random_.normal(kRangeSigma),
+                          wrap_angle(yaw - stated_.turned + random_.normal(kYawSigma))),
+          noise, SE2(0, 0, stated_.turned));
     }
   }
 
@@ -180,6 +185,17 @@ TEST(RunHealth, LandmarksThatAreHardlySeenWhenInView) {
   Stated s;
   s.seen = 8;
   EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kBad);
+}
+
+TEST(RunHealth, ASensorThatIsTurnedOrLooksBackSeesWhatItHasInView) {
+  for (const auto& [turned, aside] :
+       {std::pair(M_PI / 2, 0.0), std::pair(0.0, M_PI), std::pair(-2.0, 1.0)}) {
+    Stated s;
+    s.turned = turned;
+    s.aside = aside;
+    EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kGood)
+        << turned << " " << aside;
+  }
 }
 
 TEST(RunHealth, AClockThatIsLate) {
