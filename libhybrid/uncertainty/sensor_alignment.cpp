@@ -149,16 +149,32 @@ double sigmas_better(const AlignmentCost& cost, double scale, const AlignmentCha
   return variance > 0 ? d.sum() / std::sqrt(variance) : 0;
 }
 
+/// The median time between poses [s].
+double interval_of(const std::vector<OdometryPose>& odometry) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    intervals.push_back(odometry[i].time - odometry[i - 1].time);
+  }
+  return median(std::move(intervals));
+}
+
+/// The delay next to none that falls between poses of the odometry as another does. Motion between
+/// poses averages their noise, so that others seem to agree better or worse whatever the clock.
+double none_like(double delay, double interval) {
+  return interval > 0 ? delay - interval * std::round(delay / interval) : 0;
+}
+
 bool beyond(double value, double sigma) {
   return std::abs(value) > kAlignmentSigmas * sigma;
 }
 
 /// Yaw and delay for one sign, of which those that are not significant are none.
-Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& start) {
+Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& start,
+               double interval) {
   const Refined both = refine(cost, scale, start, true, true);
   AlignmentChange without_yaw = both.change, without_delay = both.change;
   without_yaw.yaw = 0;
-  without_delay.delay = 0;
+  without_delay.delay = none_like(both.change.delay, interval);
   const bool yaw = beyond(both.change.yaw, both.yaw_sigma) &&
                    sigmas_better(cost, scale, both.change, without_yaw) > kAlignmentSigmas;
   const bool delay = beyond(both.change.delay, both.delay_sigma) &&
@@ -219,13 +235,16 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   cost.limit(kCoarseComparisons);
   const AlignmentChange start = search_delay(cost, scale, out.mirrored ? other : as_it_is);
   cost.limit(kFineComparisons);
-  const Refined found = settle(cost, scale, start);
+  const double interval = interval_of(odometry);
+  const Refined found = settle(cost, scale, start, interval);
   out.yaw = found.change.yaw;
   out.delay = found.change.delay;
   out.yaw_sigma = found.yaw_sigma;
   out.delay_sigma = found.delay_sigma;
   out.unknown = what_is_unknown(shift, turn, out);
-  const double gain = sigmas_better(cost, scale, found.change, {false, 0, 0, found.change.drift});
+  const double gain =
+      sigmas_better(cost, scale, found.change,
+                    {false, 0, none_like(found.change.delay, interval), found.change.drift});
   out.is_significant = (out.mirrored || out.yaw != 0 || out.delay != 0) && gain > kAlignmentSigmas;
   if (!out.is_significant) {
     out.mirrored = false;

@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "libhybrid/core/error.h"
@@ -17,9 +16,8 @@
 namespace hybrid {
 namespace {
 
-constexpr const char* kCalibration = "calibration.odometry";
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
-constexpr int kMostMeasurements = 3;  // of the noise, each with a map
+constexpr int kMostMeasurements = 4;  // of the noise, each with a map
 
 /// The number that section.key of a configuration is; 1 where it has none.
 double setting(const IniFile::Settings& configuration, const std::string& name) {
@@ -33,7 +31,8 @@ double setting(const IniFile::Settings& configuration, const std::string& name) 
 
 /// Settings that a map is made again with.
 struct Remedies {
-  std::set<std::string> tried;            ///< keys that are "yes"
+  bool calibrates = false;  ///< scale and drift of the odometry are estimated
+  bool calibration_was_tried = false;
   std::map<std::string, double> factors;  ///< of noise, by key
 };
 
@@ -48,8 +47,8 @@ bool add_remedies(const Health& health, const IniFile::Settings& configuration, 
   bool changed = false;
   for (const HealthEntry& entry : health) {
     if (entry.verdict != HealthVerdict::kBad) continue;
-    if (may_be_calibrated(entry) && out.tried.insert(kCalibration).second) {
-      changed = true;
+    if (may_be_calibrated(entry) && !out.calibration_was_tried) {
+      out.calibrates = out.calibration_was_tried = changed = true;
     } else if (!entry.scale.empty()) {
       out.factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
           entry.value;
@@ -62,7 +61,7 @@ bool add_remedies(const Health& health, const IniFile::Settings& configuration, 
 ReplayRequest request_with(const ReplayRequest& request, const Remedies& remedies) {
   ReplayRequest out = request;
   out.settings.emplace_back("sensor.noise=measured");
-  for (const std::string& key : remedies.tried) out.settings.push_back(key + "=yes");
+  if (remedies.calibrates) out.settings.emplace_back("calibration.odometry=yes");
   for (const auto& [key, factor] : remedies.factors) {
     out.settings.push_back(fmt::format("{}={}", key, factor));
   }
@@ -79,19 +78,27 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
   const bool in_doubt = worst(health) == HealthVerdict::kDoubtful;
   Remedies remedies;
   for (int round = 0; round < kMostMeasurements; ++round) {
+    const auto factors = remedies.factors;
     const bool changed = add_remedies(health, configuration, remedies);
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
     Attempt next = attempt(request_with(request, remedies), watchers, start,
                            {&outcome.summary.health, !changed, in_doubt});
-    health = next.outcome.summary.health;
-    if (next.is_written) {
-      outcome = std::move(next.outcome);
-    } else if (next.outcome.signal != 0) {
+    if (!next.is_written && next.outcome.signal != 0) {
       outcome.signal = next.outcome.signal;
       return;
     }
+    const Health& made = next.outcome.summary.health;
+    const bool calibrated_in_vain =
+        remedies.calibrates && (!next.is_written || worst(made) == HealthVerdict::kBad);
+    if (calibrated_in_vain) {  // what the map before says holds still
+      remedies.calibrates = false;
+      remedies.factors = factors;
+    } else {
+      health = made;
+    }
+    if (next.is_written) outcome = std::move(next.outcome);
   }
 }
 
