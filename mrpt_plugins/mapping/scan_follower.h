@@ -5,10 +5,10 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "libhybrid/scans/scan_motion.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace HYBRID_API hybrid {
@@ -21,19 +21,6 @@ struct ScanMotion {
   /// Covariance of the odometry to the keyframe, measured by such matches: tangent (x, y [m],
   /// angle [rad]) of a right perturbation.
   std::optional<Eigen::Matrix3d> odometry;
-};
-
-/// A closure between keyframes that may be false, and the decision on it.
-struct ScanClosureEstimate {
-  std::size_t from = 0, to = 0;     ///< keyframes, places in MapResult::trajectory
-  std::string decision;             ///< "accepted", "rejected" or "undecided"
-  double inlier_probability = 0.0;  ///< that it is right
-  double residual = 0.0;            ///< at the estimate, in standard deviations
-  double redundancy = 1.0;          ///< how far other measurements check it, 0 to 1
-  bool checkable = true;            ///< whether they do
-  double margin = 0.0;              ///< logarithm of the evidence, less the threshold of admission
-  double inliers = 0.0;             ///< share of the points that lie on surfaces
-  int modes = 1;                    ///< poses that the same search found
 };
 
 /// What a mapping plugin is besides that follows robots by their scans.

@@ -29,6 +29,8 @@ constexpr double kSamePlace = 1e-9;
 /// After so many matches of keyframes, the noise of odometry counts as measured also where a
 /// keyframe matches nothing.
 constexpr std::size_t kMeasured = 10;
+/// A scan of fewer returns tells nothing.
+constexpr std::size_t kFewReturns = 10;
 
 bool are_together(const LaserScan& a, const LaserScan& b) {
   return std::abs(a.time - b.time) < kSameTime &&
@@ -103,6 +105,8 @@ TrackedScan LaserScans::track(Robot& robot, const Frame& frame, std::optional<SE
     }
     const SE2 place = in_plane(scans[i].T_keyframe_robot);
     const bool is_last = end == scans.size();
+    ++robot.scans;
+    if (points.size() < kFewReturns) ++robot.blind;
     // The keyframe sees the points of its last scan from where it is itself.
     if (is_last) points = transformed(place, points);
     std::optional<SE2> motion;
@@ -243,6 +247,7 @@ std::vector<ScanClosureEstimate> LaserScans::scan_closures() const {
 
 std::map<std::string, double> LaserScans::statistics() const {
   double maps = 0, closures = 0, accepted = 0, lost = 0, translation = 0, rotation = 0;
+  double scans = 0, blind = 0;
   for (const auto& [number, robot] : robots_) {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
@@ -251,12 +256,16 @@ std::map<std::string, double> LaserScans::statistics() const {
     maps += double(tracker.local_maps().size());
     closures += double(robot.mapper.closures().size());
     lost += double(tracker.lost());
+    scans += double(robot.scans);
+    blind += double(robot.blind);
     translation = std::max(translation, tracker.odometry_noise().translation_scale());
     rotation = std::max(rotation, tracker.odometry_noise().rotation_scale());
   }
   return {{"local_maps", maps},
           {"scan_closures", closures},
           {"scan_closures_accepted", accepted},
+          {"scans", scans},
+          {"scans_blind", blind},
           {"scans_lost", lost},
           {"odometry_translation_scale", translation},
           {"odometry_rotation_scale", rotation}};

@@ -43,6 +43,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
     std::vector<Key> keys;                        // of the keyframes of the mapper
     std::vector<std::optional<Handle>> closures;  // in the map, by closure of the mapper
     std::size_t matches = 0;                      // of keyframes
+    std::size_t scans = 0, blind = 0;             // tracked, and of these with few returns
     bool is_next = false;        // the frame before had scans, and odometry from there is known
     bool lost_odometry = false;  // since the last frame with scans
   };

@@ -327,7 +327,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
     write_error_plots(out, parts, truths);
   }
   warn(summary, write_extras(request, out, result, truth, mapper, movie, film));
-  report.write(result, parts, truths, summary_json(summary));
+  report.write(result, parts, truths, scans.drawn(), summary_json(summary));
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
   signal != 0 ? show() : place.finish(mapper, result, show);

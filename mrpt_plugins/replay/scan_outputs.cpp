@@ -73,6 +73,13 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
 }
 
 void ScanOutputs::finish(MapResult& result) {
+  for (const auto& plugin : plugins_) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    if (follower == nullptr) continue;
+    for (ScanClosureEstimate& closure : follower->scan_closures()) {
+      result.scan_closures.push_back(std::move(closure));
+    }
+  }
   if (!archive_) return;
   drawn_ = drawn_keyframes(*archive_, result.trajectory);
   GridMap grid = draw_grid(drawn_, result.trajectory);
@@ -82,14 +89,7 @@ void ScanOutputs::finish(MapResult& result) {
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
-  std::vector<ScanClosureEstimate> closures;
-  for (const auto& plugin : plugins_) {
-    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
-    if (follower == nullptr) continue;
-    const std::vector<ScanClosureEstimate> more = follower->scan_closures();
-    closures.insert(closures.end(), more.begin(), more.end());
-  }
-  if (!closures.empty()) out.write("loops.csv", closures_csv(closures));
+  if (!result.scan_closures.empty()) out.write("loops.csv", closures_csv(result.scan_closures));
   if (!result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));
   out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));

@@ -26,8 +26,12 @@ class ScanOutputs {
   /// them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
-  /// Draws the grid of the whole result. Call it once, before the following.
+  /// Adds the closures by scans to the result, and draws the grid of all of it. Call it once,
+  /// before the following.
   void finish(MapResult& result);
+
+  /// The scans that the grid is drawn of.
+  const std::vector<KeyframeScans>& drawn() const { return drawn_; }
 
   /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
   /// scans made closures. Returns warnings.
