@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "libhybrid/scans/scan_motion.h"
+#include "libhybrid/scans/scan_mapper.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
@@ -33,7 +33,14 @@ class ScanFollower {
   virtual void expect(std::size_t robot, bool has_odometry) = 0;
   /// What the scans of the frame that was observed last tell of the motion to it.
   virtual std::optional<ScanMotion> scan_motion() const = 0;
-  /// Closures so far, with the present decisions.
+  /// Before the first frame of a robot: scans of earlier drives, and where it starts among them.
+  virtual void adopt_scans(std::size_t robot, const std::vector<StoredScans>& stored,
+                           const UncertainMotion& start) = 0;
+  /// The map by the scans of a robot alone, in a frame of its own; null before its first frame.
+  virtual const ScanMapper* scan_mapper(std::size_t robot) const = 0;
+  /// What the scans of all robots saw, by local maps; anchors are places in MapResult::trajectory.
+  virtual std::vector<LocalScans> local_scans() const = 0;
+  /// Closures so far between keyframes of the map, with the present decisions.
   virtual std::vector<ScanClosureEstimate> scan_closures() const = 0;
 };
 
