@@ -30,7 +30,12 @@ MapRecord whole_map(const std::string& file) {
           fmt::format("{}: session {} was interrupted; resume or prune it first", file, s.id));
     }
   }
-  if (map.landmarks.empty()) throw Error(file + ": holds no landmark");
+  if (map.landmarks.empty()) {
+    const char* const scans =
+        ": holds laser scans alone, and maps are joined by their landmarks; extend one by the log "
+        "of the other";
+    throw Error(file + (map.local_maps.empty() ? ": holds no landmark" : scans));
+  }
   return map;
 }
 
@@ -132,6 +137,10 @@ int prune(const Options& options) {
       map.sessions.erase(it);
     } else {
       it->keyframes.clear();
+      auto& local = map.local_maps;
+      local.erase(std::remove_if(local.begin(), local.end(),
+                                 [id](const MapLocalMap& m) { return m.session == id; }),
+                  local.end());
     }
   }
   for (const std::string& robot : options.robots) remove_keyframes(name, robot, map);

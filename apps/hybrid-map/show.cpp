@@ -29,10 +29,13 @@ std::size_t existing(const MapRecord& map) {
 
 Json describe(const MapRecord& map) {
   const std::vector<MapWay> ways = ways_of(map);
-  Json out = {
-      {"dimension", map.dim()},           {"classes", map.class_names},
-      {"landmarks", existing(map)},       {"vanished", map.landmarks.size() - existing(map)},
-      {"prior_loss_nat", map.prior.loss}, {"sessions", Json::array()}};
+  Json out = {{"dimension", map.dim()},
+              {"classes", map.class_names},
+              {"landmarks", existing(map)},
+              {"vanished", map.landmarks.size() - existing(map)},
+              {"local_maps", map.local_maps.size()},
+              {"prior_loss_nat", map.prior.loss},
+              {"sessions", Json::array()}};
   for (const MapSession& s : map.sessions) {
     Json inputs = Json::array();
     for (const auto& [path, sha256] : s.inputs) {
@@ -78,6 +81,7 @@ int info(const Options& options) {
   if (existing(map) < map.landmarks.size()) {
     say(" and {} that vanished", map.landmarks.size() - existing(map));
   }
+  if (!map.local_maps.empty()) say(", {} local maps of laser scans", map.local_maps.size());
   say(", {} classes\n", map.class_names.size());
   for (const MapSession& s : map.sessions) {
     say("session {}: {}, {} keyframes{}{}, {}\n", s.id, s.mode, s.keyframes.size(),

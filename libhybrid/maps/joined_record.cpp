@@ -4,6 +4,7 @@
 #include "libhybrid/maps/detail/joined_record.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "libhybrid/geometry/se2.h"
@@ -112,6 +113,14 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
     session.id += shift;
     for (MapKeyframe& k : session.keyframes) k.T_map_robot = out.T_first_second * k.T_map_robot;
     map.sessions.push_back(std::move(session));
+  }
+  map.local_maps = first.local_maps;
+  const Eigen::Isometry3d& T = out.T_first_second;
+  for (MapLocalMap local : second.local_maps) {
+    local.session += shift;
+    const Eigen::Vector3d p = T * Eigen::Vector3d(local.pose.x(), local.pose.y(), 0);
+    local.pose << p.x(), p.y(), local.pose.z() + std::atan2(T(1, 0), T(0, 0));
+    map.local_maps.push_back(std::move(local));
   }
   std::vector<Key> keys;
   const Covariances covariances = joint.marginals().all();

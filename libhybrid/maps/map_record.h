@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,20 @@ struct MapSession {
   std::vector<MapKeyframe> keyframes;  ///< of all robots, in the order of time
 };
 
+/// A piece of a surface that laser scans saw.
+struct MapSurface {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< in the frame of its local map [m]
+  std::optional<double> direction = {};  ///< of its normal there [rad]; nothing where not known
+};
+
+/// What the scans of a stretch of a session saw, in the frame of its first keyframe.
+struct MapLocalMap {
+  int session = 0;
+  Eigen::Vector3d pose = Eigen::Vector3d::Zero();        ///< x, y [m] and angle [rad] in the map
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of that, in its tangent
+  std::vector<MapSurface> surfaces;
+};
+
 /// All that a map file holds.
 struct MapRecord {
   bool is_3d = false;
@@ -55,6 +70,7 @@ struct MapRecord {
   std::vector<MapLandmark> landmarks;  ///< by ascending id
   SparseGaussian prior;                ///< of their positions, in this order
   std::vector<MapSession> sessions;
+  std::vector<MapLocalMap> local_maps;  ///< by ascending session
 
   int dim() const { return is_3d ? 3 : 2; }
 };
@@ -62,6 +78,11 @@ struct MapRecord {
 /// Whether a landmark is more likely there than not.
 inline bool exists(const MapLandmark& landmark) {
   return landmark.existence > 0;
+}
+
+/// Whether there is anything in a map that a robot can find its place by.
+inline bool holds_places(const MapRecord& map) {
+  return !map.landmarks.empty() || !map.local_maps.empty();
 }
 
 /// Joint covariance of all landmarks, dim rows for each.

@@ -18,25 +18,25 @@ constexpr double kLeastWindowTurn = 0.08;
 /// Points of a query closer than this are one [m].
 constexpr double kQuerySpacing = 0.1;
 
-/// Points of the last `length` metres in the frame of the last keyframe.
-std::vector<SurfacePoint> query_points(const ScanTracker& tracker, double length) {
-  const std::vector<ScanKeyframe>& keyframes = tracker.keyframes();
-  const LocalMap& map = tracker.local_maps().back();
-  const double begin = keyframes.back().travelled - length;
-  const SE2& last = map.poses.back();
-  std::vector<SurfacePoint> points;
-  for (std::size_t i = map.count; i-- > 0;) {
-    const ScanKeyframe& keyframe = keyframes[map.anchor + i];
-    if (i + 1 < map.count && keyframe.travelled < begin) break;
-    const std::vector<SurfacePoint> seen = transformed(last.between(map.poses[i]), keyframe.points);
-    points.insert(points.end(), seen.begin(), seen.end());
-  }
-  std::vector<SurfacePoint> joined;
+/// Points closer than a spacing joined.
+std::vector<SurfacePoint> joined(const std::vector<SurfacePoint>& points) {
+  std::vector<SurfacePoint> out;
   const SurfaceMap merged(points, kQuerySpacing);
   for (const SurfaceMap::Surfel& surfel : merged.surfels()) {
-    joined.push_back({surfel.position, surfel.normal, surfel.length / surfel.count});
+    out.push_back({surfel.position, surfel.normal, surfel.length / surfel.count});
   }
-  return joined;
+  return out;
+}
+
+/// All points of a local map, in its frame.
+std::vector<SurfacePoint> points_of(const ScanTracker& tracker, const LocalMap& local) {
+  std::vector<SurfacePoint> points;
+  for (std::size_t i = 0; i < local.count; ++i) {
+    const std::vector<SurfacePoint> seen =
+        transformed(local.poses[i], tracker.keyframes()[local.anchor + i].points);
+    points.insert(points.end(), seen.begin(), seen.end());
+  }
+  return points;
 }
 
 SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOptions& options) {
@@ -52,6 +52,21 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
 }
 
 }  // namespace
+
+std::vector<SurfacePoint> recent_points(const ScanTracker& tracker, double length) {
+  const std::vector<ScanKeyframe>& keyframes = tracker.keyframes();
+  const LocalMap& map = tracker.local_maps().back();
+  const double begin = keyframes.back().travelled - length;
+  const SE2& last = map.poses.back();
+  std::vector<SurfacePoint> points;
+  for (std::size_t i = map.count; i-- > 0;) {
+    const ScanKeyframe& keyframe = keyframes[map.anchor + i];
+    if (i + 1 < map.count && keyframe.travelled < begin) break;
+    const std::vector<SurfacePoint> seen = transformed(last.between(map.poses[i]), keyframe.points);
+    points.insert(points.end(), seen.begin(), seen.end());
+  }
+  return joined(points);
+}
 
 /// Finished local maps that were left behind, nearest first, of those that overlap only the
 /// nearest.
@@ -76,18 +91,29 @@ std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::candidates(const Sc
   return near;
 }
 
-const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::size_t map) {
-  Stored& stored = targets_[map];
+/// Stored scans that may be seen from a place, nearest first.
+std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::stored_candidates(
+    const SE2& here) const {
+  std::vector<Candidate> near;
+  for (std::size_t m = 0; m < stored_.size(); ++m) {
+    const Eigen::Vector2d at = stored_[m].T_map_anchor.inverse() * here.translation();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const SurfacePoint& point : stored_[m].points) {
+      nearest = std::min(nearest, (point.position - at).norm());
+    }
+    if (nearest < options_.view + options_.max_reach) near.push_back({m, nearest});
+  }
+  std::stable_sort(near.begin(), near.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+  return near;
+}
+
+const MatchTarget& ScanClosureSearch::kept(
+    std::size_t key, const std::function<std::vector<SurfacePoint>()>& points) {
+  Stored& stored = targets_[key];
   stored.used = ++searches_;
   if (stored.target == nullptr) {
-    const LocalMap& local = tracker.local_maps()[map];
-    std::vector<SurfacePoint> points;
-    for (std::size_t i = 0; i < local.count; ++i) {
-      const std::vector<SurfacePoint> seen =
-          transformed(local.poses[i], tracker.keyframes()[local.anchor + i].points);
-      points.insert(points.end(), seen.begin(), seen.end());
-    }
-    stored.target = std::make_shared<const MatchTarget>(make_match_target(points));
+    stored.target = std::make_shared<const MatchTarget>(make_match_target(points()));
     if (targets_.size() > kMostTargets) {
       const auto oldest = std::min_element(
           targets_.begin(), targets_.end(),
@@ -95,17 +121,39 @@ const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::si
       targets_.erase(oldest);
     }
   }
-  return *targets_.at(map).target;
+  return *targets_.at(key).target;
+}
+
+const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::size_t map) {
+  return kept(2 * map, [&] {
+    const LocalMap& local = tracker.local_maps()[map];
+    return points_of(tracker, local);
+  });
+}
+
+const MatchTarget& ScanClosureSearch::stored_target(std::size_t number) {
+  return kept(2 * number + 1, [&] { return stored_[number].points; });
 }
 
 std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, const Poses& poses,
-                                                   const Relation& relation) {
+                                                   const Relation& relation,
+                                                   const Relation& stored) {
   std::vector<ScanClosure> closures;
   const std::size_t newest = tracker.keyframes().size() - 1;
   const double way = tracker.keyframes().back().travelled;
   if (way < next_) return closures;
   next_ = way + options_.every;
   std::vector<SurfacePoint> query;
+  const auto look = [&](const ScanClosure& found, const SearchWindow& window,
+                        const std::function<const MatchTarget&()>& in) {
+    if (query.empty()) query = recent_points(tracker, options_.query_length);
+    const std::vector<MatchMode> modes = match(query, in(), window, options_.match);
+    for (const MatchMode& mode : modes) {
+      closures.push_back(found);
+      closures.back().mode = mode;
+      closures.back().modes = static_cast<int>(modes.size());
+    }
+  };
   std::vector<std::size_t> searched;
   for (const Candidate& candidate : candidates(tracker, poses)) {
     if (static_cast<int>(searched.size()) >= options_.most_maps) break;
@@ -114,18 +162,30 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
       return m + 1 == candidate.map || candidate.map + 1 == m;
     });
     if (overlaps) continue;
-    const UncertainMotion predicted = relation(map.anchor, newest);
-    const SearchWindow window = window_of(predicted, options_);
+    const SearchWindow window = window_of(relation(map.anchor, newest), options_);
     if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
-    if (query.empty()) query = query_points(tracker, options_.query_length);
     searched.push_back(candidate.map);
-    const std::vector<MatchMode> modes =
-        match(query, target(tracker, candidate.map), window, options_.match);
-    for (const MatchMode& mode : modes) {
-      closures.push_back({map.anchor, newest, mode, static_cast<int>(modes.size())});
-    }
+    look({map.anchor, newest, {}, 1, false}, window,
+         [&]() -> const MatchTarget& { return target(tracker, candidate.map); });
+  }
+  if (stored_.empty() || options_.most_maps == 0) return closures;
+  int left = options_.most_maps;
+  for (const Candidate& candidate : stored_candidates(poses(newest))) {
+    const SearchWindow window = window_of(stored(candidate.map, newest), options_);
+    if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
+    look({candidate.map, newest, {}, 1, true}, window,
+         [&]() -> const MatchTarget& { return stored_target(candidate.map); });
+    if (--left == 0) break;
   }
   return closures;
+}
+
+std::vector<LocalScans> local_scans(const ScanTracker& tracker) {
+  std::vector<LocalScans> out;
+  for (const LocalMap& local : tracker.local_maps()) {
+    out.push_back({local.anchor, joined(points_of(tracker, local))});
+  }
+  return out;
 }
 
 }  // namespace hybrid

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
@@ -25,12 +26,20 @@ struct ScanClosureOptions {
   MatchOptions match;
 };
 
+/// What scans saw along a stretch of an earlier drive, in the frame of its first keyframe.
+struct StoredScans {
+  SE2 T_map_anchor;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of that, in its tangent
+  std::vector<SurfacePoint> points;
+};
+
 /// A relative pose between keyframes of different times, which may be false.
 struct ScanClosure {
-  std::size_t from = 0;  ///< keyframe: the anchor of a local map
-  std::size_t to = 0;    ///< keyframe
-  MatchMode mode;        ///< pose of `to` in the frame of `from`
-  int modes = 1;         ///< that the same search has found
+  std::size_t from = 0;    ///< keyframe: the anchor of a local map, or one of the stored scans
+  std::size_t to = 0;      ///< keyframe
+  MatchMode mode;          ///< pose of `to` in the frame of `from`
+  int modes = 1;           ///< that the same search has found
+  bool is_stored = false;  ///< `from` counts the stored scans
 };
 
 /// Searches for places that the robot has seen before: the scans of the last metres are matched
@@ -44,10 +53,14 @@ class ScanClosureSearch {
 
   explicit ScanClosureSearch(const ScanClosureOptions& options = {}) : options_(options) {}
 
+  /// Scans of earlier drives to search, too, in the frame of the estimates.
+  void store(std::vector<StoredScans> scans) { stored_ = std::move(scans); }
+  const std::vector<StoredScans>& stored() const { return stored_; }
+
   /// Candidates of the newest keyframe, all modes of each; none while the way since the last search
-  /// is short.
+  /// is short. `stored` tells the pose of a keyframe b in the frame of the stored scans a.
   std::vector<ScanClosure> search(const ScanTracker& tracker, const Poses& poses,
-                                  const Relation& relation);
+                                  const Relation& relation, const Relation& stored = {});
 
  private:
   struct Candidate {
@@ -55,7 +68,11 @@ class ScanClosureSearch {
     double distance = 0.0;
   };
   std::vector<Candidate> candidates(const ScanTracker& tracker, const Poses& poses) const;
+  std::vector<Candidate> stored_candidates(const SE2& here) const;
   const MatchTarget& target(const ScanTracker& tracker, std::size_t map);
+  const MatchTarget& stored_target(std::size_t number);
+  const MatchTarget& kept(std::size_t key,
+                          const std::function<std::vector<SurfacePoint>()>& points);
 
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again
@@ -65,6 +82,19 @@ class ScanClosureSearch {
   };
   std::unordered_map<std::size_t, Stored> targets_;
   std::size_t searches_ = 0;
+  std::vector<StoredScans> stored_;
 };
+
+/// Points of the last metres of a way, ten centimetres apart, in the frame of the last keyframe.
+std::vector<SurfacePoint> recent_points(const ScanTracker& tracker, double length);
+
+/// What the scans of a stretch saw, in the frame of its first keyframe.
+struct LocalScans {
+  std::size_t anchor = 0;            ///< keyframe
+  std::vector<SurfacePoint> points;  ///< ten centimetres apart
+};
+
+/// Those of all local maps, to be stored.
+std::vector<LocalScans> local_scans(const ScanTracker& tracker);
 
 }  // namespace hybrid

@@ -3,6 +3,7 @@
 #include "libhybrid/scans/scan_mapper.h"
 
 #include <memory>
+#include <utility>
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/between.h"
@@ -11,14 +12,25 @@
 namespace hybrid {
 namespace {
 
+/// The anchors of stored scans are poses whose numbers begin here, above those of keyframes.
+constexpr std::size_t kFirstStored = std::size_t{1} << 30;
+
 Key pose_key(std::size_t keyframe) {
   return {key_letter::kPose, keyframe};
+}
+
+Key stored_key(std::size_t stored) {
+  return pose_key(kFirstStored + stored);
 }
 
 ContinuousFactorPtr motion_factor(std::size_t from, std::size_t to,
                                   const UncertainMotion& measured) {
   return std::make_shared<BetweenSE2>(pose_key(from), pose_key(to), measured.motion,
                                       Noise::covariance(measured.covariance));
+}
+
+ContinuousFactorPtr known_pose(Key key, const SE2& pose, const Eigen::Matrix3d& covariance) {
+  return std::make_shared<Prior<SE2>>(key, pose, Noise::covariance(covariance));
 }
 
 }  // namespace
@@ -40,13 +52,42 @@ UncertainMotion ScanMapper::relation(std::size_t a, std::size_t b) const {
   return {motion, selection_.smoother().joint_covariance({pose_key(a), pose_key(b)}, J)};
 }
 
+void ScanMapper::adopt(std::vector<StoredScans> stored, const UncertainMotion& start) {
+  search_.store(std::move(stored));
+  start_ = start;
+}
+
+/// The pose of a keyframe in the frame of stored scans, as if both errors were independent.
+UncertainMotion ScanMapper::stored_relation(std::size_t stored, std::size_t keyframe) const {
+  const StoredScans& scans = search_.stored()[stored];
+  const SE2 motion = scans.T_map_anchor.between(pose(keyframe));
+  const Eigen::Matrix3d Ad = motion.inverse().adjoint();
+  Eigen::Matrix3d covariance = selection_.smoother().joint_covariance(
+      {pose_key(keyframe)}, Eigen::MatrixXd(Eigen::Matrix3d::Identity()));
+  covariance += Ad * scans.covariance * Ad.transpose();
+  return {motion, covariance};
+}
+
+/// The anchors of stored scans become variables with their first closures.
+void ScanMapper::insert_stored(const std::vector<ScanClosure>& found) {
+  Delta delta;
+  for (const ScanClosure& closure : found) {
+    if (!closure.is_stored) continue;
+    const Key key = stored_key(closure.from);
+    if (selection_.smoother().values().contains(key) || delta.values.contains(key)) continue;
+    const StoredScans& scans = search_.stored()[closure.from];
+    delta.values.insert(key, scans.T_map_anchor);
+    delta.continuous.push_back(known_pose(key, scans.T_map_anchor, scans.covariance));
+  }
+  if (!delta.continuous.empty()) selection_.update(delta);
+}
+
 void ScanMapper::add_keyframe(const TrackedScan& tracked) {
   const std::size_t k = tracked.keyframe;
   Delta delta;
   if (k == 0) {
-    delta.values.insert(pose_key(0), SE2());
-    delta.continuous.push_back(
-        std::make_shared<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3)));
+    delta.values.insert(pose_key(0), start_.motion);
+    delta.continuous.push_back(known_pose(pose_key(0), start_.motion, start_.covariance));
     selection_.update(delta);
     return;
   }
@@ -59,11 +100,14 @@ void ScanMapper::add_keyframe(const TrackedScan& tracked) {
   selection_.update(delta);
   const std::vector<ScanClosure> found = search_.search(
       tracker_, [this](std::size_t i) { return pose(i); },
-      [this](std::size_t i, std::size_t j) { return relation(i, j); });
+      [this](std::size_t i, std::size_t j) { return relation(i, j); },
+      [this](std::size_t i, std::size_t j) { return stored_relation(i, j); });
   if (found.empty()) return;
+  insert_stored(found);
   std::vector<ContinuousFactorPtr> factors;
   for (const ScanClosure& closure : found) {
-    factors.push_back(motion_factor(closure.from, closure.to, closure.mode.pose));
+    const std::size_t from = closure.is_stored ? kFirstStored + closure.from : closure.from;
+    factors.push_back(motion_factor(from, closure.to, closure.mode.pose));
   }
   closures_.insert(closures_.end(), found.begin(), found.end());
   selection_.update({}, factors);

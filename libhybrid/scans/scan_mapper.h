@@ -28,6 +28,10 @@ class ScanMapper {
  public:
   explicit ScanMapper(const ScanMapperOptions& options = {});
 
+  /// Before the first scan: where that is, in the frame of scans of earlier drives, which are
+  /// searched for closures, too.
+  void adopt(std::vector<StoredScans> stored, const UncertainMotion& start);
+
   /// `odometry` is the motion since the last scan, if known.
   TrackedScan add(const LaserScan& scan, const std::optional<SE2>& odometry = std::nullopt);
   /// The same for points in the frame of the robot, e.g. of several scanners.
@@ -41,6 +45,7 @@ class ScanMapper {
   /// The estimate of a keyframe.
   SE2 pose(std::size_t keyframe) const;
   const ScanTracker& tracker() const { return tracker_; }
+  const std::vector<StoredScans>& stored() const { return search_.stored(); }
   const std::vector<ScanClosure>& closures() const { return closures_; }
   /// By closure; see OnlineSelection.
   ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
@@ -54,12 +59,15 @@ class ScanMapper {
   };
   void add_keyframe(const TrackedScan& tracked);
   UncertainMotion relation(std::size_t a, std::size_t b) const;
+  UncertainMotion stored_relation(std::size_t stored, std::size_t keyframe) const;
+  void insert_stored(const std::vector<ScanClosure>& found);
 
   ScanMapperOptions options_;
   ScanTracker tracker_;
   ScanClosureSearch search_;
   OnlineSelection selection_;
   std::vector<Placed> scans_;
+  UncertainMotion start_{SE2(), 1e-6 * Eigen::Matrix3d::Identity()};
   std::vector<ScanClosure> closures_;
 };
 

@@ -32,12 +32,30 @@ struct Return {
   double range = 0.0;
 };
 
+/// Single precision may make a rotation or a whole turn inexact by this.
+constexpr double kInexact = 1e-3;
+
+bool is_pose(const Eigen::Isometry3d& T) {
+  const Eigen::Matrix3d R = T.linear();
+  return T.matrix().allFinite() && R.determinant() > 0.0 &&
+         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kInexact;
+}
+
+/// Whether its numbers can be those of a sweep of a sensor that a robot carries.
+bool is_usable(const LaserScan& scan, double max_range) {
+  const double turn = 2.0 * M_PI + kInexact;
+  return std::abs(scan.first_angle) <= turn &&
+         std::abs(scan.angle_step) * (double(scan.ranges.size()) - 1.0) <= turn &&
+         is_pose(scan.T_robot_sensor) && scan.T_robot_sensor.translation().norm() <= max_range;
+}
+
 Eigen::Vector2d planar(const Eigen::Vector3d& p) {
   return {p.x(), p.y()};
 }
 
 std::vector<Return> returns_of(const LaserScan& scan, double max_range) {
   std::vector<Return> returns;
+  if (!is_usable(scan, max_range)) return returns;
   returns.reserve(scan.ranges.size());
   const double limit = std::min(max_range, scan.max_range * 0.999);
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
@@ -45,8 +63,7 @@ std::vector<Return> returns_of(const LaserScan& scan, double max_range) {
     if (!(range >= kMinRange && range <= limit)) continue;
     const double angle = scan.first_angle + double(i) * scan.angle_step;
     const Eigen::Vector3d point(range * std::cos(angle), range * std::sin(angle), 0.0);
-    const Eigen::Vector2d position = planar(scan.T_robot_sensor * point);
-    if (position.allFinite()) returns.push_back({position, range});
+    returns.push_back({planar(scan.T_robot_sensor * point), range});
   }
   return returns;
 }

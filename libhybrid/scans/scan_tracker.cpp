@@ -41,10 +41,24 @@ constexpr double kLostRotation = 0.15;
 constexpr std::size_t kFewPoints = 10;
 /// Odometry that differs from a match by more standard deviations than this is a blunder.
 constexpr double kBlunder = 4.0;
+/// A motion between scans is none if it leads farther than a local map reaches [m].
+constexpr double kMostMotion = 100.0;
+/// Odometry that has predicted the last scans so much worse than a steady motion is not used to
+/// predict the next one; how many scans count, and what a radian counts for [m].
+constexpr double kMuchWorse = 2.0;
+constexpr double kRemembered = 30.0;
+constexpr double kLever = 1.0;
 /// A local map grows by errors of matches to its own keyframes, per metre from its anchor [m],
 /// [rad].
 constexpr double kGrowthTranslation = 0.002;
 constexpr double kGrowthRotation = 0.0005;
+
+/// The motion, where it may be one.
+std::optional<SE2> plausible(const std::optional<SE2>& odometry) {
+  const bool is_motion = odometry && odometry->translation().cwiseAbs().maxCoeff() < kMostMotion &&
+                         odometry->translation().allFinite() && std::isfinite(odometry->angle());
+  return is_motion ? odometry : std::nullopt;
+}
 
 }  // namespace
 
@@ -195,9 +209,20 @@ void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good
   result.odometry = odometry_motion(result);
 }
 
+/// Notes how well odometry and a steady motion have predicted a motion.
+void ScanTracker::compare_predictions(const SE2& odometry, const SE2& motion) {
+  const auto add = [&](const SE2& predicted, double& mean) {
+    const SE2 off = predicted.between(motion);
+    mean += (off.translation().norm() + kLever * std::abs(off.angle()) - mean) / kRemembered;
+  };
+  add(odometry, odometry_error_);
+  add(last_motion_, steady_error_);
+}
+
 TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
-                               const std::optional<SE2>& odometry, KeyframeRule rule) {
+                               const std::optional<SE2>& stated, KeyframeRule rule) {
   TrackedScan result;
+  const std::optional<SE2> odometry = plausible(stated);
   if (keyframes_.empty()) {
     add_keyframe(points, SE2());
     result.is_keyframe = true;
@@ -209,14 +234,17 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   way_ += motion.translation().norm();
   turn_ += std::abs(motion.angle());
   has_odometry_ = has_odometry_ && odometry.has_value();
-  const SE2 predicted = pose_ * motion;
-  const ScanAlignment found = aligned(points, predicted, prior(motion, odometry.has_value()));
+  const bool trusts = odometry && odometry_error_ <= kMuchWorse * steady_error_;
+  const SE2 expected = trusts ? *odometry : last_motion_;
+  const SE2 predicted = pose_ * expected;
+  const ScanAlignment found = aligned(points, predicted, prior(expected, trusts));
   const bool good = found.inliers >= options_.min_inliers;
   const bool lost = !good && points.size() >= kFewPoints && !maps_.back().is_blind;
   SE2 pose = good ? found.pose : predicted;
   pose.normalize();
   if (lost) ++lost_;
   is_lost_ = is_lost_ || lost;
+  if (good && odometry) compare_predictions(*odometry, pose_.between(pose));
   last_motion_ = pose_.between(pose);
   pose_ = pose;
   result.keyframe = keyframes_.size() - 1;

@@ -66,7 +66,8 @@ class ScanTracker {
  public:
   explicit ScanTracker(const ScanTrackerOptions& options = {}) : options_(options) {}
 
-  /// `points` are in the frame of the robot; `odometry` is the motion since the last scan.
+  /// `points` are in the frame of the robot; `odometry` is the motion since the last scan. One that
+  /// is not finite, or of more than 100 m, is none.
   TrackedScan track(const std::vector<SurfacePoint>& points, const std::optional<SE2>& odometry,
                     KeyframeRule rule = KeyframeRule::kByMotion);
 
@@ -84,6 +85,7 @@ class ScanTracker {
                         const Eigen::Matrix3d& covariance);
   KeyframeMotion odometry_motion(const TrackedScan& scan) const;
   void measure(const ScanAlignment& found, const SE2& pose, bool good, TrackedScan& result);
+  void compare_predictions(const SE2& odometry, const SE2& motion);
   bool is_due(const SE2& from_last, double inliers, KeyframeRule rule) const;
   void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose);
   void begin_map();
@@ -104,6 +106,8 @@ class ScanTracker {
   bool is_lost_ = false;           // a scan since the last keyframe agreed with no map
   bool was_lost_ = false;          // the same at the last keyframe
   std::size_t lost_ = 0;
+  // Errors of the predictions of the last scans, decaying means [m].
+  double odometry_error_ = 0.0, steady_error_ = 0.0;
 };
 
 }  // namespace hybrid

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mrpt_plugins/health/detail/run_facts.h"
 
 namespace hybrid {
@@ -10,6 +12,13 @@ namespace {
 
 constexpr UpperLimits kMovedLimits{0.1, 0.5}, kClutterLimits{0.2, 0.5};
 constexpr std::size_t kFewestDetections = 30;
+/// Shares of scans. One that agrees with no local map leaves the map in two parts, which a closure
+/// may join.
+constexpr UpperLimits kSeeNothingLimits{0.2, 0.5}, kAgreeWithNothingLimits{0.01, 0.05};
+/// Errors of odometry in units of 5 % of the way: a quarter of it, half of it. No wheels on a floor
+/// do that.
+constexpr UpperLimits kScanOdometryLimits{5, 10};
+constexpr std::size_t kFewestScans = 10;
 
 std::size_t count_of(const std::map<std::string, std::size_t>& dropped, const char* word) {
   std::size_t count = 0;
@@ -25,7 +34,38 @@ HealthEntry share_entry(const char* name, std::size_t part, std::size_t all,
                       fmt::format("{} of {} {}.", part, all, what), knob);
 }
 
+double figure(const RunFacts& facts, const char* name) {
+  const auto found = facts.run.statistics.find(name);
+  return found == facts.run.statistics.end() ? 0 : found->second;
+}
+
 }  // namespace
+
+void check_scans(const RunFacts& facts, Health& health) {
+  const auto count = [&](const char* name) {
+    return static_cast<std::size_t>(figure(facts, name));
+  };
+  const std::size_t scans = count("scans");
+  if (scans < kFewestScans) return;
+  health.push_back(share_entry("scans that see nothing", count("scans_blind"), scans,
+                               kSeeNothingLimits,
+                               "scans have fewer than ten returns: there the path is by odometry "
+                               "alone",
+                               "which rays of the log are valid, and its maximum range; [sensor] "
+                               "max_range, [LaserScans] max_range"));
+  health.push_back(share_entry("scans that agree with nothing", count("scans_lost"), scans,
+                               kAgreeWithNothingLimits, "scans agree with no local map",
+                               "scans that are missing or of another place; pose and field of view "
+                               "of the sensor ([sensor] fov_deg); what moves around the robot"));
+  const double odometry = std::max(figure(facts, "odometry_translation_scale"),
+                                   figure(facts, "odometry_rotation_scale"));
+  health.push_back(judged_entry(
+      "odometry against scans", odometry, kScanOdometryLimits,
+      fmt::format("Matches of scans and odometry differ by {:.2g} % of the way or turn.",
+                  5 * odometry),
+      "whether the odometry is that of this robot, in metres and radians, and not late; sign and "
+      "pose of the sensor"));
+}
 
 void check_detections(const RunFacts& facts, Health& health) {
   const std::size_t moved = count_of(facts.run.dropped, "its thing moves");

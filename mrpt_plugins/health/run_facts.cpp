@@ -102,6 +102,7 @@ Health run_health(const RunToJudge& run) {
   const RunFacts facts(run);
   check_landmarks(facts, health);
   check_detections(facts, health);
+  check_scans(facts, health);
   check_path(facts, health);
   check_residuals(facts, health);
   return health;

@@ -22,6 +22,8 @@ struct RunToJudge {
   const std::map<std::string, std::size_t>& dropped;
   /// Whether the mapping decided which detection is of which landmark.
   bool associates = false;
+  /// Figures of the plugins (MappingPlugin::statistics).
+  std::map<std::string, double> statistics = {};
 };
 
 /// All that a run tells about itself without truth; quantities that it has no basis for are left

@@ -28,6 +28,9 @@ constexpr const char* kContent[] = {
     "SELECT * FROM landmark ORDER BY id",
     "SELECT * FROM landmark_class ORDER BY landmark, class",
     "SELECT * FROM prior ORDER BY landmark, number"};
+/// What files of a version with local maps have besides.
+constexpr const char* kScans[] = {"SELECT * FROM local_map ORDER BY session, number",
+                                  "SELECT * FROM surface ORDER BY session, map, number"};
 
 /// FNV-1a of 64 bits.
 class Checksum {
@@ -59,7 +62,7 @@ void add_value(const SQLite::Column& value, Checksum& sum) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &real, sizeof bits);
     sum.add(bits);
-  } else {
+  } else if (!value.isNull()) {
     const void* bytes =
         value.getBlob();  // first, since the size is that of the last form asked for
     const auto size = static_cast<std::size_t>(value.getBytes());
@@ -68,13 +71,18 @@ void add_value(const SQLite::Column& value, Checksum& sum) {
   }
 }
 
+void add_rows(SQLite::Database& database, const char* query, Checksum& sum) {
+  SQLite::Statement rows(database, query);
+  while (rows.executeStep()) {
+    for (int i = 0; i < rows.getColumnCount(); ++i) add_value(rows.getColumn(i), sum);
+  }
+}
+
 std::string checksum_of(SQLite::Database& database) {
   Checksum sum;
-  for (const char* const query : kContent) {
-    SQLite::Statement rows(database, query);
-    while (rows.executeStep()) {
-      for (int i = 0; i < rows.getColumnCount(); ++i) add_value(rows.getColumn(i), sum);
-    }
+  for (const char* const query : kContent) add_rows(database, query, sum);
+  if (pragma(database, "user_version") >= map_schema::kFirstWithScans) {
+    for (const char* const query : kScans) add_rows(database, query, sum);
   }
   return sum.text();
 }

@@ -90,7 +90,11 @@ template <class Work>
 void MapFile::transaction(const Work& work) {
   about_map(file_, [&] {
     SQLite::Transaction all(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    if (pragma(*database_, "user_version") == 1) database_->exec(map_schema::kFromVersion1);
+    const int version = pragma(*database_, "user_version");
+    if (version == 1) database_->exec(map_schema::kFromVersion1);
+    if (version > 0 && version < map_schema::kFirstWithScans) {
+      database_->exec(map_schema::kFromVersion3);
+    }
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
     if (work()) all.commit();
   });

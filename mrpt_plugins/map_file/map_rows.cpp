@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -14,12 +15,14 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
 #include "mrpt_plugins/bridge/robot_sections.h"
 #include "mrpt_plugins/map_file/detail/map_cells.h"
 #include "mrpt_plugins/map_file/detail/map_database.h"
+#include "mrpt_plugins/map_file/detail/map_schema.h"
 
 namespace hybrid {
 namespace {
@@ -31,7 +34,10 @@ constexpr std::int64_t kLastLandmark = (std::int64_t{1} << 56) - 1;  // what a K
 constexpr std::int64_t kLastNumber = 1000000;
 constexpr int kMostClasses = 10000;  // some half of those of the largest set of labelled pictures
 constexpr double kMostLoss = 1e6;    // [nat], where a prior says nothing any more
-constexpr double kMostTurn = 1e6;    // [deg], beyond which angles are not angles
+constexpr std::int64_t kMostSurfaces = 100000;  // of a local map, ten centimetres apart
+constexpr std::int64_t kFarthest = 100000;      // [mm], what a local map reaches
+constexpr std::int64_t kHalfTurn = 3142;        // [mrad]
+constexpr double kMostTurn = 1e6;               // [deg], beyond which angles are not angles
 
 std::int64_t number(std::size_t n) {
   return static_cast<std::int64_t>(n);
@@ -265,6 +271,52 @@ void read_prior(Database& database, const std::map<std::int64_t, std::size_t>& p
   }
 }
 
+/// Local maps and their surfaces: lengths are in millimetres, directions in milliradians.
+void read_local_maps(Database& database, MapRecord& out) {
+  if (pragma(database, "user_version") < map_schema::kFirstWithScans) return;
+  std::map<std::pair<int, std::int64_t>, std::size_t> place;
+  std::map<int, std::int64_t> count;  // by session
+  for (const MapSession& session : out.sessions) count[session.id] = 0;
+  MapCells maps(database, "local_map",
+                "SELECT session, number, x, y, angle, xx, xy, xa, yy, ya, aa "
+                "FROM local_map "
+                "ORDER BY session, number");
+  while (maps.next()) {
+    MapLocalMap map;
+    map.session = maps.count(0);
+    const auto next = count.find(map.session);
+    if (next == count.end() || maps.whole(1) != next->second) {
+      throw Error(fmt::format("local maps of session {} are not of their form", map.session));
+    }
+    place[{map.session, next->second++}] = out.local_maps.size();
+    map.pose << maps.real(2), maps.real(3), maps.real(4);
+    const double xx = maps.real(5), xy = maps.real(6), xa = maps.real(7), yy = maps.real(8),
+                 ya = maps.real(9), aa = maps.real(10);
+    map.covariance << xx, xy, xa, xy, yy, ya, xa, ya, aa;
+    if (!(Eigen::LLT<Eigen::Matrix3d>(map.covariance).info() == Eigen::Success)) {
+      throw Error(fmt::format("a local map of session {} has no covariance", map.session));
+    }
+    out.local_maps.push_back(std::move(map));
+  }
+  MapCells rows(database, "surface",
+                "SELECT session, map, number, x, y, direction FROM surface "
+                "ORDER BY session, map, number");
+  while (rows.next()) {
+    const auto of = place.find({rows.count(0), rows.whole(1)});
+    if (of == place.end()) throw Error("rows of a local map that is not there");
+    std::vector<MapSurface>& surfaces = out.local_maps[of->second].surfaces;
+    if (rows.whole(2, 0, kMostSurfaces - 1) != number(surfaces.size())) {
+      throw Error(fmt::format("a local map of session {} lacks surface {}", rows.count(0),
+                              surfaces.size()));
+    }
+    MapSurface surface;
+    surface.position << 1e-3 * double(rows.whole(3, -kFarthest, kFarthest)),
+        1e-3 * double(rows.whole(4, -kFarthest, kFarthest));
+    if (!rows.is_null(5)) surface.direction = 1e-3 * double(rows.whole(5, -kHalfTurn, kHalfTurn));
+    surfaces.push_back(surface);
+  }
+}
+
 }  // namespace
 
 MapRecord read_rows(Database& database) {
@@ -275,6 +327,7 @@ MapRecord read_rows(Database& database) {
   const auto place = read_landmarks(database, out);
   read_classes(database, place, out);
   read_prior(database, place, out);
+  read_local_maps(database, out);
   out.prior.loss = read_number(database, "loss", 0, kMostLoss).value_or(0);
   const auto latitude = read_number(database, "latitude", -90, 90);
   const auto longitude = read_number(database, "longitude", -180, 180);

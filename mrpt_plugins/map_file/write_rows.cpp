@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,6 +32,10 @@ std::int64_t number_of(std::size_t n) {
   return static_cast<std::int64_t>(n);
 }
 
+std::int64_t in_thousandths(double value) {
+  return std::llround(1e3 * value);
+}
+
 void write_landmark(const MapLandmark& l, Statement& landmark, Statement& classes) {
   const Eigen::Vector3d& p = l.position;
   const Eigen::Matrix3d& C = l.covariance;
@@ -50,6 +56,33 @@ void write_prior(const MapRecord& record, Statement& statement) {
       const auto given = static_cast<std::size_t>(row.variables[k]);
       run(statement, record.landmarks[i].id, number_of(k), record.landmarks[given].id, R(0, 0),
           R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2));
+    }
+  }
+}
+
+void write_local_maps(const MapRecord& record, Database& database) {
+  Statement row(database, "INSERT INTO local_map VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  Statement surface(database, "INSERT INTO surface VALUES (?, ?, ?, ?, ?, ?)");
+  std::map<int, std::size_t> count;  // by session
+  for (const MapLocalMap& map : record.local_maps) {
+    const Eigen::Matrix3d& C = map.covariance;
+    const std::size_t number = count[map.session]++;
+    run(row, map.session, number_of(number), map.pose.x(), map.pose.y(), map.pose.z(), C(0, 0),
+        C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2));
+    for (std::size_t i = 0; i < map.surfaces.size(); ++i) {
+      const MapSurface& s = map.surfaces[i];
+      surface.bind(1, map.session);
+      surface.bind(2, number_of(number));
+      surface.bind(3, number_of(i));
+      surface.bind(4, in_thousandths(s.position.x()));
+      surface.bind(5, in_thousandths(s.position.y()));
+      if (s.direction) {
+        surface.bind(6, in_thousandths(*s.direction));
+      } else {
+        surface.bind(6);
+      }
+      surface.exec();
+      surface.reset();
     }
   }
 }
@@ -146,8 +179,8 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   const std::set<int> kept = same_keyframes(record, before);
   database.exec("PRAGMA defer_foreign_keys = ON");  // sessions come back under their keyframes
   forget_keyframes(database, kept);
-  for (const char* table :
-       {"draft", "prior", "landmark_class", "landmark", "robot", "input", "class", "session"}) {
+  for (const char* table : {"draft", "surface", "local_map", "prior", "landmark_class", "landmark",
+                            "robot", "input", "class", "session"}) {
     database.exec(fmt::format("DELETE FROM {}", table));
   }
   database.exec("DELETE FROM map WHERE name <> 'checksum'");
@@ -169,6 +202,7 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   for (const MapLandmark& l : record.landmarks) write_landmark(l, landmark, classes);
   Statement prior(database, "INSERT INTO prior VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   write_prior(record, prior);
+  write_local_maps(record, database);
 }
 
 }  // namespace hybrid

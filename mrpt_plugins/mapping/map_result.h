@@ -67,6 +67,19 @@ struct RobotPath {
   bool is_session = false;             ///< of a robot without a name: that of a session instead
 };
 
+/// A closure between keyframes that may be false, and the decision on it.
+struct ScanClosureEstimate {
+  std::size_t from = 0, to = 0;     ///< keyframes, places in MapResult::trajectory
+  std::string decision;             ///< "accepted", "rejected" or "undecided"
+  double inlier_probability = 0.0;  ///< that it is right
+  double residual = 0.0;            ///< at the estimate, in standard deviations
+  double redundancy = 1.0;          ///< how far other measurements check it, 0 to 1
+  bool checkable = true;            ///< whether they do
+  double margin = 0.0;              ///< logarithm of the evidence, less the threshold of admission
+  double inliers = 0.0;             ///< share of the points that lie on surfaces
+  int modes = 1;                    ///< poses that the same search found
+};
+
 /// Everything a replay produces that the writers and the pictures need.
 struct MapResult {
   std::string title;  ///< name of the log or configuration, for headings
@@ -84,6 +97,7 @@ struct MapResult {
   std::vector<int> motion_modes;        ///< mode of the motion to each pose; -1: none
   std::vector<std::vector<double>> mode_probabilities;  ///< of these modes; empty where not known
   std::shared_ptr<const GridMap> grid;  ///< of laser scans; null where none are kept
+  std::vector<ScanClosureEstimate> scan_closures;
 };
 
 /// The poses of one robot.

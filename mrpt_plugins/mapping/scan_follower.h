@@ -5,10 +5,10 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "libhybrid/scans/scan_motion.h"
+#include "libhybrid/scans/scan_mapper.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace HYBRID_API hybrid {
@@ -23,19 +23,6 @@ struct ScanMotion {
   std::optional<Eigen::Matrix3d> odometry;
 };
 
-/// A closure between keyframes that may be false, and the decision on it.
-struct ScanClosureEstimate {
-  std::size_t from = 0, to = 0;     ///< keyframes, places in MapResult::trajectory
-  std::string decision;             ///< "accepted", "rejected" or "undecided"
-  double inlier_probability = 0.0;  ///< that it is right
-  double residual = 0.0;            ///< at the estimate, in standard deviations
-  double redundancy = 1.0;          ///< how far other measurements check it, 0 to 1
-  bool checkable = true;            ///< whether they do
-  double margin = 0.0;              ///< logarithm of the evidence, less the threshold of admission
-  double inliers = 0.0;             ///< share of the points that lie on surfaces
-  int modes = 1;                    ///< poses that the same search found
-};
-
 /// What a mapping plugin is besides that follows robots by their scans.
 class ScanFollower {
  public:
@@ -46,7 +33,14 @@ class ScanFollower {
   virtual void expect(std::size_t robot, bool has_odometry) = 0;
   /// What the scans of the frame that was observed last tell of the motion to it.
   virtual std::optional<ScanMotion> scan_motion() const = 0;
-  /// Closures so far, with the present decisions.
+  /// Before the first frame of a robot: scans of earlier drives, and where it starts among them.
+  virtual void adopt_scans(std::size_t robot, const std::vector<StoredScans>& stored,
+                           const UncertainMotion& start) = 0;
+  /// The map by the scans of a robot alone, in a frame of its own; null before its first frame.
+  virtual const ScanMapper* scan_mapper(std::size_t robot) const = 0;
+  /// What the scans of all robots saw, by local maps; anchors are places in MapResult::trajectory.
+  virtual std::vector<LocalScans> local_scans() const = 0;
+  /// Closures so far between keyframes of the map, with the present decisions.
   virtual std::vector<ScanClosureEstimate> scan_closures() const = 0;
 };
 

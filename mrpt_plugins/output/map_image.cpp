@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/heading.h"
@@ -161,6 +163,34 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
   }
 }
 
+const Stroke& stroke_of(const ScanClosureEstimate& closure) {
+  if (closure.decision == "accepted") return map_style::kAcceptedClosure;
+  return closure.decision == "rejected" ? map_style::kRejectedClosure
+                                        : map_style::kUndecidedClosure;
+}
+
+/// Closures by scans between the poses of their keyframes, those accepted on top.
+void draw_closures(Canvas& canvas, const Axes& axes, const MapResult& result) {
+  for (const bool accepted : {false, true}) {
+    for (const ScanClosureEstimate& closure : result.scan_closures) {
+      if ((closure.decision == "accepted") != accepted) continue;
+      const auto& from = result.trajectory[closure.from].pose;
+      const auto& to = result.trajectory[closure.to].pose;
+      canvas.line(axes.pixel(from.x(), from.y()), axes.pixel(to.x(), to.y()), stroke_of(closure));
+    }
+  }
+}
+
+void closure_legend(Legend& legend, const MapResult& result) {
+  std::map<std::string, std::pair<std::size_t, Stroke>> counts;
+  for (const ScanClosureEstimate& closure : result.scan_closures) {
+    ++counts.try_emplace(closure.decision, 0, stroke_of(closure)).first->second.first;
+  }
+  for (const auto& [decision, entry] : counts) {
+    legend.line(fmt::format("closure {} ({})", decision, entry.first), entry.second);
+  }
+}
+
 /// The trajectories of things that move, with a dot where each was seen last.
 void draw_movers(Canvas& canvas, const Axes& axes, const MapResult& result, LabelPlacer& labels) {
   for (const MoverEstimate& mover : result.movers) {
@@ -238,6 +268,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
 
   LabelPlacer labels(box);
   canvas.clip(box);
+  draw_closures(canvas, axes, result);
   draw_ellipses(canvas, axes, result, frame.magnification);
   draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
@@ -248,6 +279,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
   if (result.grid) legend.line("wall, by laser scans", {map_style::kWall, 3});
+  closure_legend(legend, result);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", palette::kMuted);

@@ -20,6 +20,9 @@ constexpr Stroke kDeadReckoning{palette::kDeadReckoning, 1.75, LineStyle::kDashe
 constexpr Stroke kTruth{palette::kTruth, 7, LineStyle::kSolid};
 constexpr Stroke kSight{{106, 81, 163}, 2, LineStyle::kDashed};
 constexpr Color kTrueLandmark{110, 110, 110};
+constexpr Stroke kAcceptedClosure{{0, 158, 115}, 1.75, LineStyle::kSolid};
+constexpr Stroke kUndecidedClosure{{154, 117, 0}, 1.75, LineStyle::kDotted};
+constexpr Stroke kRejectedClosure{{204, 121, 167}, 1.75, LineStyle::kDashed};
 constexpr Color kWall{70, 70, 70}, kFreeFloor{236, 240, 244};
 constexpr Stroke kMover{{200, 30, 120}, 2, LineStyle::kSolid};
 /// Motions of modes other than the first, drawn over the estimate.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/prior.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
@@ -29,6 +30,8 @@ constexpr double kSamePlace = 1e-9;
 /// After so many matches of keyframes, the noise of odometry counts as measured also where a
 /// keyframe matches nothing.
 constexpr std::size_t kMeasured = 10;
+/// A scan of fewer returns tells nothing.
+constexpr std::size_t kFewReturns = 10;
 
 bool are_together(const LaserScan& a, const LaserScan& b) {
   return std::abs(a.time - b.time) < kSameTime &&
@@ -103,6 +106,8 @@ TrackedScan LaserScans::track(Robot& robot, const Frame& frame, std::optional<SE
     }
     const SE2 place = in_plane(scans[i].T_keyframe_robot);
     const bool is_last = end == scans.size();
+    ++robot.scans;
+    if (points.size() < kFewReturns) ++robot.blind;
     // The keyframe sees the points of its last scan from where it is itself.
     if (is_last) points = transformed(place, points);
     std::optional<SE2> motion;
@@ -147,6 +152,16 @@ void LaserScans::add_factor(const Robot& robot, const KeyframeMotion& motion, st
   }
 }
 
+/// Where stored scans say that a keyframe is.
+ContinuousFactorPtr LaserScans::place_factor(const Robot& robot, const ScanClosure& closure) const {
+  const StoredScans& scans = robot.mapper.stored()[closure.from];
+  const UncertainMotion& found = closure.mode.pose;
+  const Eigen::Matrix3d Ad = found.motion.inverse().adjoint();
+  const Eigen::Matrix3d covariance = found.covariance + Ad * scans.covariance * Ad.transpose();
+  return std::make_shared<Prior<SE2>>(robot.keys[closure.to], scans.T_map_anchor * found.motion,
+                                      Noise::covariance(covariance));
+}
+
 /// Closures accepted since the last time come in, those no longer accepted go out.
 void LaserScans::follow_closures(std::size_t number, const MapView& map, Contribution& out) {
   Robot& robot = robots_.at(number);
@@ -164,9 +179,15 @@ void LaserScans::follow_closures(std::size_t number, const MapView& map, Contrib
     const ScanClosure& closure = all[k];
     const Key to = robot.keys[closure.to];
     const bool is_newest = !concluded_ && to == robot.keys.back();
-    if (!map.holds(robot.keys[closure.from]) || !(is_newest || map.holds(to))) continue;
-    add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map,
-               out);
+    if (!is_newest && !map.holds(to)) continue;
+    if (closure.is_stored) {
+      if (map.is_3d) continue;
+      out.delta.continuous.push_back(place_factor(robot, closure));
+    } else {
+      if (!map.holds(robot.keys[closure.from])) continue;
+      add_factor(robot, {closure.from, closure.mode.pose, closure.mode.inliers}, closure.to, map,
+                 out);
+    }
     asked_.push_back({number, k});
     out.settle = true;
   }
@@ -230,6 +251,7 @@ std::vector<ScanClosureEstimate> LaserScans::scan_closures() const {
     const std::vector<Verdict> verdicts = robot.mapper.verdicts();
     for (std::size_t k = 0; k < verdicts.size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
+      if (closure.is_stored) continue;
       const Verdict& verdict = verdicts[k];
       out.push_back({static_cast<std::size_t>(robot.keys[closure.from].index()),
                      static_cast<std::size_t>(robot.keys[closure.to].index()),
@@ -241,22 +263,52 @@ std::vector<ScanClosureEstimate> LaserScans::scan_closures() const {
   return out;
 }
 
+void LaserScans::adopt_scans(std::size_t robot, const std::vector<StoredScans>& stored,
+                             const UncertainMotion& start) {
+  robots_.try_emplace(robot, options_).first->second.mapper.adopt(stored, start);
+}
+
+const ScanMapper* LaserScans::scan_mapper(std::size_t robot) const {
+  const auto found = robots_.find(robot);
+  return found == robots_.end() ? nullptr : &found->second.mapper;
+}
+
+std::vector<LocalScans> LaserScans::local_scans() const {
+  std::vector<LocalScans> out;
+  for (const auto& [number, robot] : robots_) {
+    for (LocalScans& scans : hybrid::local_scans(robot.mapper.tracker())) {
+      scans.anchor = static_cast<std::size_t>(robot.keys[scans.anchor].index());
+      out.push_back(std::move(scans));
+    }
+  }
+  return out;
+}
+
 std::map<std::string, double> LaserScans::statistics() const {
   double maps = 0, closures = 0, accepted = 0, lost = 0, translation = 0, rotation = 0;
+  double scans = 0, blind = 0, places = 0, places_accepted = 0;
   for (const auto& [number, robot] : robots_) {
     const ScanTracker& tracker = robot.mapper.tracker();
     for (std::size_t k = 0; k < robot.mapper.closures().size(); ++k) {
-      accepted += robot.mapper.status(k) == ClosureStatus::kAccepted ? 1 : 0;
+      const bool is_stored = robot.mapper.closures()[k].is_stored;
+      const bool is_accepted = robot.mapper.status(k) == ClosureStatus::kAccepted;
+      ++(is_stored ? places : closures);
+      if (is_accepted) ++(is_stored ? places_accepted : accepted);
     }
     maps += double(tracker.local_maps().size());
-    closures += double(robot.mapper.closures().size());
     lost += double(tracker.lost());
+    scans += double(robot.scans);
+    blind += double(robot.blind);
     translation = std::max(translation, tracker.odometry_noise().translation_scale());
     rotation = std::max(rotation, tracker.odometry_noise().rotation_scale());
   }
   return {{"local_maps", maps},
+          {"known_places", places},
+          {"known_places_accepted", places_accepted},
           {"scan_closures", closures},
           {"scan_closures_accepted", accepted},
+          {"scans", scans},
+          {"scans_blind", blind},
           {"scans_lost", lost},
           {"odometry_translation_scale", translation},
           {"odometry_rotation_scale", rotation}};

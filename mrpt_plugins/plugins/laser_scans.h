@@ -31,6 +31,10 @@ class LaserScans : public MappingPlugin, public ScanFollower {
   Contribution conclude(const MapView& map) override;
   void expect(std::size_t robot, bool has_odometry) override;
   std::optional<ScanMotion> scan_motion() const override { return motion_; }
+  void adopt_scans(std::size_t robot, const std::vector<StoredScans>& stored,
+                   const UncertainMotion& start) override;
+  const ScanMapper* scan_mapper(std::size_t robot) const override;
+  std::vector<LocalScans> local_scans() const override;
   std::vector<ScanClosureEstimate> scan_closures() const override;
   std::map<std::string, double> statistics() const override;
 
@@ -43,6 +47,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
     std::vector<Key> keys;                        // of the keyframes of the mapper
     std::vector<std::optional<Handle>> closures;  // in the map, by closure of the mapper
     std::size_t matches = 0;                      // of keyframes
+    std::size_t scans = 0, blind = 0;             // tracked, and of these with few returns
     bool is_next = false;        // the frame before had scans, and odometry from there is known
     bool lost_odometry = false;  // since the last frame with scans
   };
@@ -57,6 +62,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
                        std::vector<SE2> T_before_scan) const;
   void add_factor(const Robot& robot, const KeyframeMotion& motion, std::size_t to,
                   const MapView& map, Contribution& out) const;
+  ContinuousFactorPtr place_factor(const Robot& robot, const ScanClosure& closure) const;
   void follow_closures(std::size_t number, const MapView& map, Contribution& out);
 
   ScanMapperOptions options_;

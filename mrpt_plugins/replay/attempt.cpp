@@ -301,6 +301,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   place.enter(mapper, team.is_in_map());
   RunReport report(request, settings, out);
   ScanOutputs scans(settings.keeps_scans, plugins);
+  if (team.is_in_map()) scans.adopt(place.map(), settings.robots);
   report.begin(mapper, settings.title);
   const std::vector<std::string> files = files_of(settings);
   const auto [last, signal] = about(files, [&] {
@@ -338,10 +339,12 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
     write_error_plots(out, parts, truths);
   }
   warn(summary, write_extras(request, out, result, truth, mapper, movie, film));
-  report.write(result, parts, truths, summary_json(summary));
+  report.write(result, parts, truths, scans.drawn(), summary_json(summary));
   std::vector<std::string> told;
   const auto show = [&] { told = publish(summary, out, film); };
-  signal != 0 ? show() : place.finish(mapper, result, show);
+  std::vector<MapLocalMap> local_maps;
+  if (place.writes()) local_maps = scans.local_maps(result, mapper);
+  signal != 0 ? show() : place.finish(mapper, result, local_maps, show);
   if (watchers.published) watchers.published(made.outcome);
   warn(summary, told);
   return made;

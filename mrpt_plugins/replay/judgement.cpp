@@ -144,8 +144,8 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, c
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
-  Health health =
-      run_health({backend.graph(), estimate, result, dropped, !mapper.decisions().empty()});
+  Health health = run_health({backend.graph(), estimate, result, dropped,
+                              !mapper.decisions().empty(), mapper.statistics()});
   if (!request.cross_check) return health;
   for (const RobotSettings& robot : settings.robots) {
     if (is_standard_input(robot.rawlog)) {

@@ -16,7 +16,7 @@ StartOptions read_start(IniSection& map) {
   std::vector<double>& pose = o.pose;
   pose = map.get("start", pose,
                  "pose of the first keyframe in the map, x y yaw or x y z yaw pitch roll [m, "
-                 "deg]; empty: found by the landmarks",
+                 "deg]; empty: found by landmarks or laser scans",
                  kCoordinate);
   for (std::size_t i = pose.size() / 2 + pose.size() % 2; i < pose.size(); ++i) {
     pose[i] *= M_PI / 180;

@@ -36,7 +36,7 @@ const MapRecord& MapPlace::map() const {
 
 void MapPlace::enter(Mapper& mapper, bool found) {
   if (!run_) return;
-  lost_ = !found && !run_->map().landmarks.empty();
+  lost_ = !found && holds_places(run_->map());
   if (lost_) return;
   about(std::vector<std::string>{options_.file}, [&] {
     if (found) mapper.adopt(known_map(run_->map()));
@@ -76,9 +76,10 @@ void MapPlace::tell(MapResult& result, Summary& summary) const {
 }
 
 void MapPlace::finish(const Mapper& mapper, const MapResult& result,
+                      const std::vector<MapLocalMap>& local_maps,
                       const std::function<void()>& show) {
   if (writes()) {
-    run_->finish(mapper, result, show);
+    run_->finish(mapper, result, local_maps, show);
   } else {
     show();
   }

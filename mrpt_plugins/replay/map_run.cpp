@@ -183,8 +183,9 @@ void MapRun::choose_mode(const std::vector<std::string>& logs, bool resume) {
   if (session_.mode == "build" && !sessions.empty()) {
     throw Error("holds a map already; extend it, or build in another file");
   }
-  if (session_.mode != "build" && map_.landmarks.empty()) {
-    throw Error(fmt::format("holds no landmark to {} from; build it first", session_.mode));
+  if (session_.mode != "build" && !holds_places(map_)) {
+    throw Error(fmt::format("holds no landmark and no laser scans to {} from; build it first",
+                            session_.mode));
   }
   if (session_.mode == "extend" && !resumed_) refuse_again(logs);
 }
@@ -244,12 +245,19 @@ void MapRun::pause(const Mapper& mapper) {
 }
 
 void MapRun::finish(const Mapper& mapper, const MapResult& result,
+                    const std::vector<MapLocalMap>& local_maps,
                     const std::function<void()>& before_commit) {
   if (!begun_) {
     before_commit();
     return;
   }
-  file_->replace(after(mapper, result), before_commit);
+  MapRecord record = after(mapper, result);
+  record.local_maps = map_.local_maps;
+  for (MapLocalMap local : local_maps) {
+    local.session = session_.id;
+    record.local_maps.push_back(std::move(local));
+  }
+  file_->replace(record, before_commit);
 }
 
 MapRecord MapRun::after(const Mapper& mapper, const MapResult& result) const {

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 
@@ -28,6 +30,19 @@ std::string refusals(const Mapper& mapper) {
                      mapper.warnings().front());
 }
 
+/// Why nothing but dead reckoning came out.
+std::string why_empty(const Mapper& mapper, const Summary& summary) {
+  const std::map<std::string, double> figures = mapper.statistics();
+  const auto scans = figures.find("scans");
+  if (scans == figures.end() || scans->second == 0) {
+    return "no landmark was mapped: " + why_nothing_mapped(summary.observations);
+  }
+  return fmt::format(
+      "nothing was mapped: {:.0f} of {:.0f} scans have fewer than ten returns within the maximum "
+      "range, and the path is dead reckoning",
+      figures.at("scans_blind"), scans->second);
+}
+
 /// Sets status and message; `signal` is what stopped the replay, or 0.
 void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& result, int signal,
                 Summary& summary) {
@@ -44,7 +59,7 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
     summary.message = source.message();
   } else if (result.landmarks.empty() && mapper.measurements() == 0 && refused.empty()) {
     summary.status = "empty";
-    summary.message = "no landmark was mapped: " + why_nothing_mapped(summary.observations);
+    summary.message = why_empty(mapper, summary);
   } else if (!refused.empty()) {
     summary.status = "partial";
   }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
 
 namespace hybrid {
@@ -51,7 +52,86 @@ std::string closures_csv(const std::vector<ScanClosureEstimate>& closures) {
   return text;
 }
 
+/// Points of stored scans are so far apart [m].
+constexpr double kStoredSpacing = 0.1;
+/// Standard deviations of a local map whose covariance is not known any more [m], [rad].
+constexpr double kUnknownPlace = 0.1;
+constexpr double kUnknownTurn = 0.02;
+
+SE2 in_map(const Eigen::Isometry3d& T) {
+  return {T.translation().x(), T.translation().y(), std::atan2(T(1, 0), T(0, 0))};
+}
+
+Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
+  if (covariance.rows() == 3) return covariance;
+  if (covariance.rows() == 6) return planar_part(covariance);
+  return Eigen::Vector3d(kUnknownPlace, kUnknownPlace, kUnknownTurn)
+      .cwiseAbs2()
+      .asDiagonal()
+      .toDenseMatrix();
+}
+
+StoredScans stored_scans(const MapLocalMap& local) {
+  StoredScans out;
+  out.T_map_anchor = SE2(local.pose.x(), local.pose.y(), local.pose.z());
+  out.covariance = local.covariance;
+  for (const MapSurface& surface : local.surfaces) {
+    SurfacePoint point;
+    point.position = surface.position;
+    if (surface.direction) {
+      point.normal << std::cos(*surface.direction), std::sin(*surface.direction);
+    }
+    point.length = kStoredSpacing;
+    out.points.push_back(point);
+  }
+  return out;
+}
+
 }  // namespace
+
+std::vector<StoredScans> stored_scans(const MapRecord& map) {
+  std::vector<StoredScans> out;
+  for (const MapLocalMap& local : map.local_maps) out.push_back(stored_scans(local));
+  return out;
+}
+
+void ScanOutputs::adopt(const MapRecord& map, const std::vector<RobotSettings>& robots) {
+  if (map.local_maps.empty() || map.is_3d) return;
+  const std::vector<StoredScans> stored = stored_scans(map);
+  for (const auto& plugin : plugins_) {
+    auto* follower = dynamic_cast<ScanFollower*>(plugin.get());
+    for (std::size_t i = 0; follower != nullptr && i < robots.size(); ++i) {
+      const std::optional<KnownStart>& start = robots[i].options.motion.start;
+      if (!start) continue;
+      follower->adopt_scans(i, stored,
+                            {in_map(start->T_map_robot), planar_covariance(start->covariance)});
+    }
+  }
+}
+
+std::vector<MapLocalMap> ScanOutputs::local_maps(const MapResult& result,
+                                                 const Mapper& mapper) const {
+  std::vector<MapLocalMap> out;
+  std::vector<Eigen::MatrixXd> covariances;
+  for (const auto& plugin : plugins_) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    if (follower == nullptr) continue;
+    if (covariances.empty()) covariances = mapper.pose_covariances();
+    for (const LocalScans& scans : follower->local_scans()) {
+      const SE2 anchor = in_map(to_isometry(result.trajectory[scans.anchor].pose));
+      MapLocalMap local;
+      local.pose << anchor.x(), anchor.y(), anchor.angle();
+      local.covariance = planar_covariance(covariances[scans.anchor]);
+      for (const SurfacePoint& point : scans.points) {
+        local.surfaces.push_back({point.position, std::nullopt});
+        if (!point.has_normal()) continue;
+        local.surfaces.back().direction = std::atan2(point.normal.y(), point.normal.x());
+      }
+      if (!local.surfaces.empty()) out.push_back(std::move(local));
+    }
+  }
+  return out;
+}
 
 ScanOutputs::ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins)
     : plugins_(std::move(plugins)) {
@@ -73,6 +153,13 @@ void ScanOutputs::added(const StepRecord& step, const Keyframe& keyframe) {
 }
 
 void ScanOutputs::finish(MapResult& result) {
+  for (const auto& plugin : plugins_) {
+    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
+    if (follower == nullptr) continue;
+    for (ScanClosureEstimate& closure : follower->scan_closures()) {
+      result.scan_closures.push_back(std::move(closure));
+    }
+  }
   if (!archive_) return;
   drawn_ = drawn_keyframes(*archive_, result.trajectory);
   GridMap grid = draw_grid(drawn_, result.trajectory);
@@ -82,14 +169,7 @@ void ScanOutputs::finish(MapResult& result) {
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
-  std::vector<ScanClosureEstimate> closures;
-  for (const auto& plugin : plugins_) {
-    const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
-    if (follower == nullptr) continue;
-    const std::vector<ScanClosureEstimate> more = follower->scan_closures();
-    closures.insert(closures.end(), more.begin(), more.end());
-  }
-  if (!closures.empty()) out.write("loops.csv", closures_csv(closures));
+  if (!result.scan_closures.empty()) out.write("loops.csv", closures_csv(result.scan_closures));
   if (!result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));
   out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));

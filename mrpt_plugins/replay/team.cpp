@@ -35,13 +35,14 @@ Team::Team(const ReplayRequest& request, ReplaySettings& settings, const MapReco
            bool is_3d) {
   std::vector<RobotSettings>& robots = settings.robots;
   members_.resize(robots.size());
-  const bool has_map = !known.landmarks.empty();
+  const bool has_map = holds_places(known);
   if (robots.size() == 1 && !has_map) return;
   const ReplayRequest chosen = with_chosen_plugins(request, settings);
   std::vector<std::size_t> lost;
   const auto enter = [&](std::size_t i, const FoundStart& found) {
     robots[i].options.motion.start = found.start;
-    robots[i].options.motion.start->found = !members_[i].given;
+    robots[i].options.motion.start->found = !members_[i].given && !found.by_scans;
+    members_[i].given = members_[i].given || found.by_scans;
     members_[i].known_at = found.keyframe;
   };
   for (std::size_t i = 0; i < robots.size(); ++i) {

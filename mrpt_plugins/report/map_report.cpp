@@ -14,6 +14,7 @@
 #include "mrpt_plugins/report/columns.h"
 #include "mrpt_plugins/report/graph_report.h"
 #include "mrpt_plugins/report/history_json.h"
+#include "mrpt_plugins/report/scan_json.h"
 
 namespace hybrid {
 namespace {
@@ -144,6 +145,8 @@ Json map_report_json(const MapReport& report) {
               {"errors", errors_json(report)},
               {"modes", {{"names", result.mode_names}, {"of", result.motion_modes}}},
               {"photographs", report.photographs},
+              {"scans", scans_json(report.scans)},
+              {"scan_closures", scan_closures_json(result.scan_closures)},
               {"summary", report.summary}};
   out.update(history_json(report.record, result.is_3d));
   return out;

@@ -86,6 +86,13 @@ export interface Photograph {
   camera: { f: [number, number]; c: [number, number]; T: number[] } | null;
   jpeg: string;
 }
+/** What lasers saw at a keyframe, in the frame of the robot: whole multiples of a unit, each less the one before. */
+export interface KeyframeScan { k: number; x: number[]; y: number[] }
+/** Closures by scans, as columns; i and j are keyframes. */
+export interface ScanClosures {
+  i: number[]; j: number[]; decision: string[]; probability: Num[]; residual: Num[]; redundancy: Num[];
+  checkable: number[]; margin: Num[]; inliers: Num[]; modes: number[];
+}
 /** Errors of the positions of a robot over time. */
 export interface PathErrors { robot: string; t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] }
 
@@ -112,6 +119,8 @@ export interface MapData {
   lives: [number, Id, number][];
   snapshots: { origin: number[]; unit: number; list: RawSnapshot[] };
   /** One of `every` photographs of the log; `unreadable` of them could not be shown. */
+  scans: { unit: number; list: KeyframeScan[] };
+  scan_closures: ScanClosures;
   photographs: { list: Photograph[]; every: number; unreadable: number };
 }
 
@@ -160,7 +169,7 @@ export interface Snapshot {
 }
 
 /** Undoes the steps that a column is stored as. */
-function sums(steps: number[], origin: number, unit: number): Float64Array {
+export function sums(steps: number[], origin: number, unit: number): Float64Array {
   const out = new Float64Array(steps.length);
   let sum = 0;
   for (let i = 0; i < steps.length; ++i) {

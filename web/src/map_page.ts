@@ -14,6 +14,7 @@ import { LandmarkView } from './landmark_view';
 import { MapView } from './map_view';
 import { MergeView } from './merge_view';
 import { OrbitView, spaceSwitch } from './orbit';
+import { ScanClosureView } from './scan_closure_view';
 import { SolverView } from './solver_view';
 import { State } from './state';
 import { robotColor } from './palette';
@@ -29,14 +30,13 @@ export function mapPage(data: MapData) {
     tabs.openNamed('Why');
     associations.explain(i);
   });
-  const merges = new MergeView(data, state);
   const solver = new SolverView(data, state);
   const errors = new ErrorView(data, state);
   const orbit = data.dimension === 3 ? inSpace(data) : null;
   const list: Tab[] = [
     { name: 'Health', root: healthView(data.summary.health) },
     { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
-    { name: 'Closures', root: merges.root }, { name: 'Solver', root: solver.root },
+    { name: 'Closures', root: closures(data, state) }, { name: 'Solver', root: solver.root },
     { name: 'Errors', root: errors.root }, { name: 'About', root: aboutView(data.summary) },
   ];
   const tabs = new Tabs(list);
@@ -64,6 +64,14 @@ export function mapPage(data: MapData) {
   (window as any).report = { data, history, state, view, histogram: { shares, chiSquareShares } };  // for those who look with the console
 }
 
+/** Closures by landmarks, and by scans. */
+function closures(data: MapData, state: State): HTMLElement {
+  const merges = new MergeView(data, state).root;
+  if (!data.scan_closures.i.length) return merges;
+  const scans = new ScanClosureView(data, state).root;
+  return el('div', { class: 'pane' }, scans, data.merges.length ? merges : null);
+}
+
 function headline(data: MapData): string {
   const { summary } = data, truth = summary.truth?.trajectory;
   const robots = data.robots.names.length > 1 ? `${data.robots.names.length} robots, ` : '';
@@ -81,6 +89,7 @@ function describe(data: MapData, history: History, k: number): string {
 /** What happened when. */
 function marks(data: MapData): Mark[] {
   const out: Mark[] = [];
+  data.scan_closures.j.forEach((k, e) => { if (data.scan_closures.decision[e] === 'accepted') out.push({ k, color: 'loop' }); });
   for (const m of data.merges) out.push({ k: m.k, color: m.loop ? 'loop' : 'merge' });
   data.changes.flips.forEach((f, i) => { if (f.length) out.push({ k: data.changes.k[i], color: 'flip' }); });
   return out.reverse();

@@ -7,11 +7,12 @@ import { Id, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { History, mostProbable } from './history';
 import { classColor, classShape, robotColor, themed, trace } from './palette';
+import { ScanLayer } from './scan_layer';
 import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
 
-const kLayers = ['estimate', 'dead reckoning', 'truth', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
+const kLayers = ['estimate', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
 type Layer = typeof kLayers[number];
 
 /** The map at a keyframe: path, landmarks with class and probability, sight rays. */
@@ -25,10 +26,12 @@ export class MapView {
   private snapshot: Snapshot | null = null;
   private places: number[][] = [];  // of the poses of each robot, in the path that is shown
   private hidden = new Set<number>();  // robots
+  private scans: ScanLayer;
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
 
   constructor(private data: MapData, private history: History, private state: State) {
+    this.scans = new ScanLayer(data, this.map);
     for (const layer of kLayers) this.layers.set(layer, layer !== 'ids');
     this.map.draw = () => this.draw();
     this.map.press = (x, y) => {
@@ -51,13 +54,14 @@ export class MapView {
   private box(): number[] {
     const { poses, landmarks, truth } = this.data;
     const at = { x: landmarks.map(l => l.at[0]), y: landmarks.map(l => l.at[1]) };
-    return boxOf(poses, at, truth.path);
+    return boxOf(poses, at, truth.path, this.scans.extent());
   }
 
   private controls(): HTMLElement {
     const bar = el('div', { class: 'bar', role: 'group', 'aria-label': 'Layers of the map' });
     for (const layer of kLayers) {
       if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
+      if ((layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
       const box = el('input', { type: 'checkbox', change: () => {
         this.layers.set(layer, box.checked);
         this.map.redraw();
@@ -112,6 +116,7 @@ export class MapView {
     }
     box.append(entry(line('odometry', true), 'dead reckoning'));
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
+    for (const [name, text] of this.scans.legend()) box.append(entry(line(name, name === 'rejected'), text));
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
       if (l.class !== null) counts.set(l.class, (counts.get(l.class) ?? 0) + 1);
@@ -205,6 +210,7 @@ export class MapView {
     const c = this.map.context, k = this.state.view.keyframe;
     const on = (layer: Layer) => this.layers.get(layer);
     c.lineJoin = 'round';
+    if (on('scans')) this.scans.draw(k, this.state.view.closure);
     if (on('truth')) {
       c.strokeStyle = themed('truth');
       c.lineWidth = 1.5;
@@ -223,6 +229,7 @@ export class MapView {
     }
     c.setLineDash([]);
     if (on('estimate')) this.drawPath(k);
+    if (on('closures')) this.scans.drawClosures(k, this.state.view.closure);
     if (on('sight rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
     if (on('ellipses')) this.drawEllipses();
     if (on('landmarks')) this.drawLandmarks(k);

@@ -45,6 +45,9 @@ const teamIni = join(scratch, 'team.ini');
 writeFileSync(teamIni, '[plugins]\nclasses = BearingRangeKnownIds\n' + robots.map((name, i) =>
     `[robot.${name}]\nid = ${-101 - i}\nrawlog = team_${name}.rawlog\ntruth_path = team_${name}_ground_truth_robot_path.txt\n`).join(''));
 run('hybrid-replay', '-c', teamIni, '-o', team, '--no-pictures', '--report');
+run('hybrid-simulate', '-c', join(source, 'config/simulate_rooms.ini'), '-o', join(scratch, 'rooms.rawlog'));
+const rooms = join(scratch, 'rooms');
+run('hybrid-replay', join(scratch, 'rooms.rawlog'), '-o', rooms, '--no-pictures', '--report');
 await test('the page without data holds at most 300 kB', () => {
   assert.ok(statSync(join(source, 'web/report_template.html')).size <= 300e3);
 });
@@ -56,6 +59,40 @@ await test('opens without a request and without a word on the console, and shows
       await p.click(`.tabs button:has-text("${tab}")`);
       await p.waitForTimeout(80);
     }
+    clean(faults);
+  }));
+
+await test('scans of the keyframe are shown, and closures by keyframe with their probability', () =>
+  withPage(page(rooms), desktop, async (p, faults) => {
+    const loops = readFileSync(join(rooms, 'loops.csv'), 'utf8').trim().split('\n').slice(1).map(row => row.split(','));
+    assert.ok(loops.length > 0);
+    for (const layer of ['scans', 'closures']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 1);
+    const { scans, scan_closures: all } = await p.evaluate(() => window.report.data);
+    assert.deepEqual(all.i, loops.map(row => Number(row[0])));
+    assert.deepEqual(all.j, loops.map(row => Number(row[1])));
+    all.probability.forEach((probability, e) => assert.ok(Math.abs(probability - Number(loops[e][3])) < 1e-5));
+    assert.ok(scans.list.length > 10 && scans.list.every(s => s.x.length === s.y.length && s.x.length > 0));
+    await p.click('.tabs button:has-text("Closures")');
+    assert.match(await p.textContent('.scan-closures .bar'), new RegExp(`${loops.length} of ${loops.length}`));
+    await p.selectOption('.scan-closures select', 'this keyframe');
+    await p.evaluate(k => window.report.state.set({ keyframe: k }), all.j[0]);
+    const here = all.j.filter((j, e) => j === all.j[0] || all.i[e] === all.j[0]).length;
+    assert.match(await p.textContent('.scan-closures .bar'), new RegExp(`${here} of ${loops.length}`));
+    await p.click('.scan-closures .row >> nth=0');
+    assert.match(await p.textContent('.scan-closures .why'), /probability that it is right/);
+    assert.equal(await p.evaluate(() => window.report.state.view.keyframe), all.j[0]);
+    const ink = () => p.evaluate(() => {
+      const { canvas } = window.report.view.map, { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      let count = 0;
+      for (let i = 3; i < data.length; i += 4) count += data[i] > 0 ? 1 : 0;
+      return count;
+    });
+    await p.waitForTimeout(80);
+    const shown = await ink();
+    await p.click('.bar label:text-is("scans")');
+    await p.waitForTimeout(80);
+    assert.ok(await ink() < shown);
+    await p.keyboard.press('Escape');
     clean(faults);
   }));
 

@@ -9,9 +9,11 @@ namespace hybrid::map_schema {
 inline constexpr int kApplicationId = 0x484d4150;
 /// The user version in the header: raised with every change of the tables. Files of earlier
 /// versions are read, and changed by the first transaction.
-inline constexpr int kVersion = 3;
+inline constexpr int kVersion = 4;
 /// The version from which on files have a checksum.
 inline constexpr int kFirstWithChecksum = 3;
+/// The version from which on files have local maps.
+inline constexpr int kFirstWithScans = 4;
 
 /// The tables of docs/map_format.md.
 inline constexpr const char* kTables = R"(
@@ -49,6 +51,17 @@ CREATE TABLE prior (
   r21 REAL NOT NULL, r22 REAL NOT NULL, r23 REAL NOT NULL,
   r31 REAL NOT NULL, r32 REAL NOT NULL, r33 REAL NOT NULL,
   PRIMARY KEY (landmark, number)) WITHOUT ROWID;
+CREATE TABLE local_map (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
+  x REAL NOT NULL, y REAL NOT NULL, angle REAL NOT NULL,
+  xx REAL NOT NULL, xy REAL NOT NULL, xa REAL NOT NULL,
+  yy REAL NOT NULL, ya REAL NOT NULL, aa REAL NOT NULL,
+  PRIMARY KEY (session, number)) WITHOUT ROWID;
+CREATE TABLE surface (
+  session INTEGER NOT NULL, map INTEGER NOT NULL, number INTEGER NOT NULL,
+  x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
+  PRIMARY KEY (session, map, number),
+  FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
 CREATE TABLE draft (
   landmark INTEGER PRIMARY KEY, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
   class INTEGER, sightings INTEGER NOT NULL);
@@ -61,7 +74,22 @@ CREATE TABLE robot (
   session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, name TEXT NOT NULL,
   PRIMARY KEY (session, number)) WITHOUT ROWID;
 )";
+/// Makes the tables of versions 2 and 3, which knew no laser scans, those of later versions.
+inline constexpr const char* kFromVersion3 = R"(
+CREATE TABLE local_map (
+  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
+  x REAL NOT NULL, y REAL NOT NULL, angle REAL NOT NULL,
+  xx REAL NOT NULL, xy REAL NOT NULL, xa REAL NOT NULL,
+  yy REAL NOT NULL, ya REAL NOT NULL, aa REAL NOT NULL,
+  PRIMARY KEY (session, number)) WITHOUT ROWID;
+CREATE TABLE surface (
+  session INTEGER NOT NULL, map INTEGER NOT NULL, number INTEGER NOT NULL,
+  x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
+  PRIMARY KEY (session, map, number),
+  FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
+)";
 /// The reverse.
+inline constexpr const char* kToVersion3 = "DROP TABLE surface; DROP TABLE local_map;";
 inline constexpr const char* kToVersion1 = R"(
 DROP TABLE robot;
 ALTER TABLE keyframe DROP COLUMN robot;

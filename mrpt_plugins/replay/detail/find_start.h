@@ -16,11 +16,12 @@ namespace hybrid {
 struct FoundStart {
   KnownStart start;
   std::size_t keyframe = 0;
+  bool by_scans = false;  ///< of lasers, else by landmarks
 };
 
-/// Maps the log of one robot in a frame of its own until its landmarks say where in the map they
-/// are; nothing where they do not up to its end. `odds` is the evidence needed. Throws as replay
-/// does.
+/// Maps the log of one robot in a frame of its own until its landmarks or, in the plane, its laser
+/// scans say where in the map they are; nothing where they do not up to its end. `odds` is the
+/// evidence needed. Throws as replay does.
 std::optional<FoundStart> find_start(const ReplayRequest& request, std::size_t robot,
                                      const MapRecord& map, double odds);
 

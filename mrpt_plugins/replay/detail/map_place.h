@@ -34,12 +34,14 @@ class MapPlace {
   void pause(const Mapper& mapper);
   /// What summary and landmarks have to say of it.
   void tell(MapResult& result, Summary& summary) const;
-  /// Writes the map. `show` is called when all is written and nothing shows yet.
-  void finish(const Mapper& mapper, const MapResult& result, const std::function<void()>& show);
+  /// Whether the map is to be written.
+  bool writes() const { return run_ && !lost_; }
+  /// Writes the map, with what laser scans of this session saw. `show` is called when all is
+  /// written and nothing shows yet.
+  void finish(const Mapper& mapper, const MapResult& result,
+              const std::vector<MapLocalMap>& local_maps, const std::function<void()>& show);
 
  private:
-  bool writes() const { return run_ && !lost_; }
-
   MapOptions options_;
   std::optional<MapRun> run_;
   bool lost_ = false;  // no robot was found in the map

@@ -44,9 +44,10 @@ class MapRun {
   void added(const Mapper& mapper);
   /// Writes what has not been written yet.
   void pause(const Mapper& mapper);
-  /// Replaces the map by that after the session. `before_commit` is called when all is written
-  /// and nothing shows yet.
+  /// Replaces the map by that after the session, which made these local maps. `before_commit` is
+  /// called when all is written and nothing shows yet.
   void finish(const Mapper& mapper, const MapResult& result,
+              const std::vector<MapLocalMap>& local_maps,
               const std::function<void()>& before_commit);
 
  private:

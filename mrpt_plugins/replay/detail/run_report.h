@@ -12,6 +12,7 @@
 #include "libhybrid/io/file_writer.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/replay_request.h"
 #include "mrpt_plugins/report/detail/keyframe_lines.h"
@@ -35,9 +36,10 @@ class RunReport {
   /// Once the mapper has solved to convergence; closes events.jsonl.
   void finish(Mapper& mapper, const MapResult& result, double objective);
 
-  /// Writes report.html, where that is asked for.
+  /// Writes report.html, where that is asked for, with these scans.
   void write(const MapResult& result, const std::vector<RobotPart>& parts,
-             const std::vector<Truth>& truths, const nlohmann::ordered_json& summary) const;
+             const std::vector<Truth>& truths, const std::vector<KeyframeScans>& scans,
+             const nlohmann::ordered_json& summary) const;
 
  private:
   std::string version_;

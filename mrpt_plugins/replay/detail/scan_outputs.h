@@ -8,13 +8,19 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/maps/map_record.h"
+#include "libhybrid/scans/scan_closures.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
 #include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/replay/detail/truth.h"
+#include "mrpt_plugins/replay/settings.h"
 
 namespace hybrid {
+
+/// The laser scans of a map in the plane, as plugins take them.
+std::vector<StoredScans> stored_scans(const MapRecord& map);
 
 /// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
 /// trajectory with a pose for each; nothing at all where they are not kept.
@@ -22,12 +28,23 @@ class ScanOutputs {
  public:
   ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins);
 
+  /// Before the first keyframe: gives the plugins that follow scans those of a map that all robots
+  /// are in. Nothing where it has none, or is in space.
+  void adopt(const MapRecord& map, const std::vector<RobotSettings>& robots);
+
   /// Takes the scans of the newest keyframe of the mapper, where plugins that follow scans place
   /// them, else odometry.
   void added(const StepRecord& step, const Keyframe& keyframe);
 
-  /// Draws the grid of the whole result. Call it once, before the following.
+  /// Adds the closures by scans to the result, and draws the grid of all of it. Call it once,
+  /// before the following.
   void finish(MapResult& result);
+
+  /// The scans that the grid is drawn of.
+  const std::vector<KeyframeScans>& drawn() const { return drawn_; }
+
+  /// What the scans saw, for a map file; the session is left at 0.
+  std::vector<MapLocalMap> local_maps(const MapResult& result, const Mapper& mapper) const;
 
   /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
   /// scans made closures. Returns warnings.

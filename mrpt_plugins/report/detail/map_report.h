@@ -9,6 +9,7 @@
 
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/mapping/map_result.h"
+#include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/report/run_record.h"
 
 namespace hybrid {
@@ -27,6 +28,7 @@ struct MapReport {
   const RunRecord& record;
   const nlohmann::ordered_json& photographs;  ///< of Photographs
   const nlohmann::ordered_json& summary;      ///< the content of summary.json
+  const std::vector<KeyframeScans>& scans;    ///< of the keyframes that a map is drawn of
   std::vector<PathPairs> paths;               ///< of the robots whose true path is known
 };
 

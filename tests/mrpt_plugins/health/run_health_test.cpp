@@ -227,5 +227,36 @@ TEST(RunHealth, OfNextToNothing) {
   EXPECT_TRUE(run_health({graph, estimate, result, none, true}).empty());
 }
 
+TEST(RunHealth, ScansAreJudgedByWhatThePluginsCounted) {
+  const HybridGraph graph;
+  const Estimate estimate;
+  const MapResult result;
+  const std::map<std::string, std::size_t> none;
+  const auto verdicts = [&](double blind, double lost, double odometry) {
+    const Health health = run_health({graph,
+                                      estimate,
+                                      result,
+                                      none,
+                                      false,
+                                      {{"scans", 1000},
+                                       {"scans_blind", blind},
+                                       {"scans_lost", lost},
+                                       {"odometry_translation_scale", 1},
+                                       {"odometry_rotation_scale", odometry}}});
+    std::vector<HealthVerdict> out;
+    for (const HealthEntry& entry : health) {
+      out.push_back(entry.verdict);
+      EXPECT_EQ(entry.knob.empty(), entry.verdict == HealthVerdict::kGood) << entry.name;
+    }
+    return out;
+  };
+  using Verdicts = std::vector<HealthVerdict>;
+  const HealthVerdict good = HealthVerdict::kGood, bad = HealthVerdict::kBad;
+  EXPECT_EQ(verdicts(100, 2, 3), (Verdicts{good, good, good}));
+  EXPECT_EQ(verdicts(900, 2, 3), (Verdicts{bad, good, good}));
+  EXPECT_EQ(verdicts(100, 100, 3), (Verdicts{good, bad, good}));
+  EXPECT_EQ(verdicts(100, 2, 30), (Verdicts{good, good, bad}));
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -64,6 +64,15 @@ MapRecord small_map() {
       s.keyframes.push_back(k);
     }
     map.sessions.push_back(s);
+    MapLocalMap local;
+    local.session = id;
+    local.pose << normal(random), normal(random), 0.3;
+    local.covariance = 0.01 * Eigen::Matrix3d::Identity();
+    for (int n = 0; n < 40; ++n) {
+      local.surfaces.push_back({{0.1 * n, -2.345}, std::nullopt});
+      if (n % 2 == 0) local.surfaces.back().direction = -1.571;
+    }
+    map.local_maps.insert(map.local_maps.end(), {local, local});
   }
   return map;
 }
@@ -76,6 +85,14 @@ std::vector<double> numbers_of(const MapRecord& map) {
     out.insert(out.end(), l.covariance.reshaped().begin(), l.covariance.reshaped().end());
     out.insert(out.end(), l.class_probabilities.begin(), l.class_probabilities.end());
     out.insert(out.end(), {double(l.id), l.existence, double(l.sightings), double(l.session)});
+  }
+  for (const MapLocalMap& local : map.local_maps) {
+    out.push_back(local.session);
+    out.insert(out.end(), local.pose.begin(), local.pose.end());
+    out.insert(out.end(), local.covariance.reshaped().begin(), local.covariance.reshaped().end());
+    for (const MapSurface& s : local.surfaces) {
+      out.insert(out.end(), {s.position.x(), s.position.y(), s.direction.value_or(9)});
+    }
   }
   for (const MapSession& s : map.sessions) {
     for (const MapKeyframe& k : s.keyframes) {
@@ -174,6 +191,19 @@ TEST_F(MapFileTest, HoldsNumbersThatMakeSense) {
   expect_refused_after("UPDATE map SET value = 1e300 WHERE name = 'loss'", "its loss is 1e+300");
 }
 
+TEST_F(MapFileTest, HoldsLocalMapsOfTheirForm) {
+  expect_refused_after("UPDATE surface SET x = 0.5 WHERE number = 3", "is no whole number");
+  expect_refused_after("UPDATE surface SET y = 100001 WHERE number = 3", "not from -100000");
+  expect_refused_after("UPDATE surface SET direction = 4000 WHERE number = 3", "is 4000, not from");
+  expect_refused_after("DELETE FROM surface WHERE number = 3", "lacks surface 3");
+  expect_refused_after("UPDATE surface SET map = 7 WHERE map = 1", "local map that is not there");
+  expect_refused_after("DELETE FROM local_map WHERE number = 0", "are not of their form");
+  expect_refused_after("UPDATE local_map SET session = 9 WHERE session = 2", "session 9");
+  expect_refused_after("UPDATE local_map SET x = 9e999", "is not finite");
+  expect_refused_after("UPDATE local_map SET aa = 0", "has no covariance");
+  expect_refused_after("UPDATE surface SET x = x + 1 WHERE number = 3", "checksum");
+}
+
 TEST_F(MapFileTest, KnowsWhichFilesOfASessionAreLogsAndThePriorOfItsClasses) {
   MapRecord map = small_map();
   map.sessions[0].inputs = {{"logs/a.rawlog", "01"}, {"a.ini", "02"}, {"truth.txt", "03"}};
@@ -221,8 +251,11 @@ TEST_F(MapFileTest, AFlippedBitChangesNoNumber) {
 }
 
 TEST_F(MapFileTest, FilesWithoutChecksumAreReadAndGetOne) {
-  run_sql(at("a.hmap"), "DELETE FROM map WHERE name = 'checksum'; PRAGMA user_version = 2");
+  run_sql(at("a.hmap"),
+          "DROP TABLE surface; DROP TABLE local_map; DELETE FROM map WHERE name = 'checksum'; "
+          "PRAGMA user_version = 2");
   EXPECT_EQ(read_map(at("a.hmap")).sessions.size(), 2U);
+  EXPECT_TRUE(read_map(at("a.hmap")).local_maps.empty());
   EXPECT_FALSE(has_checksum(at("a.hmap")));
   MapFile file(at("a.hmap"));
   file.replace(file.record());

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "tests/apps/replay_runner.h"
+#include "tests/apps/scan_log.h"
+
+namespace hybrid {
+namespace {
+
+using Json = nlohmann::json;
+
+/// A map file of the ring of corridors by its laser scans alone, and a second drive in it.
+class ScanMapFileTest : public ReplayTest {
+ protected:
+  void SetUp() override {
+    ScanLog first;
+    first.way = testing::way_around_ring(1, 0.1);
+    write_scan_log(at("first.rawlog"), first);
+    ScanLog second;
+    second.way.assign(first.way.begin() + 150, first.way.end() - 50);
+    second.time = [](std::size_t i) { return 2e9 + 0.2 * double(i); };
+    start_ = first.way.front().between(second.way.front());
+    second_ = second;
+    write_scan_log(at("second.rawlog"), second);
+    const Ran built = run_replay(at("first.rawlog") + " --no-pictures --map " + at("a.hmap") +
+                                 " -o " + at("first"));
+    ASSERT_EQ(built.code, 0) << built.text;
+  }
+  Json replayed(const std::string& arguments, int code = 0) const {
+    return summary_of(at("second.rawlog") + " --map " + at("a.hmap") + " " + arguments, code);
+  }
+  Json info() const {
+    return Json::parse(run_app("hybrid-map info --json " + at("a.hmap")).text, nullptr, false);
+  }
+  /// The largest distance of the last path from the truth, in the frame of the map.
+  double error() const {
+    std::ifstream file(folder / "out" / "trajectory.tum");
+    double most = 0;
+    std::size_t i = 0;
+    for (std::string line; std::getline(file, line);) {
+      if (line.empty() || line[0] == '#') continue;
+      double t = 0, x = 0, y = 0;
+      std::istringstream(line) >> t >> x >> y;
+      const SE2 truth = start_ * second_.way.front().between(second_.way.at(i++));
+      most = std::max(most, std::hypot(x - truth.x(), y - truth.y()));
+    }
+    EXPECT_EQ(i, second_.way.size());
+    return most;
+  }
+  std::string given_start() const {
+    std::ostringstream out;
+    out << "--set \"map.start=" << start_.x() + 0.2 << " " << start_.y() - 0.1 << " "
+        << start_.angle() * 180 / M_PI << "\" --set map.start_sigma_m=0.3 ";
+    return out.str();
+  }
+
+  SE2 start_;
+  ScanLog second_;
+};
+
+TEST_F(ScanMapFileTest, KeepsLocalMapsAndIsWell) {
+  EXPECT_GT(info().at("local_maps").get<int>(), 5);
+  EXPECT_EQ(info().at("landmarks"), 0);
+  const Ran checked = run_app("hybrid-map check " + at("a.hmap"));
+  EXPECT_EQ(checked.code, 0) << checked.text;
+  EXPECT_NE(checked.text.find("all well"), std::string::npos);
+}
+
+TEST_F(ScanMapFileTest, LocalizesFromAGivenStartAndLeavesTheMap) {
+  const std::string before = read("a.hmap");
+  const Json summary = replayed("--map-mode localize " + given_start());
+  EXPECT_GT(summary.at("plugins").at("known_places_accepted").get<double>(), 5);
+  EXPECT_LT(error(), 0.3);
+  EXPECT_TRUE(read("a.hmap") == before);
+}
+
+TEST_F(ScanMapFileTest, FindsItsStartByScans) {
+  const Json summary = replayed("--map-mode localize");
+  EXPECT_TRUE(summary.at("localized_at").is_number()) << summary.at("message");
+  EXPECT_LT(error(), 0.3);
+}
+
+TEST_F(ScanMapFileTest, ExtendsTheMap) {
+  const int before = info().at("local_maps");
+  replayed("");
+  EXPECT_LT(error(), 0.3);
+  EXPECT_GT(info().at("local_maps").get<int>(), before);
+  EXPECT_EQ(info().at("sessions").size(), 2U);
+  const Ran pruned = run_app("hybrid-map prune --session 2 " + at("a.hmap"));
+  EXPECT_EQ(pruned.code, 0) << pruned.text;
+  EXPECT_EQ(info().at("local_maps"), before);
+}
+
+TEST_F(ScanMapFileTest, AnotherPlaceIsNotFound) {
+  const std::string before = read("a.hmap");
+  ScanLog other;
+  std::mt19937 random(7);
+  other.plan = testing::pillars(60, random);
+  other.way.clear();
+  for (int i = 0; i < 250; ++i) other.way.emplace_back(0.1 * i - 12, 0.3, 0.1);
+  write_scan_log(at("second.rawlog"), other);
+  const Json summary = replayed("", 2);
+  EXPECT_EQ(summary.at("status"), "partial");
+  EXPECT_TRUE(read("a.hmap") == before);
+}
+
+}  // namespace
+}  // namespace hybrid
