@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
+
 namespace hybrid {
 namespace {
 
@@ -15,25 +17,36 @@ constexpr double kOnePlace = 0.5;
 constexpr double kOneHeading = 0.1;
 /// Share of the points that lie on surfaces in the right place, where something was moved, and in a
 /// wrong one that looks like it.
-constexpr double kOnRight = 0.95;
-constexpr double kOnWrong = 0.6;
+constexpr double kOnRight = 0.75;
+constexpr double kOnWrong = 0.5;
 /// Points tell of a place independently if they are so far apart along surfaces [m].
 constexpr double kIndependent = 1.0;
 /// Standard deviations of the start that the matches do not tell: of the drive up to them [m],
 /// [rad].
 constexpr double kStart = 0.1;
 constexpr double kStartTurn = 0.02;
-/// Nodes that the search of one stretch in one map may score.
-constexpr int kBudget = 400000;
+/// Searches become rarer with the way, by this share of it.
+constexpr double kLater = 0.05;
+/// Points of a stretch that a search uses.
+constexpr int kMostPoints = 100;
+/// Squares of poses that the search of one stretch in one map may score.
+constexpr int kBudget = 200000;
 
-/// The box around the points: its middle, and half its size.
-std::pair<Eigen::Vector2d, Eigen::Vector2d> box_of(const std::vector<SurfacePoint>& points) {
-  Eigen::Array2d low = points.front().position.array(), high = low;
+/// Where the robot was when it saw points, roughly: most of them are near its way.
+Eigen::Vector2d middle_of(const std::vector<SurfacePoint>& points) {
+  std::vector<double> x, y;
   for (const SurfacePoint& point : points) {
-    low = low.min(point.position.array());
-    high = high.max(point.position.array());
+    x.push_back(point.position.x());
+    y.push_back(point.position.y());
   }
-  return {(0.5 * (low + high)).matrix(), (0.5 * (high - low)).matrix()};
+  return {median(std::move(x)), median(std::move(y))};
+}
+
+/// Those no farther from the origin.
+std::vector<SurfacePoint> within(double distance, std::vector<SurfacePoint> points) {
+  const auto is_far = [&](const SurfacePoint& p) { return p.position.norm() > distance; };
+  points.erase(std::remove_if(points.begin(), points.end(), is_far), points.end());
+  return points;
 }
 
 /// Of the right place to a wrong one, by the share of points that lie on surfaces.
@@ -56,9 +69,21 @@ ScanPlaceSearch::ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlac
     : options_(options), stored_(std::move(stored)), next_(options.query_length) {
   const auto is_empty = [](const StoredScans& scans) { return scans.points.empty(); };
   stored_.erase(std::remove_if(stored_.begin(), stored_.end(), is_empty), stored_.end());
-  for (const StoredScans& scans : stored_) {
-    targets_.push_back(std::make_shared<const MatchTarget>(make_match_target(scans.points)));
+  for (const StoredScans& scans : stored_) targets_.push_back(surroundings(scans));
+}
+
+/// All that stored scans tell of what can be seen from the way of one of them, in its frame.
+std::shared_ptr<const MatchTarget> ScanPlaceSearch::surroundings(const StoredScans& scans) const {
+  const Eigen::Vector2d middle = middle_of(scans.points);
+  std::vector<SurfacePoint> points;
+  for (const StoredScans& other : stored_) {
+    const SE2 T = scans.T_map_anchor.between(other.T_map_anchor);
+    for (const SurfacePoint& point : transformed(T, other.points)) {
+      const double far = (point.position - middle).cwiseAbs().maxCoeff();
+      if (far < options_.reach + options_.view) points.push_back(point);
+    }
   }
+  return std::make_shared<const MatchTarget>(make_match_target(points));
 }
 
 /// Counts a match for the place that it agrees with, or for a new one. Of several matches of one
@@ -105,17 +130,19 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
   if (tracker.keyframes().empty()) return std::nullopt;
   const double way = tracker.keyframes().back().travelled;
   if (way < next_) return std::nullopt;
-  next_ = way + options_.every;
+  next_ = way + std::max(options_.every, kLater * way);
   const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
-  const std::vector<SurfacePoint> query = recent_points(tracker, options_.query_length);
+  const std::vector<SurfacePoint> query =
+      within(options_.view, recent_points(tracker, options_.query_length));
   if (query.empty()) return std::nullopt;
   MatchOptions options;
   options.min_inliers = options_.min_inliers;
+  options.most_points = kMostPoints;
   options.search.budget = kBudget;
   for (std::size_t m = 0; m < stored_.size(); ++m) {
-    const auto [middle, half] = box_of(stored_[m].points);
-    const SearchWindow window{SE2(middle.x(), middle.y(), 0.0), half.cwiseMin(options_.most_reach),
-                              M_PI};
+    const Eigen::Vector2d middle = middle_of(stored_[m].points);
+    const SearchWindow window{SE2(middle.x(), middle.y(), 0.0),
+                              Eigen::Vector2d::Constant(options_.reach), M_PI};
     for (const MatchMode& mode : match(query, *targets_[m], window, options)) {
       const SE2 T_map_newest = stored_[m].T_map_anchor * mode.pose.motion;
       const Eigen::Matrix3d Ad = mode.pose.motion.inverse().adjoint();

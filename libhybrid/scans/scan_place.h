@@ -16,11 +16,11 @@ namespace HYBRID_API hybrid {
 struct ScanPlaceOptions {
   double query_length = 6.0;  ///< way whose scans are matched jointly [m]
   double every = 2.0;         ///< way between searches [m]
-  double min_inliers = 0.65;  ///< share of the points on surfaces, of a match that counts
+  double min_inliers = 0.5;   ///< share of the points on surfaces, of a match that counts
   int votes = 3;              ///< matches that agree, for a place
   double odds = 1e4;          ///< of a place to chance, and to every other place
-  double most_reach = 15.0;   ///< half the width of what is searched around
-                              ///< stored scans, at most [m]
+  double view = 8.0;          ///< from the robot to points that are matched, at most [m]
+  double reach = 8.0;         ///< half the width of what is searched around stored scans [m]
 };
 
 /// Searches for the place of a drive among stored scans, of which nothing is known but that it may
@@ -46,6 +46,7 @@ class ScanPlaceSearch {
 
   void vote(const UncertainMotion& T_map_drive, const SE2& newest, double way, double log_odds);
   const Place* best() const;
+  std::shared_ptr<const MatchTarget> surroundings(const StoredScans& scans) const;
 
   ScanPlaceOptions options_;
   std::vector<StoredScans> stored_;

@@ -172,8 +172,11 @@ std::vector<std::size_t> connected(const std::vector<std::pair<Key, Key>>& links
     incident[links[l].first].push_back(l);
     incident[links[l].second].push_back(l);
   }
-  std::unordered_set<Key> reached(anchors.begin(), anchors.end());
-  keys = anchors;
+  std::unordered_set<Key> reached;
+  keys.clear();
+  for (const Key anchor : anchors) {
+    if (reached.insert(anchor).second) keys.push_back(anchor);  // several priors may hold one
+  }
   std::vector<bool> used(links.size(), false);
   std::vector<std::size_t> result;
   for (std::size_t next = 0; next < keys.size(); ++next) {

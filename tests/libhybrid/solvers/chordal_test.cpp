@@ -114,6 +114,20 @@ void expect_optimum_from_nowhere() {
   EXPECT_NEAR(solved(world, found).report.objective, planted, 1e-3);
 }
 
+TEST(Chordal, SeveralPriorsMayHoldOnePose) {
+  const Key a('x', 0), b('x', 1);
+  Values initial;
+  initial.insert(a, SE2());
+  initial.insert(b, SE2());
+  const Noise noise = Noise::isotropic(3, 0.1);
+  const std::vector<ContinuousFactorPtr> factors = {
+      std::make_shared<Prior<SE2>>(a, SE2(), noise), std::make_shared<Prior<SE2>>(a, SE2(), noise),
+      std::make_shared<BetweenSE2>(a, b, SE2(2, 1, 0.5), noise)};
+  const Values values = chordal_initialization(factors, initial);
+  EXPECT_NEAR(values.at<SE2>(b).x(), 2, 1e-6);
+  EXPECT_NEAR(values.at<SE2>(b).angle(), 0.5, 1e-6);
+}
+
 TEST(Chordal, LandmarksArePlacedWithThePoses) {
   expect_optimum_from_nowhere<SE2>();
   expect_optimum_from_nowhere<SE3>();
