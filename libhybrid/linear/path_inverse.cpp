@@ -20,7 +20,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
   // L x = E for all columns at once; x is zero outside the path.
   path.y.resize(rows, dim);
   // Not resized: Eigen frees what there was before it allocates, and twice where that fails.
-  if (scratch_.cols() != dim) scratch_ = Eigen::MatrixXd(factor_->size(), dim);
+  if (scratch_.cols() != dim) scratch_ = RowMatrix(factor_->size(), dim);
   for (int s : path.supernodes) {
     const auto& node = factor_->supernode(s);
     scratch_.middleRows(node.first, node.columns).setZero();
