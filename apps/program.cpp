@@ -46,11 +46,12 @@ void end_without_memory() {
   end_otherwise();
 }
 
-bool is_running = false;
+pid_t running = 0;  // this process, while main() runs
 
-/// At exit(): whether main() has returned, or a library has ended the program.
+/// At exit(): whether main() has returned, or a library has ended the program. A process that was
+/// forked to try a library may end.
 void expect_end() {
-  if (!is_running) return;
+  if (running != ::getpid()) return;
   std::fflush(stdout);
   std::_Exit(
       failed("a library has ended the program: a plugin, or one that it loads, calls exit()"));
@@ -58,10 +59,10 @@ void expect_end() {
 
 /// Runs it; main() has the result of it.
 int run_to_end(const std::function<int()>& body) {
-  is_running = true;
+  running = ::getpid();
   std::atexit(expect_end);
   struct End {
-    ~End() { is_running = false; }
+    ~End() { running = 0; }
   } const end;
   return body();
 }

@@ -16,7 +16,7 @@ namespace hybrid {
 namespace {
 
 constexpr IniRange kIterations{1, 1000000};
-constexpr IniRange kOperations{1, 1e15};
+constexpr IniRange kOperations{1, 1e14};
 
 constexpr const char* kAbout =
     "Optimises a pose graph in g2o or TORO form, in the plane or in space, with landmarks or "

@@ -50,23 +50,24 @@ std::optional<fs::path> exchange_folders(const fs::path& fresh, const fs::path& 
   std::string name =
       (folder.parent_path() / (hidden_prefix(folder) + std::string(kRandomLetters, 'X'))).string();
   if (::mkdtemp(name.data()) == nullptr) return std::nullopt;
-  const fs::path place(name);
-  if (std::rename(fresh.c_str(), place.c_str()) != 0) {
-    ::rmdir(place.c_str());
+  // Returned as it is: a copy behind the exchange could fail for want of memory.
+  std::optional<fs::path> place(name);
+  if (std::rename(fresh.c_str(), place->c_str()) != 0) {
+    ::rmdir(place->c_str());
     return std::nullopt;
   }
   const auto back = [&] {
-    if (std::rename(place.c_str(), fresh.c_str()) == 0) return;
+    if (std::rename(place->c_str(), fresh.c_str()) == 0) return;
     throw SystemError("cannot write '" + given.string() + "'", errno);
   };
-  if (!swap_names(place, folder)) {
+  if (!swap_names(*place, folder)) {
     back();
     return std::nullopt;
   }
   try {
     sync_to_disk(folder.parent_path(), given);
   } catch (...) {
-    if (swap_names(place, folder)) back();
+    if (swap_names(*place, folder)) back();
     throw;
   }
   return place;

@@ -5,6 +5,7 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <new>
 #include <numeric>
 #include <optional>
 
@@ -39,8 +40,22 @@ cholmod_factor* analyze(cholmod_sparse& graph, int anchor, cholmod_common& commo
   return cholmod_analyze_p(&graph, order.data(), nullptr, 0, &common);
 }
 
+/// CHOLMOD's state and a factor, freed at the end.
+struct Workspace {
+  Workspace() { cholmod_start(&common); }
+  ~Workspace() {
+    cholmod_free_factor(&factor, &common);
+    cholmod_finish(&common);
+  }
+  Workspace(const Workspace&) = delete;
+  Workspace& operator=(const Workspace&) = delete;
+
+  cholmod_common common{};
+  cholmod_factor* factor = nullptr;
+};
+
 /// Orders the block graph with one of CHOLMOD's methods; nothing where it fails, as nested
-/// dissection does in a CHOLMOD that was built without METIS.
+/// dissection does in a CHOLMOD that was built without METIS. Throws std::bad_alloc.
 std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method) {
   const int n = pattern.size();
   std::vector<int> start(n + 1, 0);
@@ -62,17 +77,15 @@ std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method)
   graph.dtype = CHOLMOD_DOUBLE;
   graph.sorted = graph.packed = 1;
 
-  cholmod_common common;
-  cholmod_start(&common);
+  Workspace workspace;
+  cholmod_common& common = workspace.common;
   common.print = 0;
   common.nmethods = 1;
   common.method[0].ordering = method;
   common.supernodal = CHOLMOD_SUPERNODAL;
-  cholmod_factor* factor = analyze(graph, pattern.anchor, common);
-  if (factor == nullptr) {
-    cholmod_finish(&common);
-    return std::nullopt;
-  }
+  const cholmod_factor* factor = workspace.factor = analyze(graph, pattern.anchor, common);
+  if (factor == nullptr && common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (factor == nullptr) return std::nullopt;
   BlockOrdering result;
   const int* perm = static_cast<const int*>(factor->Perm);
   const int* counts = static_cast<const int*>(factor->ColCount);
@@ -93,8 +106,6 @@ std::optional<BlockOrdering> order_with(const BlockPattern& pattern, int method)
       result.flops += rows_of_column * rows_of_column;
     }
   }
-  cholmod_free_factor(&factor, &common);
-  cholmod_finish(&common);
   return result;
 }
 

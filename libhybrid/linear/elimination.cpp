@@ -5,6 +5,7 @@
 #include <ccolamd.h>
 
 #include <algorithm>
+#include <new>
 #include <numeric>
 
 #include "libhybrid/core/error.h"
@@ -131,6 +132,7 @@ std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<in
   std::vector<int> members(group);
   if (ccolamd(graph.edges(), n, static_cast<int>(length), rows.data(), begin.data(), knobs, stats,
               members.data()) == 0) {
+    if (stats[CCOLAMD_STATUS] == CCOLAMD_ERROR_out_of_memory) throw std::bad_alloc();
     throw Error("ordering failed: CCOLAMD status " + std::to_string(stats[CCOLAMD_STATUS]));
   }
   std::copy(begin.begin(), begin.begin() + n, order.begin());

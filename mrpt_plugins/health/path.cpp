@@ -21,6 +21,8 @@ constexpr std::size_t kLongestStretch = 64, kFewestStretches = 8, kMostStretches
 constexpr double kLeastRedundancyOfPath = 5;
 /// The factor by which sigmas of odometry are wrong.
 constexpr double kOdometryDoubtful = 1.5, kOdometryBad = 2;
+constexpr UpperLimits kScaleLimits{1.5, 2};  // of an estimated scale: no wheel is worn so far
+constexpr double kMostFactor = 1000;
 constexpr double kOdometryExcess = 4;
 constexpr double kSureOfPath = 0.9999;  // probability at which something is not by chance
 constexpr int kBlocks = 20;             // left out in turn, for the sigma of the delay
@@ -251,9 +253,37 @@ void check_clock(const RunFacts& facts, Health& health) {
   health.push_back(std::move(entry));
 }
 
+/// The factor by which an estimated scale is off one, either way; of a negative one, the most.
+double factor_of(double scale) {
+  return scale > 0 ? std::min(kMostFactor, std::max(scale, 1 / scale)) : kMostFactor;
+}
+
+/// Noise of odometry that is stated too small looks like a scale and a drift, but like no wheel's.
+void check_calibration(const RunFacts& facts, Health& health) {
+  for (const CalibrationEstimate& calibration : facts.run.result.calibration) {
+    for (const CalibrationEstimate::Entry& scale : calibration.entries) {
+      if (scale.name.rfind("scale of ", 0) != 0 || !scale.observed) continue;
+      HealthEntry entry;
+      entry.name = scale.name + " of " + calibration.name;
+      entry.value = factor_of(scale.value);
+      entry.most = kScaleLimits.doubtful;
+      entry.verdict = judge(entry.value, kScaleLimits);
+      entry.sentence = fmt::format("The {} is estimated at {:.3g}, which should be near 1.",
+                                   scale.name, scale.value);
+      if (entry.verdict != HealthVerdict::kGood) {
+        entry.knob =
+            "units and noise of the odometry: what is noise looks like a scale where it is "
+            "stated too small";
+      }
+      health.push_back(std::move(entry));
+    }
+  }
+}
+
 }  // namespace
 
 void check_path(const RunFacts& facts, Health& health) {
+  check_calibration(facts, health);
   if (!facts.marginals) return;
   const Correction correction = correction_of(facts);
   if (correction.stretches >= kFewestStretches && correction.redundancy > kLeastRedundancyOfPath) {

@@ -25,7 +25,8 @@ class ReplayStart : public ReplayTest {
     const Ran ran = run_app("hybrid-simulate -c " + scenario + " -o " + at("round.rawlog"));
     EXPECT_EQ(ran.code, 0) << ran.text;
     return write("round.ini",
-                 "[log]\nrawlog = round.rawlog\n[plugins]\nclasses = BearingRangeKnownIds\n");
+                 "[log]\nrawlog = round.rawlog\n[plugins]\nclasses = BearingRangeKnownIds\n"
+                 "[sensor]\nnoise = stated\n");
   }
 };
 

@@ -55,6 +55,14 @@ class Walk {
     return run_health({graph_, estimate_, result_, dropped_, associates});
   }
 
+  void calibrate(double scale_of_rotation) {
+    CalibrationEstimate odometry{"odometry",
+                                 {{"scale of translation", "", 1.01, 0.01, 1},
+                                  {"scale of rotation", "", scale_of_rotation, 0.01}}};
+    for (auto& entry : odometry.entries) entry.observed = true;
+    result_.calibration = {odometry};
+  }
+
   std::map<std::string, std::size_t> dropped_;
 
  private:
@@ -195,6 +203,18 @@ TEST(RunHealth, ASensorThatIsTurnedOrLooksBackSeesWhatItHasInView) {
     s.aside = aside;
     EXPECT_EQ(verdict_of(Walk(s).health(), "landmarks seen when in view"), HealthVerdict::kGood)
         << turned << " " << aside;
+  }
+}
+
+TEST(RunHealth, AScaleThatNoOdometryHas) {
+  for (const auto& [scale, verdict] :
+       {std::pair{1.2, HealthVerdict::kGood}, std::pair{0.6, HealthVerdict::kDoubtful},
+        std::pair{0.3, HealthVerdict::kBad}, std::pair{-0.01, HealthVerdict::kBad}}) {
+    Walk walk({});
+    walk.calibrate(scale);
+    const Health health = walk.health();
+    EXPECT_EQ(verdict_of(health, "scale of rotation of odometry"), verdict) << scale;
+    EXPECT_EQ(verdict_of(health, "scale of translation of odometry"), HealthVerdict::kGood);
   }
 }
 
