@@ -310,7 +310,8 @@ TEST_F(ReplayTest, APluginThatEndsTheProgramIsAFailure) {
 TEST_F(ReplayTest, ASignalEndsAPluginThatWaitsForEver) {
   const auto start = std::chrono::steady_clock::now();
   const std::string command =
-      "timeout --foreground --signal=TERM 1 " HYBRID_BINARY_DIR "/bin/hybrid-replay --no-pictures -c " +
+      "timeout --foreground --signal=TERM 1 " HYBRID_BINARY_DIR
+      "/bin/hybrid-replay --no-pictures -c " +
       config("classed_demo.ini") + " --set plugins.classes=Refuses --set Refuses.end=wait -p " +
       HYBRID_BAD_PLUGINS "/hybrid_bad_refuses.so -o " + at("out") + " 2> " + at("error.txt");
   EXPECT_EQ(run_shell(command).code, 124);  // of timeout, which waits for the end
