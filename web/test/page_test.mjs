@@ -82,7 +82,10 @@ await test('scans of the keyframe are shown, and closures by keyframe with their
     assert.match(await p.textContent('.scan-closures .why'), /probability that it is right/);
     assert.equal(await p.evaluate(() => window.report.state.view.keyframe), all.j[0]);
     const ink = () => p.evaluate(() => {
-      const { canvas } = window.report.view.map, { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      const { canvas } = window.report.view.map, copy = new OffscreenCanvas(canvas.width, canvas.height);
+      const context = copy.getContext('2d', { willReadFrequently: true });
+      context.drawImage(canvas, 0, 0);
+      const { data } = context.getImageData(0, 0, copy.width, copy.height);
       let count = 0;
       for (let i = 3; i < data.length; i += 4) count += data[i] > 0 ? 1 : 0;
       return count;
