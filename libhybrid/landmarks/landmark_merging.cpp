@@ -11,6 +11,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -38,13 +39,8 @@ void keep_those_alone(IdentityHypotheses& h, double margin) {
 
 /// Expected log density of a sighting of its own landmark, in the units of the measurement.
 double expected_log_density(const Sighting& sighting) {
-  const DetectionFrame& sensor = *sighting.sensor;
-  std::vector<Eigen::Index> measured;
-  if (sensor.has_range) measured.push_back(0);
-  measured.push_back(1);
-  if (sensor.is_3d) measured.push_back(2);
-  const Eigen::MatrixXd R = sighting.detection.covariance(measured, measured);
-  return -0.5 * (std::log((2 * M_PI * R).determinant()) + static_cast<double>(measured.size()));
+  const Eigen::MatrixXd R = measured_point(sighting.detection, sighting.sensor->is_3d).covariance;
+  return -0.5 * (std::log((2 * M_PI * R).determinant()) + static_cast<double>(R.rows()));
 }
 
 /// log evidence that the sightings of one of two landmarks, where both were seen at a time, are

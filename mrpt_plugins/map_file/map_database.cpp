@@ -55,7 +55,7 @@ std::vector<std::string> parts_of(SQLite::Database& database, std::size_t most) 
 void check_tables(SQLite::Database& database, int version) {
   SQLite::Database sound(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   sound.exec(map_schema::kTables);
-  if (version < map_schema::kFirstWithScans) sound.exec(map_schema::kToVersion3);
+  if (version >= map_schema::kFirstWithScans) sound.exec(map_schema::kScanTables);
   if (version == 1) sound.exec(map_schema::kToVersion1);
   const std::vector<std::string> right = parts_of(sound, 1000);
   if (parts_of(database, right.size() + 1) == right) return;

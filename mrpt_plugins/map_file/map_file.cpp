@@ -92,9 +92,7 @@ void MapFile::transaction(const Work& work) {
     SQLite::Transaction all(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     const int version = pragma(*database_, "user_version");
     if (version == 1) database_->exec(map_schema::kFromVersion1);
-    if (version > 0 && version < map_schema::kFirstWithScans) {
-      database_->exec(map_schema::kFromVersion3);
-    }
+    if (version < map_schema::kFirstWithScans) database_->exec(map_schema::kScanTables);
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
     if (work()) all.commit();
   });

@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "libhybrid/geometry/isometry.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
@@ -58,10 +59,6 @@ constexpr double kStoredSpacing = 0.1;
 constexpr double kUnknownPlace = 0.1;
 constexpr double kUnknownTurn = 0.02;
 
-SE2 in_map(const Eigen::Isometry3d& T) {
-  return {T.translation().x(), T.translation().y(), std::atan2(T(1, 0), T(0, 0))};
-}
-
 Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
   if (covariance.rows() == 3) return covariance;
   if (covariance.rows() == 6) return planar_part(covariance);
@@ -104,7 +101,7 @@ void ScanOutputs::adopt(const MapRecord& map, const std::vector<RobotSettings>& 
       const std::optional<KnownStart>& start = robots[i].options.motion.start;
       if (!start) continue;
       follower->adopt_scans(i, stored,
-                            {in_map(start->T_map_robot), planar_covariance(start->covariance)});
+                            {to_se2(start->T_map_robot), planar_covariance(start->covariance)});
     }
   }
 }
@@ -118,7 +115,7 @@ std::vector<MapLocalMap> ScanOutputs::local_maps(const MapResult& result,
     if (follower == nullptr) continue;
     if (covariances.empty()) covariances = mapper.pose_covariances();
     for (const LocalScans& scans : follower->local_scans()) {
-      const SE2 anchor = in_map(to_isometry(result.trajectory[scans.anchor].pose));
+      const SE2 anchor = to_se2(to_isometry(result.trajectory[scans.anchor].pose));
       MapLocalMap local;
       local.pose << anchor.x(), anchor.y(), anchor.angle();
       local.covariance = planar_covariance(covariances[scans.anchor]);

@@ -15,7 +15,7 @@ inline constexpr int kFirstWithChecksum = 3;
 /// The version from which on files have local maps.
 inline constexpr int kFirstWithScans = 4;
 
-/// The tables of docs/map_format.md.
+/// The tables of docs/map_format.md but for those of laser scans.
 inline constexpr const char* kTables = R"(
 CREATE TABLE map (
   name TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
@@ -51,6 +51,13 @@ CREATE TABLE prior (
   r21 REAL NOT NULL, r22 REAL NOT NULL, r23 REAL NOT NULL,
   r31 REAL NOT NULL, r32 REAL NOT NULL, r33 REAL NOT NULL,
   PRIMARY KEY (landmark, number)) WITHOUT ROWID;
+CREATE TABLE draft (
+  landmark INTEGER PRIMARY KEY, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
+  class INTEGER, sightings INTEGER NOT NULL);
+)";
+
+/// The tables of laser scans, which versions before kFirstWithScans lack.
+inline constexpr const char* kScanTables = R"(
 CREATE TABLE local_map (
   session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
   x REAL NOT NULL, y REAL NOT NULL, angle REAL NOT NULL,
@@ -62,11 +69,7 @@ CREATE TABLE surface (
   x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
   PRIMARY KEY (session, map, number),
   FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
-CREATE TABLE draft (
-  landmark INTEGER PRIMARY KEY, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
-  class INTEGER, sightings INTEGER NOT NULL);
 )";
-
 /// Makes the tables of version 1, which knew of one robot a session, those of later versions.
 inline constexpr const char* kFromVersion1 = R"(
 ALTER TABLE keyframe ADD COLUMN robot INTEGER NOT NULL DEFAULT 0;
@@ -74,22 +77,7 @@ CREATE TABLE robot (
   session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL, name TEXT NOT NULL,
   PRIMARY KEY (session, number)) WITHOUT ROWID;
 )";
-/// Makes the tables of versions 2 and 3, which knew no laser scans, those of later versions.
-inline constexpr const char* kFromVersion3 = R"(
-CREATE TABLE local_map (
-  session INTEGER NOT NULL REFERENCES session(id), number INTEGER NOT NULL,
-  x REAL NOT NULL, y REAL NOT NULL, angle REAL NOT NULL,
-  xx REAL NOT NULL, xy REAL NOT NULL, xa REAL NOT NULL,
-  yy REAL NOT NULL, ya REAL NOT NULL, aa REAL NOT NULL,
-  PRIMARY KEY (session, number)) WITHOUT ROWID;
-CREATE TABLE surface (
-  session INTEGER NOT NULL, map INTEGER NOT NULL, number INTEGER NOT NULL,
-  x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
-  PRIMARY KEY (session, map, number),
-  FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
-)";
 /// The reverse.
-inline constexpr const char* kToVersion3 = "DROP TABLE surface; DROP TABLE local_map;";
 inline constexpr const char* kToVersion1 = R"(
 DROP TABLE robot;
 ALTER TABLE keyframe DROP COLUMN robot;
