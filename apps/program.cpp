@@ -13,6 +13,7 @@
 
 #include "apps/exit_code.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace hybrid {
 namespace {
@@ -90,6 +91,7 @@ int run_program(const std::string& name, const std::function<int()>& body) {
   ::signal(SIGPIPE, SIG_IGN);
   ::signal(SIGXFSZ, SIG_IGN);  // so that a limit on the size of files is an error of writing
   end_otherwise = std::set_terminate(end_without_memory);
+  expect_bad_alloc_of_opencv();
   try {
     return run_to_end(body);
   } catch (const Interrupted& e) {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-experiment/progress.h"
@@ -275,13 +276,14 @@ int run_experiment(const Options& options, Channel* ranks) {
   out.write("summary.txt", table);
   draw(plan, ledger, points, out);
   out.write("results.csv", ledger.text(trials_of(plan)));
-  const auto summary = summary_json(plan, provenance, counts);
+  auto summary = summary_json(plan, provenance, counts);
   if (options.report) {
     out.write("report.html",
               report_page(trials_report_json(plan.title, ledger.text(trials_of(plan)), summary)));
   }
-  const std::vector<std::string> told = out.publish(summary);
-  const int code = settle(summary.contains("message") ? kExitPartial : kExitOk);
+  const bool partial = summary.contains("message");
+  const std::vector<std::string> told = out.publish(std::move(summary));
+  const int code = settle(partial ? kExitPartial : kExitOk);
   for (const std::string& text : told) complain("hybrid-experiment: {}\n", text);
   say("{}-> {}\n", table, options.output);
   if (code != kExitOk) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-map/commands.h"
@@ -121,7 +122,7 @@ int export_map(const Options& options) {
   provenance.add_input(options.maps[0]);
   Json summary = summary_start("ok", "", provenance);
   summary.update(describe(map));
-  warn_of(out.publish(summary));
+  warn_of(out.publish(std::move(summary)));
   say("{} landmarks, {} sessions -> {}\n", existing(map), map.sessions.size(),
       out.folder().string());
   return kExitOk;

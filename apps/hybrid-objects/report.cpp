@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/program.h"
@@ -233,8 +234,8 @@ int write_reports(const std::vector<ObjectReport>& reports, const std::filesyste
   }
   const std::string message = astray.empty() ? "" : "the solver did not converge on " + astray;
   Json summary = summary_start(astray.empty() ? "ok" : "partial", message, provenance);
-  summary["sequences"] = sequences;
-  const std::vector<std::string> told = out.publish(summary);
+  summary["sequences"] = std::move(sequences);
+  const std::vector<std::string> told = out.publish(std::move(summary));
   const int code = settle(astray.empty() ? kExitOk : kExitPartial);
   for (const ObjectReport& report : reports) {
     if (!report.sequence.truth.empty()) continue;

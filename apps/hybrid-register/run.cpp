@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-register/transform_file.h"
@@ -150,7 +151,7 @@ int run(const Options& options) {
         options.source, options.target));
   }
   OutputDirectory out(options.output);
-  const Json summary = summary_json(result, provenance(options), source.size(), target.size());
+  Json summary = summary_json(result, provenance(options), source.size(), target.size());
   const std::string told =
       fmt::format("{} of {} points matched, rms {:.6g}, turned by {:.6g} degrees, {:.3f} s -> {}\n",
                   result.inliers, source.size(), result.rms, angle_deg(result.T_target_source),
@@ -159,7 +160,7 @@ int run(const Options& options) {
   const Overlay overlay =
       overlay_of(options, result, settings.start, std::move(source), std::move(target));
   out.write("overlay.png", png(overlay_image(overlay)));
-  const std::vector<std::string> moved = out.publish(summary);
+  const std::vector<std::string> moved = out.publish(std::move(summary));
   const int code = settle(result.free_motions.empty() ? kExitOk : kExitPartial);
   for (const std::string& text : moved) complain("hybrid-register: {}\n", text);
   say("{}", told);

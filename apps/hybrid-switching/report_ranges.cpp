@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-switching/locate.h"
@@ -157,7 +158,7 @@ int report_ranges(const Options& options) {
     out.write("modes.png", png(timeline(options, log, all[0])));
     out.write("path.png", png(path(log, all[0], truth, errors_text)));
   }
-  const std::vector<std::string> told = out.publish(summary);
+  const std::vector<std::string> told = out.publish(std::move(summary));
   const int code = settle(kExitOk);
   for (const std::string& text : told) complain("hybrid-switching: {}\n", text);
   say("{} ranges, {} poses{}{} -> {}\n", log.ranges.size(), all[0].path.size(),

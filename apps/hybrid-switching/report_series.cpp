@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-switching/labelled_table.h"
@@ -127,7 +128,7 @@ int report_series(const Options& options) {
   summary["fold_accuracy"] = found.accuracies;
   summary["confusion"] = rows(counts);
   for (const SwitchingModel& model : found.models) summary["models"].push_back(to_json(model));
-  const std::vector<std::string> told = out.publish(summary);
+  const std::vector<std::string> told = out.publish(std::move(summary));
   const int code = settle(kExitOk);
   for (const std::string& text : told) complain("hybrid-switching: {}\n", text);
   say("{} instants, {} modes, {:.1f} % labelled right -> {}\n", table.size(), table.modes,

@@ -17,7 +17,8 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostAnchors = 20;  // each is a search of its own
+constexpr std::size_t kMostAnchors = 20;  // each is a search of its own, of a share of ...
+constexpr int kMostFollowed = 2000;       // ... these pairs of pairs
 constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kFewest = 3;        // landmarks that can be a place
 constexpr std::size_t kClutter = 100;     // births in a row, none confirmed, that are clutter
@@ -312,6 +313,7 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   PlaceOptions options;
   options.gate = options_.gate;
   options.answers = options_.hypotheses;
+  options.hypotheses = kMostFollowed / static_cast<int>(near.size());
   std::vector<Recognition> found;
   for (const std::size_t view : near) {
     std::vector<int> old;

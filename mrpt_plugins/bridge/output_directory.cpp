@@ -114,14 +114,14 @@ void OutputDirectory::save(const std::string& name,
   }
 }
 
-std::vector<std::string> OutputDirectory::publish(const nlohmann::ordered_json& summary) {
-  nlohmann::ordered_json whole = summary;
-  whole["files"] = nlohmann::ordered_json::array();
+std::vector<std::string> OutputDirectory::publish(nlohmann::ordered_json summary) {
+  summary["files"] = nlohmann::ordered_json::array();
   for (const std::string& name : group_.staged()) {
     if (is_own(name)) continue;
-    whole["files"].push_back({{"path", name}, {"sha256", sha256_of_file(group_.stage(name))}});
+    summary["files"].push_back({{"path", name}, {"sha256", sha256_of_file(group_.stage(name))}});
   }
-  write(kSummary, whole.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
+  write(kSummary, summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
+  summary = nullptr;
 
   const std::vector<std::string> former = former_files();
   if (own_.empty() && holds_only(former) && group_.exchange(former)) return {};

@@ -44,8 +44,9 @@ class OutputDirectory {
 
   /// Publishes the new result, with `summary` and the list of files as summary.json. Returns
   /// messages for the user: files of others that had the name of a new file were renamed. Call it
-  /// once.
-  std::vector<std::string> publish(const nlohmann::ordered_json& summary);
+  /// once. Hand the summary over by std::move: its memory is freed before the files are exchanged,
+  /// since freeing JSON allocates, and nothing may fail behind the exchange.
+  std::vector<std::string> publish(nlohmann::ordered_json summary);
 
  private:
   std::vector<std::string> former_files() const;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -34,7 +35,17 @@ std::string encoded(const Image& image, const char* ending, const std::vector<in
   return {bytes.begin(), bytes.end()};
 }
 
+/// Called by OpenCV before it throws its own exception; another one takes its place.
+int throw_bad_alloc(int status, const char*, const char*, const char*, int, void*) {
+  if (status == cv::Error::StsNoMem) throw std::bad_alloc();
+  return 0;
+}
+
 }  // namespace
+
+void expect_bad_alloc_of_opencv() {
+  cv::redirectError(throw_bad_alloc);
+}
 
 std::string png(const Image& image) {
   return encoded(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, kCompression});

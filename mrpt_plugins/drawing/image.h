@@ -31,6 +31,10 @@ Image decoded(std::string_view bytes);
 /// Lets this process decode without further threads.
 void prepare_decoding();
 
+/// Lets lack of memory inside OpenCV be std::bad_alloc in this process, as everywhere else. For
+/// programs: the handler is one for the process.
+void expect_bad_alloc_of_opencv();
+
 /// The picture made so small that it is at most `width` pixels wide, with its own proportions.
 Image shrunk(const Image& image, int width);
 

@@ -28,11 +28,13 @@ auto position_covariance(const Eigen::Matrix<double, 6, 6>& covariance) {
   return Eigen::Matrix<double, kDim, kDim>(covariance.topLeftCorner<kDim, kDim>());
 }
 
-/// The robot seen is at `share` of its motion; the noise of that is added to that of the sensor.
+/// The robot seen is at `share` of its motion. The noise of that is added to that of the sensor,
+/// once for each of the `together` sightings that have it in common: R / n + Q is what n sightings
+/// tell of one motion, and so are n independent ones of noise R + n Q.
 template <class Pose>
 ContinuousFactorPtr robot_sighting(Key observer, const DetectionFrame& frame,
                                    const MeasuredPoint& measured, const RobotMotion& motion,
-                                   double share, const Values& values, Loss loss) {
+                                   double share, double together, const Values& values, Loss loss) {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   using Matrix = Eigen::Matrix<double, kDim, kDim>;
   const Pose sensor = pose_in(frame.T_robot_sensor, Pose());
@@ -43,7 +45,8 @@ ContinuousFactorPtr robot_sighting(Key observer, const DetectionFrame& frame,
   SensorView<Pose>(sensor).polar(values.at<Pose>(observer), before * part.translation(),
                                  &by_observer, &by_point);
   const Matrix by_offset = by_point * before.rotation().matrix();
-  const Matrix moved = share * position_covariance<typename Pose::Point>(motion.covariance);
+  const Matrix moved =
+      together * share * position_covariance<typename Pose::Point>(motion.covariance);
   const Matrix noise = measured.covariance + by_offset * moved * by_offset.transpose();
   return std::make_shared<RobotSighting<Pose>>(observer, motion.before, measured.z,
                                                Noise::covariance(noise), sensor, part.translation(),
@@ -73,7 +76,7 @@ void RobotSightings::take(std::size_t observer, Key pose, double time,
 std::vector<ContinuousFactorPtr> RobotSightings::met(std::size_t robot, const RobotMotion& motion,
                                                      const Values& values, bool is_3d,
                                                      const std::function<bool(Key)>& held) {
-  std::vector<ContinuousFactorPtr> out;
+  std::vector<const Sighting*> used;
   const auto rest = std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Sighting& s) {
     return s.seen != robot || s.time > motion.to;
   });
@@ -86,10 +89,12 @@ std::vector<ContinuousFactorPtr> RobotSightings::met(std::size_t robot, const Ro
     } else if (!held(s->pose) || !held(motion.before)) {
       ++dropped_["robot sighting dropped: its pose is marginalised out"];
     } else {
-      out.push_back(factor(*s, motion, values, is_3d));
-      ++used_;
+      used.push_back(&*s);
     }
   }
+  std::vector<ContinuousFactorPtr> out;
+  for (const Sighting* s : used) out.push_back(factor(*s, used.size(), motion, values, is_3d));
+  used_ += used.size();
   waiting_.erase(rest, waiting_.end());
   return out;
 }
@@ -103,13 +108,15 @@ void RobotSightings::miss(std::size_t robot, double until) {
   waiting_.erase(rest, waiting_.end());
 }
 
-ContinuousFactorPtr RobotSightings::factor(const Sighting& s, const RobotMotion& motion,
-                                           const Values& values, bool is_3d) const {
+ContinuousFactorPtr RobotSightings::factor(const Sighting& s, std::size_t together,
+                                           const RobotMotion& motion, const Values& values,
+                                           bool is_3d) const {
+  const auto n = static_cast<double>(together);
   const double length = motion.to - motion.from;
   const double share = length > 0 ? std::clamp((s.time - motion.from) / length, 0.0, 1.0) : 0.0;
   const MeasuredPoint measured = measured_point(s.detection, is_3d);
-  return is_3d ? robot_sighting<SE3>(s.pose, s.frame, measured, motion, share, values, loss_)
-               : robot_sighting<SE2>(s.pose, s.frame, measured, motion, share, values, loss_);
+  return is_3d ? robot_sighting<SE3>(s.pose, s.frame, measured, motion, share, n, values, loss_)
+               : robot_sighting<SE2>(s.pose, s.frame, measured, motion, share, n, values, loss_);
 }
 
 std::map<std::string, std::size_t> RobotSightings::dropped() const {

@@ -29,8 +29,8 @@ struct RobotMotion {
 
 /// Robots that see each other. A robot is seen between two of its keyframes: it is taken to be
 /// where its odometry puts it at that time, seen from the keyframe before, with the share of the
-/// noise of the odometry that belongs to the way up to there. So a sighting waits for the next
-/// keyframe of the robot that was seen.
+/// noise of the odometry that belongs to the way up to there. Sightings of one motion have that
+/// noise in common. So a sighting waits for the next keyframe of the robot that was seen.
 class RobotSightings {
  public:
   /// The loss of all factors.
@@ -62,8 +62,9 @@ class RobotSightings {
     Detection detection;
   };
 
-  ContinuousFactorPtr factor(const Sighting& sighting, const RobotMotion& motion,
-                             const Values& values, bool is_3d) const;
+  /// Of one of the sightings that were made `together`, during one motion.
+  ContinuousFactorPtr factor(const Sighting& sighting, std::size_t together,
+                             const RobotMotion& motion, const Values& values, bool is_3d) const;
 
   Loss loss_;
   std::deque<Sighting> waiting_;

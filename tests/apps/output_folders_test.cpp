@@ -171,6 +171,23 @@ TEST_F(OutputFolders, AFileThatCannotBeWrittenIsNamedAndTheOldResultStays) {
   EXPECT_EQ(names(), old);
 }
 
+// Sanitizers reserve address space of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Where memory ends depends on the machine, so that several limits are tried.
+TEST_F(OutputFolders, LackOfMemoryForPicturesIsSaidAsSuch) {
+  std::size_t lacking = 0;
+  for (int megabytes = 900; megabytes >= 400; megabytes -= 50) {
+    const std::string limit = "ulimit -v " + std::to_string(megabytes * 1000) + "; ";
+    const Ran ran = run_app("hybrid-replay " + kClassed + " -o " + at("out"), limit);
+    EXPECT_EQ(ran.text.find("OpenCV("), std::string::npos) << ran.text;
+    if (ran.code == 0) continue;
+    EXPECT_EQ(ran.code, 1) << ran.text;
+    lacking += ran.text.find("hybrid-replay: out of memory") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GT(lacking, 0U);
+}
+#endif
+
 TEST_F(OutputFolders, AVideoThatCannotBeWrittenIsAFailure) {
   const std::string film = at("map.mp4");
   write("map.mp4", "an older one");

@@ -71,6 +71,21 @@ TEST(RobotSightings, TrustTheOdometryTheLessTheFartherItLeads) {
   EXPECT_NEAR(cost_of_a_range_off_by_a_decimetre(11), 0.5 * 0.01 / 0.03, 1e-9);  // + 0.04 / 2
 }
 
+// However often it is seen on the way, where the way led is known no better than by odometry.
+TEST(RobotSightings, OfOneMotionHaveItsNoiseInCommon) {
+  for (const int times : {1, 2, 20}) {
+    Meeting m;
+    for (int i = 0; i < times; ++i) m.see(11, M_PI / 4);
+    double cost = 0;
+    const auto factors = m.met();
+    EXPECT_EQ(m.sightings.used(), static_cast<std::size_t>(times));
+    m.values.data(m.values.slot(kObserver))[0] = 0.1 * std::cos(M_PI / 4);
+    m.values.data(m.values.slot(kObserver))[1] = 0.1 * std::sin(M_PI / 4);
+    for (const auto& factor : factors) cost += factor->cost(m.values);
+    EXPECT_NEAR(cost, 0.5 * 0.01 / (0.01 / times + 0.02), 1e-9) << times;
+  }
+}
+
 TEST(RobotSightings, WaitForTheNextKeyframeOfTheOther) {
   Meeting m;
   m.see(12.5, 0.1);
