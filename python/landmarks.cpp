@@ -18,6 +18,8 @@ void bind_options(py::module_& m) {
                          "Settings of the association of detections without ids.")
       .field("method", &Options::method, "Method of matching a frame.")
       .field("use_ids", &Options::use_ids, "Use the ids of detections that have one.")
+      .field("extent", &Options::extent,
+             "Extent of a landmark [m]: the sigma of the places of things taken for it.")
       .field("gate", &Options::gate, "Gate on innovations: a chi-square probability.")
       .field("information_penalty", &Options::information_penalty,
              "Cost of a match per nat of information that it adds.")

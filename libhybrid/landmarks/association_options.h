@@ -16,7 +16,10 @@ struct AssociationOptions {
   /// kJcbb: joint compatibility branch and bound.
   enum class Method { kHypotheses, kNearest, kJcbb };
   Method method = Method::kHypotheses;
-  bool use_ids = true;                 ///< known-id override: ids of the log, where it has them
+  bool use_ids = true;  ///< known-id override: ids of the log, where it has them
+  /// Of a landmark: how far from it is what is taken for it, a standard deviation along each axis
+  /// [m]. Things nearer to each other than that are not told apart where the map does not tell.
+  double extent = 0;
   double gate = 0.9999;                ///< chi-square probability of an innovation
   double information_penalty = 1.0;    ///< price of a match per nat of what it would tell
   int hypotheses = 8;                  ///< at most, per frame

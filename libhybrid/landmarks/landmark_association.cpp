@@ -91,14 +91,20 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   ++frames_;
   const std::vector<bool> crowded = are_crowded(seen);
   for (std::size_t i = 0; i < seen.detections.size(); ++i) {
-    const Detection& detection = seen.detections[i];
+    Detection detection = seen.detections[i];
+    sigmas_ += position_sigma(detection, map.is_3d);
+    ++detections_;
+    if (!(options_.use_ids && detection.id) && options_.extent > 0) {
+      detection = with_extent(std::move(detection), options_.extent, map.is_3d);
+    }
     if (crowded[i] && !(options_.use_ids && detection.id)) {
       ++out.dropped["detection dropped: too many others within its noise to be told apart"];
       continue;
     }
-    Sighting sighting{frames_, frame.pose, sensor, detection, {}, -1, {}};
-    if (!detection.class_probabilities.empty() && classes_.names().size() > 1) {
-      sighting.phi = classes_.likelihood(detection.class_probabilities, seen.class_names);
+    Sighting sighting{frames_, frame.pose, sensor, std::move(detection), {}, -1, {}};
+    const std::vector<double>& scores = sighting.detection.class_probabilities;
+    if (!scores.empty() && classes_.names().size() > 1) {
+      sighting.phi = classes_.likelihood(scores, seen.class_names);
     }
     noted.push_back(landmarks_.note(std::move(sighting)));
   }
@@ -367,6 +373,7 @@ std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& m
 std::map<std::string, double> LandmarkAssociation::statistics() const {
   std::map<std::string, double> out = statistics_;
   out["landmarks_tried"] = static_cast<double>(landmarks_.tracks().size());
+  if (detections_ > 0) out["detection_sigma_m"] = sigmas_ / static_cast<double>(detections_);
   return out;
 }
 

@@ -138,6 +138,8 @@ class LandmarkAssociation {
   int matched_again_ = 0;  ///< half-steps over all associations so far
   int keyframe_ = -1;
   int frames_ = 0;
+  double sigmas_ = 0;           // of detections, as they are stated, their sum [m]
+  std::size_t detections_ = 0;  // and their number
   std::map<std::string, double> statistics_;
 };
 

@@ -93,6 +93,21 @@ std::vector<bool> are_crowded(const DetectionFrame& frame) {
   return out;
 }
 
+double position_sigma(const Detection& d, bool is_3d) {
+  const double across = d.range * d.range, level = across * std::pow(std::cos(d.pitch), 2);
+  const double sum = d.covariance(0, 0) + level * d.covariance(1, 1) + across * d.covariance(2, 2);
+  return std::sqrt(sum / (is_3d ? 3 : 2));
+}
+
+Detection with_extent(Detection d, double extent, bool is_3d) {
+  const double variance = extent * extent;
+  const double across = std::max(d.range * d.range, variance);  // nearer, all directions are alike
+  d.covariance(0, 0) += variance;
+  d.covariance(1, 1) += variance / (across * std::pow(std::cos(d.pitch), 2));
+  if (is_3d) d.covariance(2, 2) += variance / across;
+  return d;
+}
+
 MeasuredPoint measured_point(const Detection& d, bool is_3d) {
   if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
   return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};

@@ -35,6 +35,13 @@ ContinuousFactorPtr bearing_factor(Key pose, Key point, const DetectionFrame& fr
 /// would be by their noise, or most of the frame is such: which is which nobody can tell then.
 std::vector<bool> are_crowded(const DetectionFrame& frame);
 
+/// Standard deviation of where a detection puts its thing, of the usual axis [m].
+double position_sigma(const Detection& detection, bool is_3d);
+
+/// The detection of a landmark with an extent: of the landmark itself or of something about it,
+/// which along each axis is so far off, a standard deviation [m].
+Detection with_extent(Detection detection, double extent, bool is_3d);
+
 /// Range and direction of a detection, as a map in space or in the plane takes them.
 MeasuredPoint measured_point(const Detection& detection, bool is_3d);
 

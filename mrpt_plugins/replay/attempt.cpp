@@ -319,7 +319,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, mapper, result);
   made.is_written =
-      conditions.other == nullptr || (signal == 0 && is_better(summary.health, *conditions.other));
+      conditions.other == nullptr || (signal == 0 && conditions.better(summary.health, *conditions.other));
   if (!made.is_written) return made;
   tell_findings(settings, summary);
   place.tell(result, summary);

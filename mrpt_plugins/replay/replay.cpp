@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <map>
 #include <utility>
@@ -17,16 +19,27 @@ namespace hybrid {
 namespace {
 
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
-constexpr int kMostMeasurements = 4;  // of the noise, each with a map
+constexpr int kMostMeasurements = 4;                 // of the noise, each with a map
+constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
+constexpr const char* kFoundAgain = "landmarks seen at one time only";
+/// Of landmarks, in sigmas of a detection: from where a detection tells next to nothing of which
+/// landmark it is, in octaves, down to where it tells nearly all.
+constexpr std::array<double, 3> kExtents{4, 2, 1};
+
+/// What section.key of a configuration is; empty where it has none.
+std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
+  for (const auto& [section, keys] : configuration) {
+    for (const auto& [key, value] : keys) {
+      if (section + "." + key == name) return value;
+    }
+  }
+  return {};
+}
 
 /// The number that section.key of a configuration is; 1 where it has none.
 double setting(const IniFile::Settings& configuration, const std::string& name) {
-  for (const auto& [section, keys] : configuration) {
-    for (const auto& [key, value] : keys) {
-      if (section + "." + key == name) return std::stod(value);
-    }
-  }
-  return 1;
+  const std::string text = text_of(configuration, name);
+  return text.empty() ? 1 : std::stod(text);
 }
 
 /// Settings that a map is made again with.
@@ -58,6 +71,53 @@ bool add_remedies(const Health& health, const IniFile::Settings& configuration, 
   return changed;
 }
 
+/// The entry of a check; none where it was not made.
+const HealthEntry* find_entry(const Health& health, const std::string& name) {
+  const auto it = std::find_if(health.begin(), health.end(),
+                               [&](const HealthEntry& entry) { return entry.name == name; });
+  return it == health.end() ? nullptr : &*it;
+}
+
+/// Whether fewer landmarks of map `a` than of map `b` are lost where they should be seen again.
+bool finds_more_again(const Health& a, const Health& b) {
+  const HealthEntry *own = find_entry(a, kFoundAgain), *other = find_entry(b, kFoundAgain);
+  return own != nullptr && other != nullptr && own->value < other->value;
+}
+
+/// Coarse to fine: where the landmarks of a map are not found again, which detection is of which
+/// landmark was decided finer than could be told. Landmarks get an extent, and what may be of one
+/// of them is of it (joint compatibility, which prefers a landmark that is known to a new one).
+/// Returns the request of the map that is taken.
+ReplayRequest map_coarsely(const ReplayRequest& request, const Watchers& watchers,
+                           std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
+  ReplayRequest taken = request;
+  const auto sigma = outcome.summary.statistics.find(kSigma);
+  const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
+  if (sigma == outcome.summary.statistics.end() || lost == nullptr) return taken;
+  if (lost->verdict != HealthVerdict::kBad) return taken;
+  const IniFile::Settings& configuration = outcome.summary.provenance.configuration;
+  if (text_of(configuration, "BearingRangeAssociation.method") != "hypotheses" ||
+      setting(configuration, "BearingRangeAssociation.extent") != 0) {
+    return taken;  // it was said how to decide
+  }
+  for (const double extent : kExtents) {
+    ReplayRequest coarse = request;
+    coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
+    coarse.settings.push_back(
+        fmt::format("BearingRangeAssociation.extent={:.3g}", extent * sigma->second));
+    Attempt next =
+        attempt(coarse, watchers, start, {&outcome.summary.health, finds_more_again, false, false});
+    if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
+    if (next.is_written) {
+      outcome = std::move(next.outcome);
+      taken = std::move(coarse);
+    }
+    lost = find_entry(outcome.summary.health, kFoundAgain);
+    if (outcome.signal != 0 || lost->verdict == HealthVerdict::kGood) break;
+  }
+  return taken;
+}
+
 ReplayRequest request_with(const ReplayRequest& request, const Remedies& remedies) {
   ReplayRequest out = request;
   out.settings.emplace_back("sensor.noise=measured");
@@ -84,7 +144,7 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
     Attempt next = attempt(request_with(request, remedies), watchers, start,
-                           {&outcome.summary.health, !changed, in_doubt});
+                           {&outcome.summary.health, is_better, !changed, in_doubt});
     if (!next.is_written && next.outcome.signal != 0) {
       outcome.signal = next.outcome.signal;
       return;
@@ -112,7 +172,8 @@ ReplayOutcome replay(const ReplayRequest& request,
   Attempt first = attempt(request, watchers, start, {});
   if (!first.may_measure) return std::move(first.outcome);
   try {
-    map_as_measured(request, watchers, start, first.outcome);
+    const ReplayRequest taken = map_coarsely(request, watchers, start, first.outcome);
+    if (first.outcome.signal == 0) map_as_measured(taken, watchers, start, first.outcome);
   } catch (const Interrupted& e) {
     first.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/replay/detail/judgement.h"
 #include "mrpt_plugins/replay/replay.h"
 
 namespace hybrid {
@@ -26,9 +27,10 @@ struct Attempt {
 
 /// When a map of the logs is not the one to write.
 struct Conditions {
-  const Health* other = nullptr;  ///< of a map that this one has to be better than
-  bool corrected = false;         ///< it is made only if something of the logs is corrected,
-  bool aligned = false;           ///< which is more than noise
+  const Health* other = nullptr;  ///< of a map that this one has to be better than,
+  bool (*better)(const Health&, const Health&) = is_better;  ///< in this sense
+  bool corrected = false;  ///< it is made only if something of the logs is corrected,
+  bool aligned = false;    ///< which is more than noise
 };
 
 /// Maps the logs, and writes the result where the conditions hold.
