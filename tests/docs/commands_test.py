@@ -140,6 +140,10 @@ def make_files():
     for folder in (".", "tables"):
         pathlib.Path(folder, "odometry.csv").write_text(odometry, encoding="utf-8")
         pathlib.Path(folder, "detections.csv").write_text(seen, encoding="utf-8")
+    # A laser in a corridor of 10 m.
+    pathlib.Path("my_bag.clf").write_text("".join(
+        "FLASER 181 " + " ".join(f"{1 / max(abs(math.sin(math.radians(a))), 0.1):.3f}" for a in range(-90, 91))
+        + f" {0.1 * t} 0 0 {0.1 * t} 0 0 {t} here {t}\n" for t in range(12)), encoding="utf-8")
     pathlib.Path("path.tum").write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(4)), encoding="utf-8")
     pathlib.Path("things.txt").write_text("5 1 0 5 0 0 17 tree\n", encoding="utf-8")
     cloud = "".join(f"{math.cos(7 * i):.4f} {math.sin(3 * i):.4f} {0.01 * i:.4f}\n" for i in range(50))
