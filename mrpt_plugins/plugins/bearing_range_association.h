@@ -26,6 +26,8 @@ class BearingRangeAssociation : public MappingPlugin {
     return {"CObservationBearingRange", "CObservationClassedBearingRange"};
   }
   bool suits(const LogContents& log) const override {
+    // Another plugin maps ranges with ids, and this one would take them as well.
+    if (log.with_range.mostly_identified()) return false;
     const auto suits = [](const DetectionCounts& counts) {
       return counts.all > 0 && !counts.mostly_identified();
     };
