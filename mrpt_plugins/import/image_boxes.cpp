@@ -78,7 +78,9 @@ std::vector<ImageBox> read_yolo(const std::string& folder, const ImageBoxOptions
     if (entry.path().filename() == "classes.txt") {
       TextReader text(entry.path().string(), TextFormat{TextFormat::Cut::kWords, ""});
       std::string_view line;
-      for (std::int64_t i = 0; text.next_line(line); ++i) names.try_emplace(i, std::string(line));
+      for (std::int64_t i = 0; text.next_line(line); ++i) {
+        names.try_emplace(i, std::string(line.substr(0, line.find_last_not_of(" \t\r") + 1)));
+      }
       continue;
     }
     const auto number = image_number(entry.path().stem().string());
@@ -162,6 +164,11 @@ class ImageClock {
  public:
   explicit ImageClock(const ImageBoxOptions& o) : options_(o) {
     if (o.frame_times.empty()) {
+      constexpr double kLongest = 1e6;  // s
+      if (!(std::abs(o.start) <= kLargestTime) || o.period > kLongest) {
+        throw Error(fmt::format("--start is at most {} s, and --period at most {} s", kLargestTime,
+                                kLongest));
+      }
       if (o.period > 0) return;
       throw Error(
           "boxes have numbers of images and no times: --period tells the seconds between "
