@@ -57,6 +57,30 @@ void add_noise(CLI::App& format, MotionNoise& noise) {
   format.add_option("--seed", noise.seed, "of the noise");
 }
 
+void add_image_boxes(CLI::App& format, ImageBoxOptions& boxes) {
+  const auto add = [&](const char* name, auto& value, const char* about) {
+    return format.add_option(name, value, about)->group("Boxes in images (MOT, YOLO, COCO)");
+  };
+  add("--focal", boxes.focal, "focal length [pixels]");
+  add("--center-u", boxes.center_u, "principal point [pixels]; below 0: the middle of the image");
+  add("--center-v", boxes.center_v, "principal point [pixels]; below 0: the middle of the image");
+  add("--image-width", boxes.image_width, "of the image [pixels]; 0: not known");
+  add("--image-height", boxes.image_height, "of the image [pixels]; 0: not known");
+  add("--period", boxes.period, "between images [s]");
+  add("--start", boxes.start, "time of image 0 [s]");
+  add("--frame-times", boxes.frame_times, "a table frame,time in place of both");
+  add("--min-score", boxes.min_score, "boxes with less are dropped");
+  add("--class-name", boxes.class_names, "NUMBER=NAME of a class; may be given for each")
+      ->take_all();
+  add("--class-height", boxes.class_heights,
+      "NAME=METRES, so that boxes of the class tell a range; may be given for each")
+      ->take_all();
+  add("--sigma-height", boxes.sigma_height, "of these heights, as a share")
+      ->check(CLI::Range(0.0, 1.0));
+  add("--sigma-pixels", boxes.sigma_pixels, "of the height of a box [pixels]")
+      ->check(CLI::Range(0.0, 1e4));
+}
+
 void note_findings(const LogFindings& findings, std::vector<std::string>& notes) {
   const auto is_measured = [](const NoiseRecord& r) { return r.measured.has_value(); };
   const std::vector<NoiseRecord>& noise = findings.noise;
@@ -217,9 +241,11 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   format->add_option("--odometry", o->odometry, "columns time,x,y,yaw or time,x,y,z,yaw,pitch,roll")
       ->required();
   format
-      ->add_option("--detections", o->detections,
-                   "columns time,range,yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]; or "
-                   "p_NAME for each class instead of class,score")
+      ->add_option(
+          "--detections", o->detections,
+          "columns time[,range],yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]; or "
+          "p_NAME for each class instead of class,score. Or boxes in images: a folder of "
+          "YOLO, COCO results (F.json), det.txt of MOT")
       ->required();
   format->add_option("--classes", o->classes, "names of all classes; default: those met");
   format->add_option("--score", o->score,
@@ -227,10 +253,19 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   format->add_option("--sensor-pose", o->sensor_pose, "on the robot: x y z yaw pitch roll [m, rad]")
       ->expected(6);
   format->add_option("--sigma-range", o->sigma_range, "where the table has none [m]");
+  format
+      ->add_option("--sigma-range-share", o->sigma_range_share,
+                   "added to it by root sum of squares [m per m of range]")
+      ->check(CLI::Range(0.0, 10.0));
   format->add_option("--sigma-bearing", o->sigma_bearing, "where the table has none [rad]");
+  format
+      ->add_option("--sigma-across", o->sigma_across,
+                   "of the point seen of an object, which near by turns the bearing [m]")
+      ->check(CLI::Range(0.0, 1000.0));
   format->add_option("--fov", o->fov, "full opening angle of the detector [rad]; 0: not known");
   format->add_option("--walk-translation", o->walk_translation, "odometry noise [m per sqrt(m)]");
   format->add_option("--walk-rotation", o->walk_rotation, "odometry noise [rad per sqrt(m)]");
+  add_image_boxes(*format, o->boxes);
   return format;
 }
 

@@ -253,7 +253,8 @@ def tell_dropped(count, reason):
         print(f"{reason}: {count}")
 
 
-def write_odometry(out, files, topics, options):
+def odometry_of(files, topics, options):
+    """(time, pose) of the robot, times rising."""
     if options.odometry_tf:
         parent, child = options.odometry_tf
         found = ((time, pose) for time, a, b, pose in transforms_of(files, topics, "/tf") if (a, b) == (parent, child))
@@ -264,6 +265,11 @@ def write_odometry(out, files, topics, options):
     if options.odometry_tf and not poses:
         raise BagError(f"/tf has no transform from {parent} to {child}")
     tell_dropped(dropped, "odometry dropped: its time does not rise")
+    return poses
+
+
+def write_odometry(out, files, topics, options):
+    poses = odometry_of(files, topics, options)
     names = ["time", "x", "y", "yaw"] if options.plane else ["time", "x", "y", "z", "yaw", "pitch", "roll"]
     write_table(out / "odometry.csv", names, [odometry_row(time, pose, options.plane) for time, pose in poses])
 
@@ -289,8 +295,8 @@ def detected(files, topics, options):
     return rows, True, frame
 
 
-def tell_sensor_pose(files, topics, base, frame, optical):
-    """Prints where the sensor is on the robot, as an option of hybrid-import."""
+def sensor_pose(files, topics, base, frame, optical):
+    """Where the sensor is on the robot: position and rotation."""
     parents = {child: (parent, pose) for _, parent, child, pose in transforms_of(files, topics, "/tf", "/tf_static")}
     at, pose = frame, ((0.0, 0.0, 0.0), OPTICAL if optical else (0.0, 0.0, 0.0, 1.0))
     for _ in range(len(parents) + 1):
@@ -300,7 +306,13 @@ def tell_sensor_pose(files, topics, base, frame, optical):
             raise BagError(f"no transforms lead from {base} to {frame}: they end at {at}")
         at, step = parents[at]
         pose = composed(step, pose)
-    numbers = (*pose[0], *angles_of(pose[1]))
+    return pose
+
+
+def tell_sensor_pose(files, topics, base, frame, optical):
+    """Prints the same as an option of hybrid-import."""
+    position, rotation = sensor_pose(files, topics, base, frame, optical)
+    numbers = (*position, *angles_of(rotation))
     print("give hybrid-import: --sensor-pose " + " ".join(f"{x + 0.0:.6g}" for x in numbers))
 
 

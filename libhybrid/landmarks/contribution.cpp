@@ -3,6 +3,9 @@
 
 #include "libhybrid/landmarks/contribution.h"
 
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/isometry.h"
+
 namespace hybrid {
 
 void enter(const Contribution& contribution, LandmarkRegistry& landmarks) {
@@ -10,6 +13,21 @@ void enter(const Contribution& contribution, LandmarkRegistry& landmarks) {
   for (const std::int64_t id : contribution.sighted) landmarks.sighted(id);
   for (const std::int64_t id : contribution.unsighted) landmarks.unsighted(id);
   for (const std::int64_t id : contribution.forgotten) landmarks.remove(id);
+}
+
+Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, const MapView& map) {
+  if (!map.holds(before)) return map.joint_covariance({});
+  const Eigen::Index n = map.is_3d ? 6 : 3;
+  const Eigen::Isometry3d T_now_before =
+      between(frame.T_map_robot, isometry_at(map.values, before));
+  Eigen::MatrixXd J(n, 2 * n);
+  J.leftCols(n).setIdentity();
+  if (map.is_3d) {
+    J.rightCols(n) = -adjoint(T_now_before);
+  } else {
+    J.rightCols(n) = -to_se2(T_now_before).adjoint();
+  }
+  return map.covariance_of({before}, J);
 }
 
 }  // namespace hybrid

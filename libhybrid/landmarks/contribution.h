@@ -64,6 +64,10 @@ struct Contribution {
 /// roll the registry back then.
 void enter(const Contribution& contribution, LandmarkRegistry& landmarks);
 
+/// Tangent covariance of the motion from a pose of the map to that of the keyframe, perturbed from
+/// the right; where the former pose has left the graph, that of the keyframe's pose.
+Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, const MapView& map);
+
 /// What became of a contribution.
 struct Outcome {
   AddedHandles handles;         ///< of its factors, in the order of its delta

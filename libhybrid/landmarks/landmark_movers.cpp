@@ -16,23 +16,6 @@
 namespace hybrid {
 namespace {
 
-/// Tangent covariance of the motion from a pose to that of the keyframe, perturbed from the right;
-/// where the former pose has left the graph, that of the keyframe's pose.
-Eigen::MatrixXd motion_covariance(const KeyframeView& frame, Key before, const MapView& map) {
-  if (!map.holds(before)) return map.joint_covariance({});
-  const Eigen::Index n = map.is_3d ? 6 : 3;
-  const Eigen::Isometry3d T_now_before =
-      between(frame.T_map_robot, isometry_at(map.values, before));
-  Eigen::MatrixXd J(n, 2 * n);
-  J.leftCols(n).setIdentity();
-  if (map.is_3d) {
-    J.rightCols(n) = -adjoint(T_now_before);
-  } else {
-    J.rightCols(n) = -to_se2(T_now_before).adjoint();
-  }
-  return map.covariance_of({before}, J);
-}
-
 /// The covariance that a point of the map has from that of the pose it was seen from.
 Eigen::Matrix3d from_pose(const Eigen::Vector3d& point, const Eigen::Isometry3d& T_map_robot,
                           const Eigen::MatrixXd& covariance, bool is_3d) {
@@ -64,7 +47,7 @@ void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeVi
                                  const SensorCoverage& coverage, const MapView& map) {
   if (!things_.is_on() || noted.empty()) return;
   const bool is_next = followed_from_ && *followed_from_ != frame.pose;
-  if (is_next) since_followed_ = motion_covariance(frame, *followed_from_, map);
+  if (is_next) since_followed_ = covariance_of_motion(frame, *followed_from_, map);
   std::vector<ThingSighting> seen;
   for (const int s : noted) {
     const Sighting& sighting = landmarks_.sighting(s);

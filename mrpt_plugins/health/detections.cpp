@@ -11,6 +11,7 @@ namespace hybrid {
 namespace {
 
 constexpr UpperLimits kMovedLimits{0.1, 0.5}, kClutterLimits{0.2, 0.5};
+constexpr UpperLimits kNoRangeLimits{0.8, 0.98};
 constexpr std::size_t kFewestDetections = 30;
 /// Shares of scans. One that agrees with no local map leaves the map in two parts, which a closure
 /// may join.
@@ -79,6 +80,15 @@ void check_detections(const RunFacts& facts, Health& health) {
     health.push_back(share_entry("detections without a landmark", clutter, all, kClutterLimits,
                                  "detections were taken for clutter",
                                  "noise of odometry and detections; the detector's threshold"));
+  }
+  const auto directions = static_cast<std::size_t>(figure(facts, "directions"));
+  if (directions >= kFewestDetections) {
+    const auto used = static_cast<std::size_t>(figure(facts, "directions_with_range"));
+    health.push_back(share_entry(
+        "directions without a range", directions - used, directions, kNoRangeLimits,
+        "directions told no range of their thing, and are not used",
+        "way of the robot: things get a place where it passes them, not where it drives straight "
+        "at them; [sensor] sigma_yaw_deg; [BearingRangeAssociation] range_sigma, memory"));
   }
   if (facts.ranges >= kFewestDetections) {
     health.push_back(share_entry("ranges taken for false", facts.false_ranges, facts.ranges,

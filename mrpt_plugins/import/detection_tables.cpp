@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <mrpt/obs/CObservationBeaconRanges.h>
 
 #include <algorithm>
 #include <array>
@@ -14,12 +13,11 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/import/detail/table_odometry.h"
+#include "mrpt_plugins/import/detail/detection_steps.h"
+#include "mrpt_plugins/import/detail/image_boxes.h"
 
 namespace hybrid {
 namespace {
-
-using mrpt::poses::CPose3D;
 
 const std::vector<std::string> kDetectionColumns{
     "time", "range",   "yaw",         "pitch",     "class",       "score",
@@ -76,109 +74,20 @@ std::vector<float> scores_of(const NamedTable& table, const std::vector<std::str
   return scores;
 }
 
-OdometryIncrement motion_between(const CPose3D& from, const CPose3D& to, bool is_3d,
-                                 const DetectionTablesOptions& options) {
-  constexpr double kLeast = 1e-6;
-  const CPose3D mean = to - from;
-  const double way = mean.norm();
-  const double vt = kLeast + options.walk_translation * options.walk_translation * way;
-  const double vr = kLeast + options.walk_rotation * options.walk_rotation * way;
-  if (!is_3d) {
-    return planar_motion(mean.x(), mean.y(), mean.yaw(), Eigen::Vector3d(vt, vt, vr).asDiagonal());
-  }
-  Eigen::Matrix<double, 6, 1> variances;
-  variances << vt, vt, vt, vr, vr, vr;
-  return {mean, variances.asDiagonal(), false};
+/// Noise that depends on the range, where the table states none.
+void set_noise_by_range(const DetectionTablesOptions& o, bool has_range,
+                        CObservationClassedBearingRange::Detection& d) {
+  CObservationClassedBearingRange::Detection usual = d;
+  set_noise({o.sigma_range, o.sigma_range_share, o.sigma_bearing, has_range ? o.sigma_across : 0},
+            usual);
+  if (d.std_range == 0 && o.sigma_range_share > 0) d.std_range = usual.std_range;
+  if (o.sigma_across == 0 || !has_range) return;
+  if (d.std_yaw == 0) d.std_yaw = usual.std_yaw;
+  if (d.std_pitch == 0) d.std_pitch = usual.std_pitch;
 }
 
-/// Collects the detections of one time and adds them to the log as a step.
-class Steps {
- public:
-  Steps(const DetectionTablesOptions& options, LogWriter& log)
-      : options_(options), log_(log), odometry_(options.odometry) {}
-
-  /// Starts an empty frame for the detections of a time.
-  void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
-    const auto& p = options_.sensor_pose;
-    frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},
-                               {p[0], p[1], p[2], p[3], p[4], p[5]});
-    frame_->has_range = has_range;
-    frame_->has_pitch = has_pitch;
-    if (has_pitch) frame_->std_pitch = static_cast<float>(options_.sigma_bearing);
-    frame_->fov_yaw = static_cast<float>(options_.fov);
-    frame_->class_names = classes;
-    time_ = time;
-  }
-
-  void end() {
-    if (!frame_) return;
-    const auto pose = odometry_.at(time_);
-    if (!pose) {
-      log_.drop("detection dropped: no odometry before or after it", count());
-    } else {
-      ImportedStep step{time_, {}, observations(), {}};
-      if (odometry_.resets() > resets_) {
-        log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
-      } else if (last_) {
-        step.motion = motion_between(*last_, *pose, odometry_.is_3d(), options_);
-      }
-      resets_ = odometry_.resets();
-      last_ = pose;
-      log_.add(step);
-    }
-    frame_.reset();
-    ranges_.clear();
-  }
-
-  /// Adds a range to what has an id, without a direction [m].
-  void add_range(double range, double sigma, std::int32_t id) {
-    auto& seen = ranges_[sigma > 0 ? sigma : options_.sigma_range];
-    if (!seen) {
-      seen = mrpt::obs::CObservationBeaconRanges::Create();
-      seen->sensorLabel = "DETECTOR";
-      seen->stdError = static_cast<float>(sigma > 0 ? sigma : options_.sigma_range);
-    }
-    const auto& p = options_.sensor_pose;
-    mrpt::obs::CObservationBeaconRanges::TMeasurement m;
-    m.sensorLocationOnRobot = {p[0], p[1], p[2]};
-    m.sensedDistance = static_cast<float>(range);
-    m.beaconID = id;
-    seen->sensedData.push_back(m);
-  }
-
-  void note() const { odometry_.note(log_); }
-
-  bool is_of(double time) const { return frame_ && time == time_; }
-  double time() const { return time_; }
-  double start_of_odometry() const { return odometry_.start(); }
-  CObservationClassedBearingRange& frame() { return *frame_; }
-
- private:
-  std::vector<mrpt::obs::CObservation::Ptr> observations() const {
-    if (ranges_.empty()) return {frame_};
-    std::vector<mrpt::obs::CObservation::Ptr> all;
-    for (const auto& [sigma, seen] : ranges_) all.push_back(seen);
-    return all;
-  }
-  std::size_t count() const {
-    std::size_t count = frame_->detections.size();
-    for (const auto& [sigma, seen] : ranges_) count += seen->sensedData.size();
-    return count;
-  }
-
-  const DetectionTablesOptions& options_;
-  LogWriter& log_;
-  TableOdometry odometry_;
-  std::size_t resets_ = 0;  // of the odometry up to the last step
-  std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
-                                                                       // sigma
-  CObservationClassedBearingRange::Ptr frame_;
-  std::optional<CPose3D> last_;
-  double time_ = -std::numeric_limits<double>::infinity();
-};
-
 void add_detection(const NamedTable& table, const std::vector<std::string>& classes,
-                   double usual_score, CObservationClassedBearingRange& frame) {
+                   const DetectionTablesOptions& options, CObservationClassedBearingRange& frame) {
   CObservationClassedBearingRange::Detection d;
   if (frame.has_range) d.range = static_cast<float>(table.number("range"));
   d.yaw = static_cast<float>(table.angle("yaw"));
@@ -188,7 +97,8 @@ void add_detection(const NamedTable& table, const std::vector<std::string>& clas
   d.std_range = static_cast<float>(table.sigma("sigma_range"));
   d.std_yaw = static_cast<float>(table.sigma("sigma_yaw"));
   d.std_pitch = static_cast<float>(table.sigma("sigma_pitch"));
-  d.class_scores = scores_of(table, classes, usual_score);
+  set_noise_by_range(options, frame.has_range, d);
+  d.class_scores = scores_of(table, classes, options.score);
   frame.detections.push_back(std::move(d));
 }
 
@@ -200,6 +110,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   if (!(options.score > 0 && options.score <= 1))
     throw Error("--score must be above 0 and at most 1");
   LogWriter log(output);
+  if (are_image_boxes(options.detections)) return import_image_boxes(options, log);
   const std::vector<std::string> classes =
       options.classes.empty() ? classes_in(options.detections) : options.classes;
   NamedTable table(options.detections, kDetectionColumns, kColumnAliases);
@@ -220,8 +131,9 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
              ": no column score: classes are taken as certain; where the detector may be wrong, "
              "--score tells how often it is right");
   }
-  Steps steps(options, log);
+  DetectionSteps steps(options, log);
   double first = 0;
+  std::size_t identified = 0;
   while (table.next()) {
     log.used(table.share());
     const double time = table.time();
@@ -234,14 +146,17 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     if (table.has("range") && table.number("range") <= 0) {
       log.drop("detection dropped: range not positive");
     } else if (!has_yaw) {
-      steps.add_range(table.number("range"), table.sigma("sigma_range"),
+      const double range = table.number("range"), stated = table.sigma("sigma_range");
+      const double usual = std::hypot(options.sigma_range, options.sigma_range_share * range);
+      steps.add_range(range, stated > 0 ? stated : usual,
                       static_cast<std::int32_t>(table.id("id").value_or(-1)));
     } else {
-      add_detection(table, classes, options.score, steps.frame());
+      add_detection(table, classes, options, steps.frame());
+      if (table.id("id")) ++identified;
     }
   }
   steps.end();
-  steps.note();
+  steps.note(identified);
   for (const std::string& name : table.ignored()) {
     log.note(fmt::format("{}: column {} is left aside", table.path(), name));
   }

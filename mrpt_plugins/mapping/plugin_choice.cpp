@@ -104,7 +104,8 @@ std::string why_nothing_mapped(const std::map<std::string, ObservationUse>& uses
     if (name == "CObservationOdometry" || name == "CObservationRobotPose") continue;
     if (!use.users.empty())
       return "nothing that the plugins saw became a landmark: are odometry and ranges in metres, "
-             "angles in radians, and the pose of the sensor right? What was dropped tells more";
+             "angles in radians, and the pose of the sensor right? Directions without ranges place "
+             "only what the robot passes. What was dropped tells more";
     std::vector<std::string> could;
     for (const auto& plugin : samples()) {
       if (uses(*plugin, name)) could.push_back(name_of(*plugin));

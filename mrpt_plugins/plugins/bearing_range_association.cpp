@@ -3,6 +3,11 @@
 
 #include "mrpt_plugins/plugins/bearing_range_association.h"
 
+#include <algorithm>
+
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/geometry/isometry.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"
 
@@ -11,9 +16,89 @@ HYBRID_REGISTER_PLUGIN(BearingRangeAssociation, hybrid)
 namespace hybrid {
 
 void BearingRangeAssociation::configure(IniSection section) {
-  const std::vector<std::string> sensors = read_sensors(section);
+  sensors_ = read_sensors(section);
   const ClassModel classes = read_class_model(section);
-  association_ = LandmarkAssociation(read_association_options(section), classes, sensors);
+  association_ = LandmarkAssociation(read_association_options(section), classes, sensors_);
+  DirectionTrackerOptions o;
+  o.least_depth = section.get("least_depth", o.least_depth,
+                              "of a thing that is seen by direction alone, at first sight [m]",
+                              kPositiveLength);
+  o.range_sigma = section.get("range_sigma", o.range_sigma,
+                              "its range is known where its sigma is at most this share of it",
+                              IniRange{0.01, 0.5});
+  o.memory = section.get("memory", o.memory, "it is given up once it was not seen for so long [s]",
+                         IniRange{0, 1e4});
+  directions_ = DirectionTracker(o);
+  every_ = section.get("every", every_,
+                       "way after which the ranges that directions tell by then are used [m]",
+                       kPositiveLength);
+}
+
+Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {
+  const auto wanted = [&](const DetectionFrame& seen) {
+    return sensors_.empty() ||
+           std::find(sensors_.begin(), sensors_.end(), seen.sensor_label) != sensors_.end();
+  };
+  std::vector<DetectionFrame> with_range, directions;
+  std::map<std::string, std::size_t> dropped;
+  for (const DetectionFrame& seen : frame.detections) {
+    if (seen.has_range || !wanted(seen)) {
+      with_range.push_back(seen);
+      continue;
+    }
+    const std::string reason = misfit_of_bearing(seen, map.is_3d);
+    if (reason.empty()) {
+      directions.push_back(seen);
+    } else if (!seen.detections.empty()) {
+      dropped["detection dropped: " + reason] += seen.detections.size();
+    }
+  }
+  const bool only_directions = with_range.empty() && (last_pose_ || !directions.empty());
+  if (last_pose_ || !directions.empty()) follow(frame, map);
+  for (const DetectionFrame& seen : directions) directions_.take(seen);
+  if (way_ >= every_) {
+    way_ = 0;
+    for (DetectionFrame& seen : directions_.release()) with_range.push_back(std::move(seen));
+  }
+  // What a keyframe without a detection does not show was not missed: its range is not known yet.
+  asked_ = !only_directions || !with_range.empty();
+  Contribution out;
+  if (asked_) {
+    const KeyframeView view = frame.view();
+    out = association_.observe({view.pose, view.T_map_robot, with_range}, map);
+  }
+  for (const auto& [reason, count] : dropped) out.dropped[reason] += count;
+  return out;
+}
+
+/// Tells the tracker of directions how the robot has moved.
+void BearingRangeAssociation::follow(const Frame& frame, const MapView& map) {
+  const KeyframeView view = frame.view();
+  if (last_pose_ && *last_pose_ != view.pose) {
+    const bool known = map.values.contains(*last_pose_);
+    const Eigen::Isometry3d motion =
+        between(known ? isometry_at(map.values, *last_pose_) : T_map_last_, view.T_map_robot);
+    const Eigen::MatrixXd covariance = covariance_of_motion(view, *last_pose_, map);
+    SE3::Jacobian in_space = SE3::Jacobian::Zero();
+    constexpr int kPlane[] = {0, 1, 5};
+    for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+      for (Eigen::Index j = 0; j < covariance.cols(); ++j) {
+        in_space(map.is_3d ? i : kPlane[i], map.is_3d ? j : kPlane[j]) = covariance(i, j);
+      }
+    }
+    directions_.move(motion, in_space);
+    way_ += motion.translation().norm();
+  }
+  last_pose_ = view.pose;
+  T_map_last_ = view.T_map_robot;
+}
+
+std::map<std::string, double> BearingRangeAssociation::statistics() const {
+  std::map<std::string, double> out = association_.statistics();
+  if (directions_.taken() == 0) return out;
+  out["directions"] = static_cast<double>(directions_.taken());
+  out["directions_with_range"] = static_cast<double>(directions_.released());
+  return out;
 }
 
 }  // namespace hybrid

@@ -90,7 +90,8 @@ double distance(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) {
 }
 
 /// Errors of position over time, of each robot: of the estimate as it is and after the best rigid
-/// motion of all paths onto the truth, and of odometry alone.
+/// motion of all paths onto the truth, and of odometry alone. After that motion also as vectors
+/// `off`, with the way driven, by which the page compares poses some way apart.
 Json errors_json(const MapReport& report) {
   std::vector<PosePair> all;
   for (const PathPairs& path : report.paths) {
@@ -101,12 +102,17 @@ Json errors_json(const MapReport& report) {
   const mrpt::poses::CPose3D T = alignment(all);
   for (const PathPairs& path : report.paths) {
     Json own = {{"robot", path.robot}};
-    own.update(empty_columns({"t", "estimate", "aligned", "reckoned"}));
+    own.update(empty_columns({"t", "estimate", "aligned", "reckoned", "off", "way"}));
+    double way = 0;
     for (std::size_t i = 0; i < path.estimated.size(); ++i) {
       const PosePair& pair = path.estimated[i];
       own["t"].push_back(decimals(path.times[i] - report.result.trajectory.front().time, 3));
       own["estimate"].push_back(decimals(distance(pair.estimate, pair.truth)));
-      own["aligned"].push_back(decimals(distance(T + pair.estimate, pair.truth)));
+      const Eigen::Vector3d off = point_of(T + pair.estimate) - point_of(pair.truth);
+      own["aligned"].push_back(decimals(off.norm()));
+      own["off"].push_back({decimals(off.x()), decimals(off.y()), decimals(off.z())});
+      if (i > 0) way += distance(pair.truth, path.estimated[i - 1].truth);
+      own["way"].push_back(decimals(way));
       if (i >= path.reckoned.size()) continue;
       own["reckoned"].push_back(
           decimals(distance(path.reckoned[i].estimate, path.reckoned[i].truth)));

@@ -7,6 +7,15 @@ import os
 from . import _core
 
 
+def _refuse_to_pickle(graph, _protocol=0):
+    raise TypeError(f"{graph!r} cannot be pickled: write_g2o keeps pose graphs, and of other graphs what they are made from is kept")
+
+
+def refuse_to_pickle(cls):
+    """Tells what to do in place of pickle's `cannot pickle`. copy.copy and copy.deepcopy stay."""
+    cls.__reduce_ex__ = _refuse_to_pickle
+
+
 def read_g2o(path: str | os.PathLike, *, repair_information: bool = False) -> tuple[_core.HybridGraph, _core.Values]:
     """Reads a pose graph in g2o or TORO form as a graph that a solver takes, and its initial values.
 

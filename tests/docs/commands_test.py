@@ -47,6 +47,7 @@ SLOW = {
     r"hybrid-switching ": "needs a public data set",
     r"hypotheses\.graph|T1_city10000": "needs a public data set",
     r"-p mine/build/": "needs the installation of a plugin",
+    r"directions\.rawlog --truth": "a log of three minutes",
     r"--resume": "needs a session that was interrupted; a test of map files does that",
 }
 # What a reader has, or puts in place of a name of his own.
@@ -136,10 +137,20 @@ def make_files():
     seen = "time,range,yaw,class,score,id\n" + "".join(
         f"{t},{math.hypot(5 - t, 1):.4f},{math.atan2(1, 5 - t):.4f},tree,0.9,17\n" for t in range(4))
     subprocess.run([sys.executable, ROOT / "scripts/detector_world.py", "world", "seed=1", "seconds=10"], check=True)
+    rows = [line.split(",") for line in pathlib.Path("world/detections.csv").read_text(encoding="utf-8").splitlines()]
+    pathlib.Path("directions.csv").write_text("".join(",".join([row[0], *row[2:]]) + "\n" for row in rows), encoding="utf-8")
     os.mkdir("tables")
     for folder in (".", "tables"):
         pathlib.Path(folder, "odometry.csv").write_text(odometry, encoding="utf-8")
         pathlib.Path(folder, "detections.csv").write_text(seen, encoding="utf-8")
+    os.mkdir("labels")
+    pathlib.Path("labels/classes.txt").write_text("car\ntree\n", encoding="utf-8")
+    for image in range(1, 30):
+        pathlib.Path(f"labels/left_{image:06}.txt").write_text("1 0.4 0.5 0.05 0.3 0.9\n", encoding="utf-8")
+    # A laser in a corridor of 10 m.
+    pathlib.Path("my_bag.clf").write_text("".join(
+        "FLASER 181 " + " ".join(f"{1 / max(abs(math.sin(math.radians(a))), 0.1):.3f}" for a in range(-90, 91))
+        + f" {0.1 * t} 0 0 {0.1 * t} 0 0 {t} here {t}\n" for t in range(12)), encoding="utf-8")
     pathlib.Path("path.tum").write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(4)), encoding="utf-8")
     pathlib.Path("things.txt").write_text("5 1 0 5 0 0 17 tree\n", encoding="utf-8")
     cloud = "".join(f"{math.cos(7 * i):.4f} {math.sin(3 * i):.4f} {0.01 * i:.4f}\n" for i in range(50))

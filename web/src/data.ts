@@ -94,7 +94,11 @@ export interface ScanClosures {
   checkable: number[]; margin: Num[]; inliers: Num[]; modes: number[];
 }
 /** Errors of the positions of a robot over time. */
-export interface PathErrors { robot: string; t: number[]; estimate: number[]; aligned: number[]; reckoned: number[] }
+export interface PathErrors {
+  robot: string; t: number[]; estimate: number[]; aligned: number[]; reckoned: number[];
+  off: [number, number, number][];  // the error after alignment [m]
+  way: number[];  // that was driven [m]
+}
 
 export interface MapData {
   kind: 'map';

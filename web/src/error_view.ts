@@ -6,6 +6,7 @@ import { el, facts, percent, show } from './dom';
 import { chiSquareShares, histogramPlot } from './histogram';
 import { robotColor } from './palette';
 import { Plot, Series } from './plots';
+import { relativeErrors } from './relative_error';
 import { State } from './state';
 
 /** Errors against the truth. */
@@ -67,9 +68,22 @@ export class ErrorView {
           { label: 'dead reckoning', values: reckoned, color: 'odometry', dash: [2, 3] }], log);
       }
     }
+    for (const errors of data.errors) this.addRelative(errors);
     state.listen((view, changed) => {
       if (changed.has('keyframe')) for (const plot of this.overTime) plot.mark(this.data.poses.t[view.keyframe]);
     });
+  }
+  /** How the error grows with the way between two poses. */
+  private addRelative(errors: PathErrors) {
+    const { way, median, most } = relativeErrors(errors);
+    if (way.length < 2) return;
+    const whose = this.data.errors.length > 1 ? ` of ${errors.robot}` : '';
+    const plot = new Plot(`Error of the way between two poses${whose} [m] over the way driven between them [m]`, 'way', way, [
+      { label: 'median', values: median, color: 'estimate', points: true },
+      { label: '95 % stay below', values: most, color: 'odometry', dash: [3, 3] }],
+      { height: 180, note: 'In the frame of the truth. What stays small over short ways and grows over long ones is drift; what is large over short ways is noise, or a jump.' });
+    this.plots.push(plot);
+    this.root.append(plot.root);
   }
   /** A curve for each robot, over the times of all. */
   private addRobots(all: PathErrors[], add: (title: string, t: number[], series: Series[], log?: boolean) => void) {

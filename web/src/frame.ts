@@ -5,7 +5,7 @@ import { el } from './dom';
 
 export interface Tab { name: string; root: HTMLElement; shown?: () => void }
 
-/** Panes behind tabs; keys 1 .. 9 choose. */
+/** Panes behind tabs; keys 1 .. 9 choose. Arrows step time wherever the focus is, so the tab key goes through them. */
 export class Tabs {
   readonly root: HTMLElement;
   private bar = el('div', { class: 'tabs', role: 'tablist' });
@@ -16,13 +16,6 @@ export class Tabs {
     tabs.forEach((tab, i) => {
       const button = el('button', { type: 'button', role: 'tab', id: `tab-${i}`, 'aria-controls': `pane-${i}`,
         title: `key ${i + 1}`, click: () => this.open(i) }, tab.name);
-      button.addEventListener('keydown', e => {
-        const step = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
-        if (!step) return;
-        e.stopPropagation();
-        this.open((i + step + tabs.length) % tabs.length);
-        this.buttons[(i + step + tabs.length) % tabs.length].focus();
-      });
       this.buttons.push(button);
       this.bar.append(button);
       tab.root.id = `pane-${i}`;
@@ -38,7 +31,6 @@ export class Tabs {
     this.tabs.forEach((tab, i) => { tab.root.hidden = i !== index; });
     this.buttons.forEach((button, i) => {
       button.setAttribute('aria-selected', String(i === index));
-      button.tabIndex = i === index ? 0 : -1;
     });
     this.tabs[index].shown?.();
   }

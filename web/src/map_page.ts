@@ -50,7 +50,11 @@ export function mapPage(data: MapData) {
       search, theme(restyle));
   if (orbit) {
     view.map.root.append(orbit.root);
-    view.root.firstElementChild!.prepend(spaceSwitch(orbit));
+    view.root.querySelector('.bar')!.prepend(spaceSwitch(orbit));
+  }
+  const message = data.summary.message ?? '';
+  if (message) {
+    view.root.prepend(el('p', { class: 'banner', role: 'status' }, el('strong', {}, `${data.summary.status}: `), message));
   }
   const stage = el('main', {}, view.root);
   document.body.append(el('div', { class: 'page' }, header, stage, tabs.root, timeline.root));

@@ -6,13 +6,14 @@ import { boxOf, CanvasMap } from './canvas_map';
 import { Id, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { History, mostProbable } from './history';
+import { ErrorPaint } from './error_paint';
 import { classColor, classShape, robotColor, themed, trace } from './palette';
 import { ScanLayer } from './scan_layer';
 import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
 
-const kLayers = ['estimate', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'sight rays', 'ids'] as const;
+const kLayers = ['estimate', 'error', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'rays', 'ids'] as const;
 type Layer = typeof kLayers[number];
 
 /** The map at a keyframe: path, landmarks with class and probability, sight rays. */
@@ -29,10 +30,12 @@ export class MapView {
   private scans: ScanLayer;
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
+  readonly paint: ErrorPaint;
 
   constructor(private data: MapData, private history: History, private state: State) {
     this.scans = new ScanLayer(data, this.map);
-    for (const layer of kLayers) this.layers.set(layer, layer !== 'ids');
+    for (const layer of kLayers) this.layers.set(layer, layer !== 'ids' && layer !== 'error');
+    this.paint = new ErrorPaint(data);
     this.map.draw = () => this.draw();
     this.map.press = (x, y) => {
       const found = this.at(x, y);
@@ -61,9 +64,10 @@ export class MapView {
     const bar = el('div', { class: 'bar', role: 'group', 'aria-label': 'Layers of the map' });
     for (const layer of kLayers) {
       if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
-      if ((layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
+      if ((layer === 'error' && !this.paint.any) || (layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
       const box = el('input', { type: 'checkbox', change: () => {
         this.layers.set(layer, box.checked);
+        if (layer === 'error') this.paint.scale.hidden = !box.checked;
         this.map.redraw();
       } });
       box.checked = this.layers.get(layer)!;
@@ -116,6 +120,7 @@ export class MapView {
     }
     box.append(entry(line('odometry', true), 'dead reckoning'));
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
+    box.append(this.paint.scale);
     for (const [name, text] of this.scans.legend()) box.append(entry(line(name, name === 'rejected'), text));
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
@@ -230,7 +235,7 @@ export class MapView {
     c.setLineDash([]);
     if (on('estimate')) this.drawPath(k);
     if (on('closures')) this.scans.drawClosures(k, this.state.view.closure);
-    if (on('sight rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
+    if (on('rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
     if (on('ellipses')) this.drawEllipses();
     if (on('landmarks')) this.drawLandmarks(k);
     for (const robot of this.shown()) this.drawRobot(robot, k);
@@ -266,6 +271,7 @@ export class MapView {
       const places = this.places[robot].filter(i => i < end);
       c.strokeStyle = robotColor(robot);
       this.map.line(places.map(i => x[i]), places.map(i => y[i]));
+      if (this.layers.get('error')) this.paint.draw(this.map, places, x, y, this.snapshot ? this.history.every(this.snapshot.k) : 1);
     }
   }
   /** Where its robot was at keyframe k, by the estimate that is shown. */

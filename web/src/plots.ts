@@ -23,6 +23,14 @@ const color = (name: string) => (name.startsWith('#') ? name : themed(name));
 /** Of a logarithmic axis the powers of ten. */
 const powers = (_: uPlot, ticks: number[]) => ticks.map(t => (Math.abs(Math.log10(t) - Math.round(Math.log10(t))) < 1e-9 ? t : null));
 
+/** Hands a table to the browser as a file that is named by the title. */
+function saveTable(title: string, text: string) {
+  const url = URL.createObjectURL(new Blob([text], { type: 'text/csv' }));
+  const name = title.toLowerCase().replace(/\[[^\]]*\]/g, '').replace(/[^a-z0-9]+/g, '_').replace(/^_|_$/g, '');
+  el('a', { href: url, download: `${name}.csv` }).click();
+  URL.revokeObjectURL(url);
+}
+
 /** A plot over numbers that fits its place; pressing it gives the x that is nearest. */
 export class Plot {
   readonly root: HTMLElement;
@@ -33,11 +41,19 @@ export class Plot {
   constructor(title: string, private axis: string, private x: number[], private series: Series[],
               private options: { log?: boolean; height?: number; max?: number;
                                  press?: (x: number) => void; note?: string } = {}) {
-    this.root = el('figure', {}, el('figcaption', {}, title), this.place,
+    const save = el('button', { type: 'button', class: 'link csv', title: `save the curves of "${title}" as a table`,
+      click: () => saveTable(title, this.table()) }, 'CSV');
+    this.root = el('figure', {}, el('figcaption', {}, title, ' ', save), this.place,
         options.note ? el('p', { class: 'quiet' }, options.note) : null);
     new ResizeObserver(() => this.build()).observe(this.place);
   }
 
+  /** The curves as a table with commas: x, then a column for each. */
+  table(): string {
+    const cell = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const rows = this.x.map((x, i) => [x, ...this.series.map(s => s.values[i] ?? '')].join(','));
+    return [[this.axis, ...this.series.map(s => s.label)].map(cell).join(','), ...rows, ''].join('\n');
+  }
   restyle() {
     this.chart?.destroy();
     this.chart = null;

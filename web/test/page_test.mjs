@@ -276,6 +276,93 @@ await test('the table answers why a sighting was given to its landmark', () =>
     clean(faults);
   }));
 
+await test('arrows step time wherever the focus is', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const last = json(join(classed, 'summary.json')).keyframes - 1;
+    for (const place of ['.tabs button >> nth=2', '#theme', '.bar input[type=checkbox] >> nth=0', '.bar .slider input', '#keyframe']) {
+      await p.evaluate(() => window.report.state.set({ keyframe: window.report.state.last }));
+      await p.focus(place);
+      await p.keyboard.press('ArrowLeft');
+      assert.match(await p.textContent('.now'), new RegExp(`^keyframe ${last - 1} of`), place);
+      await p.keyboard.press('Shift+ArrowLeft');
+      assert.match(await p.textContent('.now'), new RegExp(`^keyframe ${last - 11} of`), place);
+    }
+    await p.focus('.tabs button >> nth=0');
+    await p.keyboard.press('Tab');
+    assert.equal(await p.evaluate(() => document.activeElement.id), 'tab-1');
+    clean(faults);
+  }));
+
+await test('the bar of the map is one line at 1400 pixels', async () => {
+  for (const folder of [classed, unknown, space, rooms]) {
+    await withPage(page(folder), desktop, async p => {
+      const tops = await p.$$eval('.map-room > .bar > *', all => all.map(e => e.getBoundingClientRect()).map(r => (r.top + r.bottom) / 2));
+      assert.ok(Math.max(...tops) - Math.min(...tops) < 8, `${folder}: ${tops}`);
+    });
+  }
+});
+
+await test('an empty run says why in sight', async () => {
+  const log = join(scratch, 'bare.rawlog'), out = join(scratch, 'bare');
+  writeFileSync(join(scratch, 'bare.csv'), 'time,x,y,yaw\n' + [0, 1, 2, 3].map(t => `${t},${t},0,0\n`).join(''));
+  writeFileSync(join(scratch, 'seen.csv'), 'time,range,yaw\n1,900000,0\n2,900000,0\n');
+  run('hybrid-import', 'csv', '--odometry', join(scratch, 'bare.csv'), '--detections', join(scratch, 'seen.csv'), '-o', log);
+  try { run('hybrid-replay', log, '-o', out, '--no-pictures', '--report'); } catch (error) { assert.equal(error.status, 2); }
+  await withPage(page(out), desktop, async (p, faults) => {
+    assert.ok(await p.locator('.banner').isVisible());
+    assert.match(await p.textContent('.banner'), /^empty: no landmark was mapped: .+/);
+    clean(faults);
+  });
+  await withPage(page(classed), desktop, async p => assert.equal(await p.locator('.banner').count(), 0));
+});
+
+await test('the path is coloured by its error', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    assert.ok(await p.locator('.legend .scale').isHidden());
+    await p.click('.bar label:text-is("error")');
+    assert.ok(await p.locator('.legend .scale').isVisible());
+    const found = await p.evaluate(() => {
+      const { paint } = window.report.view, { data } = window.report, [errors] = data.errors;
+      const place = k => errors.t.findIndex(t => Math.abs(t - data.poses.t[k]) < 1e-3);
+      const sorted = errors.aligned.map((e, i) => [e, i]).sort((a, b) => a[0] - b[0]);
+      const at = i => data.poses.t.findIndex(t => Math.abs(t - errors.t[i]) < 1e-3);
+      return { least: paint.color(at(sorted[0][1])), most: paint.color(at(sorted.at(-1)[1])), known: data.poses.t.filter((_, k) => place(k) >= 0 && paint.color(k)).length, all: errors.t.length };
+    });
+    assert.equal(found.least, '#00336f');
+    assert.equal(found.most, '#fde737');
+    assert.equal(found.known, found.all);
+    clean(faults);
+  }));
+
+await test('curves are saved as tables, errors over the way driven among them', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    await p.click('.tabs button:has-text("Errors")');
+    const table = async title => {
+      const [download] = await Promise.all([p.waitForEvent('download'), p.click(`#pane-5 figure:has-text("${title}") .csv`)]);
+      return { name: download.suggestedFilename(), rows: readFileSync(await download.path(), 'utf8').trim().split('\n').map(r => r.split(',')) };
+    };
+    const errors = await p.evaluate(() => window.report.data.errors[0]);
+    const time = await table('Error of position');
+    assert.equal(time.name, 'error_of_position_over_time.csv');
+    assert.deepEqual(time.rows[0], ['time', 'estimate', '"estimate', ' aligned"', 'dead reckoning']);
+    assert.deepEqual(time.rows.slice(1).map(r => Number(r[1])), errors.estimate);
+    const relative = await table('Error of the way');
+    assert.deepEqual(relative.rows[0], ['way', 'median', '95 % stay below']);
+    const ways = relative.rows.slice(1).map(r => r.map(Number));
+    assert.ok(ways.length > 5 && ways.every(([, median, most]) => median <= most));
+    // The median over all pairs of poses that are a way apart, by a plain loop.
+    const [way, median] = ways[5], found = [];
+    for (let i = 0; i < errors.way.length; ++i) {
+      const j = errors.way.findIndex(w => w - errors.way[i] >= way);
+      if (j < 0) break;
+      found.push(Math.hypot(...[0, 1, 2].map(d => errors.off[j][d] - errors.off[i][d])));
+    }
+    found.sort((a, b) => a - b);
+    assert.ok(Math.abs(median - found[Math.floor(found.length / 2)]) < 1e-9);
+    for (const [i, [x, y, z]] of errors.off.entries()) assert.ok(Math.abs(Math.hypot(x, y, z) - errors.aligned[i]) < 1e-4);
+    clean(faults.filter(f => !f.startsWith('request: blob:')));
+  }));
+
 await test('everything can be done with keys alone', () =>
   withPage(page(classed), desktop, async (p, faults) => {
     await p.keyboard.press('/');

@@ -287,5 +287,21 @@ TEST(Association, TheSameInputGivesTheSameMap) {
   }
 }
 
+TEST(Association, SuitsWhatNoOtherPluginIdentifies) {
+  const auto suits = [](const DetectionCounts& with_range, const DetectionCounts& without_range) {
+    LogContents log;
+    log.with_range = with_range;
+    log.without_range = without_range;
+    return BearingRangeAssociation().suits(log);
+  };
+  EXPECT_FALSE(suits({}, {}));
+  EXPECT_TRUE(suits({10, 0, 0}, {}));
+  EXPECT_FALSE(suits({10, 10, 0}, {}));
+  EXPECT_TRUE(suits({}, {10, 0, 0}));
+  EXPECT_FALSE(suits({}, {10, 10, 0}));
+  EXPECT_TRUE(suits({10, 0, 0}, {10, 0, 0}));
+  EXPECT_FALSE(suits({10, 10, 0}, {10, 0, 0})) << "two plugins would map the ranges";
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <fmt/format.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/import/detail/table_odometry.h"
+#include "mrpt_plugins/import/detection_tables.h"
+
+namespace hybrid {
+
+inline OdometryIncrement motion_of_table(const mrpt::poses::CPose3D& from,
+                                         const mrpt::poses::CPose3D& to, bool is_3d,
+                                         const DetectionTablesOptions& options) {
+  constexpr double kLeast = 1e-6;
+  const mrpt::poses::CPose3D mean = to - from;
+  const double way = mean.norm();
+  const double vt = kLeast + options.walk_translation * options.walk_translation * way;
+  const double vr = kLeast + options.walk_rotation * options.walk_rotation * way;
+  if (!is_3d) {
+    return planar_motion(mean.x(), mean.y(), mean.yaw(), Eigen::Vector3d(vt, vt, vr).asDiagonal());
+  }
+  Eigen::Matrix<double, 6, 1> variances;
+  variances << vt, vt, vt, vr, vr, vr;
+  return {mean, variances.asDiagonal(), false};
+}
+
+/// Collects the detections of one time and adds them to the log as a step.
+class DetectionSteps {
+ public:
+  DetectionSteps(const DetectionTablesOptions& options, LogWriter& log)
+      : options_(options), log_(log), odometry_(options.odometry) {}
+
+  /// Starts an empty frame for the detections of a time.
+  void begin(double time, bool has_range, bool has_pitch, const std::vector<std::string>& classes) {
+    const auto& p = options_.sensor_pose;
+    frame_ = planar_detections("DETECTOR", {options_.sigma_range, 0, options_.sigma_bearing, 0},
+                               {p[0], p[1], p[2], p[3], p[4], p[5]});
+    frame_->has_range = has_range;
+    frame_->has_pitch = has_pitch;
+    if (has_pitch) frame_->std_pitch = static_cast<float>(options_.sigma_bearing);
+    frame_->fov_yaw = static_cast<float>(options_.fov);
+    frame_->class_names = classes;
+    time_ = time;
+  }
+
+  void end() {
+    if (!frame_) return;
+    if (!frame_->has_range) directions_ += frame_->detections.size();
+    if (bare_) directions_ += bare_->detections.size();
+    const auto pose = odometry_.at(time_);
+    if (!pose) {
+      log_.drop("detection dropped: no odometry before or after it", count());
+    } else {
+      ImportedStep step{time_, {}, observations(), {}};
+      if (odometry_.resets() > resets_) {
+        log_.drop("odometry dropped: it starts anew, so that the motion there is not known");
+      } else if (last_) {
+        step.motion = motion_of_table(*last_, *pose, odometry_.is_3d(), options_);
+      }
+      resets_ = odometry_.resets();
+      last_ = pose;
+      log_.add(step);
+    }
+    frame_.reset();
+    bare_.reset();
+    ranges_.clear();
+  }
+
+  /// Adds a range to what has an id, without a direction [m].
+  void add_range(double range, double sigma, std::int32_t id) {
+    auto& seen = ranges_[sigma];
+    if (!seen) {
+      seen = mrpt::obs::CObservationBeaconRanges::Create();
+      seen->sensorLabel = "DETECTOR";
+      seen->stdError = static_cast<float>(sigma);
+    }
+    const auto& p = options_.sensor_pose;
+    mrpt::obs::CObservationBeaconRanges::TMeasurement m;
+    m.sensorLocationOnRobot = {p[0], p[1], p[2]};
+    m.sensedDistance = static_cast<float>(range);
+    m.beaconID = id;
+    seen->sensedData.push_back(m);
+  }
+
+  /// Notes what is odd, where so many directions have an id.
+  void note(std::size_t identified) const {
+    odometry_.note(log_);
+    if (directions_ == 0 || 2 * identified > directions_) return;
+    log_.note(fmt::format(
+        "{} directions without ranges and ids: a thing gets its place once the robot has passed it "
+        "for about a fifth of its distance; what is straight ahead gets none (docs/range_only.md)",
+        directions_));
+  }
+
+  bool is_of(double time) const { return frame_ && time == time_; }
+  double time() const { return time_; }
+  double start_of_odometry() const { return odometry_.start(); }
+  CObservationClassedBearingRange& frame() { return *frame_; }
+  /// Where directions go that have no range though others of the frame have.
+  CObservationClassedBearingRange& directions() {
+    if (!frame_->has_range) return *frame_;
+    if (!bare_) {
+      bare_ = std::make_shared<CObservationClassedBearingRange>(*frame_);
+      bare_->sensorLabel = "DETECTOR_DIRECTIONS";
+      bare_->has_range = false;
+      bare_->detections.clear();
+    }
+    return *bare_;
+  }
+  bool is_3d() const { return odometry_.is_3d(); }
+
+ private:
+  std::vector<mrpt::obs::CObservation::Ptr> observations() const {
+    if (ranges_.empty() && !bare_) return {frame_};
+    std::vector<mrpt::obs::CObservation::Ptr> all;
+    if (bare_) all = {frame_, bare_};
+    for (const auto& [sigma, seen] : ranges_) all.push_back(seen);
+    return all;
+  }
+  std::size_t count() const {
+    std::size_t count = frame_->detections.size() + (bare_ ? bare_->detections.size() : 0);
+    for (const auto& [sigma, seen] : ranges_) count += seen->sensedData.size();
+    return count;
+  }
+
+  const DetectionTablesOptions& options_;
+  LogWriter& log_;
+  TableOdometry odometry_;
+  std::size_t resets_ = 0;  // of the odometry up to the last step
+  std::map<double, mrpt::obs::CObservationBeaconRanges::Ptr> ranges_;  // without directions, by
+                                                                       // sigma
+  CObservationClassedBearingRange::Ptr frame_, bare_;
+  std::size_t directions_ = 0;  // without ranges
+  std::optional<mrpt::poses::CPose3D> last_;
+  double time_ = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace hybrid

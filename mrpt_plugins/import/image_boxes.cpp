@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/import/detail/image_boxes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "libhybrid/core/error.h"
+#include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/import/detail/detection_steps.h"
+
+namespace hybrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kNoClass = -1;
+constexpr std::int64_t kMostImages = 1'000'000'000;
+constexpr std::uintmax_t kMostJson = std::uintmax_t{1} << 30;  // bytes
+
+struct ImageBox {
+  std::int64_t image = 0;
+  std::int64_t category = kNoClass;
+  double left = 0, top = 0, width = 0, height = 0;  // [pixels]
+  double score = 1;
+};
+
+/// The number that a name ends in.
+std::optional<std::int64_t> image_number(std::string name) {
+  while (!name.empty() && std::isdigit(static_cast<unsigned char>(name.back())) == 0) {
+    name.pop_back();
+  }
+  std::size_t first = name.size();
+  while (first > 0 && std::isdigit(static_cast<unsigned char>(name[first - 1])) != 0) --first;
+  const std::string digits = name.substr(first);
+  constexpr std::size_t kMostDigits = 9;
+  const std::size_t leading = std::min(digits.find_first_not_of('0'), digits.size());
+  if (digits.empty() || digits.size() - leading > kMostDigits) return std::nullopt;
+  return std::stoll(digits);
+}
+
+/// Rows frame, id, left, top, width, height, score; further columns are not used.
+std::vector<ImageBox> read_mot(const std::string& path) {
+  std::vector<ImageBox> boxes;
+  TextReader text(path);
+  TextRow row;
+  while (text.next(row)) {
+    row.expect(7, 64, "frame, id, left, top, width, height and score");
+    const double score = row.number(6);
+    boxes.push_back({row.id(0, kMostImages), kNoClass, row.coordinate(2), row.coordinate(3),
+                     row.coordinate(4), row.coordinate(5), score < 0 ? 1 : score});
+  }
+  return boxes;
+}
+
+/// A file for each image, named by its number, with rows class, middle, size and perhaps the score,
+/// in shares of the image. classes.txt names the classes.
+std::vector<ImageBox> read_yolo(const std::string& folder, const ImageBoxOptions& o,
+                                std::map<std::int64_t, std::string>& names) {
+  if (!(o.image_width > 0 && o.image_height > 0)) {
+    throw Error(folder +
+                ": boxes of YOLO are shares of the image: --image-width and "
+                "--image-height tell its size in pixels");
+  }
+  std::map<std::int64_t, fs::path> files;
+  std::vector<ImageBox> boxes;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".txt") continue;
+    if (entry.path().filename() == "classes.txt") {
+      TextReader text(entry.path().string(), TextFormat{TextFormat::Cut::kWords, ""});
+      std::string_view line;
+      for (std::int64_t i = 0; text.next_line(line); ++i) {
+        names.try_emplace(i, std::string(line.substr(0, line.find_last_not_of(" \t\r") + 1)));
+      }
+      continue;
+    }
+    const auto number = image_number(entry.path().stem().string());
+    if (!number) {
+      throw Error(entry.path().string() + ": the name has no number of an image (1 to 9 digits)");
+    }
+    const auto [other, is_new] = files.emplace(*number, entry.path());
+    if (is_new) continue;
+    throw Error(fmt::format("{} and {} are both of image {}", entry.path().string(),
+                            other->second.string(), *number));
+  }
+  if (files.empty()) throw Error(folder + ": no .txt file of an image is there");
+  for (const auto& [number, path] : files) {
+    if (fs::file_size(path) == 0) continue;  // nothing was seen
+    TextReader text(path.string(), TextFormat{TextFormat::Cut::kWords, ""});
+    TextRow row;
+    while (text.next(row)) {
+      row.expect(5, 7, "class, x, y, width, height and perhaps score and id");
+      const double w = row.coordinate(3) * o.image_width, h = row.coordinate(4) * o.image_height;
+      boxes.push_back({number, row.id(0), row.coordinate(1) * o.image_width - w / 2,
+                       row.coordinate(2) * o.image_height - h / 2, w, h,
+                       row.size() > 5 ? row.number(5) : 1.0});
+    }
+  }
+  return boxes;
+}
+
+/// A list of {image_id, category_id, bbox: [left, top, width, height], score}.
+std::vector<ImageBox> read_coco(const std::string& path) {
+  if (fs::file_size(path) > kMostJson) throw Error(path + ": more than 1 GiB");
+  std::ifstream file(path);
+  const nlohmann::json all = nlohmann::json::parse(file, nullptr, false);
+  if (!all.is_array()) {
+    throw Error(path +
+                ": not the results of COCO, which are a list of objects with image_id, "
+                "category_id, bbox and score");
+  }
+  std::vector<ImageBox> boxes;
+  for (const nlohmann::json& entry : all) {
+    const auto fail = [&](const char* what) {
+      throw Error(fmt::format("{}: entry {}: {}", path, boxes.size() + 1, what));
+    };
+    const auto number = [&](const nlohmann::json& value, const char* what) {
+      const bool good = value.is_number() && std::abs(value.get<double>()) <= kLargestCoordinate;
+      if (!good) fail(what);
+      return value.get<double>();
+    };
+    if (!entry.is_object()) fail("not an object");
+    ImageBox box;
+    const nlohmann::json id = entry.value("image_id", nlohmann::json());
+    const auto image = id.is_string() ? image_number(id.get<std::string>())
+                       : id.is_number_unsigned() && id.get<std::uint64_t>() < kMostImages
+                           ? std::optional<std::int64_t>(id.get<std::int64_t>())
+                           : std::nullopt;
+    if (!image) fail("image_id is no number, or no name that ends in one of at most 9 digits");
+    box.image = *image;
+    const nlohmann::json category = entry.value("category_id", nlohmann::json());
+    if (!category.is_number_unsigned()) fail("category_id is no number");
+    box.category = category.get<std::int64_t>();
+    const nlohmann::json bbox = entry.value("bbox", nlohmann::json());
+    if (!bbox.is_array() || bbox.size() != 4) fail("bbox has not four numbers");
+    double* const parts[] = {&box.left, &box.top, &box.width, &box.height};
+    for (std::size_t i = 0; i < 4; ++i) *parts[i] = number(bbox[i], "bbox has not four numbers");
+    box.score = number(entry.value("score", nlohmann::json()), "score is no number");
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+/// NAME=VALUE of an option.
+std::pair<std::string, std::string> halves(const std::string& text, const char* option) {
+  const std::size_t at = text.find('=');
+  if (at == 0 || at == std::string::npos || at + 1 == text.size()) {
+    throw Error(fmt::format("{} {}: expected A=B", option, in_quotes(text)));
+  }
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+/// The times of images.
+class ImageClock {
+ public:
+  explicit ImageClock(const ImageBoxOptions& o) : options_(o) {
+    if (o.frame_times.empty()) {
+      constexpr double kLongest = 1e6;  // s
+      if (!(std::abs(o.start) <= kLargestTime) || o.period > kLongest) {
+        throw Error(fmt::format("--start is at most {} s, and --period at most {} s", kLargestTime,
+                                kLongest));
+      }
+      if (o.period > 0) return;
+      throw Error(
+          "boxes have numbers of images and no times: --period tells the seconds between "
+          "images, or --frame-times a table frame,time");
+    }
+    NamedTable table(o.frame_times, {"frame", "time"}, {{"timestamp", "time"}, {"image", "frame"}});
+    table.require({"frame", "time"});
+    while (table.next()) {
+      times_[table.row().id(table.column("frame"), kMostImages)] = table.time();
+    }
+  }
+  /// None for an image that the table lacks.
+  std::optional<double> at(std::int64_t image) const {
+    if (options_.frame_times.empty()) {
+      return options_.start + static_cast<double>(image) * options_.period;
+    }
+    const auto it = times_.find(image);
+    return it == times_.end() ? std::nullopt : std::optional<double>(it->second);
+  }
+
+ private:
+  const ImageBoxOptions& options_;
+  std::map<std::int64_t, double> times_;
+};
+
+/// What the camera and the classes say of boxes.
+class BoxCamera {
+ public:
+  BoxCamera(const ImageBoxOptions& o, std::map<std::int64_t, std::string> names)
+      : o_(o), names_(std::move(names)) {
+    if (!(o.focal > 0)) {
+      throw Error("boxes become directions by the camera: --focal is its focal length in pixels");
+    }
+    center_u_ = o.center_u >= 0 ? o.center_u : o.image_width / 2;
+    center_v_ = o.center_v >= 0 ? o.center_v : o.image_height / 2;
+    if (!(center_u_ > 0)) {
+      throw Error(
+          "--center-u, the column that the camera looks along, or --image-width must be "
+          "given in pixels");
+    }
+    for (const std::string& text : o.class_names) {
+      const auto [number, name] = halves(text, "--class-name");
+      if (number.find_first_not_of("0123456789") != std::string::npos || number.size() > 9) {
+        throw Error(fmt::format("--class-name {}: expected NUMBER=NAME", in_quotes(text)));
+      }
+      names_[std::stoll(number)] = name;
+    }
+    for (const std::string& text : o.class_heights) {
+      const auto [name, metres] = halves(text, "--class-height");
+      char* end = nullptr;
+      const double height = std::strtod(metres.c_str(), &end);
+      if (*end != '\0' || !(height > 0 && height < 1e4)) {
+        throw Error(fmt::format("--class-height {}: expected NAME=METRES", in_quotes(text)));
+      }
+      heights_[name] = height;
+    }
+  }
+
+  std::string name_of(const ImageBox& box) const {
+    if (box.category == kNoClass) return {};
+    const auto it = names_.find(box.category);
+    return it == names_.end() ? fmt::format("class_{}", box.category) : it->second;
+  }
+  bool has_heights() const { return !heights_.empty(); }
+  /// Throws Error for a height of a class that no box has.
+  void check_heights(const std::set<std::string>& classes) const {
+    for (const auto& [name, height] : heights_) {
+      if (classes.count(name) != 0) continue;
+      throw Error(fmt::format("--class-height {}: no box is of that class; classes are: {}",
+                              in_quotes(name), fmt::join(classes, " ")));
+    }
+  }
+
+  /// Why a box tells no direction; null where it does.
+  const char* fault(const ImageBox& box) const {
+    if (!(box.width > 0 && box.height > 0)) return "box dropped: without width or height";
+    if (box.score < o_.min_score) return "box dropped: score too low";
+    const bool cut =
+        o_.image_width > 0 && (box.left <= 1 || box.left + box.width >= o_.image_width - 1);
+    return cut ? "box dropped: cut by the left or right border of the image" : nullptr;
+  }
+
+  /// Its direction, and its range where the height of its class is known and the box shows all of
+  /// it; the noise of the direction is that of the options.
+  CObservationClassedBearingRange::Detection detection(const ImageBox& box, bool is_3d) const {
+    const double x = (box.left + box.width / 2 - center_u_) / o_.focal;
+    const double y = is_3d ? (box.top + box.height / 2 - center_v_) / o_.focal : 0;
+    CObservationClassedBearingRange::Detection d;
+    d.yaw = static_cast<float>(-std::atan(x));
+    d.pitch = static_cast<float>(std::atan2(y, std::hypot(1, x)));
+    const auto it = heights_.find(name_of(box));
+    const bool cut =
+        o_.image_height > 0 && (box.top <= 1 || box.top + box.height >= o_.image_height - 1);
+    if (it == heights_.end() || cut) return d;
+    const double r = o_.focal * it->second / box.height * std::hypot(1, x, y);
+    d.range = static_cast<float>(r);
+    d.std_range = static_cast<float>(r * std::hypot(o_.sigma_height, o_.sigma_pixels / box.height));
+    return d;
+  }
+  /// Full angle in view [rad]; 0: not known.
+  double fov() const {
+    return o_.image_width > 0 ? 2 * std::atan(o_.image_width / 2 / o_.focal) : 0;
+  }
+
+ private:
+  const ImageBoxOptions& o_;
+  std::map<std::int64_t, std::string> names_;
+  std::map<std::string, double> heights_;
+  double center_u_ = 0, center_v_ = 0;
+};
+
+std::vector<float> scores_of_box(const std::string& name, double score,
+                                 const std::vector<std::string>& classes) {
+  if (name.empty()) return {};
+  if (classes.size() == 1) return {1.0F};
+  const double others = (1 - score) / static_cast<double>(classes.size() - 1);
+  std::vector<float> out(classes.size(), static_cast<float>(others));
+  const auto it = std::find(classes.begin(), classes.end(), name);
+  out[static_cast<std::size_t>(it - classes.begin())] = static_cast<float>(score);
+  return out;
+}
+
+}  // namespace
+
+bool are_image_boxes(const std::string& path) {
+  if (fs::is_directory(path)) return true;
+  const std::string ending = fs::path(path).extension().string();
+  if (ending == ".json") return fs::exists(path);
+  if (ending != ".txt" || !fs::is_regular_file(path) || fs::file_size(path) == 0) return false;
+  TextRow row;
+  return TextReader(path).next(row) && starts_like_a_number(row[0]);
+}
+
+ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
+  const std::string& path = options.detections;
+  const bool is_folder = fs::is_directory(path), is_json = fs::path(path).extension() == ".json";
+  std::map<std::int64_t, std::string> names;
+  std::vector<ImageBox> boxes = is_folder ? read_yolo(path, options.boxes, names)
+                                : is_json ? read_coco(path)
+                                          : read_mot(path);
+  std::stable_sort(boxes.begin(), boxes.end(),
+                   [](const ImageBox& a, const ImageBox& b) { return a.image < b.image; });
+  const BoxCamera camera(options.boxes, std::move(names));
+  const ImageClock clock(options.boxes);
+  std::set<std::string> met;
+  for (const ImageBox& box : boxes) {
+    const std::string name = camera.name_of(box);
+    if (!name.empty()) met.insert(name);
+    if (!name.empty() && (box.score < 0 || box.score > 1)) {
+      throw Error(fmt::format("{}: a box of image {} has the score {}, which is no probability",
+                              path, box.image, box.score));
+    }
+  }
+  camera.check_heights(met);
+  const std::vector<std::string> classes =
+      options.classes.empty() ? std::vector<std::string>(met.begin(), met.end()) : options.classes;
+  for (const std::string& name : met) {
+    if (std::find(classes.begin(), classes.end(), name) != classes.end()) continue;
+    throw Error(fmt::format("{}: class {} is not among --classes", path, in_quotes(name)));
+  }
+  DetectionTablesOptions seen = options;
+  if (seen.fov == 0) seen.fov = camera.fov();
+  DetectionSteps steps(seen, log);
+  const bool is_3d = steps.is_3d();
+  if (is_3d && options.boxes.center_v < 0 && options.boxes.image_height == 0) {
+    throw Error(
+        "the odometry is in space: --center-v, the row that the camera looks along, or "
+        "--image-height must be given in pixels");
+  }
+  double first = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const ImageBox& box = boxes[i];
+    log.used(static_cast<double>(i) / static_cast<double>(boxes.size()));
+    const char* fault = camera.fault(box);
+    const std::optional<double> time = clock.at(box.image);
+    if (fault == nullptr && !time) fault = "box dropped: --frame-times has not its image";
+    if (fault != nullptr) {
+      log.drop(fault);
+      continue;
+    }
+    if (!std::isfinite(steps.time())) first = *time;
+    if (*time < steps.time()) {
+      throw Error(
+          fmt::format("{}: time goes backwards at image {}", options.boxes.frame_times, box.image));
+    }
+    if (!steps.is_of(*time)) {
+      steps.end();
+      steps.begin(*time, camera.has_heights(), is_3d, classes);
+    }
+    auto d = camera.detection(box, is_3d);
+    d.class_scores = scores_of_box(camera.name_of(box), box.score, classes);
+    auto& frame = d.range > 0 ? steps.frame() : steps.directions();
+    frame.detections.push_back(std::move(d));
+  }
+  steps.end();
+  steps.note(0);
+  log.note_end(options.odometry);
+  if (log.steps() == 0) {
+    throw Error(
+        fmt::format("{}: no box has odometry around it: they are of {} to {} s, and the "
+                    "odometry begins at {} s; --start is the time of image 0",
+                    path, first, std::max(first, steps.time()), steps.start_of_odometry()));
+  }
+  return log.finish();
+}
+
+}  // namespace hybrid

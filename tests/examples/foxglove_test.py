@@ -1,0 +1,191 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Maps in the form of Foxglove: messages keep the published schema, files and the live protocol carry them.
+
+usage: foxglove_test.py BIN
+"""
+
+import asyncio
+import json
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).parents[2]
+SCRIPTS = ROOT / "examples/ros2"
+sys.path.insert(0, str(SCRIPTS))
+BIN = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else None
+
+from foxglove_scene import SCHEMA, Scene  # noqa: E402
+from mcap_bag import Bytes, bag_records  # noqa: E402
+
+LINES = [
+    {"keyframe": 0, "time": 0.0, "pose": [0, 0, 0], "landmarks": 1, "objective": 0, "cost": 0,
+     "changed": [{"id": 3, "position": [5.1, 1.9], "class": "tree", "sightings": 1}], "removed": []},
+    {"keyframe": 1, "time": 0.4, "pose": [1, 2, 1.5], "landmarks": 1, "objective": 0, "cost": 0,
+     "changed": [{"id": 4, "position": [1, 2, 3], "sightings": 1}], "removed": [3]},
+    {"keyframe": 2, "time": 0.8, "pose": [1, 2, 3, 0.1, 0.2, 0.3], "landmarks": 1, "objective": 0, "cost": 0, "changed": [],
+     "removed": []}]
+
+
+def updates(lines=LINES):
+    scene = Scene()
+    return [scene.of_line(json.dumps(line)) for line in lines]
+
+
+def published_schema():
+    """That of foxglove.SceneUpdate in the package of its authors; None where it is not installed."""
+    if not shutil.which("node") or not (ROOT / "web/node_modules/@foxglove/schemas").is_dir():
+        return None
+    code = "console.log(JSON.stringify(require('@foxglove/schemas/jsonschema').SceneUpdate))"
+    return json.loads(subprocess.run(["node", "-e", code], cwd=ROOT / "web", check=True, capture_output=True, text=True).stdout)
+
+
+def strict(schema):
+    """The same schema where nothing may be there that it does not name, and numbers must be finite."""
+    if isinstance(schema, list):
+        return [strict(s) for s in schema]
+    if not isinstance(schema, dict):
+        return schema
+    out = {k: {n: strict(s) for n, s in v.items()} if k == "properties" else strict(v) for k, v in schema.items()}
+    return {**out, "additionalProperties": False} if "properties" in out else out
+
+
+def messages_in(path):
+    """(time, message) of a file in MCAP, and the name of its schema."""
+    found, name = [], ""
+    for code, content in bag_records(path, lambda text: found.append((-1, text))):
+        record = Bytes(content)
+        if code == 3:
+            record.take(2)
+            name = record.text()
+        if code == 5:
+            record.take(6)
+            found.append((record.number("Q"), json.loads(bytes(record.data[22:]))))
+    return found, name
+
+
+class Foxglove(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.at = pathlib.Path(self.folder.name)
+        self.text = "".join(json.dumps(line) + "\n" for line in LINES)
+
+    def run_script(self, name, *options, text=""):
+        return subprocess.run([sys.executable, "-B", SCRIPTS / name, *map(str, options)], input=text, text=True,
+                              capture_output=True, check=False)
+
+    def check(self, messages):
+        try:
+            import jsonschema
+        except ImportError:
+            self.skipTest("skipped: python3-jsonschema is not installed")
+        published = published_schema()
+        if published is None:
+            self.skipTest("skipped: web/node_modules/@foxglove/schemas is not there")
+        for schema in (strict(published), strict(SCHEMA)):
+            for message in messages:
+                jsonschema.Draft7Validator(schema).validate(message)
+
+    def test_steps_keep_the_schema(self):
+        self.check([message for _, message in updates()])
+
+    def test_the_check_can_fail(self):
+        message = updates()[0][1]
+        self.check([message])
+        import jsonschema
+        for spoil in (lambda e: e.update(colour=1), lambda e: e.pop("lifetime"), lambda e: e["spheres"][0]["size"].update(x="a")):
+            bad = json.loads(json.dumps(message))
+            spoil(bad["entities"][-1])
+            with self.assertRaises(jsonschema.ValidationError):
+                self.check([bad])
+
+    def test_what_a_step_shows(self):
+        (_, first), (time, second), (_, third) = updates()
+        self.assertEqual([e["id"] for e in first["entities"]], ["path/0", "robot", "landmark/3"])
+        self.assertEqual(first["entities"][2]["texts"][0]["text"], "3 tree")
+        self.assertEqual(time, 0.4)
+        self.assertEqual(second["deletions"], [{"timestamp": {"sec": 0, "nsec": 400000000}, "type": 0, "id": "landmark/3"}])
+        self.assertEqual([p["x"] for p in second["entities"][0]["lines"][0]["points"]], [0, 1])
+        turned = third["entities"][1]["arrows"][0]["pose"]["orientation"]
+        self.assertAlmostEqual(sum(x * x for x in turned.values()), 1)
+        self.assertAlmostEqual(turned["z"], 0.0343, delta=0.001)  # roll .3, pitch .2, yaw .1
+
+    def test_a_long_path_is_sent_in_pieces(self):
+        lines = [{**LINES[0], "pose": [k, 0, 0], "changed": []} for k in range(250)]
+        pieces = {}
+        for _, update in updates(lines):
+            path = update["entities"][0]
+            pieces[path["id"]] = [p["x"] for p in path["lines"][0]["points"]]
+        self.assertEqual(pieces, {"path/0": [*range(100)], "path/1": [*range(99, 200)], "path/2": [*range(199, 250)]})
+
+    def test_a_stream_becomes_a_file(self):
+        ran = self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text=self.text)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        found, name = messages_in(self.at / "a.mcap")
+        self.assertEqual(name, "foxglove.SceneUpdate")
+        self.assertEqual(found, [(round(time * 1e9), update) for time, update in updates()])
+        wrong = self.run_script("stream_to_foxglove.py", "-o", self.at / "a.mcap", text="12 keyframes\n")
+        self.assertEqual(wrong.returncode, 1)
+        self.assertIn("standard input is what hybrid-replay --stream writes", wrong.stderr)
+
+    def test_a_viewer_gets_what_was_and_what_comes(self):
+        try:
+            import websockets
+        except ImportError:
+            self.skipTest("skipped: python3-websockets is not installed")
+
+        async def view():
+            server = await asyncio.create_subprocess_exec(sys.executable, "-B", SCRIPTS / "stream_to_foxglove.py", "--port", "0",
+                                                          stdin=-1, stdout=-1, stderr=-1)
+            try:
+                address = (await server.stdout.readline()).decode().split()[1]
+                lines = self.text.splitlines(keepends=True)
+                server.stdin.write(lines[0].encode())
+                async with websockets.connect(address, subprotocols=["foxglove.websocket.v1"]) as socket:
+                    self.assertEqual(socket.subprotocol, "foxglove.websocket.v1")
+                    info, offer = [json.loads(await socket.recv()) for _ in range(2)]
+                    self.assertEqual((info["op"], offer["op"]), ("serverInfo", "advertise"))
+                    (channel,) = offer["channels"]
+                    self.assertEqual(channel["schemaName"], "foxglove.SceneUpdate")
+                    await socket.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": channel["id"]}]}))
+                    for k, (time, update) in enumerate(updates()):
+                        if k > 0:
+                            server.stdin.write(lines[k].encode())
+                        data = await asyncio.wait_for(socket.recv(), 20)
+                        self.assertEqual(struct.unpack("<BIQ", data[:13]), (1, 7, round(time * 1e9)))
+                        self.assertEqual(json.loads(data[13:]), update)
+            finally:
+                server.kill()
+                await server.communicate()
+
+        asyncio.run(asyncio.wait_for(view(), 60))
+
+    def test_a_replay_is_shown_live_and_after(self):
+        if BIN is None:
+            self.skipTest("skipped: no programs")
+        log = ROOT / "rawlogs/classed_demo.rawlog"
+        ran = subprocess.run([BIN / "hybrid-replay", log, "--stream", "--no-pictures", "-o", self.at / "out"], text=True,
+                             capture_output=True, check=False)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        live = [message for _, message in updates(map(json.loads, ran.stdout.splitlines()))]
+        self.assertGreater(len(live), 10)
+        done = self.run_script("map_to_foxglove.py", self.at / "out", "-o", self.at / "map.mcap")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found, _ = messages_in(self.at / "map.mcap")
+        self.assertEqual(len(found), len(live))
+        summary = json.loads((self.at / "out/summary.json").read_text())
+        shown = [e for e in found[0][1]["entities"] if e["id"].startswith("landmark/")]
+        self.assertEqual(len(shown), summary["landmarks"])
+        self.assertIn("should be an output folder", self.run_script("map_to_foxglove.py", self.at, "-o", self.at / "b").stderr)
+        self.check([*live, *(message for _, message in found)])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Laser scans of a bag made here become a CARMEN log and a map of one. HYBRID_BIN is the folder of the programs."""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from mcap_to_csv_test import ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
+
+SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_carmen.py"
+SCANS = {"sensor_msgs/LaserScan": "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
+                                  "float32 time_increment\nfloat32 scan_time\nfloat32 range_min\nfloat32 range_max\n"
+                                  "float32[] ranges\nfloat32[] intensities\n"}
+TOPICS = [("/odom", ODOMETRY), ("/scan", SCANS), ("/tf_static", TRANSFORMS)]
+ROOM = (-4.0, 6.0, -3.0, 2.0)  # left, right, lower and upper wall [m]
+
+
+def scan(time, first, step, ranges):
+    out = Cdr().header(time, "laser").put("f", first, first + step * (len(ranges) - 1), step, 0, 0, 0.1, 30)
+    return out.put("I", len(ranges)).put("f", *ranges).put("I", 0).whole()
+
+
+def mounted(roll, pitch=0.0):
+    """The laser half a metre ahead of the robot."""
+    q = (math.sin(roll / 2) * math.cos(pitch / 2), math.cos(roll / 2) * math.sin(pitch / 2),
+         -math.sin(roll / 2) * math.sin(pitch / 2), math.cos(roll / 2) * math.cos(pitch / 2))
+    return Cdr().put("I", 1).header(0, "base").string("laser").put("d", 0.5, 0, 0, *q).whole()
+
+
+def wall(x, y, angle):
+    """How far the room goes on from a point."""
+    left, right, lower, upper = ROOM
+    c, s = math.cos(angle), math.sin(angle)
+    across = ((right if c > 0 else left) - x) / c if abs(c) > 1e-9 else math.inf
+    along = ((upper if s > 0 else lower) - y) / s if abs(s) > 1e-9 else math.inf
+    return min(across, along)
+
+
+class McapToCarmen(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.at = pathlib.Path(self.folder.name)
+
+    def run_script(self, messages, *options):
+        (self.at / "a.mcap").write_bytes(bag(TOPICS, messages))
+        return subprocess.run([sys.executable, "-B", SCRIPT, self.at / "a.mcap", "-o", self.at / "a.clf", *options], text=True,
+                              capture_output=True, check=False)
+
+    def lines(self):
+        return [line.split() for line in (self.at / "a.clf").read_text().splitlines()]
+
+    def test_a_scan_is_a_line(self):
+        messages = [(0, odometry(0, 0, 0, 0)), (0, odometry(2, 4, 0, 1)), (1, scan(1, -0.5, 0.5, [1, math.inf, 3])),
+                    (1, scan(3, -0.5, 0.5, [1, 2, 3])), (2, mounted(0))]
+        ran = self.run_script(messages, "--base", "base")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertIn("no odometry before or after them: 1", ran.stdout)
+        (words,) = self.lines()
+        self.assertEqual([float(w) for w in words[2:9]], [-0.5, 1, 0.5, 30, 0, 0, 3])
+        self.assertEqual([float(w) for w in words[9:12]], [1, 30, 3])  # what sees nothing is as far as the laser reaches
+        x, y, yaw, *robot = map(float, words[13:19])
+        self.assertEqual(robot, [2, 0, 0.5])
+        self.assertAlmostEqual(x, 2 + 0.5 * math.cos(0.5), places=6)
+        self.assertAlmostEqual(y, 0.5 * math.sin(0.5), places=6)
+        self.assertEqual((yaw, float(words[-3])), (0.5, 1))
+
+    def test_rays_turn_to_the_left(self):
+        still = [(0, odometry(0, 0, 0, 0)), (0, odometry(2, 0, 0, 0))]
+        for messages, options in (([(1, scan(1, 0.5, -0.25, [4, 3, 2]))], []),
+                                  ([(1, scan(1, -0.5, 0.25, [4, 3, 2])), (2, mounted(math.pi))], ["--base", "base"])):
+            ran = self.run_script([*still, *messages], *options)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            (words,) = self.lines()
+            self.assertEqual([float(words[2]), float(words[4])], [0, 0.25])
+            self.assertEqual([float(w) for w in words[9:12]], [2, 3, 4])
+
+    def test_what_cannot_be_read_is_told(self):
+        still = [(0, odometry(0, 0, 0, 0)), (0, odometry(2, 0, 0, 0)), (1, scan(1, 0, 0.1, [1]))]
+        self.assertIn("the laser laser is tilted", self.run_script([*still, (2, mounted(0.3))], "--base", "base").stderr)
+        self.assertIn("no transforms lead from base to laser", self.run_script(still, "--base", "base").stderr)
+        self.assertIn("no scan with odometry around it", self.run_script(still[:2]).stderr)
+        self.assertIn("/scan (sensor_msgs/msg/LaserScan)".replace("/msg/", "/"),
+                      self.run_script(still, "--scans", "/scans").stderr.replace("/msg/", "/"))
+
+    def test_scans_become_a_map(self):
+        programs = os.environ.get("HYBRID_BIN")
+        if not programs:
+            self.skipTest("skipped: HYBRID_BIN is not set")
+        messages, rays = [(2, mounted(0))], 360
+        for k in range(20):  # odometry is 10 % long
+            x, yaw = 0.15 * k, 0.02 * k
+            messages.append((0, odometry(k, 1.1 * x, 0, yaw)))
+            sensor = (x + 0.5 * math.cos(yaw), 0.5 * math.sin(yaw))
+            angles = [-math.pi / 2 + math.pi * i / (rays - 1) for i in range(rays)]
+            messages.append((1, scan(k, angles[0], math.pi / (rays - 1), [wall(*sensor, yaw + a) for a in angles])))
+        ran = self.run_script(messages, "--base", "base")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        for command in (["hybrid-import", "carmen", "a.clf", "-o", "a.rawlog"],
+                        ["hybrid-replay", "a.rawlog", "--no-pictures", "-o", "out"]):
+            ran = subprocess.run([f"{programs}/{command[0]}", *command[1:]], cwd=self.at, text=True, capture_output=True, check=False)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertEqual(json.loads((self.at / "out/summary.json").read_text())["status"], "ok")
+        last = (self.at / "out/trajectory.tum").read_text().splitlines()[-1].split()
+        self.assertLess(abs(float(last[1]) - 0.15 * 19), 0.05)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""scripts/stale_figures.py, in repositories made here."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).parents[2] / "scripts/stale_figures.py"
+PAGE = """# A page
+
+It is about 3 things.
+
+## Errors
+
+    hybrid-replay -c config/a.ini -o OUT
+
+The error is 0.25 m.
+
+| run | error |
+|---|---|
+| `hybrid-replay -c config/b.ini` | 0.5 m |
+
+## Time
+
+A run takes 1.5 s (`bench-fast`).
+
+## Words
+
+Nothing is measured here, 0.5 m or not.
+"""
+
+
+class StaleFigures(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.at = pathlib.Path(self.folder.name)
+        self.git("init", "-q")
+        for name in ("config/a.ini", "config/b.ini", "bench/bench-fast.cpp", "libhybrid/landmarks/x.cpp", "libhybrid/linear/y.cpp"):
+            self.write(name, "1")
+        self.write("docs/page.md", PAGE)
+        self.commit(1)
+
+    def git(self, *words, **environment):
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], cwd=self.at, check=True,
+                       env={**os.environ, **environment}, capture_output=True)
+
+    def write(self, name, text):
+        path = self.at / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+    def commit(self, day):
+        date = f"2026-01-{day:02}T12:00:00Z"
+        self.git("add", "-A")
+        self.git("commit", "-qm", "x", GIT_AUTHOR_DATE=date, GIT_COMMITTER_DATE=date)
+
+    def listed(self, *pages):
+        ran = subprocess.run([sys.executable, "-B", SCRIPT, *pages], cwd=self.at, text=True, capture_output=True, check=False)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        *lines, total = ran.stdout.splitlines()
+        self.assertEqual(total.split()[0], str(len(lines)))
+        return lines
+
+    def test_nothing_is_older_than_its_inputs(self):
+        self.write("README.md", "# x\n")
+        self.commit(1)
+        self.assertEqual(self.listed(), [])
+
+    def test_a_figure_is_listed_with_what_changed(self):
+        self.write("config/a.ini", "2")
+        self.commit(5)
+        self.assertEqual(self.listed("docs/page.md"),
+                         ["docs/page.md:9: figures of 2026-01-01; changed since: config/a.ini (2026-01-05)"])
+
+    def test_a_table_names_its_own_command(self):
+        self.write("config/b.ini", "2")
+        self.commit(5)
+        self.assertEqual([line.split(": ")[0] for line in self.listed("docs/page.md")], ["docs/page.md:11"])
+
+    def test_rooms_of_a_program_and_benchmarks_count(self):
+        self.write("libhybrid/linear/y.cpp", "2")  # all programs share it
+        self.commit(4)
+        self.assertEqual(self.listed("docs/page.md"), [])
+        self.write("libhybrid/landmarks/x.cpp", "2")
+        self.write("bench/bench-fast.cpp", "2")
+        self.commit(5)
+        self.assertEqual([line.split(": ")[0] for line in self.listed("docs/page.md")],
+                         ["docs/page.md:9", "docs/page.md:11", "docs/page.md:17"])
+
+    def test_a_new_measurement_is_young_again(self):
+        self.write("config/a.ini", "2")
+        self.commit(5)
+        self.write("docs/page.md", PAGE.replace("0.25 m", "0.24 m"))
+        self.assertEqual(self.listed("docs/page.md"), [])  # before it is committed
+        self.commit(6)
+        self.assertEqual(self.listed("docs/page.md"), [])
+
+    def test_a_page_that_is_not_there_is_told(self):
+        ran = subprocess.run([sys.executable, "-B", SCRIPT, "docs/none.md"], cwd=self.at, text=True, capture_output=True, check=False)
+        self.assertEqual(ran.returncode, 1)
+        self.assertIn("docs/none.md", ran.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
