@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "libhybrid/core/error.h"
@@ -84,6 +85,19 @@ bool finds_more_again(const Health& a, const Health& b) {
   return own != nullptr && other != nullptr && own->value < other->value;
 }
 
+/// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
+/// detections find their landmarks and these are not found again; else none.
+std::optional<double> sigma_to_coarsen(const Summary& summary) {
+  const auto sigma = summary.statistics.find(kSigma);
+  const HealthEntry* lost = find_entry(summary.health, kFoundAgain);
+  const IniFile::Settings& configuration = summary.provenance.configuration;
+  const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
+                       setting(configuration, "BearingRangeAssociation.extent") == 0;
+  const bool is_lost = lost != nullptr && lost->verdict == HealthVerdict::kBad;
+  if (sigma == summary.statistics.end() || !is_free || !is_lost) return std::nullopt;
+  return sigma->second;
+}
+
 /// Coarse to fine: where the landmarks of a map are not found again, which detection is of which
 /// landmark was decided finer than could be told. Landmarks get an extent, and what may be of one
 /// of them is of it (joint compatibility, which prefers a landmark that is known to a new one).
@@ -91,28 +105,21 @@ bool finds_more_again(const Health& a, const Health& b) {
 ReplayRequest map_coarsely(const ReplayRequest& request, const Watchers& watchers,
                            std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   ReplayRequest taken = request;
-  const auto sigma = outcome.summary.statistics.find(kSigma);
-  const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
-  if (sigma == outcome.summary.statistics.end() || lost == nullptr) return taken;
-  if (lost->verdict != HealthVerdict::kBad) return taken;
-  const IniFile::Settings& configuration = outcome.summary.provenance.configuration;
-  if (text_of(configuration, "BearingRangeAssociation.method") != "hypotheses" ||
-      setting(configuration, "BearingRangeAssociation.extent") != 0) {
-    return taken;  // it was said how to decide
-  }
+  const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
+  if (!sigma) return taken;
   for (const double extent : kExtents) {
     ReplayRequest coarse = request;
     coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
     coarse.settings.push_back(
-        fmt::format("BearingRangeAssociation.extent={:.3g}", extent * sigma->second));
-    Attempt next =
-        attempt(coarse, watchers, start, {&outcome.summary.health, finds_more_again, false, false});
+        fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
+    const Health health = outcome.summary.health;
+    Attempt next = attempt(coarse, watchers, start, {&health, finds_more_again, false, false});
     if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
     if (next.is_written) {
       outcome = std::move(next.outcome);
       taken = std::move(coarse);
     }
-    lost = find_entry(outcome.summary.health, kFoundAgain);
+    const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
     if (outcome.signal != 0 || lost->verdict == HealthVerdict::kGood) break;
   }
   return taken;
