@@ -14,7 +14,7 @@
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "libhybrid/maps/join_maps.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/map_file/map_file.h"
 
@@ -30,13 +30,43 @@ MapRecord whole_map(const std::string& file) {
           fmt::format("{}: session {} was interrupted; resume or prune it first", file, s.id));
     }
   }
-  if (map.landmarks.empty()) {
-    const char* const scans =
-        ": holds laser scans alone, and maps are joined by their landmarks; extend one by the log "
-        "of the other";
-    throw Error(file + (map.local_maps.empty() ? ": holds no landmark" : scans));
-  }
+  if (!holds_places(map)) throw Error(file + ": holds no landmark and no laser scans");
   return map;
+}
+
+/// Joins two maps by landmarks that both have, else by laser scans; `why` tells why not.
+std::optional<JoinedMaps> joined_by_either(const MapRecord& first, const MapRecord& second,
+                                           double odds, std::string& why) {
+  why = "no common place with the other maps stands out";
+  if (!first.landmarks.empty() && !second.landmarks.empty()) {
+    if (auto joined = join_maps(first, second, odds)) return joined;
+  }
+  if (first.local_maps.empty() || second.local_maps.empty() || first.is_3d) return std::nullopt;
+  std::string by_scans;
+  auto joined = join_maps_by_scans(first, second, odds, by_scans);
+  if (!by_scans.empty()) why += ": " + by_scans;
+  return joined;
+}
+
+/// What there is to say of a map that was joined.
+void tell(const std::string& file, const JoinedMaps& joined) {
+  const Eigen::Vector3d t = joined.T_first_second.translation();
+  const Eigen::Matrix3d R = joined.T_first_second.linear();
+  const std::string by_scans = joined.scan_matches > 0
+                                   ? fmt::format("{} matches of laser scans, ", joined.scan_matches)
+                                   : "";
+  say("{}: {}{} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
+      file, by_scans, joined.common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
+      joined.log_odds);
+  if (joined.variance_factor > 1) {
+    say("{}: these differ by more than the maps say they may; their variances would have to be "
+        "{:.1f} times larger\n",
+        file, joined.variance_factor);
+  }
+  for (const Contradiction& c : joined.contradictions) {
+    say("{}: landmark {} lies {:.2f} m from where the other maps have it; it is left out {}\n",
+        file, c.id, c.distance, c.first_kept ? "there" : "of those, where it was seen less often");
+  }
 }
 
 /// Removes the keyframes of a robot from all sessions. Throws Error where that cannot be.
@@ -78,46 +108,33 @@ int join(const Options& options) {
   }
   MapRecord all = whole_map(options.maps.front());
   std::vector<std::string> left(options.maps.begin() + 1, options.maps.end());
+  std::string why;
   // A map may overlap the first one only through another one.
   for (bool progress = true; progress && !left.empty();) {
     progress = false;
     for (auto it = left.begin(); it != left.end();) {
       const MapRecord next = whole_map(*it);
-      const auto joined =
-          about(std::vector<std::string>{*it}, [&] { return join_maps(all, next, options.odds); });
+      std::string doubt;
+      const auto joined = about(std::vector<std::string>{*it},
+                                [&] { return joined_by_either(all, next, options.odds, doubt); });
+      if (it == left.begin()) why = doubt;
       if (!joined) {
         ++it;
         continue;
       }
-      const Eigen::Vector3d t = joined->T_first_second.translation();
-      const Eigen::Matrix3d R = joined->T_first_second.linear();
-      say("{}: {} landmarks in common, at ({:.3f} {:.3f} {:.3f}) m, {:.2f} deg, log odds {:.1f}\n",
-          *it, joined->common, t.x(), t.y(), t.z(), std::atan2(R(1, 0), R(0, 0)) * 180 / M_PI,
-          joined->log_odds);
-      if (joined->variance_factor > 1) {
-        say("{}: these differ by more than the maps say they may; their variances would have to be "
-            "{:.1f} times larger\n",
-            *it, joined->variance_factor);
-      }
-      for (const Contradiction& c : joined->contradictions) {
-        say("{}: landmark {} lies {:.2f} m from where the other maps have it; it is left out {}\n",
-            *it, c.id, c.distance,
-            c.first_kept ? "there" : "of those, where it was seen less often");
-      }
+      tell(*it, *joined);
       all = joined->map;
       it = left.erase(it);
       progress = true;
     }
   }
   if (!left.empty()) {
-    throw Error(left.front() +
-                ": no common place with the other maps stands out; nothing was "
-                "merged");
+    throw Error(left.front() + ": " + why + "; nothing was merged");
   }
   MapFile file(options.output);
   file.replace(all);
-  say("{} landmarks, {} sessions -> {}\n", all.landmarks.size(), all.sessions.size(),
-      options.output);
+  say("{} landmarks, {} local maps of laser scans, {} sessions -> {}\n", all.landmarks.size(),
+      all.local_maps.size(), all.sessions.size(), options.output);
   return kExitOk;
 }
 

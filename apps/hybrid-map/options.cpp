@@ -49,7 +49,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "counter-clockwise from east [deg]")
       ->expected(3);
   to->add_flag("!--no-pictures", o.pictures, "do not draw map.png");
-  CLI::App* join = command("join", "makes one map of several by the landmarks that they share");
+  CLI::App* join =
+      command("join", "makes one map of several by the landmarks or laser scans that they share");
   join->add_option("maps", o.maps, "the map files; the frame is that of the first")
       ->type_name("A.hmap B.hmap ...")
       ->required()

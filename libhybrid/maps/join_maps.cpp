@@ -13,8 +13,7 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/geometry/se2.h"
-#include "libhybrid/geometry/se3.h"
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/landmarks/sighting.h"
 #include "libhybrid/maps/detail/agreeing_pairs.h"
 #include "libhybrid/maps/detail/joined_record.h"
@@ -55,7 +54,7 @@ class MapJoin {
         map_a_(std::make_shared<PlaceMap<Pose>>(a, there_a_)),
         map_b_(b, there_b_),
         joint_(a, b) {
-    prior_.assign(a.class_names.size(), 1.0);
+    prior_.assign(std::max(a.class_names.size(), b.class_names.size()), 1.0);
     for (const MapRecord* map : {&a, &b}) {
       for (const MapLandmark& l : map->landmarks) {
         for (std::size_t c = 0; c < l.class_probabilities.size(); ++c) {
@@ -68,14 +67,20 @@ class MapJoin {
     for (double& p : prior_) p /= sum;
   }
 
+  /// Of maps of which it is known where the second is in the first.
+  JoinedMaps run_at(const Pose& T, const typename Pose::Jacobian& covariance) {
+    is_known_ = true;
+    joint_.know(T, covariance);
+    joint_.estimate(pairs_, T);
+    if (!there_a_.empty() && !there_b_.empty()) match_all();
+    return result();
+  }
+
   std::optional<JoinedMaps> run() {
     if (!find()) return std::nullopt;
     pair_by_ids();
     joint_.estimate(pairs_, T_);
-    const bool is_tested = a_.identified && there_a_.size() <= kMostTested;
-    for (int round = 0; !is_tested && round < kRounds && match_more(); ++round) {
-      joint_.estimate(pairs_, joint_.T_first_second());
-    }
+    if (!a_.identified || there_a_.size() > kMostTested) match_all();
     log_odds_ = log_evidence(variance_factor());
     if (log_odds_ < std::log(odds_)) return std::nullopt;
     return result();
@@ -168,7 +173,8 @@ class MapJoin {
   /// By how much the maps disagree more than what each knows of itself allows: the a posteriori
   /// variance factor of the pairs, 1 where their chi-square is within the gate.
   double variance_factor() const {
-    const int freedom = kDim * static_cast<int>(pairs_.size()) - Pose::kDim;
+    const int freedom = kDim * static_cast<int>(pairs_.size()) - (is_known_ ? 0 : Pose::kDim);
+    if (freedom <= 0) return 1;
     if (joint_.chi_square() <= chi_square_quantile(kGate, freedom)) return 1;
     return joint_.chi_square() / freedom;
   }
@@ -223,6 +229,13 @@ class MapJoin {
     return 0.5 * chi_square / factor + llt.matrixLLT().diagonal().array().log().sum() +
            0.5 * kDim * std::log(2 * M_PI * factor) + std::log(map_a_->density()) -
            ratio(of_a(i), of_b(j));
+  }
+
+  /// Pairs more, in turn with estimation.
+  void match_all() {
+    for (int round = 0; round < kRounds && match_more(); ++round) {
+      joint_.estimate(pairs_, joint_.T_first_second());
+    }
   }
 
   /// Adds pairs that lie together now and are nearest to each other. False where there are none.
@@ -280,6 +293,7 @@ class MapJoin {
   Pose T_;
   LandmarkPairs pairs_;
   double log_odds_ = 0;
+  bool is_known_ = false;  // where the second map is in the first
   JointEstimate<Pose> joint_;
 };
 
@@ -300,13 +314,27 @@ void refuse_common_logs(const MapRecord& first, const MapRecord& second) {
 
 }  // namespace
 
-std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds) {
+void refuse_to_join(const MapRecord& first, const MapRecord& second) {
   if (first.is_3d != second.is_3d) throw Error("one map is in the plane, the other in space");
-  if (first.class_names != second.class_names) throw Error("the maps have different classes");
-  if (first.identified != second.identified) {
-    throw Error("the landmarks of one map have the ids of its log, those of the other do not");
+  if (!first.landmarks.empty() && !second.landmarks.empty()) {
+    if (first.class_names != second.class_names) throw Error("the maps have different classes");
+    if (first.identified != second.identified) {
+      throw Error("the landmarks of one map have the ids of its log, those of the other do not");
+    }
   }
   refuse_common_logs(first, second);
+}
+
+JoinedMaps join_maps_at(const MapRecord& first, const MapRecord& second,
+                        const Eigen::Isometry3d& T_first_second,
+                        const Eigen::MatrixXd& covariance) {
+  refuse_to_join(first, second);
+  return first.is_3d ? MapJoin<SE3>(first, second, 1.0).run_at(to_se3(T_first_second), covariance)
+                     : MapJoin<SE2>(first, second, 1.0).run_at(to_se2(T_first_second), covariance);
+}
+
+std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds) {
+  refuse_to_join(first, second);
   return first.is_3d ? MapJoin<SE3>(first, second, odds).run()
                      : MapJoin<SE2>(first, second, odds).run();
 }

@@ -26,8 +26,9 @@ struct JoinedMaps {
   /// How much larger all variances would have to be for the common landmarks to fit; 1 where they
   /// do. Nothing is multiplied by it: maps that are too sure of themselves are all so.
   double variance_factor = 1;
-  std::size_t common = 0;  ///< landmarks that both have
-  double log_odds = 0;     ///< for the common landmarks against none
+  std::size_t common = 0;        ///< landmarks that both have
+  std::size_t scan_matches = 0;  ///< of laser scans of both that were accepted
+  double log_odds = 0;           ///< for the common landmarks against none
   std::vector<Contradiction> contradictions;
 };
 
@@ -39,6 +40,15 @@ struct JoinedMaps {
 /// concerned. Nothing where no common place stands out with these `odds`. Throws Error where the
 /// maps are not of one kind, or both have a session of one log.
 std::optional<JoinedMaps> join_maps(const MapRecord& first, const MapRecord& second, double odds);
+
+/// Throws Error where two maps are not of one kind, or both have a session of one log.
+void refuse_to_join(const MapRecord& first, const MapRecord& second);
+
+/// Joins maps of which it is known where the second is in the first, in the tangent of a right
+/// perturbation: landmarks that lie together are one, and there may be none. Throws Error as
+/// join_maps().
+JoinedMaps join_maps_at(const MapRecord& first, const MapRecord& second,
+                        const Eigen::Isometry3d& T_first_second, const Eigen::MatrixXd& covariance);
 
 /// The map without some landmarks, by their ids.
 MapRecord without_landmarks(const MapRecord& map, const std::vector<std::int64_t>& ids);

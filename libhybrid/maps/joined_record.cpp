@@ -4,11 +4,9 @@
 #include "libhybrid/maps/detail/joined_record.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
-#include "libhybrid/geometry/se2.h"
-#include "libhybrid/geometry/se3.h"
+#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/maps/sparsify_graph.h"
 
 namespace hybrid {
@@ -76,7 +74,7 @@ std::vector<JoinedLandmark> landmarks_of_both(const MapRecord& first, const MapR
                                                class_prior(second, l.session));
       continue;
     }
-    if (!first.identified) l.id = next++;
+    if (!out.map.identified) l.id = next++;
     l.session += shift;
     const auto other = of_id.find(l.id);
     if (other == of_id.end()) {
@@ -104,8 +102,10 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   MapRecord& map = out.map;
   map.is_3d = first.is_3d;
-  map.identified = first.identified;
-  map.class_names = first.class_names;
+  // A map without landmarks does not tell of what kind they are.
+  const MapRecord& kind = first.landmarks.empty() ? second : first;
+  map.identified = kind.identified;
+  map.class_names = kind.class_names;
   map.origin = first.origin;
   map.sessions = first.sessions;
   const int shift = first.sessions.empty() ? 0 : first.sessions.back().id;
@@ -115,11 +115,11 @@ void record_join(const MapRecord& first, const MapRecord& second, const Landmark
     map.sessions.push_back(std::move(session));
   }
   map.local_maps = first.local_maps;
-  const Eigen::Isometry3d& T = out.T_first_second;
+  const SE2 T = to_se2(out.T_first_second);
   for (MapLocalMap local : second.local_maps) {
     local.session += shift;
-    const Eigen::Vector3d p = T * Eigen::Vector3d(local.pose.x(), local.pose.y(), 0);
-    local.pose << p.x(), p.y(), local.pose.z() + std::atan2(T(1, 0), T(0, 0));
+    const SE2 pose = T * SE2(local.pose.x(), local.pose.y(), local.pose.z());
+    local.pose << pose.x(), pose.y(), pose.angle();
     map.local_maps.push_back(std::move(local));
   }
   std::vector<Key> keys;

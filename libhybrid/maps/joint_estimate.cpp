@@ -7,6 +7,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/linear_factor.h"
+#include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
@@ -112,6 +113,12 @@ void JointEstimate<Pose>::add_priors() {
 }
 
 template <class Pose>
+void JointEstimate<Pose>::know(const Pose& T_first_second,
+                               const typename Pose::Jacobian& covariance) {
+  known_ = std::make_shared<Prior<Pose>>(kMotionKey, T_first_second, Noise::covariance(covariance));
+}
+
+template <class Pose>
 void JointEstimate<Pose>::estimate(const LandmarkPairs& pairs, const Pose& T_first_second) {
   graph_ = {};
   values_ = {};
@@ -129,6 +136,7 @@ void JointEstimate<Pose>::estimate(const LandmarkPairs& pairs, const Pose& T_fir
   }
   values_.insert(kMotionKey, T_first_second);
   add_priors();
+  if (known_) graph_.add(known_);
   const SolverResult solved = levenberg_marquardt(graph_, {values_, {}});
   values_ = solved.values;
   T_ = values_.at<Pose>(kMotionKey);

@@ -39,6 +39,8 @@ std::vector<SurfacePoint> points_of(const ScanTracker& tracker, const LocalMap& 
   return points;
 }
 
+}  // namespace
+
 SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOptions& options) {
   const Eigen::Matrix2d R = predicted.motion.rotation().matrix();
   const Eigen::Matrix2d C = R * predicted.covariance.topLeftCorner<2, 2>() * R.transpose();
@@ -50,8 +52,6 @@ SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOption
                            options.max_turn);
   return window;
 }
-
-}  // namespace
 
 std::vector<SurfacePoint> recent_points(const ScanTracker& tracker, double length) {
   const std::vector<ScanKeyframe>& keyframes = tracker.keyframes();
@@ -108,12 +108,14 @@ std::vector<ScanClosureSearch::Candidate> ScanClosureSearch::stored_candidates(
   return near;
 }
 
-const MatchTarget& ScanClosureSearch::kept(
-    std::size_t key, const std::function<std::vector<SurfacePoint>()>& points) {
-  Stored& stored = targets_[key];
-  stored.used = ++searches_;
-  if (stored.target == nullptr) {
-    stored.target = std::make_shared<const MatchTarget>(make_match_target(points()));
+/// Made when first needed, and kept as long as it is among those used last.
+const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, const TargetName& name) {
+  KeptTarget& kept = targets_[name];
+  kept.used = ++searches_;
+  if (kept.target == nullptr) {
+    kept.target = std::make_shared<const MatchTarget>(
+        make_match_target(name.is_stored ? stored_[name.number].points
+                                         : points_of(tracker, tracker.local_maps()[name.number])));
     if (targets_.size() > kMostTargets) {
       const auto oldest = std::min_element(
           targets_.begin(), targets_.end(),
@@ -121,18 +123,7 @@ const MatchTarget& ScanClosureSearch::kept(
       targets_.erase(oldest);
     }
   }
-  return *targets_.at(key).target;
-}
-
-const MatchTarget& ScanClosureSearch::target(const ScanTracker& tracker, std::size_t map) {
-  return kept(2 * map, [&] {
-    const LocalMap& local = tracker.local_maps()[map];
-    return points_of(tracker, local);
-  });
-}
-
-const MatchTarget& ScanClosureSearch::stored_target(std::size_t number) {
-  return kept(2 * number + 1, [&] { return stored_[number].points; });
+  return *targets_.at(name).target;
 }
 
 std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, const Poses& poses,
@@ -145,9 +136,10 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
   next_ = way + options_.every;
   std::vector<SurfacePoint> query;
   const auto look = [&](const ScanClosure& found, const SearchWindow& window,
-                        const std::function<const MatchTarget&()>& in) {
+                        const TargetName& name) {
     if (query.empty()) query = recent_points(tracker, options_.query_length);
-    const std::vector<MatchMode> modes = match(query, in(), window, options_.match);
+    const std::vector<MatchMode> modes =
+        match(query, target(tracker, name), window, options_.match);
     for (const MatchMode& mode : modes) {
       closures.push_back(found);
       closures.back().mode = mode;
@@ -165,16 +157,14 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
     const SearchWindow window = window_of(relation(map.anchor, newest), options_);
     if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
     searched.push_back(candidate.map);
-    look({map.anchor, newest, {}, 1, false}, window,
-         [&]() -> const MatchTarget& { return target(tracker, candidate.map); });
+    look({map.anchor, newest, {}, 1, false}, window, {false, candidate.map});
   }
   if (stored_.empty() || options_.most_maps == 0) return closures;
   int left = options_.most_maps;
   for (const Candidate& candidate : stored_candidates(poses(newest))) {
     const SearchWindow window = window_of(stored(candidate.map, newest), options_);
     if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
-    look({candidate.map, newest, {}, 1, true}, window,
-         [&]() -> const MatchTarget& { return stored_target(candidate.map); });
+    look({candidate.map, newest, {}, 1, true}, window, {true, candidate.map});
     if (--left == 0) break;
   }
   return closures;

@@ -5,8 +5,8 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -69,21 +69,29 @@ class ScanClosureSearch {
   };
   std::vector<Candidate> candidates(const ScanTracker& tracker, const Poses& poses) const;
   std::vector<Candidate> stored_candidates(const SE2& here) const;
-  const MatchTarget& target(const ScanTracker& tracker, std::size_t map);
-  const MatchTarget& stored_target(std::size_t number);
-  const MatchTarget& kept(std::size_t key,
-                          const std::function<std::vector<SurfacePoint>()>& points);
+  /// A local map of this drive, or stored scans, by its number.
+  struct TargetName {
+    bool is_stored = false;
+    std::size_t number = 0;
+    bool operator<(const TargetName& b) const {
+      return std::make_pair(is_stored, number) < std::make_pair(b.is_stored, b.number);
+    }
+  };
+  const MatchTarget& target(const ScanTracker& tracker, const TargetName& name);
 
   ScanClosureOptions options_;
   double next_ = 0.0;  // way at which to search again
-  struct Stored {
+  struct KeptTarget {
     std::shared_ptr<const MatchTarget> target;
-    std::size_t used = 0;
+    std::size_t used = 0;  // the search that used it last
   };
-  std::unordered_map<std::size_t, Stored> targets_;
+  std::map<TargetName, KeptTarget> targets_;
   std::size_t searches_ = 0;
   std::vector<StoredScans> stored_;
 };
+
+/// The window that covers where something may be, as predicted.
+SearchWindow window_of(const UncertainMotion& predicted, const ScanClosureOptions& options);
 
 /// Points of the last metres of a way, ten centimetres apart, in the frame of the last keyframe.
 std::vector<SurfacePoint> recent_points(const ScanTracker& tracker, double length);

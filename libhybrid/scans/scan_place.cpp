@@ -88,11 +88,11 @@ std::shared_ptr<const MatchTarget> ScanPlaceSearch::surroundings(const StoredSca
 
 /// Counts a match for the place that it agrees with, or for a new one. Of several matches of one
 /// stretch, with stored scans that overlap, the best counts.
-void ScanPlaceSearch::vote(const UncertainMotion& T_map_drive, const SE2& newest, double way,
+void ScanPlaceSearch::vote(const UncertainMotion& T_map_drive, const SE2& stretch, double way,
                            double log_odds) {
-  const SE2 here = T_map_drive.motion * newest;
+  const SE2 here = T_map_drive.motion * stretch;
   for (Place& place : places_) {
-    if (!is_one_place(place.T_map_drive.motion * newest, here)) continue;
+    if (!is_one_place(place.T_map_drive.motion * stretch, here)) continue;
     if (place.last_vote == way) {
       if (log_odds <= place.last_odds) return;
       place.log_odds -= place.last_odds;
@@ -103,9 +103,10 @@ void ScanPlaceSearch::vote(const UncertainMotion& T_map_drive, const SE2& newest
     place.last_vote = way;
     place.last_odds = log_odds;
     place.T_map_drive = T_map_drive;
+    place.stretch = stretch;
     return;
   }
-  places_.push_back({T_map_drive, 1, log_odds, way, log_odds});
+  places_.push_back({T_map_drive, stretch, 1, log_odds, way, log_odds});
 }
 
 /// The place that stands out, if one does.
@@ -125,16 +126,17 @@ const ScanPlaceSearch::Place* ScanPlaceSearch::best() const {
   return stands_out ? best : nullptr;
 }
 
-std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
-  const ScanTracker& tracker = mapper.tracker();
-  if (tracker.keyframes().empty()) return std::nullopt;
-  const double way = tracker.keyframes().back().travelled;
-  if (way < next_) return std::nullopt;
-  next_ = way + std::max(options_.every, kLater * way);
-  const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
-  const std::vector<SurfacePoint> query =
-      within(options_.view, recent_points(tracker, options_.query_length));
-  if (query.empty()) return std::nullopt;
+std::vector<ScanPlaceSearch::Place> ScanPlaceSearch::places() const {
+  std::vector<Place> out = places_;
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Place& a, const Place& b) { return a.log_odds > b.log_odds; });
+  return out;
+}
+
+const ScanPlaceSearch::Place* ScanPlaceSearch::look(const std::vector<SurfacePoint>& points,
+                                                    const SE2& stretch, double way) {
+  const std::vector<SurfacePoint> query = within(options_.view, points);
+  if (query.empty()) return nullptr;
   MatchOptions options;
   options.min_inliers = options_.min_inliers;
   options.most_points = kMostPoints;
@@ -144,16 +146,26 @@ std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
     const SearchWindow window{SE2(middle.x(), middle.y(), 0.0),
                               Eigen::Vector2d::Constant(options_.reach), M_PI};
     for (const MatchMode& mode : match(query, *targets_[m], window, options)) {
-      const SE2 T_map_newest = stored_[m].T_map_anchor * mode.pose.motion;
+      const SE2 T_map_stretch = stored_[m].T_map_anchor * mode.pose.motion;
       const Eigen::Matrix3d Ad = mode.pose.motion.inverse().adjoint();
-      const Eigen::Matrix3d Ad_first = newest.adjoint();
-      const Eigen::Matrix3d at_newest =
+      const Eigen::Matrix3d Ad_drive = stretch.adjoint();
+      const Eigen::Matrix3d at_stretch =
           mode.pose.covariance + Ad * stored_[m].covariance * Ad.transpose();
-      vote({T_map_newest * newest.inverse(), Ad_first * at_newest * Ad_first.transpose()}, newest,
-           way, log_odds_of(query, mode.inliers));
+      vote({T_map_stretch * stretch.inverse(), Ad_drive * at_stretch * Ad_drive.transpose()},
+           stretch, way, log_odds_of(query, mode.inliers));
     }
   }
-  const Place* found = best();
+  return best();
+}
+
+std::optional<UncertainMotion> ScanPlaceSearch::look(const ScanMapper& mapper) {
+  const ScanTracker& tracker = mapper.tracker();
+  if (tracker.keyframes().empty()) return std::nullopt;
+  const double way = tracker.keyframes().back().travelled;
+  if (way < next_) return std::nullopt;
+  next_ = way + std::max(options_.every, kLater * way);
+  const SE2 newest = mapper.pose(tracker.keyframes().size() - 1);
+  const Place* found = look(recent_points(tracker, options_.query_length), newest, way);
   if (found == nullptr) return std::nullopt;
   UncertainMotion start{found->T_map_drive.motion * mapper.pose(0), found->T_map_drive.covariance};
   start.covariance.diagonal() += Eigen::Vector3d(kStart, kStart, kStartTurn).cwiseAbs2();

@@ -28,23 +28,30 @@ struct ScanPlaceOptions {
 /// several stretches agree on are found, where no other place comes near.
 class ScanPlaceSearch {
  public:
+  /// A place of the frame of the drive, with what speaks for it.
+  struct Place {
+    UncertainMotion T_map_drive;
+    SE2 stretch;             ///< in the frame of the drive: the last one that agrees
+    int votes = 0;           ///< stretches that agree
+    double log_odds = 0.0;   ///< to chance
+    double last_vote = 0.0;  ///< way at which
+    double last_odds = 0.0;  ///< that it counted for
+  };
+
   explicit ScanPlaceSearch(std::vector<StoredScans> stored, const ScanPlaceOptions& options = {});
 
   /// Call it after every keyframe. The pose of the first keyframe in the frame of the stored scans,
   /// once it is found.
   std::optional<UncertainMotion> look(const ScanMapper& mapper);
+  /// The same for a stretch by itself: its points in a frame that is at `stretch` in that of the
+  /// drive. `way` is a number that no other stretch has.
+  const Place* look(const std::vector<SurfacePoint>& points, const SE2& stretch, double way);
+
+  /// All places so far, the one for which most speaks first.
+  std::vector<Place> places() const;
 
  private:
-  /// A place of the frame of the drive, with what speaks for it.
-  struct Place {
-    UncertainMotion T_map_drive;
-    int votes = 0;
-    double log_odds = 0.0;
-    double last_vote = 0.0;  // way at which
-    double last_odds = 0.0;  // that it counted for
-  };
-
-  void vote(const UncertainMotion& T_map_drive, const SE2& newest, double way, double log_odds);
+  void vote(const UncertainMotion& T_map_drive, const SE2& stretch, double way, double log_odds);
   const Place* best() const;
   std::shared_ptr<const MatchTarget> surroundings(const StoredScans& scans) const;
 

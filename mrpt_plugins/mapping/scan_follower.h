@@ -23,6 +23,11 @@ struct ScanMotion {
   std::optional<Eigen::Matrix3d> odometry;
 };
 
+/// A closure with the pose that was measured.
+struct MeasuredClosure : ScanClosureEstimate {
+  SE2 T_from_to;
+};
+
 /// What a mapping plugin is besides that follows robots by their scans.
 class ScanFollower {
  public:
@@ -41,7 +46,7 @@ class ScanFollower {
   /// What the scans of all robots saw, by local maps; anchors are places in MapResult::trajectory.
   virtual std::vector<LocalScans> local_scans() const = 0;
   /// Closures so far between keyframes of the map, with the present decisions.
-  virtual std::vector<ScanClosureEstimate> scan_closures() const = 0;
+  virtual std::vector<MeasuredClosure> scan_closures() const = 0;
 };
 
 }  // namespace hybrid

@@ -35,7 +35,7 @@ class LaserScans : public MappingPlugin, public ScanFollower {
                    const UncertainMotion& start) override;
   const ScanMapper* scan_mapper(std::size_t robot) const override;
   std::vector<LocalScans> local_scans() const override;
-  std::vector<ScanClosureEstimate> scan_closures() const override;
+  std::vector<MeasuredClosure> scan_closures() const override;
   std::map<std::string, double> statistics() const override;
 
  private:

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/scans/scan_join.h"
 #include "libhybrid/scans/scan_place.h"
 #include "mrpt_plugins/bridge/about_file.h"
 #include "mrpt_plugins/mapping/mapper.h"

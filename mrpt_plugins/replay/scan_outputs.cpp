@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "libhybrid/geometry/isometry.h"
+#include "libhybrid/scans/scan_join.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
@@ -42,19 +43,19 @@ Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion) {
   return keyframe;
 }
 
-std::string closures_csv(const std::vector<ScanClosureEstimate>& closures) {
+std::string closures_csv(const std::vector<MeasuredClosure>& closures) {
   std::string text =
-      "i,j,decision,inlier_probability,residual,redundancy,checkable,margin,inliers,modes\n";
-  for (const ScanClosureEstimate& c : closures) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", c.from, c.to,
-                   c.decision, c.inlier_probability, c.residual, c.redundancy, c.checkable ? 1 : 0,
-                   c.margin, c.inliers, c.modes);
+      "i,j,decision,inlier_probability,residual,redundancy,checkable,margin,inliers,modes,"
+      "x,y,yaw\n";
+  for (const MeasuredClosure& c : closures) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", c.from,
+                   c.to, c.decision, c.inlier_probability, c.residual, c.redundancy,
+                   c.checkable ? 1 : 0, c.margin, c.inliers, c.modes, c.T_from_to.x(),
+                   c.T_from_to.y(), c.T_from_to.angle());
   }
   return text;
 }
 
-/// Points of stored scans are so far apart [m].
-constexpr double kStoredSpacing = 0.1;
 /// Standard deviations of a local map whose covariance is not known any more [m], [rad].
 constexpr double kUnknownPlace = 0.1;
 constexpr double kUnknownTurn = 0.02;
@@ -68,29 +69,7 @@ Eigen::Matrix3d planar_covariance(const Eigen::MatrixXd& covariance) {
       .toDenseMatrix();
 }
 
-StoredScans stored_scans(const MapLocalMap& local) {
-  StoredScans out;
-  out.T_map_anchor = SE2(local.pose.x(), local.pose.y(), local.pose.z());
-  out.covariance = local.covariance;
-  for (const MapSurface& surface : local.surfaces) {
-    SurfacePoint point;
-    point.position = surface.position;
-    if (surface.direction) {
-      point.normal << std::cos(*surface.direction), std::sin(*surface.direction);
-    }
-    point.length = kStoredSpacing;
-    out.points.push_back(point);
-  }
-  return out;
-}
-
 }  // namespace
-
-std::vector<StoredScans> stored_scans(const MapRecord& map) {
-  std::vector<StoredScans> out;
-  for (const MapLocalMap& local : map.local_maps) out.push_back(stored_scans(local));
-  return out;
-}
 
 void ScanOutputs::adopt(const MapRecord& map, const std::vector<RobotSettings>& robots) {
   if (map.local_maps.empty() || map.is_3d) return;
@@ -153,8 +132,9 @@ void ScanOutputs::finish(MapResult& result) {
   for (const auto& plugin : plugins_) {
     const auto* follower = dynamic_cast<const ScanFollower*>(plugin.get());
     if (follower == nullptr) continue;
-    for (ScanClosureEstimate& closure : follower->scan_closures()) {
-      result.scan_closures.push_back(std::move(closure));
+    for (const MeasuredClosure& closure : follower->scan_closures()) {
+      closures_.push_back(closure);
+      result.scan_closures.push_back(closure);
     }
   }
   if (!archive_) return;
@@ -166,7 +146,7 @@ void ScanOutputs::finish(MapResult& result) {
 std::vector<std::string> ScanOutputs::write(const OutputDirectory& out, const MapResult& result,
                                             const Mapper& mapper) const {
   std::vector<std::string> warnings;
-  if (!result.scan_closures.empty()) out.write("loops.csv", closures_csv(result.scan_closures));
+  if (!closures_.empty()) out.write("loops.csv", closures_csv(closures_));
   if (!result.grid) return warnings;
   out.write("map.pgm", grid_pgm(*result.grid));
   out.write("map.yaml", grid_yaml(*result.grid, "map.pgm"));

@@ -108,5 +108,80 @@ TEST_F(ScanMapFileTest, AnotherPlaceIsNotFound) {
   EXPECT_TRUE(read("a.hmap") == before);
 }
 
+/// Maps of two drives of which each has a part of the ring that the other lacks.
+class ScanMapJoinTest : public ReplayTest {
+ protected:
+  static std::vector<SE2> part(std::size_t from, std::size_t to) {
+    const std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+    return {way.begin() + long(from), way.begin() + long(to)};
+  }
+  void log(const std::string& name, const std::vector<SE2>& way, double begin) const {
+    ScanLog log;
+    log.way = way;
+    log.time = [begin](std::size_t i) { return begin + 0.2 * double(i); };
+    write_scan_log(at(name + ".rawlog"), log);
+  }
+  void map(const std::string& name) const {
+    const Ran built = run_replay(at(name + ".rawlog") + " --no-pictures --map " +
+                                 at(name + ".hmap") + " -o " + at(name));
+    ASSERT_EQ(built.code, 0) << built.text;
+  }
+  Ran join(const std::string& other) const {
+    return run_app("hybrid-map join " + at("a.hmap") + " " + at(other + ".hmap") + " -o " +
+                   at("joined.hmap"));
+  }
+};
+
+TEST_F(ScanMapJoinTest, ALogIsLocatedInTheMapOfTwoDrives) {
+  log("a", part(0, 420), 1e9);
+  log("b", part(200, 630), 2e9);
+  map("a");
+  map("b");
+  const Ran joined = join("b");
+  ASSERT_EQ(joined.code, 0) << joined.text;
+  EXPECT_NE(joined.text.find("matches of laser scans"), std::string::npos) << joined.text;
+  const Json info =
+      Json::parse(run_app("hybrid-map info --json " + at("joined.hmap")).text, nullptr, false);
+  EXPECT_EQ(info.at("sessions").size(), 2U);
+  const Ran checked = run_app("hybrid-map check " + at("joined.hmap"));
+  EXPECT_NE(checked.text.find("all well"), std::string::npos) << checked.text;
+  // A drive where only the second was, in the frame of the first.
+  log("c", part(430, 620), 3e9);
+  summary_of(at("c.rawlog") + " --map " + at("joined.hmap") + " --map-mode localize");
+  std::ifstream file(folder / "out" / "trajectory.tum");
+  const SE2 first = part(0, 1).front();
+  const std::vector<SE2> way = part(430, 620);
+  std::size_t i = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    double t = 0, x = 0, y = 0;
+    std::istringstream(line) >> t >> x >> y;
+    const SE2 truth = first.between(way.at(i++));
+    ASSERT_LT(std::hypot(x - truth.x(), y - truth.y()), 0.4) << i;
+  }
+  EXPECT_EQ(i, way.size());
+  const Ran again = join("b");
+  EXPECT_EQ(again.code, 1);
+  EXPECT_NE(again.text.find("holds a map already"), std::string::npos) << again.text;
+}
+
+TEST_F(ScanMapJoinTest, MapsOfTwoBuildingsAreRefusedWithTheReason) {
+  log("a", part(0, 420), 1e9);
+  map("a");
+  ScanLog other;
+  std::mt19937 random(7);
+  other.plan = testing::pillars(60, random);
+  other.way.clear();
+  for (int i = 0; i < 250; ++i) other.way.emplace_back(0.1 * i - 12, 0.3, 0.1);
+  other.time = [](std::size_t i) { return 2e9 + 0.2 * double(i); };
+  write_scan_log(at("other.rawlog"), other);
+  map("other");
+  const Ran refused = join("other");
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.text.find("stretch"), std::string::npos) << refused.text;
+  EXPECT_NE(refused.text.find("nothing was merged"), std::string::npos) << refused.text;
+  EXPECT_FALSE(std::filesystem::exists(folder / "joined.hmap"));
+}
+
 }  // namespace
 }  // namespace hybrid

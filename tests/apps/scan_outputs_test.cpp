@@ -59,13 +59,22 @@ TEST_F(ScanOutputsTest, LoopsHaveAllClosuresAsTheSummaryCountsThem) {
   const Json summary = replayed();
   const auto rows = cells_of(file("loops.csv"), ',');
   const std::vector<std::string> names = {
-      "i",      "j",       "decision", "inlier_probability", "residual", "redundancy", "checkable",
-      "margin", "inliers", "modes"};
+      "i",        "j",          "decision",  "inlier_probability",
+      "residual", "redundancy", "checkable", "margin",
+      "inliers",  "modes",      "x",         "y",
+      "yaw"};
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows.front(), names);
   const Json& figures = summary.at("plugins");
   EXPECT_EQ(double(rows.size() - 1), figures.at("scan_closures").get<double>());
-  double accepted = 0;
+  std::vector<std::size_t> scans;  // of keyframes
+  const auto steps = cells_of(file("steps.csv"), ',');
+  for (std::size_t k = 1; k < steps.size(); ++k) {
+    const double time = std::stod(steps[k][1]);
+    scans.push_back(static_cast<std::size_t>(std::lround((time - log_.time(0)) / 0.25)));
+  }
+  ASSERT_EQ(scans.size(), summary.at("keyframes").get<std::size_t>());
+  double accepted = 0, near = 0;
   for (std::size_t r = 1; r < rows.size(); ++r) {
     ASSERT_EQ(rows[r].size(), names.size());
     const std::size_t i = std::stoul(rows[r][0]), j = std::stoul(rows[r][1]);
@@ -77,8 +86,13 @@ TEST_F(ScanOutputsTest, LoopsHaveAllClosuresAsTheSummaryCountsThem) {
     if (rows[r][2] != "accepted") continue;
     ++accepted;
     EXPECT_GT(std::stod(rows[r][7]), 0);
+    const SE2 measured(std::stod(rows[r][10]), std::stod(rows[r][11]), std::stod(rows[r][12]));
+    const SE2 off = log_.way[scans[i]].between(log_.way[scans[j]]).between(measured);
+    near += off.translation().norm() < 0.2 ? 1 : 0;
+    EXPECT_LT(std::abs(off.angle()), 0.05);
   }
   EXPECT_GT(accepted, 20);
+  EXPECT_GT(near, 0.9 * accepted);  // along a corridor a match tells less
   EXPECT_EQ(accepted, figures.at("scan_closures_accepted").get<double>());
 }
 

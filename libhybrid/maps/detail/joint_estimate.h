@@ -27,7 +27,11 @@ class JointEstimate {
   /// The maps must outlive this.
   JointEstimate(const MapRecord& first, const MapRecord& second) : a_(first), b_(second) {}
 
-  /// Estimates all, from a guess of the motion. The pairs must determine it.
+  /// What else is known of the motion: it is this, with a covariance in its tangent.
+  void know(const Pose& T_first_second, const typename Pose::Jacobian& covariance);
+
+  /// Estimates all, from a guess of the motion. The pairs must determine it, where nothing else is
+  /// known of it.
   void estimate(const LandmarkPairs& pairs, const Pose& T_first_second);
 
   const Pose& T_first_second() const { return T_; }
@@ -56,6 +60,7 @@ class JointEstimate {
   Values values_;
   std::unique_ptr<ContinuousMarginals> marginals_;
   Pose T_;
+  ContinuousFactorPtr known_;  // of the motion, or null
   double chi_square_ = 0, log_density_ = 0;
 };
 

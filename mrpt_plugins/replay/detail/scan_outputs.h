@@ -13,14 +13,12 @@
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/mapping/scan_archive.h"
+#include "mrpt_plugins/mapping/scan_follower.h"
 #include "mrpt_plugins/output/scan_map.h"
 #include "mrpt_plugins/replay/detail/truth.h"
 #include "mrpt_plugins/replay/settings.h"
 
 namespace hybrid {
-
-/// The laser scans of a map in the plane, as plugins take them.
-std::vector<StoredScans> stored_scans(const MapRecord& map);
 
 /// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
 /// trajectory with a pose for each; nothing at all where they are not kept.
@@ -58,6 +56,7 @@ class ScanOutputs {
   std::optional<ScanArchive> archive_;
   std::vector<std::shared_ptr<MappingPlugin>> plugins_;
   std::vector<KeyframeScans> drawn_;
+  std::vector<MeasuredClosure> closures_;
 };
 
 }  // namespace hybrid

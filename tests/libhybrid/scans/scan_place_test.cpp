@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "libhybrid/scans/scan_join.h"
 #include "tests/support/scan_worlds.h"
 
 namespace hybrid {
@@ -90,6 +91,57 @@ TEST(ScanPlaceSearch, TwoEqualRoomsAreNotToldApart) {
   for (const StoredScans& scans : stored(first, SE2(50, 0, 0))) both.push_back(scans);
   ScanPlaceSearch two(both);
   EXPECT_FALSE(found_on(room, way, two, 2));
+}
+
+/// Two drives along parts of the ring, each in a frame of its own.
+struct TwoDrives {
+  std::vector<SE2> way = testing::way_around_ring(1, 0.1);
+  std::vector<SE2> second{way.begin() + 120, way.end()};
+  std::vector<StoredScans> a =
+      stored(drive(testing::ring(), {way.begin(), way.begin() + 480}, 1), SE2());
+  std::vector<StoredScans> b = stored(drive(testing::ring(), second, 2), SE2(30, -20, 2.0));
+  SE2 T_first_second = way.front().between(second.front()) * SE2(30, -20, 2.0).inverse();
+};
+
+TEST(JoinScans, FindsHowTwoMapsLieToEachOther) {
+  const TwoDrives drives;
+  const ScanJoin join = join_scans(drives.a, drives.b, {});
+  ASSERT_TRUE(join.is_found()) << join.why;
+  EXPECT_GE(join.accepted, 3U);
+  ASSERT_EQ(join.first.size(), drives.a.size());
+  ASSERT_EQ(join.second.size(), drives.b.size());
+  for (std::size_t k = 0; k < drives.b.size(); ++k) {
+    const SE2 truth = drives.T_first_second * drives.b[k].T_map_anchor;
+    const SE2 off = truth.between(join.second[k].T_map_anchor);
+    EXPECT_LT(off.translation().norm(), 0.3) << k;
+    EXPECT_LT(std::abs(off.angle()), 0.03) << k;
+    EXPECT_GT(join.second[k].covariance.trace(), 1e-6);
+  }
+}
+
+TEST(JoinScans, OtherBuildingsAreNotJoined) {
+  const TwoDrives drives;
+  std::mt19937 random(3);
+  std::vector<SE2> way;
+  for (int i = 0; i < 200; ++i) way.emplace_back(0.1 * i - 10, 0.2, 0.0);
+  const ScanJoin join =
+      join_scans(drives.a, stored(drive(testing::pillars(60, random), way, 4), {}), {});
+  EXPECT_FALSE(join.is_found());
+  EXPECT_NE(join.why.find("stretch"), std::string::npos) << join.why;
+  EXPECT_FALSE(join_scans(drives.a, {}, {}).is_found());
+  EXPECT_FALSE(join_scans({}, drives.b, {}).is_found());
+}
+
+TEST(JoinScans, OneOfTwoEqualPlacesIsNotTaken) {
+  const TwoDrives drives;
+  std::vector<StoredScans> both = drives.a;
+  for (StoredScans scans : drives.a) {
+    scans.T_map_anchor = SE2(100, 0, 0) * scans.T_map_anchor;
+    both.push_back(scans);
+  }
+  const ScanJoin join = join_scans(both, drives.b, {});
+  EXPECT_FALSE(join.is_found());
+  EXPECT_NE(join.why.find("as well at"), std::string::npos) << join.why;
 }
 
 TEST(ScanPlaceSearch, NothingStoredIsNoFault) {
