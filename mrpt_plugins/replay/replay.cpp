@@ -23,9 +23,9 @@ constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
 constexpr int kMostMeasurements = 4;                 // of the noise, each with a map
 constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
 constexpr const char* kFoundAgain = "landmarks seen at one time only";
-/// Of landmarks, in sigmas of a detection: from where a detection tells next to nothing of which
-/// landmark it is, in octaves, down to where it tells nearly all.
-constexpr std::array<double, 3> kExtents{4, 2, 1};
+/// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
+/// landmark it is, up to where it tells next to nothing.
+constexpr std::array<double, 3> kExtents{1, 2, 4};
 
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
@@ -79,10 +79,12 @@ const HealthEntry* find_entry(const Health& health, const std::string& name) {
   return it == health.end() ? nullptr : &*it;
 }
 
-/// Whether fewer landmarks of map `a` than of map `b` are lost where they should be seen again.
+/// Whether fewer landmarks of map `a` than of map `b` are lost where they should be seen again, and
+/// so few that the map is not bad: of two bad maps, neither is to be believed.
 bool finds_more_again(const Health& a, const Health& b) {
   const HealthEntry *own = find_entry(a, kFoundAgain), *other = find_entry(b, kFoundAgain);
-  return own != nullptr && other != nullptr && own->value < other->value;
+  if (own == nullptr || other == nullptr || own->verdict == HealthVerdict::kBad) return false;
+  return own->value < other->value;
 }
 
 /// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
@@ -98,15 +100,14 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
   return sigma->second;
 }
 
-/// Coarse to fine: where the landmarks of a map are not found again, which detection is of which
-/// landmark was decided finer than could be told. Landmarks get an extent, and what may be of one
-/// of them is of it (joint compatibility, which prefers a landmark that is known to a new one).
-/// Returns the request of the map that is taken.
-ReplayRequest map_coarsely(const ReplayRequest& request, const Watchers& watchers,
-                           std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
-  ReplayRequest taken = request;
+/// Where the landmarks of a map are not found again, which detection is of which landmark was
+/// decided finer than could be told. Landmarks get an extent, and what may be of one of them is of
+/// it (joint compatibility, which prefers a landmark that is known to a new one): the least extent
+/// with which they are found again, or else with which most of them are.
+void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
+                  std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
-  if (!sigma) return taken;
+  if (!sigma) return;
   for (const double extent : kExtents) {
     ReplayRequest coarse = request;
     coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
@@ -115,14 +116,10 @@ ReplayRequest map_coarsely(const ReplayRequest& request, const Watchers& watcher
     const Health health = outcome.summary.health;
     Attempt next = attempt(coarse, watchers, start, {&health, finds_more_again, false, false});
     if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
-    if (next.is_written) {
-      outcome = std::move(next.outcome);
-      taken = std::move(coarse);
-    }
+    if (next.is_written) outcome = std::move(next.outcome);
     const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
-    if (outcome.signal != 0 || lost->verdict == HealthVerdict::kGood) break;
+    if (outcome.signal != 0 || lost->verdict == HealthVerdict::kGood) return;
   }
-  return taken;
 }
 
 ReplayRequest request_with(const ReplayRequest& request, const Remedies& remedies) {
@@ -137,24 +134,26 @@ ReplayRequest request_with(const ReplayRequest& request, const Remedies& remedie
 
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes an
 /// outcome that is better. A map in doubt is made again where sign, clock or mounting of a sensor,
-/// or what ids are, is not as stated.
-void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
-                     std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
+/// or what ids are, is not as stated. Returns the request of the map that is taken.
+ReplayRequest map_as_measured(const ReplayRequest& request, const Watchers& watchers,
+                              std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   Health health = outcome.summary.health;
   const IniFile::Settings configuration = outcome.summary.provenance.configuration;
   const bool in_doubt = worst(health) == HealthVerdict::kDoubtful;
   Remedies remedies;
+  ReplayRequest taken = request;
   for (int round = 0; round < kMostMeasurements; ++round) {
     const auto factors = remedies.factors;
     const bool changed = add_remedies(health, configuration, remedies);
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
-    if (!again) return;
-    Attempt next = attempt(request_with(request, remedies), watchers, start,
+    if (!again) return taken;
+    ReplayRequest measured = request_with(request, remedies);
+    Attempt next = attempt(measured, watchers, start,
                            {&outcome.summary.health, is_better, !changed, in_doubt});
     if (!next.is_written && next.outcome.signal != 0) {
       outcome.signal = next.outcome.signal;
-      return;
+      return taken;
     }
     const Health& made = next.outcome.summary.health;
     const bool calibrated_in_vain =
@@ -165,8 +164,12 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
     } else {
       health = made;
     }
-    if (next.is_written) outcome = std::move(next.outcome);
+    if (next.is_written) {
+      outcome = std::move(next.outcome);
+      taken = std::move(measured);
+    }
   }
+  return taken;
 }
 
 }  // namespace
@@ -179,8 +182,8 @@ ReplayOutcome replay(const ReplayRequest& request,
   Attempt first = attempt(request, watchers, start, {});
   if (!first.may_measure) return std::move(first.outcome);
   try {
-    const ReplayRequest taken = map_coarsely(request, watchers, start, first.outcome);
-    if (first.outcome.signal == 0) map_as_measured(taken, watchers, start, first.outcome);
+    const ReplayRequest taken = map_as_measured(request, watchers, start, first.outcome);
+    if (first.outcome.signal == 0) map_coarsely(taken, watchers, start, first.outcome);
   } catch (const Interrupted& e) {
     first.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, the hybrid mapping authors
+"""Where landmarks are not found again, a log is mapped with landmarks of an extent.
+
+usage: coarse_to_fine_test.py BIN
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+import boards_world  # noqa: E402
+
+IMPORT = ["--sigma-range", ".12", "--sigma-bearing", ".02", "--walk-rotation", ".06", "--walk-translation", ".06"]
+SEED = 24
+
+
+class CoarseToFine(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.at = pathlib.Path(folder.name)
+        boards_world.make(self.at, SEED)
+        self.run_program("hybrid-import", "csv", "--odometry", "odometry.csv", "--detections", "detections.csv", *IMPORT,
+                         "-o", "boards.rawlog")
+
+    def run_program(self, name, *words):
+        ran = subprocess.run([BIN / name, *words], cwd=self.at, text=True, capture_output=True, check=False)
+        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
+
+    def mapped(self, *settings):
+        words = [word for setting in settings for word in ("--set", setting)]
+        self.run_program("hybrid-replay", "boards.rawlog", "--no-pictures", "--truth-path", "truth.tum", "-o", "out", *words)
+        return json.loads((self.at / "out/summary.json").read_text(encoding="utf-8"))
+
+    @staticmethod
+    def error(summary):
+        return summary["truth"]["trajectory"]["aligned"]["rmse_m"]
+
+    @staticmethod
+    def lost(summary):
+        return next(e["verdict"] for e in summary["health"] if e["name"] == "landmarks seen at one time only")
+
+    def test_by_default(self):
+        stated = self.mapped("sensor.noise=stated")
+        self.assertEqual(self.lost(stated), "bad")
+        self.assertEqual(stated["configuration"]["BearingRangeAssociation"]["extent"], "0")
+        coarse = self.mapped()
+        self.assertEqual(self.lost(coarse), "good")
+        self.assertLess(self.error(coarse), 0.5 * self.error(stated))
+        association = coarse["configuration"]["BearingRangeAssociation"]
+        self.assertGreater(float(association["extent"]), 0.05)
+        self.assertEqual(association["method"], "jcbb")
+        self.assertLessEqual(coarse["landmarks"], 15)
+
+    def test_not_where_it_is_said_how_to_decide(self):
+        for setting in "method=jcbb", "extent=.01":
+            said = self.mapped(f"BearingRangeAssociation.{setting}")["configuration"]["BearingRangeAssociation"]
+            self.assertEqual(float(said["extent"]), 0.01 if "extent" in setting else 0)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv[1]).resolve()
+    unittest.main(argv=sys.argv[:1])
