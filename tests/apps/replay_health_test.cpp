@@ -41,8 +41,9 @@ TEST_F(ReplayHealthTest, ARightMapIsNotCalledBadAndIsAllWell) {
 }
 
 TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
-  const std::string wrong =
+  const std::string small =
       kHidden + " --set sensor.sigma_range=0.01 --set sensor.sigma_yaw_deg=0.1";
+  const std::string wrong = small + " --set sensor.noise=stated";
   const Ran ran = run_replay(wrong + " --no-pictures -o " + at("out"));
   EXPECT_EQ(ran.code, 0);  // the status is what it was
   EXPECT_NE(ran.text.find("Look at:"), std::string::npos) << ran.text;
@@ -51,6 +52,10 @@ TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
   EXPECT_GT(bad(summary), 0U);
   EXPECT_FALSE(
       entry(summary, "noise of ranges of detections").at("knob").get<std::string>().empty());
+  // By default landmarks get an extent, which makes up for the noise.
+  const Json coarse = summary_of(small + " --strict", 0);
+  EXPECT_EQ(bad(coarse), 0U) << coarse.at("health").dump(1);
+  EXPECT_NE(coarse.at("configuration").at("BearingRangeAssociation").at("extent"), "0");
 }
 
 TEST_F(ReplayHealthTest, OdometryThatIsTooSureIsMappedAgainAsTheMapTells) {
