@@ -275,6 +275,50 @@ bool takes_at_word(const ReplaySettings& settings, bool but_for_noise) {
   });
 }
 
+/// Whether a map is the one to write.
+bool is_wanted(const Conditions& conditions, const Health& health, int signal) {
+  return conditions.other == nullptr ||
+         (signal == 0 && conditions.better(health, *conditions.other));
+}
+
+/// Adds to a summary what was measured of the log, and what became of the map and of the robots.
+void tell_all(const ReplaySettings& settings, const MapPlace& place, const Team& team,
+              MapResult& result, Summary& summary) {
+  tell_findings(settings, summary);
+  place.tell(result, summary);
+  tell(team, summary);
+}
+
+/// Pictures, and what the request asks for besides; returns warnings.
+std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out,
+                              const MapResult& result, const std::vector<RobotPart>& parts,
+                              const std::vector<Truth>& truths, const Mapper& mapper, Movie& movie,
+                              Film& film) {
+  const GroundTruth truth = joint_truth(truths);
+  std::vector<std::string> warnings;
+  if (request.pictures) {
+    warnings = write_pictures(out, result, truth);
+    write_error_plots(out, parts, truths);
+  }
+  for (std::string& warning : write_extras(request, out, result, truth, mapper, movie, film)) {
+    warnings.push_back(std::move(warning));
+  }
+  return warnings;
+}
+
+/// Shows the result together with the map file, if the run was not interrupted; returns warnings.
+std::vector<std::string> publish_with_map(const Summary& summary, OutputDirectory& out, Film& film,
+                                          MapPlace& place, const Mapper& mapper,
+                                          const MapResult& result, const ScanOutputs& scans,
+                                          int signal) {
+  std::vector<std::string> told;
+  const auto show = [&] { told = publish(summary, out, film); };
+  std::vector<MapLocalMap> local_maps;
+  if (place.writes()) local_maps = scans.local_maps(result, mapper);
+  signal != 0 ? show() : place.finish(mapper, result, local_maps, show);
+  return told;
+}
+
 }  // namespace
 
 Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
@@ -318,33 +362,21 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
   summary.health = judge_run(request, settings, mapper, result);
-  made.is_written =
-      conditions.other == nullptr || (signal == 0 && conditions.better(summary.health, *conditions.other));
+  made.is_written = is_wanted(conditions, summary.health, signal);
   if (!made.is_written) return made;
-  tell_findings(settings, summary);
-  place.tell(result, summary);
-  tell(team, summary);
+  tell_all(settings, place, team, result, summary);
   const std::vector<RobotPart> parts =
       parts_of(result, mapper, tells_paths(truths) || place.localizes());
   adapt(truths, parts);
   compare_with_truth(settings, parts, truths, mapper, team, summary);
   summary.provenance = provenance(request, settings, ini);
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
-
   warn(summary, write_estimates(out, result, parts, truths, mapper, scans, place.localizes()));
   summary.total_s = seconds_since(start);  // without pictures
-  const GroundTruth truth = joint_truth(truths);
-  if (request.pictures) {
-    warn(summary, write_pictures(out, result, truth));
-    write_error_plots(out, parts, truths);
-  }
-  warn(summary, write_extras(request, out, result, truth, mapper, movie, film));
+  warn(summary, draw(request, out, result, parts, truths, mapper, movie, film));
   report.write(result, parts, truths, scans.drawn(), summary_json(summary));
-  std::vector<std::string> told;
-  const auto show = [&] { told = publish(summary, out, film); };
-  std::vector<MapLocalMap> local_maps;
-  if (place.writes()) local_maps = scans.local_maps(result, mapper);
-  signal != 0 ? show() : place.finish(mapper, result, local_maps, show);
+  const std::vector<std::string> told =
+      publish_with_map(summary, out, film, place, mapper, result, scans, signal);
   if (watchers.published) watchers.published(made.outcome);
   warn(summary, told);
   return made;

@@ -137,6 +137,7 @@ def make_files():
     seen = "time,range,yaw,class,score,id\n" + "".join(
         f"{t},{math.hypot(5 - t, 1):.4f},{math.atan2(1, 5 - t):.4f},tree,0.9,17\n" for t in range(4))
     subprocess.run([sys.executable, ROOT / "scripts/detector_world.py", "world", "seed=1", "seconds=10"], check=True)
+    subprocess.run([sys.executable, ROOT / "scripts/boards_world.py", "room", "seconds=60"], check=True)
     rows = [line.split(",") for line in pathlib.Path("world/detections.csv").read_text(encoding="utf-8").splitlines()]
     pathlib.Path("directions.csv").write_text("".join(",".join([row[0], *row[2:]]) + "\n" for row in rows), encoding="utf-8")
     os.mkdir("tables")

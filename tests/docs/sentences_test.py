@@ -11,7 +11,7 @@ import re
 import sys
 import unittest
 
-DOCS = pathlib.Path(__file__).parents[2] / "docs"
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 PAGES = ("a_map_of_your_own", "coming_from", "evidence", "importing", "laser", "maps", "range_only", "replay", "robots", "scale")
 MOST_IN_THE_MEAN, LONG, MOST_LONG = 25, 40, 0.1  # words, words, share of the sentences
 # Sentences that readers did not understand.
