@@ -116,6 +116,14 @@ void DirectionTracker::move(const Eigen::Isometry3d& motion, const SE3::Jacobian
   ++now_;
 }
 
+/// Of part `p` of one measurement and part `q` of another, by the noise of the sensor alone.
+double DirectionTracker::own_covariance(const Measurement& a, int p, const Measurement& b,
+                                        int q) const {
+  if (&a == &b) return a.covariance(p, q);
+  if (p != q || p == 2) return 0;
+  return options_.common * std::sqrt(a.covariance(p, p) * b.covariance(q, q));
+}
+
 /// Least squares over measurements whose errors depend on one another through the motion that they
 /// share: what comes between an instant and now is part of both where another instant is earlier.
 std::optional<DirectionTracker::Fit> DirectionTracker::fit(const Sensor& sensor,
@@ -157,14 +165,8 @@ std::optional<DirectionTracker::Fit> DirectionTracker::fit(const Sensor& sensor,
       for (Eigen::Index j = 0; j <= i; ++j) {
         const Row& b = rows[static_cast<std::size_t>(j)];
         const std::size_t later = std::max(a.of->instant, b.of->instant);
-        double c = M.row(i) * instants_.at(later).covariance * M.row(j).transpose();
-        if (a.of == b.of) {
-          c += a.of->covariance(a.part, b.part);
-        } else if (a.part == b.part && a.part != 2) {
-          c += options_.common *
-               std::sqrt(a.of->covariance(a.part, a.part) * b.of->covariance(b.part, b.part));
-        }
-        C(i, j) = C(j, i) = c;
+        const double by_motion = M.row(i) * instants_.at(later).covariance * M.row(j).transpose();
+        C(i, j) = C(j, i) = by_motion + own_covariance(*a.of, a.part, *b.of, b.part);
       }
     }
     const Eigen::LLT<Eigen::MatrixXd> llt(C);

@@ -82,6 +82,7 @@ class DirectionTracker {
     int redundancy = 0;
   };
 
+  double own_covariance(const Measurement& a, int p, const Measurement& b, int q) const;
   std::optional<Fit> fit(const Sensor& sensor, const std::vector<Measurement>& all,
                          const Eigen::Vector3d& start) const;
   std::optional<Fit> range_of(const Sensor& sensor, const Track& track) const;

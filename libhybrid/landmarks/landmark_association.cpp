@@ -75,6 +75,35 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
   return out;
 }
 
+/// Notes the detections of a frame, those that can be told apart. Returns their numbers.
+std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
+                                           const std::shared_ptr<const DetectionFrame>& sensor,
+                                           bool is_3d, Contribution& out) {
+  std::vector<int> noted;
+  ++frames_;
+  const std::vector<bool> crowded = are_crowded(seen);
+  for (std::size_t i = 0; i < seen.detections.size(); ++i) {
+    Detection detection = seen.detections[i];
+    const bool named = options_.use_ids && detection.id.has_value();
+    sigmas_ += position_sigma(detection, is_3d);
+    ++detections_;
+    if (crowded[i] && !named) {
+      ++out.dropped["detection dropped: too many others within its noise to be told apart"];
+      continue;
+    }
+    if (!named && options_.extent > 0) {
+      detection = with_extent(std::move(detection), options_.extent, is_3d);
+    }
+    Sighting sighting{frames_, pose, sensor, std::move(detection), {}, -1, {}};
+    const std::vector<double>& scores = sighting.detection.class_probabilities;
+    if (!scores.empty() && classes_.names().size() > 1) {
+      sighting.phi = classes_.likelihood(scores, seen.class_names);
+    }
+    noted.push_back(landmarks_.note(std::move(sighting)));
+  }
+  return noted;
+}
+
 void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,
                                const MapView& map, Contribution& out) {
   SensorCoverage& coverage = coverage_[seen.sensor_label];
@@ -86,28 +115,9 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
   DetectionFrame unknown = *sensor;
-  std::vector<int> sightings, noted;
+  std::vector<int> sightings;
   std::vector<std::vector<double>> phi;
-  ++frames_;
-  const std::vector<bool> crowded = are_crowded(seen);
-  for (std::size_t i = 0; i < seen.detections.size(); ++i) {
-    Detection detection = seen.detections[i];
-    sigmas_ += position_sigma(detection, map.is_3d);
-    ++detections_;
-    if (!(options_.use_ids && detection.id) && options_.extent > 0) {
-      detection = with_extent(std::move(detection), options_.extent, map.is_3d);
-    }
-    if (crowded[i] && !(options_.use_ids && detection.id)) {
-      ++out.dropped["detection dropped: too many others within its noise to be told apart"];
-      continue;
-    }
-    Sighting sighting{frames_, frame.pose, sensor, std::move(detection), {}, -1, {}};
-    const std::vector<double>& scores = sighting.detection.class_probabilities;
-    if (!scores.empty() && classes_.names().size() > 1) {
-      sighting.phi = classes_.likelihood(scores, seen.class_names);
-    }
-    noted.push_back(landmarks_.note(std::move(sighting)));
-  }
+  const std::vector<int> noted = note(seen, frame.pose, sensor, map.is_3d, out);
   follow(noted, frame, coverage, map);
   for (const int s : noted) {
     const Detection& detection = landmarks_.sighting(s).detection;

@@ -84,6 +84,9 @@ class LandmarkAssociation {
 
   void take(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
             Contribution& out);
+  std::vector<int> note(const DetectionFrame& seen, Key pose,
+                        const std::shared_ptr<const DetectionFrame>& sensor, bool is_3d,
+                        Contribution& out);
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
                  const KeyframeView& frame, const MapView& map, Contribution& out);
   void keep_ambiguous(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,

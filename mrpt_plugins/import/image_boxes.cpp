@@ -302,17 +302,12 @@ bool are_image_boxes(const std::string& path) {
   return TextReader(path).next(row) && starts_like_a_number(row[0]);
 }
 
-ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
+namespace {
+
+/// The classes of a log of these boxes. Throws Error where scores or classes are none.
+std::vector<std::string> classes_of(const std::vector<ImageBox>& boxes, const BoxCamera& camera,
+                                    const DetectionTablesOptions& options) {
   const std::string& path = options.detections;
-  const bool is_folder = fs::is_directory(path), is_json = fs::path(path).extension() == ".json";
-  std::map<std::int64_t, std::string> names;
-  std::vector<ImageBox> boxes = is_folder ? read_yolo(path, options.boxes, names)
-                                : is_json ? read_coco(path)
-                                          : read_mot(path);
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const ImageBox& a, const ImageBox& b) { return a.image < b.image; });
-  const BoxCamera camera(options.boxes, std::move(names));
-  const ImageClock clock(options.boxes);
   std::set<std::string> met;
   for (const ImageBox& box : boxes) {
     const std::string name = camera.name_of(box);
@@ -329,6 +324,23 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
     if (std::find(classes.begin(), classes.end(), name) != classes.end()) continue;
     throw Error(fmt::format("{}: class {} is not among --classes", path, in_quotes(name)));
   }
+  return classes;
+}
+
+}  // namespace
+
+ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
+  const std::string& path = options.detections;
+  const bool is_folder = fs::is_directory(path), is_json = fs::path(path).extension() == ".json";
+  std::map<std::int64_t, std::string> names;
+  std::vector<ImageBox> boxes = is_folder ? read_yolo(path, options.boxes, names)
+                                : is_json ? read_coco(path)
+                                          : read_mot(path);
+  std::stable_sort(boxes.begin(), boxes.end(),
+                   [](const ImageBox& a, const ImageBox& b) { return a.image < b.image; });
+  const BoxCamera camera(options.boxes, std::move(names));
+  const ImageClock clock(options.boxes);
+  const std::vector<std::string> classes = classes_of(boxes, camera, options);
   DetectionTablesOptions seen = options;
   if (seen.fov == 0) seen.fov = camera.fov();
   DetectionSteps steps(seen, log);
