@@ -17,14 +17,12 @@ import pathlib
 import random
 import sys
 
+from detector_world import wrapped
+
 GROUPS = [(0, 4), (4.5, 1), (3, -3.5), (-2.5, -4), (-4.5, 0.5), (-2, 2.5)]  # m
 STEP, LOOK = 0.1, 5  # s, steps from look to look
 SPEED, MOST_TURN = 0.15, 0.5  # m/s, rad/s
 REACH, HALF_VIEW, DETECTED = 5.0, 0.45, 0.4  # m, rad, probability
-
-
-def wrapped(angle):
-    return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 def moved(pose, speed, turn):

@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -14,10 +13,10 @@
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
-#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/geometry/so3.h"
+#include "libhybrid/landmarks/class_evidence.h"
 
 namespace hybrid {
 namespace {
@@ -28,8 +27,7 @@ constexpr std::size_t kMostUnseenFrames = 50;  // frames, where the log has no t
 constexpr int kDirectionIterations = 10;
 constexpr double kSmallDirectionStep = 1e-3;  // in sigmas
 constexpr double kDirectionsFit =
-    0.9999;  // probability with which a thing at rest is taken for one
-constexpr double kLeastDirectionScore = 1e-6;
+    0.9999;                         // probability with which a thing at rest is taken for one
 constexpr double kIdPrice = 1e3;    // -log odds of an id that is that of a track
 constexpr double kNewInView = 0.3;  // directions of things not yet followed, expected in a frame
 
@@ -81,22 +79,6 @@ std::vector<int> direction_rows(bool direction, bool inverse_range, bool is_3d) 
   if (direction && is_3d) rows.push_back(1);
   if (inverse_range) rows.push_back(2);
   return rows;
-}
-
-double direction_class_cost(const std::vector<double>& scores,
-                            const std::vector<double>& evidence) {
-  if (scores.empty() || scores.size() != evidence.size()) return 0;
-  const std::vector<double> p = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
-  const double agree = std::inner_product(p.begin(), p.end(), scores.begin(), 0.0);
-  return -std::log(std::max(agree, kLeastDirectionScore));
-}
-
-void add_direction_evidence(const std::vector<double>& scores, std::vector<double>& evidence) {
-  if (scores.empty()) return;
-  evidence.resize(scores.size());
-  for (std::size_t s = 0; s < scores.size(); ++s) {
-    evidence[s] += std::log(std::max(scores[s], kLeastDirectionScore));
-  }
 }
 
 }  // namespace
@@ -234,7 +216,7 @@ std::vector<int> DirectionTracker::match(const Sensor& sensor, const DetectionFr
       const double most = chi_square_quantile(options_.gate, static_cast<int>(dim));
       if (!(score.chi_square <= most)) continue;
       problem.matched(i, j) =
-          score.cost + direction_class_cost(d.class_probabilities, track.evidence);
+          score.cost + class_disagreement(d.class_probabilities, track.evidence);
       if (d.id) problem.matched(i, j) = -kIdPrice;
     }
   }
@@ -256,8 +238,8 @@ void DirectionTracker::extend(const Sensor& sensor, Track& track, const Detectio
   track.members.push_back(detection.true_id);
   track.last_time = sensor.frame.time;
   track.last_instant = now_;
-  add_direction_evidence(detection.class_probabilities, track.evidence);
-  add_direction_evidence(detection.class_probabilities, track.evidence_seen);
+  add_class_evidence(detection.class_probabilities, track.evidence);
+  add_class_evidence(detection.class_probabilities, track.evidence_seen);
 }
 
 /// Nothing but its direction is known of a new thing: the prior of its inverse range is a Gaussian
@@ -333,11 +315,8 @@ Detection DirectionTracker::detection_of(const Track& track, const Fit& fit) con
   out.at_rest = track.id.has_value() ||
                 fit.chi_square <= chi_square_quantile(kDirectionsFit, std::max(fit.redundancy, 1));
   const auto n = static_cast<double>(track.members.size());
-  std::vector<double> evidence = track.evidence_seen;
-  for (double& e : evidence) e /= 1 - options_.common + options_.common * n;
-  if (!evidence.empty()) {
-    out.class_probabilities = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
-  }
+  const double inflation = 1 - options_.common + options_.common * n;
+  out.class_probabilities = class_probabilities(track.evidence_seen, inflation);
   return out;
 }
 

@@ -7,7 +7,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "libhybrid/association/gate.h"
@@ -15,9 +14,10 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
+#include "libhybrid/geometry/so3.h"
+#include "libhybrid/landmarks/class_evidence.h"
 
 namespace hybrid {
 namespace {
@@ -33,25 +33,12 @@ bool fits_rest(const Detection::Velocity& velocity, Eigen::Index dim, double inf
          std::sqrt(inflation) * chi_square_quantile(kRest, static_cast<int>(dim));
 }
 
-constexpr double kLeastScore = 1e-6;
-
-/// -log of how well the scores of a detection go with those of a track so far; 0 without classes
-/// in common.
-double tracklet_class_cost(const std::vector<double>& scores, const std::vector<double>& evidence) {
-  if (scores.empty() || scores.size() != evidence.size()) return 0;
-  const std::vector<double> p = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
-  const double agree = std::inner_product(p.begin(), p.end(), scores.begin(), 0.0);
-  return -std::log(std::max(agree, kLeastScore));
-}
-
 /// Covariance of a point of a sensor that came with the robot, from that of the motion since: the
 /// point is q in the frame of the robot now, and R turns from there into that of the sensor.
 Eigen::MatrixXd from_motion(const Eigen::Vector3d& q, const Eigen::Matrix3d& R,
                             const SE3::Jacobian& covariance) {
   Eigen::Matrix<double, 3, 6> J;
-  Eigen::Matrix3d hat;
-  hat << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
-  J << Eigen::Matrix3d::Identity(), -hat;
+  J << Eigen::Matrix3d::Identity(), -hat(q);
   J = R * J;
   return J * covariance * J.transpose();
 }
@@ -152,8 +139,7 @@ std::vector<int> DetectionTracker::match(const Sensor& sensor, const std::vector
           score.chi_square <= chi_square_quantile(options_.gate, static_cast<int>(mean.size()));
       if (!d.id && !near) continue;
       problem.matched(i, j) =
-          d.id ? 0.0
-               : score.cost + tracklet_class_cost(d.class_probabilities, track.class_evidence);
+          d.id ? 0.0 : score.cost + class_disagreement(d.class_probabilities, track.class_evidence);
       worst = std::max(worst, std::abs(problem.matched(i, j)));
     }
   }
@@ -187,11 +173,7 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     track.take(seen[i].point, seen[i].covariance, seconds);
     track.steps += sensor.frames;
     track.members.push_back(d.true_id);
-    if (d.class_probabilities.empty()) continue;
-    track.class_evidence.resize(d.class_probabilities.size());
-    for (std::size_t s = 0; s < d.class_probabilities.size(); ++s) {
-      track.class_evidence[s] += std::log(std::max(d.class_probabilities[s], kLeastScore));
-    }
+    add_class_evidence(d.class_probabilities, track.class_evidence);
   }
 }
 
@@ -221,9 +203,7 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
     out.velocity->covariance.topLeftCorner(dim, dim) += drift / (sensor.seconds * sensor.seconds);
   }
   place_at(p, P, out);
-  std::vector<double> evidence = track.class_evidence;
-  for (double& e : evidence) e /= common;  // as for the covariance
-  out.class_probabilities = posterior(std::vector<double>(evidence.size(), 1.0), evidence);
+  out.class_probabilities = class_probabilities(track.class_evidence, common);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/landmarks/sighting.h"
+#include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"
 
@@ -35,6 +36,10 @@ void BearingRangeAssociation::configure(IniSection section) {
 }
 
 Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView& map) {
+  const bool all_have_ranges =
+      std::all_of(frame.detections.begin(), frame.detections.end(),
+                  [](const DetectionFrame& seen) { return seen.has_range; });
+  if (!last_pose_ && all_have_ranges) return association_.observe(frame.view(), map);
   const auto wanted = [&](const DetectionFrame& seen) {
     return sensors_.empty() ||
            std::find(sensors_.begin(), sensors_.end(), seen.sensor_label) != sensors_.end();
@@ -79,13 +84,7 @@ void BearingRangeAssociation::follow(const Frame& frame, const MapView& map) {
     const Eigen::Isometry3d motion =
         between(known ? isometry_at(map.values, *last_pose_) : T_map_last_, view.T_map_robot);
     const Eigen::MatrixXd covariance = covariance_of_motion(view, *last_pose_, map);
-    SE3::Jacobian in_space = SE3::Jacobian::Zero();
-    constexpr int kPlane[] = {0, 1, 5};
-    for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-      for (Eigen::Index j = 0; j < covariance.cols(); ++j) {
-        in_space(map.is_3d ? i : kPlane[i], map.is_3d ? j : kPlane[j]) = covariance(i, j);
-      }
-    }
+    const SE3::Jacobian in_space = map.is_3d ? SE3::Jacobian(covariance) : planar_to_6d(covariance);
     directions_.move(motion, in_space);
     way_ += motion.translation().norm();
   }

@@ -113,8 +113,8 @@ void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
     coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
     coarse.settings.push_back(
         fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
-    const Health health = outcome.summary.health;
-    Attempt next = attempt(coarse, watchers, start, {&health, finds_more_again, false, false});
+    Attempt next =
+        attempt(coarse, watchers, start, {&outcome.summary.health, finds_more_again, false, false});
     if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
     if (next.is_written) outcome = std::move(next.outcome);
     const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
