@@ -46,7 +46,7 @@ void set_verdict(const Verdict& verdict, Loop& loop) {
   loop.inlier_probability = verdict.inlier_probability;
   loop.redundancy = verdict.redundancy;
   loop.checkable = verdict.checkable;
-  loop.margin = std::isfinite(verdict.margin) ? verdict.margin : -1e3;
+  loop.margin = verdict.finite_margin();
 }
 
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,

@@ -31,6 +31,10 @@ struct Verdict {
   /// Logarithm of the evidence for the closure minus the threshold of admission; 0 if the method
   /// has none.
   double margin = 0.0;
+
+  /// The margin as files have it: -1000 where no evidence is enough, since the residual is beyond
+  /// every gate.
+  double finite_margin() const { return std::isfinite(margin) ? margin : -1e3; }
 };
 
 /// The result of one member of a portfolio of solvers.

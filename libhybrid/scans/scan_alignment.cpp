@@ -43,13 +43,14 @@ struct Pairing {
   double weight = 0.0;
 };
 
-/// The counterparts of the points; `on_surface` becomes the number of those that lie on one.
-std::vector<Pairing> pairings_at(const SE2& pose, const std::vector<SurfacePoint>& points,
-                                 const SurfaceMap& map, double radius, double correlation,
-                                 int& on_surface) {
+/// The counterparts of the points at the pose of `result`; counts those that lie on a surface.
+std::vector<Pairing> pairings_at(const std::vector<SurfacePoint>& points, const SurfaceMap& map,
+                                 double radius, double correlation, ScanAlignment& result) {
   std::vector<Pairing> pairings;
   pairings.reserve(points.size());
-  on_surface = 0;
+  int on_surface = 0;
+  result.support = 0.0;
+  const SE2& pose = result.pose;
   const SO2 back = pose.rotation().inverse();
   for (const SurfacePoint& point : points) {
     const Eigen::Vector2d position = pose * point.position;
@@ -63,8 +64,11 @@ std::vector<Pairing> pairings_at(const SE2& pose, const std::vector<SurfacePoint
                         {-n.y(), n.x(), n.x() * p.x() + n.y() * p.y()},
                         residual,
                         std::min(1.0, point.length / correlation)});
-    if (std::abs(residual) < kOnSurface) ++on_surface;
+    if (std::abs(residual) >= kOnSurface) continue;
+    ++on_surface;
+    result.support += pairings.back().weight * (1.0 - std::pow(residual / kOnSurface, 2));
   }
+  result.inliers = double(on_surface) / double(points.size());
   return pairings;
 }
 
@@ -101,10 +105,8 @@ ScanAlignment align(const std::vector<SurfacePoint>& points, const SurfaceMap& m
   if (points.empty() || map.empty()) return result;
   double radius = std::min(options.radius, SurfaceMap::cell_size());
   for (int i = 0; i < options.max_iterations; ++i) {
-    int on_surface = 0;
     const std::vector<Pairing> pairings =
-        pairings_at(result.pose, points, map, radius, options.correlation_length, on_surface);
-    result.inliers = double(on_surface) / double(points.size());
+        pairings_at(points, map, radius, options.correlation_length, result);
     result.sigma = robust_sigma(pairings);
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d F = Eigen::Matrix3d::Zero();

@@ -28,6 +28,19 @@ std::vector<SurfacePoint> joined(const std::vector<SurfacePoint>& points) {
   return out;
 }
 
+/// Makes a closure with a local map, from its anchor, one with its keyframe nearest to where the
+/// mode is: what lies between that and the anchor is not known as well as the match is.
+void refer_to_nearest(const LocalMap& map, ScanClosure& closure) {
+  const auto distance = [&](const SE2& pose) {
+    return (pose.translation() - closure.mode.pose.motion.translation()).norm();
+  };
+  const auto nearest =
+      std::min_element(map.poses.begin(), map.poses.end(),
+                       [&](const SE2& a, const SE2& b) { return distance(a) < distance(b); });
+  closure.from = map.anchor + static_cast<std::size_t>(nearest - map.poses.begin());
+  closure.mode.pose.motion = nearest->between(closure.mode.pose.motion);
+}
+
 /// All points of a local map, in its frame.
 std::vector<SurfacePoint> points_of(const ScanTracker& tracker, const LocalMap& local) {
   std::vector<SurfacePoint> points;
@@ -144,6 +157,7 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
       closures.push_back(found);
       closures.back().mode = mode;
       closures.back().modes = static_cast<int>(modes.size());
+      if (!name.is_stored) refer_to_nearest(tracker.local_maps()[name.number], closures.back());
     }
   };
   std::vector<std::size_t> searched;

@@ -21,8 +21,10 @@ constexpr double kDenseDistance = 0.2;
 constexpr double kDenseTurn = 0.1;
 /// Surfaces are matched badly where a search may find a better pose.
 constexpr double kDoubtful = 0.7;
-/// By this share of the points a pose that odometry does not predict must be better.
-constexpr double kBetter = 0.05;
+/// What a point on a surface rather than off it tells for a pose, and what a prediction that was a
+/// blunder tells against it at most [nats].
+constexpr double kPointEvidence = 1.0;
+constexpr double kBlunderEvidence = 10.0;
 /// Standard deviations of the prediction that a search covers, and its least and largest reach [m],
 /// [rad].
 constexpr double kSearched = 3.0;
@@ -48,10 +50,8 @@ constexpr double kMostMotion = 100.0;
 constexpr double kMuchWorse = 2.0;
 constexpr double kRemembered = 30.0;
 constexpr double kLever = 1.0;
-/// A local map grows by errors of matches to its own keyframes, per metre from its anchor [m],
-/// [rad].
-constexpr double kGrowthTranslation = 0.002;
-constexpr double kGrowthRotation = 0.0005;
+/// A keyframe is about as well known as another if no standard deviation is this many times its.
+constexpr double kWorse = 3.0;
 
 /// The motion, where it may be one.
 std::optional<SE2> plausible(const std::optional<SE2>& odometry) {
@@ -60,51 +60,79 @@ std::optional<SE2> plausible(const std::optional<SE2>& odometry) {
   return is_motion ? odometry : std::nullopt;
 }
 
+/// The logarithm of the odds of a pose, up to a constant [nats].
+double log_odds(const ScanAlignment& found, const UncertainMotion& predicted) {
+  const Eigen::Vector3d off = predicted.motion.between(found.pose).log();
+  const double against = 0.5 * off.dot(predicted.covariance.ldlt().solve(off));
+  return kPointEvidence * found.support - std::min(against, kBlunderEvidence);
+}
+
+/// A covariance in the tangent of a pose, with its translation turned.
+Eigen::Matrix3d turned(const SO2& rotation, const Eigen::Matrix3d& covariance) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = rotation.matrix();
+  return turn * covariance * turn.transpose();
+}
+
+/// In no direction is the variance of A larger than that of B.
+bool is_within(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
+  return (B - A).llt().info() == Eigen::Success;
+}
+
 }  // namespace
 
+/// Covariance of the prediction of the next scan, which odometry tells or else a steady motion.
 Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
-  const double distance = motion.translation().norm();
-  const double turn = std::abs(motion.angle());
-  Eigen::Vector3d least(kPredictedTranslation, kPredictedTranslation, kPredictedRotation);
-  if (!by_odometry) least = {kSteadyTranslation, kSteadyTranslation, kSteadyRotation};
-  Eigen::Matrix3d covariance = noise_.covariance(distance, turn);
-  covariance.diagonal() += least.cwiseAbs2();
+  if (!by_odometry) {
+    const double rotation = steady_error_ / kLever;
+    return Eigen::Vector3d(std::hypot(kSteadyTranslation, steady_error_),
+                           std::hypot(kSteadyTranslation, steady_error_),
+                           std::hypot(kSteadyRotation, rotation))
+        .cwiseAbs2()
+        .asDiagonal();
+  }
+  Eigen::Matrix3d covariance =
+      noise_.covariance(motion.translation().norm(), std::abs(motion.angle()));
+  covariance.diagonal() +=
+      Eigen::Vector3d(kPredictedTranslation, kPredictedTranslation, kPredictedRotation)
+          .cwiseAbs2();
   return covariance;
 }
 
-void ScanTracker::search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
-                         ScanAlignment& best) {
+/// The best pose in a window becomes `best` where it has better odds.
+void ScanTracker::search(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted,
+                         const SearchWindow& window, ScanAlignment& best) {
   if (!target_) target_ = make_match_target(map_points_);
   MatchOptions options;
   options.min_inliers = options_.min_inliers;
   for (const MatchMode& mode : match(points, *target_, window, options)) {
-    // A pose far from the prediction has to explain much more.
-    if (mode.inliers < best.inliers + kBetter) continue;
-    best = align(points, surfaces_, mode.pose.motion);
+    const ScanAlignment other = align(points, surfaces_, mode.pose.motion);
+    if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
 }
 
-ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
-                                   const Eigen::Matrix3d& covariance) {
+ScanAlignment ScanTracker::aligned(const std::vector<SurfacePoint>& points,
+                                   const UncertainMotion& predicted) {
   AlignmentOptions options;
-  options.prior = covariance.inverse();
-  ScanAlignment best = align(points, surfaces_, predicted, options);
+  options.prior = predicted.covariance.inverse();
+  ScanAlignment best = align(points, surfaces_, predicted.motion, options);
   if (points.empty() || best.inliers >= kDoubtful) return best;
   // Odometry may be late: the robot stands, or goes on as before.
-  for (const SE2& other : {pose_, pose_ * last_motion_}) {
-    const ScanAlignment alignment = align(points, surfaces_, other, options);
-    if (alignment.inliers > best.inliers + kBetter) best = alignment;
+  for (const SE2& start : {pose_, pose_ * last_motion_}) {
+    const ScanAlignment other = align(points, surfaces_, start, options);
+    if (log_odds(other, predicted) > log_odds(best, predicted)) best = other;
   }
   if (best.inliers >= kDoubtful) return best;
   SearchWindow window;
-  window.centre = predicted;
-  const double reach = kSearched * std::sqrt(covariance.topLeftCorner<2, 2>().trace() / 2.0);
+  window.centre = predicted.motion;
+  const Eigen::Vector3d sigmas = predicted.covariance.diagonal().cwiseSqrt();
+  const double reach = kSearched * sigmas.head<2>().norm() / std::sqrt(2.0);
   window.reach.setConstant(std::clamp(reach, kLeastReach, kMostReach));
-  window.turn = std::clamp(kSearched * std::sqrt(covariance(2, 2)), kLeastTurn, kMostTurn);
-  search(points, window, best);
+  window.turn = std::clamp(kSearched * sigmas.z(), kLeastTurn, kMostTurn);
+  search(points, predicted, window, best);
   if (best.inliers >= options_.min_inliers) return best;
-  for (const SE2& centre : {predicted, pose_}) {
-    search(points, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
+  for (const SE2& centre : {predicted.motion, pose_}) {
+    search(points, predicted, {centre, Eigen::Vector2d::Constant(kLostReach), kLostTurn}, best);
   }
   return best;
 }
@@ -146,7 +174,8 @@ void ScanTracker::begin_map() {
   pose_ = anchor.between(pose_);
 }
 
-void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose) {
+void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose,
+                               const Eigen::Matrix3d& covariance) {
   double travelled = 0.0;
   if (keyframes_.empty()) {
     maps_.push_back({});
@@ -154,7 +183,7 @@ void ScanTracker::add_keyframe(const std::vector<SurfacePoint>& points, const SE
     const SE2 step = maps_.back().poses.back().between(pose);
     travelled = keyframes_.back().travelled + step.translation().norm();
   }
-  keyframes_.push_back({points, travelled});
+  keyframes_.push_back({points, travelled, covariance});
   if (is_lost_) {
     maps_.push_back({});
     maps_.back().anchor = keyframes_.size() - 1;
@@ -190,17 +219,28 @@ KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
   return result;
 }
 
+/// The keyframe of the local map, counted from its anchor, that a match with that covariance tells
+/// the motion from: the last one that was known about as well in every direction. A scan is known
+/// to the keyframes that saw what it sees, not to the anchor; one that saw a wall alone is no link.
+std::size_t ScanTracker::reference(const SE2& pose, const Eigen::Matrix3d& covariance) const {
+  const LocalMap& map = maps_.back();
+  for (std::size_t k = map.count; k-- > 1;) {
+    const SO2 rotation = pose.rotation().inverse() * map.poses[k].rotation();
+    const Eigen::Matrix3d known = turned(rotation, keyframes_[map.anchor + k].covariance);
+    if (is_within(known, kWorse * kWorse * covariance)) return k;
+  }
+  return 0;
+}
+
 /// What a scan that becomes a keyframe tells of the motion to it.
 void ScanTracker::measure(const ScanAlignment& found, const SE2& pose, bool good,
                           TrackedScan& result) {
   if (good) {
-    const LocalMap& map = maps_.back();
     const Eigen::Matrix3d covariance = alignment_covariance(found);
-    const double far = keyframes_.back().travelled - keyframes_[map.anchor].travelled;
-    KeyframeMotion match{map.anchor, {pose, covariance}, found.inliers};
-    match.measured.covariance.diagonal() +=
-        (far * Eigen::Vector3d(kGrowthTranslation, kGrowthTranslation, kGrowthRotation))
-            .cwiseAbs2();
+    const LocalMap& map = maps_.back();
+    const std::size_t from = reference(pose, covariance);
+    const KeyframeMotion match{
+        map.anchor + from, {map.poses[from].between(pose), covariance}, found.inliers};
     result.match = match;
     if (has_odometry_) {
       noise_.compare(since_keyframe_, way_, turn_, {result.T_keyframe_scan, covariance});
@@ -224,7 +264,7 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   TrackedScan result;
   const std::optional<SE2> odometry = plausible(stated);
   if (keyframes_.empty()) {
-    add_keyframe(points, SE2());
+    add_keyframe(points, SE2(), Eigen::Matrix3d::Zero());
     result.is_keyframe = true;
     return result;
   }
@@ -237,7 +277,7 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   const bool trusts = odometry && odometry_error_ <= kMuchWorse * steady_error_;
   const SE2 expected = trusts ? *odometry : last_motion_;
   const SE2 predicted = pose_ * expected;
-  const ScanAlignment found = aligned(points, predicted, prior(expected, trusts));
+  const ScanAlignment found = aligned(points, {predicted, prior(expected, trusts)});
   const bool good = found.inliers >= options_.min_inliers;
   const bool lost = !good && points.size() >= kFewPoints && !maps_.back().is_blind;
   SE2 pose = good ? found.pose : predicted;
@@ -254,7 +294,8 @@ TrackedScan ScanTracker::track(const std::vector<SurfacePoint>& points,
   if (!is_due(result.T_keyframe_scan, found.inliers, rule)) return result;
 
   measure(found, pose, good, result);
-  add_keyframe(points, pose);
+  add_keyframe(points, pose,
+               result.match ? result.match->measured.covariance : alignment_covariance({}));
   result.keyframe = keyframes_.size() - 1;
   result.is_keyframe = true;
   result.T_keyframe_scan = SE2();

@@ -29,6 +29,8 @@ struct ScanTrackerOptions {
 struct ScanKeyframe {
   std::vector<SurfacePoint> points;  ///< in the frame of the robot
   double travelled = 0.0;            ///< way to it from the first [m]
+  /// Of its pose in the map that it was matched with, in its tangent.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// A stretch of keyframes in the frame of its first one, the anchor.
@@ -54,7 +56,7 @@ struct TrackedScan {
   SE2 T_before_scan;     ///< the same, of a keyframe in the frame of the one before
   double inliers = 1.0;  ///< share of its points on surfaces of the local map
   // For a keyframe but the first:
-  std::optional<KeyframeMotion> match;  ///< from the anchor of the local map
+  std::optional<KeyframeMotion> match;  ///< from a keyframe of the local map
   KeyframeMotion odometry;  ///< from the keyframe before; a steady motion where there is none
 };
 
@@ -79,15 +81,16 @@ class ScanTracker {
 
  private:
   Eigen::Matrix3d prior(const SE2& motion, bool by_odometry) const;
-  void search(const std::vector<SurfacePoint>& points, const SearchWindow& window,
-              ScanAlignment& best);
-  ScanAlignment aligned(const std::vector<SurfacePoint>& points, const SE2& predicted,
-                        const Eigen::Matrix3d& covariance);
+  void search(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted,
+              const SearchWindow& window, ScanAlignment& best);
+  ScanAlignment aligned(const std::vector<SurfacePoint>& points, const UncertainMotion& predicted);
+  std::size_t reference(const SE2& pose, const Eigen::Matrix3d& covariance) const;
   KeyframeMotion odometry_motion(const TrackedScan& scan) const;
   void measure(const ScanAlignment& found, const SE2& pose, bool good, TrackedScan& result);
   void compare_predictions(const SE2& odometry, const SE2& motion);
   bool is_due(const SE2& from_last, double inliers, KeyframeRule rule) const;
-  void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose);
+  void add_keyframe(const std::vector<SurfacePoint>& points, const SE2& pose,
+                    const Eigen::Matrix3d& covariance);
   void begin_map();
   void add_to_map(const std::vector<SurfacePoint>& points, const SE2& pose);
 

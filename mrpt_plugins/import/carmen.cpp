@@ -134,6 +134,7 @@ class CarmenLines {
 
   bool next(TextRow& row) { return reader_->next(row); }
   double share() const { return text_.empty() ? reader_->share() : 0; }
+  bool is_compressed() const { return !text_.empty(); }
 
  private:
   std::string text_;
@@ -179,6 +180,7 @@ class CarmenImport {
           "the log does not say what angle the rays of FLASER lines cover: 180 degrees taken; "
           "--fov says another");
     }
+    if (!lines.is_compressed()) log_.note_end(options_.file);
     return log_.finish();
   }
 

@@ -156,7 +156,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     }
   }
   steps.end();
-  steps.note(identified);
+  steps.finish(identified);
   for (const std::string& name : table.ignored()) {
     log.note(fmt::format("{}: column {} is left aside", table.path(), name));
   }

@@ -150,6 +150,27 @@ std::vector<ImageBox> read_coco(const std::string& path) {
   return boxes;
 }
 
+/// Tells of files that were cut off. Where all of a folder have no line end, its writer makes none.
+void note_ends(const std::string& path, LogWriter& log) {
+  if (fs::path(path).extension() == ".json") return;  // a part of one is none
+  if (!fs::is_directory(path)) {
+    log.note_end(path);
+    return;
+  }
+  std::size_t count = 0;
+  std::vector<std::string> without;
+  for (const auto& entry : fs::directory_iterator(path)) {
+    if (entry.path().extension() != ".txt") continue;
+    ++count;
+    if (ends_in_line(entry.path().string())) without.push_back(entry.path().filename().string());
+  }
+  if (without.empty() || without.size() == count) return;
+  log.note(fmt::format("{}: the last line of {} of {} files has no end, such as that of {}; are "
+                       "they cut off?",
+                       path, without.size(), count,
+                       *std::min_element(without.begin(), without.end())));
+}
+
 /// NAME=VALUE of an option.
 std::pair<std::string, std::string> halves(const std::string& text, const char* option) {
   const std::size_t at = text.find('=');
@@ -376,8 +397,9 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
     frame.detections.push_back(std::move(d));
   }
   steps.end();
-  steps.note(0);
+  steps.finish(0);
   log.note_end(options.odometry);
+  note_ends(path, log);
   if (log.steps() == 0) {
     throw Error(
         fmt::format("{}: no box has odometry around it: they are of {} to {} s, and the "

@@ -79,7 +79,8 @@ TableOdometry::TableOdometry(const std::string& path) : path_(path) {
   advance();
 }
 
-void TableOdometry::note(LogWriter& log) const {
+void TableOdometry::finish(LogWriter& log) {
+  while (after_) advance();
   if (seems_real_part_first(poses_)) log.note(about_real_part_first(path_));
   if (repeated_ > 0) {
     log.note(fmt::format("{}: {} rows have the time of the row above", path_, repeated_));

@@ -23,9 +23,10 @@ constexpr int kLongestCell = 16 << 20;     // [bytes], some eight times the long
 constexpr int kLongestStatement = 100000;  // [bytes], among them those that make the tables
 constexpr int kMostLinks = 40;             // that Linux follows
 
-/// The text in one line.
+/// The text in one line, without control characters, which a damaged file puts into messages.
 std::string in_a_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
   return text;
 }
 

@@ -257,7 +257,7 @@ std::vector<MeasuredClosure> LaserScans::scan_closures() const {
                       static_cast<std::size_t>(robot.keys[closure.to].index()),
                       to_string(robot.mapper.status(k)), verdict.inlier_probability,
                       std::sqrt(verdict.chi_square), verdict.redundancy, verdict.checkable,
-                      verdict.margin, closure.mode.inliers, closure.modes},
+                      verdict.finite_margin(), closure.mode.inliers, closure.modes},
                      closure.mode.pose.motion});
     }
   }

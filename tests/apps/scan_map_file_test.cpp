@@ -134,7 +134,7 @@ class ScanMapJoinTest : public ReplayTest {
 
 TEST_F(ScanMapJoinTest, ALogIsLocatedInTheMapOfTwoDrives) {
   log("a", part(0, 420), 1e9);
-  log("b", part(200, 630), 2e9);
+  log("b", part(160, 630), 2e9);
   map("a");
   map("b");
   const Ran joined = join("b");

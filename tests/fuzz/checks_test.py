@@ -15,6 +15,7 @@ import damage
 import material
 import oracle
 import outcome
+import sensors
 
 CRASH = ["python3", "-c", "import os; os.abort()"]
 HANG = ["python3", "-c", "while True: pass"]
@@ -53,7 +54,7 @@ class OracleTest(unittest.TestCase):
                  ("cloud", material.rows_of(material.cloud(0, 0))),
                  ("cloud", material.rows_of(material.cloud(0, 0), ","))]
         files += [("tum", text) for text in material.tracks().values()]
-        for name, (_, texts) in material.import_sets().items():
+        for name, (_, texts) in {**material.import_sets(), **sensors.import_sets()}.items():
             files += [(f"{name}/{n}", text) for n, text in texts.items()]
         for form, text in files:
             self.assertIn(form, oracle.FORMS)

@@ -94,6 +94,17 @@ LOG_KINDS = {
 }
 
 
+# SQLite has pages of 4096 bytes, so that whole pages are moved by some of the blocks.
+MAP_KINDS = {
+    "map: truncated": cut,
+    "map: one bit flipped": flipped,
+    "map: bytes overwritten": overwritten,
+    "map: blocks repeated, deleted, moved": shuffled_blocks,
+    "map: huge length fields": huge_length,
+    "map: header, then garbage": header_then_garbage,
+}
+
+
 def lines_of(data):
     return data.decode("utf-8", "surrogateescape").split("\n")
 

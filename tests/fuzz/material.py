@@ -10,6 +10,8 @@ import struct
 import subprocess
 from dataclasses import dataclass, field
 
+import sensors
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
@@ -353,4 +355,5 @@ def all_inputs(binaries, folder):
     add("experiment", "hybrid-experiment",
         ["-c", "{a.ini}", "--data-dir", "{dir}", "-o", "{out}"],
         {"a.ini": experiment, "graph.g2o": graphs["2d"]}, {"a.ini": "INI", "graph.g2o": "graph"})
+    sensors.add_inputs(add, binaries, folder, ROOT)
     return inputs

@@ -30,6 +30,9 @@ FORMS = {
     "mrclam/Robot1_Odometry.dat": ["nnn"], "mrclam/Robot1_Groundtruth.dat": ["nnnn"],
     "mrclam/Robot1_Measurement.dat": ["ninn"],
     "stata/frames.txt": ["ii" + "n" * 12], "stata/detections.txt": ["iin" + "n" * 8],
+    "carmen/a.clf": None, "mot/odometry.csv": ["nnnn"], "mot/det.txt": ["iinnnnn" + "n" * k for k in range(9)],
+    "coco/odometry.csv": ["nnnn"], "coco/a.json": None, "yolo/odometry.csv": ["nnnn"],
+    "yolo/classes.txt": None, **{f"yolo/image_{i}.txt": ["innnn", "innnnn", "innnnni"] for i in range(10)},
     "victoria-park/odometry.txt": ["nnn"], "victoria-park/scan_times.txt": ["n"],
     "victoria-park/tree_detections.txt": ["nnnn"], "victoria-park/gps.txt": ["nnn"],
     "victoria-park/victoria_park_known_assoc_gtsam.txt": ["ODOMETRY ii nnn nnnnnn",
@@ -38,7 +41,8 @@ FORMS = {
 PLAZA = ["Variable www nn", "Variable www nnn", "Factor www nn", "Factor www nnn w " + "n" * 9,
          "Factor " + "w" * 7 + " nn www n w n"]
 FORMS.update({"plaza/graph.fg": PLAZA, "plaza/known.fg": PLAZA})
-COMMAS = {"cloud", "csv/odometry.csv", "csv/detections.csv"}
+COMMAS = {"cloud", "csv/odometry.csv", "csv/detections.csv", "mot/odometry.csv", "mot/det.txt",
+          "coco/odometry.csv", "yolo/odometry.csv"}
 
 
 def is_number(word):
@@ -79,7 +83,7 @@ def fault_of_rows(text, form):
         if not words or words == [""]:
             continue
         rows += 1
-        header = form.startswith("csv/") and rows == 1
+        header = form.endswith(("odometry.csv", "detections.csv")) and rows == 1
         if not header and not any(matches(words, f) for f in forms):
             return f"line {number} is not of its form"
     return ""
@@ -101,7 +105,7 @@ def fault(data, form):
     """Why a file is certainly damaged, or ""."""
     if form == "log":
         return fault_of_log(data)
-    if form == "binary":
+    if form in ("binary", "map"):
         return ""
     if b"\x00" in data:
         return "a NUL byte"

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 CPU_SECONDS = 20
 WALL_SECONDS = 600  # of a machine that others use too
-MEMORY = 1 << 30
+MEMORY = 1 << 30  # of addresses
+RESIDENT = 500 << 20
 
 OUTCOMES = ["crash", "hang", "memory", "mixed or half result", "NaN in result", "silently wrong",
             "unclear message", "clear message", "partial, stated", "ok, stated", "other result",
@@ -174,7 +175,7 @@ def classify(run, out, expected, fault, names, former=None, lasting=False):
     files = results(out)
     if run.signal == signal.SIGXCPU or run.timed_out:
         return "hang", f"{CPU_SECONDS} s"
-    if run.peak > MEMORY or "bad_alloc" in run.text or "allocate memory" in run.text:
+    if run.peak > RESIDENT or "bad_alloc" in run.text or "allocate memory" in run.text:
         return "memory", f"{run.peak >> 20} MB"
     if crashed(run) or run.code > 2:
         return "crash", f"code {run.code}"

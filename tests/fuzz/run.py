@@ -23,10 +23,10 @@ import material
 import oracle
 import outcome
 
-KINDS = {"log": damage.LOG_KINDS, "INI": damage.INI_KINDS}
+KINDS = {"log": damage.LOG_KINDS, "INI": damage.INI_KINDS, "map": damage.MAP_KINDS}
 SPECIAL_SHARE = 0.04  # of the cases
 PROGRAMS = ["hybrid-replay", "hybrid-pgo", "hybrid-register", "hybrid-objects",
-            "hybrid-switching", "hybrid-import", "hybrid-simulate", "hybrid-experiment"]
+            "hybrid-switching", "hybrid-import", "hybrid-simulate", "hybrid-experiment", "hybrid-map"]
 
 
 def kinds_of(form):
@@ -39,7 +39,8 @@ def choose(inputs, seed, number):
     by_program = collections.defaultdict(list)
     for entry in inputs:
         by_program[entry.program].append(entry)
-    weights = {"hybrid-replay": 6, "hybrid-import": 4, "hybrid-pgo": 3, "hybrid-register": 2}
+    weights = {"hybrid-replay": 6, "hybrid-import": 4, "hybrid-pgo": 3, "hybrid-register": 2,
+               "hybrid-map": 2}
     program = rng.choices(PROGRAMS, [weights.get(p, 1) for p in PROGRAMS])[0]
     entry = rng.choice(by_program[program])
     logs = [n for n, form in entry.formats.items() if form == "log"]

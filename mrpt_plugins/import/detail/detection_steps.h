@@ -92,9 +92,9 @@ class DetectionSteps {
     seen->sensedData.push_back(m);
   }
 
-  /// Notes what is odd, where so many directions have an id.
-  void note(std::size_t identified) const {
-    odometry_.note(log_);
+  /// Reads the rest of the odometry, and notes what is odd, where so many directions have an id.
+  void finish(std::size_t identified) {
+    odometry_.finish(log_);
     if (directions_ == 0 || 2 * identified > directions_) return;
     log_.note(fmt::format(
         "{} directions without ranges and ids: a thing gets its place once the robot has passed it "

@@ -37,8 +37,8 @@ class TableOdometry {
   /// not in one frame.
   std::size_t resets() const { return frame_; }
 
-  /// Notes what is odd about it.
-  void note(LogWriter& log) const;
+  /// Reads what is left, so that a fault there is told as well, and notes what is odd about it.
+  void finish(LogWriter& log);
 
   /// The pose at `time`; empty before the first pose and after the last one, and where it starts
   /// anew.

@@ -6,6 +6,7 @@
 #include <bzlib.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mrpt_plugins/input/scans.h"
@@ -146,6 +147,18 @@ TEST_F(Carmen, WhatCannotBeReadIsSaid) {
             1U);
   EXPECT_EQ(steps().at(2).time, 5);
   EXPECT_EQ(report.dropped.at("scan dropped: no rays"), 1U);
+}
+
+TEST_F(Carmen, ALogThatIsCutOffIsToldOf) {
+  const std::string text = front_laser(180, 1, 1) + front_laser(180, 2, 2) + "ODOM 2 0 0 0.5 0 0 2";
+  const auto is_told = [](const ImportReport& report) {
+    return std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
+      return note.find("cut off?") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(is_told(import(text)));
+  EXPECT_FALSE(is_told(import(text + " host 2\n")));
+  EXPECT_FALSE(is_told(import(compressed(text + " host 2\n"))));
 }
 
 }  // namespace

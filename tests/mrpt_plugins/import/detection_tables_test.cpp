@@ -3,7 +3,9 @@
 
 #include "mrpt_plugins/import/detection_tables.h"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "tests/mrpt_plugins/import/import_files.h"
 
@@ -127,6 +129,36 @@ TEST_F(Tables, FaultsAreNamed) {
   expect_table_error("time,x,y,yaw\n0,0,0,\n", "time,range,yaw\n0,1,0\n",
                      "odometry.csv:2:7: an empty column; expected a number");
   expect_table_error(odometry, "time,range,yaw\n7,1,0\n", "no detection has odometry around it");
+}
+
+TEST_F(Tables, AFaultBehindTheLastDetectionIsNamedToo) {
+  expect_table_error("time,x,y,yaw\n0,0,0,0\n1,1,0,0\n2,2,0,0\n3,3,0,0\n4,4,x,0\n",
+                     "time,range,yaw\n0.5,1,0\n", "odometry.csv:6:5: 'x'");
+}
+
+TEST_F(Tables, BoxesThatAreCutOffAreToldOf) {
+  DetectionTablesOptions options = tables();
+  options.boxes.focal = 500;
+  options.boxes.image_width = 640;
+  options.boxes.image_height = 480;
+  options.boxes.period = 1;
+  const auto notes = [&] {
+    const ImportReport report = import_detection_tables(options, log());
+    return std::count_if(report.notes.begin(), report.notes.end(), [](const std::string& note) {
+      return note.find("cut off?") != std::string::npos;
+    });
+  };
+  options.detections = write("det.txt", "0,1,300,200,20,40,0.9\n1,1,300,200,20,40,0.9\n");
+  EXPECT_EQ(notes(), 0);
+  write("det.txt", "0,1,300,200,20,40,0.9\n1,1,300,200,20,40,0.");
+  EXPECT_EQ(notes(), 1);
+  std::filesystem::create_directory(at("yolo"));
+  options.detections = at("yolo");
+  write("yolo/a_0.txt", "0 0.5 0.4 0.1 0.1 0.9\n");
+  write("yolo/a_1.txt", "0 0.5 0.4 0.1 0.1 0.");
+  EXPECT_EQ(notes(), 1);
+  write("yolo/a_0.txt", "0 0.5 0.4 0.1 0.1 0.9");
+  EXPECT_EQ(notes(), 0) << "none has a line end, which many detectors leave out";
 }
 
 TEST_F(Tables, ATumTrajectoryIsOdometry) {

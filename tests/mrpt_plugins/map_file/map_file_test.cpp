@@ -9,6 +9,8 @@
 #include <sqlite3.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <cctype>
 #include <random>
 
 #include "libhybrid/core/error.h"
@@ -245,6 +247,10 @@ TEST_F(MapFileTest, AFlippedBitChangesNoNumber) {
       EXPECT_EQ(numbers_of(read_map(at("b.hmap"))), numbers) << bit;
     } catch (const Error& e) {
       ++refused;
+      const std::string message = e.what();
+      EXPECT_TRUE(std::none_of(message.begin(), message.end(),
+                               [](unsigned char c) { return std::iscntrl(c) != 0; }))
+          << bit;
     }
   }
   EXPECT_GT(refused, 20);  // the others hit bytes that hold nothing
