@@ -154,6 +154,8 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     sensor.first = frame;
     sensor.first.detections.clear();
     sensor.T_now_first = frame.T_robot_sensor;
+    const auto before = last_times_.find(frame.sensor_label);
+    if (before != last_times_.end()) sensor.interval = frame.time - before->second;
   }
   const double seconds = frame.time - sensor.first.time;
   sensor.seconds = std::max(sensor.seconds, std::abs(seconds));
@@ -177,13 +179,21 @@ void DetectionTracker::take(const DetectionFrame& frame) {
   }
 }
 
+/// How many times in a row a sensor hands on what its detections of a thing have in common.
+double DetectionTracker::repetitions(const Sensor& sensor) const {
+  const double frames = sensor.frames > 0 ? sensor.frames : 1;
+  const double interval = sensor.interval.value_or(sensor.seconds * (1 + 1 / frames));
+  return interval > 0 ? std::max(1.0, options_.lasts / interval) : 1.0;
+}
+
 Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& track) const {
   const double n = static_cast<double>(track.members.size());
   const Eigen::VectorXd p = track.mean();
   const auto dim = p.size();
   // n alike detections whose noise is in part common to all: 1/n of one part, all of the other.
   const double common = inflation(track);
-  Eigen::MatrixXd P = track.covariance() * common;
+  const double repeated = options_.common * n * (repetitions(sensor) - 1);
+  Eigen::MatrixXd P = track.covariance() * (common + repeated);
   const double rest = sensor.frames > 0 ? 1 - track.steps / n / sensor.frames : 0.0;
   const Eigen::Matrix3d R = sensor.T_now_first.linear();
   const Eigen::Vector3d first = padded_point(p);
@@ -210,6 +220,7 @@ Detection DetectionTracker::detection_of(const Sensor& sensor, const Track& trac
 std::vector<DetectionFrame> DetectionTracker::release() {
   std::vector<DetectionFrame> out;
   for (auto& [label, sensor] : sensors_) {
+    last_times_[label] = sensor.first.time;
     DetectionFrame frame = std::move(sensor.first);
     frame.T_robot_sensor = sensor.T_now_first;
     if (frame.max_range > 0) frame.max_range += sensor.reach;

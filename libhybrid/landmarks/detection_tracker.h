@@ -18,6 +18,10 @@ struct DetectionTrackerOptions {
   /// Share of the variance of a detection that all detections of one thing have in common, so that
   /// it does not average out: how the shape of a thing is seen, how a sensor is calibrated.
   double common = 0.25;
+  /// How long that lasts [s], beyond one release: a car that comes nearer is seen from the same
+  /// side for seconds. What is handed on more often counts for less each time, so that the same
+  /// detections tell the same however many keyframes there are. 0: it is another at each release.
+  double lasts = 0.0;
   double gate = 0.99999;  ///< chi-square probability within which a detection continues a track
 };
 
@@ -66,8 +70,9 @@ class DetectionTracker {
     Eigen::Isometry3d T_then_now = Eigen::Isometry3d::Identity();  // motion of the robot since then
     SE3::Jacobian motion_covariance = SE3::Jacobian::Zero();       // of that
     int frames = 0;
-    double seconds = 0;  // the longest time between the first frame and another
-    double reach = 0;    // how far it has come [m]
+    std::optional<double> interval;  // since the first frame of the release before [s]
+    double seconds = 0;              // the longest time between the first frame and another
+    double reach = 0;                // how far it has come [m]
     std::vector<Track> tracks;
   };
   struct Seen {
@@ -79,6 +84,7 @@ class DetectionTracker {
   std::vector<int> match(const Sensor& sensor, const std::vector<Seen>& seen,
                          const std::vector<Detection>& detections) const;
   Detection detection_of(const Sensor& sensor, const Track& track) const;
+  double repetitions(const Sensor& sensor) const;
 
   /// By how much the variance of a mean of n detections exceeds that of independent ones.
   double inflation(const Track& track) const {
@@ -87,7 +93,8 @@ class DetectionTracker {
   }
 
   DetectionTrackerOptions options_;
-  std::map<std::string, Sensor> sensors_;  // by label
+  std::map<std::string, Sensor> sensors_;     // by label
+  std::map<std::string, double> last_times_;  // of first frames, of the last release
 };
 
 }  // namespace hybrid

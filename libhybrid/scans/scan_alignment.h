@@ -30,9 +30,10 @@ struct ScanAlignment {
   /// corridor.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   double inliers = 0.0;  ///< share of the points that lie on a surface of the map
-  /// Number of these; of those closer to each other than the correlation length, as many as lengths.
+  /// Number of these; of those closer to each other than the correlation length, as many as
+  /// lengths.
   double support = 0.0;
-  double sigma = 0.0;    ///< scatter of these around the surfaces, robust [m]
+  double sigma = 0.0;  ///< scatter of these around the surfaces, robust [m]
 };
 
 /// Least squares of the distances from points to the lines of nearest surfels, under a robust loss

@@ -94,8 +94,7 @@ Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
   Eigen::Matrix3d covariance =
       noise_.covariance(motion.translation().norm(), std::abs(motion.angle()));
   covariance.diagonal() +=
-      Eigen::Vector3d(kPredictedTranslation, kPredictedTranslation, kPredictedRotation)
-          .cwiseAbs2();
+      Eigen::Vector3d(kPredictedTranslation, kPredictedTranslation, kPredictedRotation).cwiseAbs2();
   return covariance;
 }
 

@@ -16,6 +16,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
+#include "mrpt_plugins/import/detail/cut_files.h"
 #include "mrpt_plugins/import/detail/detection_steps.h"
 
 namespace hybrid {
@@ -148,27 +149,6 @@ std::vector<ImageBox> read_coco(const std::string& path) {
     boxes.push_back(box);
   }
   return boxes;
-}
-
-/// Tells of files that were cut off. Where all of a folder have no line end, its writer makes none.
-void note_ends(const std::string& path, LogWriter& log) {
-  if (fs::path(path).extension() == ".json") return;  // a part of one is none
-  if (!fs::is_directory(path)) {
-    log.note_end(path);
-    return;
-  }
-  std::size_t count = 0;
-  std::vector<std::string> without;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    if (entry.path().extension() != ".txt") continue;
-    ++count;
-    if (ends_in_line(entry.path().string())) without.push_back(entry.path().filename().string());
-  }
-  if (without.empty() || without.size() == count) return;
-  log.note(fmt::format("{}: the last line of {} of {} files has no end, such as that of {}; are "
-                       "they cut off?",
-                       path, without.size(), count,
-                       *std::min_element(without.begin(), without.end())));
 }
 
 /// NAME=VALUE of an option.
@@ -399,7 +379,7 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
   steps.end();
   steps.finish(0);
   log.note_end(options.odometry);
-  note_ends(path, log);
+  if (!is_json) note_ends(path, log);  // a part of a list is none
   if (log.steps() == 0) {
     throw Error(
         fmt::format("{}: no box has odometry around it: they are of {} to {} s, and the "

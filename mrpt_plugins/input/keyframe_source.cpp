@@ -169,6 +169,11 @@ SourceOptions read_source_options(IniFile& ini) {
                                          "one thing have in common, so that it "
                                          "does not average out",
                                          kProbability);
+  options.tracker.lasts =
+      keyframes.get("common_noise_s", options.tracker.lasts,
+                    "tracklets: how long that part lasts; with keyframes more frequent than this, "
+                    "each tells as much less [s]",
+                    kDuration);
 
   IniSection sensor = ini.section(
       "sensor", "Which measurements of range and bearing are accepted, and their noise");

@@ -213,6 +213,35 @@ TEST(DetectionTracker, TheNoiseOfTheMotionSinceIsAdded) {
   }
 }
 
+// Twice as many keyframes do not make the same detections tell more: the side from which a thing is
+// seen does not change with them.
+TEST(DetectionTracker, DetectionsTellTheSameHoweverManyKeyframesThereAre) {
+  const auto information = [](int frames_of_a_keyframe) {
+    Drive drive;
+    drive.step = to_isometry(SE2(0.1, 0, 0));
+    DetectionTrackerOptions options;
+    options.lasts = 4;
+    DetectionTracker tracker(options);
+    double sum = 0;
+    Eigen::Isometry3d robot = Eigen::Isometry3d::Identity();
+    constexpr int kCount = 80;  // of frames, at 10 Hz
+    for (int i = 0; i < kCount; ++i) {
+      tracker.move(drive.step, SE3::Jacobian::Zero());
+      robot = compose(robot, drive.step);
+      DetectionFrame frame = drive.frame();
+      frame.time = 0.1 * i;
+      frame.detections = {drive.seen(robot, {100, 3, 0})};
+      frame.detections[0].id = 1;
+      tracker.take(frame);
+      if ((i + 1) % frames_of_a_keyframe != 0) continue;
+      for (const Detection& d : tracker.release().at(0).detections) sum += 1 / d.covariance(0, 0);
+    }
+    return sum;
+  };
+  const double few = information(40);
+  for (const int frames : {1, 5, 10, 20}) EXPECT_NEAR(information(frames) / few, 1, 0.15) << frames;
+}
+
 TEST(DetectionTracker, SensorsAreFollowedApart) {
   Drive drive;
   DetectionTracker tracker;

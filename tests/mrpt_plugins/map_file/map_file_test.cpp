@@ -248,9 +248,9 @@ TEST_F(MapFileTest, AFlippedBitChangesNoNumber) {
     } catch (const Error& e) {
       ++refused;
       const std::string message = e.what();
-      EXPECT_TRUE(std::none_of(message.begin(), message.end(),
-                               [](unsigned char c) { return std::iscntrl(c) != 0; }))
-          << bit;
+      EXPECT_TRUE(std::none_of(message.begin(), message.end(), [](unsigned char c) {
+        return std::iscntrl(c) != 0;
+      })) << bit;
     }
   }
   EXPECT_GT(refused, 20);  // the others hit bytes that hold nothing
