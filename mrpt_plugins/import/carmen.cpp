@@ -241,7 +241,8 @@ class CarmenImport {
       const std::size_t steps = rays % 2 == 0 ? rays : rays - 1;
       scan.step_deg = steps > 0 ? angle / static_cast<double>(steps) : 0;
     }
-    scan.first_deg = -scan.step_deg * static_cast<double>(rays / 2);
+    const std::size_t before_middle = rays / 2;
+    scan.first_deg = -scan.step_deg * static_cast<double>(before_middle);
     return scan;
   }
 

@@ -102,6 +102,26 @@ void add_detection(const NamedTable& table, const std::vector<std::string>& clas
   frame.detections.push_back(std::move(d));
 }
 
+/// Refuses columns of classes that do not go together, and tells where classes are taken as
+/// certain.
+void check_classes(const NamedTable& table, const std::vector<std::string>& classes,
+                   const DetectionTablesOptions& options, LogWriter& log) {
+  for (const std::string& name : table.probable_classes()) {
+    if (std::find(classes.begin(), classes.end(), name) == classes.end()) {
+      table.refuse(fmt::format("column p_{}: unknown class; classes are: {}", name,
+                               fmt::join(classes, " ")));
+    }
+  }
+  if (!table.probable_classes().empty() && (table.has("class") || table.has("score"))) {
+    table.refuse("columns p_NAME beside class or score: one or the other");
+  }
+  if (table.has("class") && !table.has("score") && options.score == 1 && classes.size() > 1) {
+    log.note(options.detections +
+             ": no column score: classes are taken as certain; where the detector may be wrong, "
+             "--score tells how often it is right");
+  }
+}
+
 }  // namespace
 
 ImportReport import_detection_tables(const DetectionTablesOptions& options,
@@ -117,20 +137,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   const bool has_yaw = table.has("yaw");
   if (has_yaw || !table.has("range") || !table.has("id")) table.require({"time", "yaw"});
   table.require({"time"});
-  for (const std::string& name : table.probable_classes()) {
-    if (std::find(classes.begin(), classes.end(), name) == classes.end()) {
-      table.refuse(fmt::format("column p_{}: unknown class; classes are: {}", name,
-                               fmt::join(classes, " ")));
-    }
-  }
-  if (!table.probable_classes().empty() && (table.has("class") || table.has("score"))) {
-    table.refuse("columns p_NAME beside class or score: one or the other");
-  }
-  if (table.has("class") && !table.has("score") && options.score == 1 && classes.size() > 1) {
-    log.note(options.detections +
-             ": no column score: classes are taken as certain; where the detector may be wrong, "
-             "--score tells how often it is right");
-  }
+  check_classes(table, classes, options, log);
   DetectionSteps steps(options, log);
   double first = 0;
   std::size_t identified = 0;

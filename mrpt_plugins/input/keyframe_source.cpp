@@ -142,13 +142,10 @@ bool LogCorrection::is_none() const {
                      [](const auto& sensor) { return sensor.second.is_none(); });
 }
 
-SourceOptions read_source_options(IniFile& ini) {
-  SourceOptions options;
-  IniSection map = ini.section("map", "What kind of map is made");
-  options.dimension = parse_dimension(map.choice(
-      "dimension", "auto", {"auto", "2", "3"},
-      "2: poses x, y, yaw and points x, y; 3: poses and points in space; auto: as the log needs"));
+namespace {
 
+/// Section [keyframes].
+void read_keyframes(IniFile& ini, SourceOptions& options) {
   IniSection keyframes = ini.section(
       "keyframes",
       "A frame becomes a pose of the map once any threshold that is set is reached; "
@@ -174,7 +171,10 @@ SourceOptions read_source_options(IniFile& ini) {
                     "tracklets: how long that part lasts; with keyframes more frequent than this, "
                     "each tells as much less [s]",
                     kDuration);
+}
 
+/// Section [sensor].
+void read_sensor(IniFile& ini, SourceOptions& options) {
   IniSection sensor = ini.section(
       "sensor", "Which measurements of range and bearing are accepted, and their noise");
   DetectionOptions& d = options.detections;
@@ -205,6 +205,18 @@ SourceOptions read_source_options(IniFile& ini) {
       "ids", "log", {"log", "none", "truth"},
       "landmark ids the mapping sees. log: those of the sensor; none: hidden, for unknown "
       "association; truth: the true ones where the log has them, for comparison"));
+}
+
+}  // namespace
+
+SourceOptions read_source_options(IniFile& ini) {
+  SourceOptions options;
+  IniSection map = ini.section("map", "What kind of map is made");
+  options.dimension = parse_dimension(map.choice(
+      "dimension", "auto", {"auto", "2", "3"},
+      "2: poses x, y, yaw and points x, y; 3: poses and points in space; auto: as the log needs"));
+  read_keyframes(ini, options);
+  read_sensor(ini, options);
 
   IniSection reader = ini.section("reader", "What a log may not say by itself");
   for (const char* key : {"odometry_sigma_m", "odometry_sigma_deg", "period", "max_speed"}) {
