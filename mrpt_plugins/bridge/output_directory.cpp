@@ -84,7 +84,7 @@ std::optional<nlohmann::json> listed_files(const fs::path& path) {
 
 }  // namespace
 
-OutputDirectory::OutputDirectory(fs::path folder, std::vector<std::string> own)
+OutputDirectory::OutputDirectory(const fs::path& folder, std::vector<std::string> own)
     : folder_(checked(folder)), own_(std::move(own)), group_(folder_ / kSummary, folder_) {
   remove_exchanged(folder_);
 }

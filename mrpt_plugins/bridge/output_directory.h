@@ -28,7 +28,7 @@ class OutputDirectory {
   /// Creates the folder and its parents where absent (and removes them if nothing is published).
   /// Files named in `own` may be replaced although no summary lists them; new summaries do not list
   /// them either, so that they outlast results.
-  explicit OutputDirectory(std::filesystem::path folder, std::vector<std::string> own = {});
+  explicit OutputDirectory(const std::filesystem::path& folder, std::vector<std::string> own = {});
 
   const std::filesystem::path& folder() const { return folder_; }
 
