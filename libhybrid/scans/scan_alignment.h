@@ -30,8 +30,8 @@ struct ScanAlignment {
   /// corridor.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   double inliers = 0.0;  ///< share of the points that lie on a surface of the map
-  /// Number of these; of those closer to each other than the correlation length, as many as
-  /// lengths.
+  /// Number of these, each counted by its share of the correlation length, and by how near to its
+  /// surface it is: 1 on it, 0 where it no longer lies on it.
   double support = 0.0;
   double sigma = 0.0;  ///< scatter of these around the surfaces, robust [m]
 };

@@ -67,13 +67,6 @@ double log_odds(const ScanAlignment& found, const UncertainMotion& predicted) {
   return kPointEvidence * found.support - std::min(against, kBlunderEvidence);
 }
 
-/// A covariance in the tangent of a pose, with its translation turned.
-Eigen::Matrix3d turned(const SO2& rotation, const Eigen::Matrix3d& covariance) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = rotation.matrix();
-  return turn * covariance * turn.transpose();
-}
-
 /// In no direction is the variance of A larger than that of B.
 bool is_within(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
   return (B - A).llt().info() == Eigen::Success;
@@ -84,12 +77,9 @@ bool is_within(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
 /// Covariance of the prediction of the next scan, which odometry tells or else a steady motion.
 Eigen::Matrix3d ScanTracker::prior(const SE2& motion, bool by_odometry) const {
   if (!by_odometry) {
-    const double rotation = steady_error_ / kLever;
-    return Eigen::Vector3d(std::hypot(kSteadyTranslation, steady_error_),
-                           std::hypot(kSteadyTranslation, steady_error_),
-                           std::hypot(kSteadyRotation, rotation))
-        .cwiseAbs2()
-        .asDiagonal();
+    const double translation = std::hypot(kSteadyTranslation, steady_error_);
+    const double rotation = std::hypot(kSteadyRotation, steady_error_ / kLever);
+    return Eigen::Vector3d(translation, translation, rotation).cwiseAbs2().asDiagonal();
   }
   Eigen::Matrix3d covariance =
       noise_.covariance(motion.translation().norm(), std::abs(motion.angle()));
@@ -224,8 +214,9 @@ KeyframeMotion ScanTracker::odometry_motion(const TrackedScan& scan) const {
 std::size_t ScanTracker::reference(const SE2& pose, const Eigen::Matrix3d& covariance) const {
   const LocalMap& map = maps_.back();
   for (std::size_t k = map.count; k-- > 1;) {
-    const SO2 rotation = pose.rotation().inverse() * map.poses[k].rotation();
-    const Eigen::Matrix3d known = turned(rotation, keyframes_[map.anchor + k].covariance);
+    const SE2 turn(0.0, 0.0, pose.between(map.poses[k]).angle());
+    const Eigen::Matrix3d Ad = turn.adjoint();
+    const Eigen::Matrix3d known = Ad * keyframes_[map.anchor + k].covariance * Ad.transpose();
     if (is_within(known, kWorse * kWorse * covariance)) return k;
   }
   return 0;

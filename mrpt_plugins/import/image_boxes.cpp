@@ -16,7 +16,6 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "mrpt_plugins/import/detail/cut_files.h"
 #include "mrpt_plugins/import/detail/detection_steps.h"
 
 namespace hybrid {
@@ -379,7 +378,7 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
   steps.end();
   steps.finish(0);
   log.note_end(options.odometry);
-  if (!is_json) note_ends(path, log);  // a part of a list is none
+  if (!is_json) log.note_end(path);  // a part of a list is none
   if (log.steps() == 0) {
     throw Error(
         fmt::format("{}: no box has odometry around it: they are of {} to {} s, and the "

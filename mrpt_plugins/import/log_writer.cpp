@@ -13,6 +13,7 @@
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -145,7 +146,26 @@ void LogWriter::true_mover(std::int64_t true_id, const Eigen::Vector3d& position
 }
 
 void LogWriter::note_end(const std::string& input) {
-  if (ends_in_line(input)) note(input + ": its last line has no end; is the file cut off?");
+  if (std::filesystem::is_directory(input)) {
+    note_ends(input);
+  } else if (ends_in_line(input)) {
+    note(input + ": its last line has no end; is the file cut off?");
+  }
+}
+
+void LogWriter::note_ends(const std::string& folder) {
+  std::size_t count = 0;
+  std::vector<std::string> without;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".txt") continue;
+    ++count;
+    if (ends_in_line(entry.path().string())) without.push_back(entry.path().filename().string());
+  }
+  if (without.empty() || without.size() == count) return;
+  note(fmt::format(
+      "{}: the last line of {} of {} files has no end, such as that of {}; are they "
+      "cut off?",
+      folder, without.size(), count, *std::min_element(without.begin(), without.end())));
 }
 
 ImportReport LogWriter::finish() {

@@ -65,6 +65,8 @@ class LogWriter {
   /// Adds a remark for the user.
   void note(const std::string& text) { report_.notes.push_back(text); }
   /// Adds a remark if the last line of an input file has no newline: a number in it may be cut off.
+  /// Of a folder, if that is so for some of its .txt files; where it is for all, their writer makes
+  /// none.
   void note_end(const std::string& input);
 
   /// A true landmark; an empty class name means it has none.
@@ -88,6 +90,7 @@ class LogWriter {
   ImportReport finish();
 
  private:
+  void note_ends(const std::string& folder);
   FileWriter& side_file(std::string_view suffix, const std::string& header);
 
   LogFiles files_;

@@ -343,7 +343,7 @@ def all_inputs(binaries, folder):
     add("switching ranges", "hybrid-switching",
         ["{a.txt}", "--truth", "{t.txt}", "-o", "{out}", "--no-pictures"],
         {"a.txt": log, "t.txt": points}, {"a.txt": "ranges", "t.txt": "points"})
-    for name, (arguments, files) in import_sets().items():
+    for name, (arguments, files) in {**import_sets(), **sensors.import_sets()}.items():
         add(f"import {name}", "hybrid-import", [*arguments, "-o", "{out}.rawlog"], files,
             {n: f"{name}/{n}" for n in files}, "file")
     scenario = SCENARIO.format(seed=1, dimension="2d", ids="known")

@@ -60,7 +60,7 @@ def import_sets():
 
 
 def rooms(binaries, folder, config):
-    """A log of scans of the first metres of two rooms, and a map of it."""
+    """A log of scans of a corridor and one of its rooms."""
     log, scenario = folder / "rooms.rawlog", folder / "rooms.ini"
     text = (config / "simulate_rooms.ini").read_text()
     scenario.write_text(text.replace("laps = 2", "laps = 1").replace(
@@ -81,10 +81,7 @@ def map_of(binaries, folder, log, name):
 
 
 def add_inputs(add, binaries, folder, root):
-    """Calls `add` of material.py for each."""
-    for name, (arguments, files) in import_sets().items():
-        add(f"import {name}", "hybrid-import", [*arguments, "-o", "{out}.rawlog"], files,
-            {n: f"{name}/{n}" for n in files}, "file")
+    """Calls `add` of material.py for each input but those of hybrid-import."""
     scans = rooms(binaries, folder, root / "config")
     landmarks = (root / "rawlogs" / "classed_demo.rawlog").read_bytes()
     replay = ["{log.rawlog}", "--no-pictures", "-o", "{out}"]

@@ -6,7 +6,6 @@
 #include <bzlib.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "mrpt_plugins/input/scans.h"
@@ -49,11 +48,7 @@ class Carmen : public ImportTest {
     return scan_in(*steps().at(i).observations.at(0), {}, report).value();
   }
 
-  static bool notes_angle(const ImportReport& report) {
-    return std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
-      return note.find("180 degrees taken") != std::string::npos;
-    });
-  }
+  static bool notes_angle(const ImportReport& report) { return tells(report, "180 degrees taken"); }
 };
 
 /// Direction of a ray seen from the robot.
@@ -151,14 +146,9 @@ TEST_F(Carmen, WhatCannotBeReadIsSaid) {
 
 TEST_F(Carmen, ALogThatIsCutOffIsToldOf) {
   const std::string text = front_laser(180, 1, 1) + front_laser(180, 2, 2) + "ODOM 2 0 0 0.5 0 0 2";
-  const auto is_told = [](const ImportReport& report) {
-    return std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
-      return note.find("cut off?") != std::string::npos;
-    });
-  };
-  EXPECT_TRUE(is_told(import(text)));
-  EXPECT_FALSE(is_told(import(text + " host 2\n")));
-  EXPECT_FALSE(is_told(import(compressed(text + " host 2\n"))));
+  EXPECT_TRUE(tells(import(text), "cut off?"));
+  EXPECT_FALSE(tells(import(text + " host 2\n"), "cut off?"));
+  EXPECT_FALSE(tells(import(compressed(text + " host 2\n")), "cut off?"));
 }
 
 }  // namespace

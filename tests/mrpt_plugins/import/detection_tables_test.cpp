@@ -3,7 +3,6 @@
 
 #include "mrpt_plugins/import/detection_tables.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -143,10 +142,7 @@ TEST_F(Tables, BoxesThatAreCutOffAreToldOf) {
   options.boxes.image_height = 480;
   options.boxes.period = 1;
   const auto notes = [&] {
-    const ImportReport report = import_detection_tables(options, log());
-    return std::count_if(report.notes.begin(), report.notes.end(), [](const std::string& note) {
-      return note.find("cut off?") != std::string::npos;
-    });
+    return count_notes(import_detection_tables(options, log()), "cut off?");
   };
   options.detections = write("det.txt", "0,1,300,200,20,40,0.9\n1,1,300,200,20,40,0.9\n");
   EXPECT_EQ(notes(), 0);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -50,6 +51,16 @@ class ImportTest : public ScratchFolder {
 
   static const CObservationClassedBearingRange& seen(const LogStep& step) {
     return dynamic_cast<const CObservationClassedBearingRange&>(*step.observations.at(0));
+  }
+
+  /// Number of remarks that hold `part`.
+  static std::ptrdiff_t count_notes(const ImportReport& report, const std::string& part) {
+    return std::count_if(report.notes.begin(), report.notes.end(), [&](const std::string& note) {
+      return note.find(part) != std::string::npos;
+    });
+  }
+  static bool tells(const ImportReport& report, const std::string& part) {
+    return count_notes(report, part) > 0;
   }
 
   /// Expects an Error whose text holds `part`, and no log.

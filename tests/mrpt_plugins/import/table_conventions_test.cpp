@@ -20,11 +20,6 @@ class TableConventions : public ImportTest {
     options.detections = write("detections.csv", detections);
     return import_detection_tables(options, log());
   }
-  static bool tells(const ImportReport& report, const std::string& part) {
-    return std::any_of(report.notes.begin(), report.notes.end(), [&](const std::string& note) {
-      return note.find(part) != std::string::npos;
-    });
-  }
 };
 
 const char* const kDetections = "time,range,yaw\n0.5,3,0.1\n1.5,4,-0.2\n";
