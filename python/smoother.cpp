@@ -32,6 +32,8 @@ void bind_reports(py::module_& m) {
           "flips", [](const UpdateReport& r) { return r.flips; },
           "Discrete variables whose value changed.")
       .def_property_readonly("rounds", [](const UpdateReport& r) { return r.rounds; })
+      .def_readonly("open", &UpdateReport::open,
+                    "By how much linear models are off that the next update makes again.")
       .def_property_readonly("exact", [](const UpdateReport& r) { return r.exact; })
       .def_property_readonly("objective_before",
                              [](const UpdateReport& r) { return r.objective_before; })

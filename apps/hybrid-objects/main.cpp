@@ -34,7 +34,7 @@ std::string name_of(const std::filesystem::path& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-int run(const std::vector<std::string>& folders, const std::string& output,
+int run(const std::vector<std::string>& folders, bool measured, const std::string& output,
         hybrid::Provenance provenance) {
   std::vector<hybrid::ObjectReport> reports;
   std::set<std::string> names;
@@ -42,12 +42,13 @@ int run(const std::vector<std::string>& folders, const std::string& output,
     if (!names.insert(name_of(folder)).second) {
       throw hybrid::Error(folder + ": another sequence has the same name; run them one by one");
     }
-    reports.push_back(hybrid::solve_sequence(name_of(folder), folder));
+    reports.push_back(hybrid::solve_sequence(name_of(folder), folder, measured));
     hybrid::add_sequence(folder, provenance);
   }
   hybrid::warn_of_inputs(provenance);
   const int code = hybrid::write_reports(reports, output, provenance);
-  hybrid::say("{}-> {}\n", hybrid::comparison_table(reports), output);
+  hybrid::say("{}{}-> {}\n", hybrid::noise_lines(reports), hybrid::comparison_table(reports),
+              output);
   return code;
 }
 
@@ -62,9 +63,16 @@ int main(int argc, char** argv) {
     app.add_option("sequences", folders, "folders of detections")
         ->type_name("SEQUENCE")
         ->required();
+    std::string noise = "measured";
+    app.add_option(
+           "--noise", noise,
+           "measured: from pairs of frames, where they tell it; stated: 0.1 mm and 0.1 mrad "
+           "a frame, 1 cm and 0.03 rad a detection")
+        ->check(CLI::IsMember({"measured", "stated"}))
+        ->capture_default_str();
     hybrid::add_output_folder(app, output);
     int exit_code = hybrid::kExitOk;
     if (!hybrid::parse_command_line(app, argc, argv, exit_code)) return exit_code;
-    return run(folders, output, hybrid::provenance_of(argc, argv));
+    return run(folders, noise == "measured", output, hybrid::provenance_of(argc, argv));
   });
 }

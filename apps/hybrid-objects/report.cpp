@@ -67,11 +67,37 @@ std::string trajectory_tum(const ObjectReport& report) {
   return text;
 }
 
+/// One row for each kind of noise: stated, measured (null where it was not) and used.
+Json noise_json(const ObjectReport& report) {
+  Json rows = Json::array();
+  const auto add = [&](const std::string& of, const char* kind, const char* unit, bool measured,
+                       double stated, double used) {
+    Json row = {{"of", of}, {"kind", kind}, {"unit", unit}, {"stated", stated}};
+    row["measured"] = measured ? Json(used) : Json(nullptr);
+    row["used"] = used;
+    rows.push_back(row);
+  };
+  const ObjectNoise &stated = report.stated, &used = report.noise;
+  add("odometry", "translation", "m", used.odometry_measured, stated.step_m, used.step_m);
+  add("odometry", "rotation", "rad", used.odometry_measured, stated.step_rad, used.step_rad);
+  for (std::size_t k = 0; k < used.sightings.size(); ++k) {
+    const std::string& name = report.sequence.objects[k].name;
+    const SightingNoise &was = stated.sightings[k], &is = used.sightings[k];
+    const bool measured = used.sightings_measured[k];
+    add(name, "across", "m", measured, was.across_m, is.across_m);
+    add(name, "along", "m", measured, was.along_m, is.along_m);
+    add(name, "angle", "rad", measured, was.angle_rad, is.angle_rad);
+    add(name, "repetitions", "", measured, was.repetitions, is.repetitions);
+  }
+  return rows;
+}
+
 Json summary_json(const ObjectReport& report) {
   Json json;
   json["sequence"] = report.name;
   json["frames"] = report.sequence.times.size();
   json["detections"] = report.problem.closures.size();
+  json["noise"] = noise_json(report);
   for (const ObjectReport::Answer& answer : report.answers) {
     Json entry;
     entry["method"] = answer.result.method;
@@ -167,17 +193,19 @@ PlotSpec picture(const ObjectReport& report) {
 
 }  // namespace
 
-ObjectReport solve_sequence(const std::string& name, const std::string& folder) {
+ObjectReport solve_sequence(const std::string& name, const std::string& folder, bool measured) {
   ObjectReport report;
   report.name = name;
   report.sequence = read_object_sequence(folder);
-  report.problem = object_problem(report.sequence);
+  report.stated = stated_noise(report.sequence);
+  report.noise = measured ? measure_noise(report.sequence, report.stated) : report.stated;
+  report.problem = object_problem(report.sequence, report.noise);
   RobustResult start;
   start.method = "start";
   start.values = report.problem.initial;
-  std::vector<RobustResult> results = {start, solve_objects(report.problem),
-                                       solve_objects(report.problem, Loss::huber()),
-                                       solve_objects(report.problem, Loss::cauchy())};
+  std::vector<RobustResult> results = {
+      start, count_repetitions(report.sequence, report.noise, solve_objects(report.problem)),
+      solve_objects(report.problem, Loss::huber()), solve_objects(report.problem, Loss::cauchy())};
   for (RobustResult& result : results) {
     ObjectReport::Answer answer;
     if (!report.sequence.truth.empty()) {
@@ -204,6 +232,24 @@ std::string comparison_table(const std::vector<ObjectReport>& reports) {
     }
   }
   return table;
+}
+
+std::string noise_lines(const std::vector<ObjectReport>& reports) {
+  std::string text;
+  for (const ObjectReport& report : reports) {
+    const ObjectNoise& noise = report.noise;
+    text += fmt::format("{}: odometry {:.2g} m, {:.2g} rad a frame ({})", report.name, noise.step_m,
+                        noise.step_rad, noise.odometry_measured ? "measured" : "stated");
+    for (std::size_t k = 0; k < noise.sightings.size(); ++k) {
+      const SightingNoise& s = noise.sightings[k];
+      text += fmt::format(
+          "; {} {:.2g} m across, {:.2g} m along, {:.2g} rad, {:.3g} times repeated ({})",
+          report.sequence.objects[k].name, s.across_m, s.along_m, s.angle_rad, s.repetitions,
+          noise.sightings_measured[k] ? "measured" : "stated");
+    }
+    text += "\n";
+  }
+  return text;
 }
 
 void add_sequence(const std::string& folder, Provenance& provenance) {

@@ -21,15 +21,20 @@ struct ObjectReport {
   };
   std::string name;
   ObjectSequence sequence;
+  ObjectNoise stated, noise;  ///< and what is used
   RobustProblem problem;
   std::vector<Answer> answers;
 };
 
-/// Reads and solves a sequence by all methods. Throws Error for bad input.
-ObjectReport solve_sequence(const std::string& name, const std::string& folder);
+/// Reads and solves a sequence by all methods, with its noise as it is measured or as it is stated.
+/// Throws Error for bad input.
+ObjectReport solve_sequence(const std::string& name, const std::string& folder, bool measured);
 
 /// Errors by sequence and method, as a text table.
 std::string comparison_table(const std::vector<ObjectReport>& reports);
+
+/// What was measured of the noise of each sequence, one line for each.
+std::string noise_lines(const std::vector<ObjectReport>& reports);
 
 /// Adds the files of a sequence to the inputs.
 void add_sequence(const std::string& folder, Provenance& provenance);

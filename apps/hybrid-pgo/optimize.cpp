@@ -13,6 +13,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-pgo/certify.h"
+#include "apps/hybrid-pgo/noise.h"
 #include "apps/hybrid-pgo/outputs.h"
 #include "apps/hybrid-pgo/robust.h"
 #include "apps/hybrid-pgo/solution.h"
@@ -56,6 +57,8 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
     if (!loop.checkable && loop.decision == "accepted") ++summary.unchecked;
   }
   summary.health = closure_health(judged);
+  summary.noise = graph_noise(input, solution, loops);
+  for (HealthEntry& entry : noise_health(summary.noise)) summary.health.push_back(std::move(entry));
   summary.hypotheses = solution.hypotheses.size();
   for (std::size_t k = 0; k < solution.hypotheses.size(); ++k) {
     if (solution.hypotheses[k] == input.first_hypotheses[k]) ++summary.first_hypotheses;

@@ -8,12 +8,14 @@
 #include <cmath>
 #include <utility>
 
+#include "libhybrid/core/detail/quantile.h"
+
 namespace hybrid {
 namespace {
 
 constexpr int kMaxSteps = 30;
 constexpr double kSmallStep = 1e-5;  // m
-constexpr double kSamePlace = 0.3;   // of max_sigma, distance below which places are one
+constexpr double kSamePlace = 0.3;   // of max_sigma: nearer than this, places are one
 constexpr double kForgotten = 1e-8;  // probability below which a place is given up
 /// Before any measurement a landmark may be anywhere within some kilometres.
 constexpr double kPriorInformation = 1e-6;  // 1 / m^2
@@ -86,6 +88,13 @@ void refine_place(GaussianSumInitializer::Place& place,
   place.covariance = at.information.inverse();
   place.cost = at.cost + 0.5 * std::log(at.information.determinant());
   place.explained = at.explained;
+  std::vector<double> distances;
+  for (const GaussianSumInitializer::Measurement& measurement : measurements) {
+    const Eigen::Map<const Eigen::VectorXd> seen_from(pose(measurement.trial->keys()[0]),
+                                                      place.point.size());
+    distances.push_back((place.point - seen_from).norm());
+  }
+  place.distance = median(std::move(distances));
 }
 
 }  // namespace
@@ -121,12 +130,11 @@ void GaussianSumInitializer::refine(const std::function<const double*(Key)>& pos
   for (Place& place : places_) refine_place(place, measurements_, pose, options.outlier_share);
   std::sort(places_.begin(), places_.end(),
             [](const Place& a, const Place& b) { return a.cost < b.cost; });
-  const double same = kSamePlace * options.max_sigma;
   std::vector<Place> distinct;
   double sum = 0;
   for (Place& place : places_) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Place& p) {
-      return (p.point - place.point).norm() < same;
+      return (p.point - place.point).norm() < kSamePlace * options.max_sigma * p.distance;
     });
     if (known) continue;
     place.probability = std::exp(places_.front().cost - place.cost);
@@ -138,20 +146,24 @@ void GaussianSumInitializer::refine(const std::function<const double*(Key)>& pos
   places_ = std::move(distinct);
 }
 
-std::optional<Eigen::VectorXd> GaussianSumInitializer::decided(const BankOptions& options) const {
+const char* GaussianSumInitializer::undecided(const BankOptions& options) const {
   if (measurements_.size() < static_cast<std::size_t>(options.min_measurements) ||
       places_.front().covariance.size() == 0) {
-    return std::nullopt;
+    return "it was seen too few times";
   }
   const Place& best = places_.front();
   const double worst =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(best.covariance, Eigen::EigenvaluesOnly)
           .eigenvalues()
           .maxCoeff();
-  if (best.probability < options.dominance || worst > options.max_sigma * options.max_sigma) {
-    return std::nullopt;
-  }
-  return best.point;
+  if (best.probability < options.dominance) return "it may be in several places";
+  const double most = options.max_sigma * best.distance;
+  return worst > most * most ? "its place is not known well enough" : nullptr;
+}
+
+std::optional<Eigen::VectorXd> GaussianSumInitializer::decided(const BankOptions& options) const {
+  if (undecided(options) != nullptr) return std::nullopt;
+  return places_.front().point;
 }
 
 std::vector<Eigen::VectorXd> ring_places(const Eigen::VectorXd& center, double radius, int count) {

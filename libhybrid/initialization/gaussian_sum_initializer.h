@@ -16,8 +16,10 @@ namespace HYBRID_API hybrid {
 
 /// When a landmark that no single measurement places is taken into the map.
 struct BankOptions {
-  double dominance = 0.999;     ///< Least probability of the best place.
-  double max_sigma = 1.0;       ///< Largest standard deviation of its place in any direction [m].
+  double dominance = 0.999;  ///< Least probability of the best place.
+  /// Largest standard deviation of its place in any direction, as a share of how far away it was
+  /// seen: a model that is linear about the place holds no further.
+  double max_sigma = 0.2;
   int min_measurements = 5;     ///< Before any decision.
   int max_measurements = 200;   ///< Kept while undecided; further ones replace the oldest.
   double outlier_share = 0.02;  ///< Of measurements, which then say nothing.
@@ -54,6 +56,8 @@ class GaussianSumInitializer {
 
   /// The place that dominates, if one does.
   std::optional<Eigen::VectorXd> decided(const BankOptions& options) const;
+  /// Why none does, for a person; null if one does.
+  const char* undecided(const BankOptions& options) const;
 
   /// All measurements, to be put into the graph once the landmark is placed.
   const std::vector<Measurement>& measurements() const { return measurements_; }
@@ -63,6 +67,7 @@ class GaussianSumInitializer {
     Eigen::MatrixXd covariance;
     double cost = 0;       ///< -log evidence, up to a constant common to all places
     double explained = 0;  ///< expected number of right measurements
+    double distance = 0;   ///< from where it was seen, in the middle [m]
     double probability = 0;
   };
   /// Most probable first, after refine().

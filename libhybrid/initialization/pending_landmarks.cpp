@@ -28,6 +28,7 @@ void PendingLandmarks::add(std::int64_t id, GaussianSumInitializer::Measurement 
     it->second.initializer.add_candidates(candidates());
   it->second.initializer.add(std::move(measurement), options);
   it->second.last_measured = calls_;
+  ++it->second.measured;
   touched_.insert(id);
 }
 
@@ -46,6 +47,15 @@ std::vector<PlacedLandmark> PendingLandmarks::place(const KeyframeView& frame, c
   touched_.clear();
   ++calls_;
   return placed;
+}
+
+std::map<std::string, int> PendingLandmarks::unplaced(const BankOptions& options) const {
+  std::map<std::string, int> counts;
+  for (const auto& [id, landmark] : unplaced_) {
+    const char* why = landmark.initializer.undecided(options);
+    counts[why == nullptr ? "it was to be placed next" : why] += landmark.measured;
+  }
+  return counts;
 }
 
 bool PendingLandmarks::measured_lately(std::size_t calls) const {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "libhybrid/initialization/gaussian_sum_initializer.h"
@@ -34,6 +35,9 @@ class PendingLandmarks {
   std::vector<PlacedLandmark> place(const KeyframeView& frame, const MapView& map,
                                     const BankOptions& options);
 
+  /// How many measurements are of landmarks that have no place, by the reason.
+  std::map<std::string, int> unplaced(const BankOptions& options) const;
+
   /// Whether one of them was measured within the last `calls` calls of `place`.
   bool measured_lately(std::size_t calls) const;
 
@@ -41,6 +45,7 @@ class PendingLandmarks {
   struct Unplaced {
     GaussianSumInitializer initializer;
     std::size_t last_measured = 0;  // before which call of `place`
+    int measured = 0;               // how many times
   };
 
   std::map<std::int64_t, Unplaced> unplaced_;

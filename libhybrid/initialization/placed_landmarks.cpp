@@ -8,6 +8,12 @@
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
+namespace {
+
+constexpr double kMore = 1.1;  // times the measurements before other places are tried again
+constexpr int kDirections2 = 24, kDirections3 = 96;
+
+}  // namespace
 
 void PlacedLandmarks::place(PlacedLandmark landmark, std::optional<std::size_t> class_prior) {
   change_.placed.emplace_back(std::move(landmark), class_prior);
@@ -42,8 +48,8 @@ void PlacedLandmarks::refused() {
 }
 
 /// Whether more than half of the latest measurements, as many as an initialiser holds, are false.
-bool PlacedLandmarks::is_misplaced(const Placed& landmark, const Assignment& assignment,
-                                   const BankOptions& options) {
+bool PlacedLandmarks::is_doubtful(const Placed& landmark, const Assignment& assignment,
+                                  const BankOptions& options) {
   const std::vector<Taken>& all = landmark.measurements;
   const auto count = std::min(all.size(), static_cast<std::size_t>(options.max_measurements));
   if (count < static_cast<std::size_t>(options.min_measurements)) return false;
@@ -52,6 +58,41 @@ bool PlacedLandmarks::is_misplaced(const Placed& landmark, const Assignment& ass
         return assignment.contains(t.choice) && assignment.at(t.choice) != 0;
       });
   return 2 * static_cast<std::size_t>(wrong) > count;
+}
+
+/// Whether another place surely explains the latest measurements better than `point`. Places in all
+/// directions from the newest pose, at half, once and twice the distance, are tried.
+bool PlacedLandmarks::is_elsewhere(const Eigen::VectorXd& point, const Placed& landmark,
+                                   const MapView& map, const BankOptions& options) {
+  const auto pose = [&](Key key) { return map.values.data(key); };
+  const std::vector<Taken>& all = landmark.measurements;
+  const Eigen::VectorXd newest = Eigen::Map<const Eigen::VectorXd>(
+      pose(all.back().measurement.real->keys().front()), point.size());
+  GaussianSumInitializer bank({point});
+  for (const double factor : {0.5, 1.0, 2.0}) {
+    bank.add_candidates(ring_places(newest, factor * (point - newest).norm(),
+                                    point.size() == 3 ? kDirections3 : kDirections2));
+  }
+  const auto count = std::min(all.size(), static_cast<std::size_t>(options.max_measurements));
+  for (auto it = all.end() - static_cast<std::ptrdiff_t>(count); it != all.end(); ++it) {
+    bank.add(it->measurement, options);
+  }
+  bank.refine(pose, options);
+  const std::optional<Eigen::VectorXd> place = bank.decided(options);
+  return place && (*place - point).norm() > options.max_sigma * bank.places().front().distance;
+}
+
+/// Other places are tried each time that there are a tenth more measurements: while something
+/// stands between, measurements are false for long, and no place explains them.
+bool PlacedLandmarks::is_misplaced(std::int64_t id, Placed& landmark, const MapView& map,
+                                   const BankOptions& options) {
+  const std::size_t count = landmark.measurements.size();
+  if (static_cast<double>(count) < kMore * static_cast<double>(landmark.asked)) return false;
+  if (!is_doubtful(landmark, map.assignment, options)) return false;
+  landmark.asked = count;
+  const Eigen::VectorXd point =
+      Eigen::Map<const Eigen::VectorXd>(map.values.data(position_key(id)), map.is_3d ? 3 : 2);
+  return is_elsewhere(point, landmark, map, options);
 }
 
 Contribution PlacedLandmarks::take_out(const MapView& map, const BankOptions& options,
@@ -71,7 +112,7 @@ Contribution PlacedLandmarks::take_out(const MapView& map, const BankOptions& op
       placed_.erase(it);  // what has left the graph stays as it is
       continue;
     }
-    if (!is_misplaced(it->second, map.assignment, options)) continue;
+    if (!is_misplaced(id, it->second, map, options)) continue;
     if (may_leave && !may_leave(id)) continue;
     std::vector<Measurement>& measurements = restarts_[id];
     for (const Taken& taken : own) {

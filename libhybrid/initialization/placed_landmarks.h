@@ -19,8 +19,9 @@ namespace HYBRID_API hybrid {
 
 /// Landmarks that were placed from measurements none of which places them alone, with these
 /// measurements. Each measurement is a hybrid factor over a choice, whose value is 0 where it is
-/// right. A landmark most of whose latest measurements are false is misplaced: it is taken out of
-/// the map, to be placed again from its measurements.
+/// right. A landmark most of whose latest measurements are false, and
+/// whose measurements another place explains, is misplaced: it is taken out of the map, to be
+/// placed again from its measurements.
 class PlacedLandmarks {
  public:
   using Measurement = GaussianSumInitializer::Measurement;
@@ -56,6 +57,7 @@ class PlacedLandmarks {
   struct Placed {
     std::vector<Taken> measurements;
     std::optional<Handle> class_prior;
+    std::size_t asked = 0;  // how many measurements there were when other places were tried
   };
   /// What the last contribution changes, until it is applied or refused.
   struct Change {
@@ -69,7 +71,11 @@ class PlacedLandmarks {
     std::map<std::int64_t, Placed> taken_out;
   };
 
-  static bool is_misplaced(const Placed& landmark, const Assignment& assignment,
+  static bool is_doubtful(const Placed& landmark, const Assignment& assignment,
+                          const BankOptions& options);
+  static bool is_elsewhere(const Eigen::VectorXd& point, const Placed& landmark, const MapView& map,
+                           const BankOptions& options);
+  static bool is_misplaced(std::int64_t id, Placed& landmark, const MapView& map,
                            const BankOptions& options);
 
   std::map<std::int64_t, Placed> placed_;

@@ -7,41 +7,45 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "libhybrid/baselines/alternation.h"
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/closures/kernel.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostStarts = 200;  // sightings of an object that are tried as its pose
 
-Noise noise(double metres, double radians) {
+constexpr double kUnknown = 1e3;  // standard deviation of what is not known [m], [rad]
+
+Noise isotropic(double metres, double radians) {
   SE3::Tangent sigmas;
   sigmas << metres, metres, metres, radians, radians, radians;
   return Noise::diagonal(sigmas);
 }
 
 /// The sum of squared whitened errors of an object pose, none above `most`.
-double truncated_sum(const std::vector<SE3>& seen, const SE3& object, const Noise& sighting,
-                     double most) {
+double truncated_sum(const std::vector<SE3>& seen, const std::vector<Noise>& noise,
+                     const SE3& object, double most) {
   double sum = 0.0;
-  for (const SE3& other : seen) {
+  for (std::size_t i = 0; i < seen.size(); ++i) {
     sum +=
-        std::min(most, (sighting.sqrt_information() * other.between(object).log()).squaredNorm());
+        std::min(most, (noise[i].sqrt_information() * seen[i].between(object).log()).squaredNorm());
   }
   return sum;
 }
 
-SE3 consensus(const std::vector<SE3>& seen, const Noise& sighting, double most) {
+SE3 consensus(const std::vector<SE3>& seen, const std::vector<Noise>& noise, double most) {
   const std::size_t stride = 1 + (seen.size() - 1) / kMostStarts;
   SE3 best = seen.front();
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < seen.size(); i += stride) {
-    const double sum = truncated_sum(seen, seen[i], sighting, most);
+    const double sum = truncated_sum(seen, noise, seen[i], most);
     if (sum < least) {
       least = sum;
       best = seen[i];
@@ -50,12 +54,9 @@ SE3 consensus(const std::vector<SE3>& seen, const Noise& sighting, double most) 
   return best;
 }
 
-}  // namespace
-
-RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOptions& options) {
-  RobustProblem problem;
-  const Noise step = noise(options.step_m, options.step_rad);
-  const Noise sighting = noise(options.sighting_m, options.sighting_rad);
+/// A prior on the first camera pose, and odometry.
+void add_path(const ObjectSequence& sequence, const ObjectNoise& noise, RobustProblem& problem) {
+  const Noise step = isotropic(noise.step_m, noise.step_rad);
   const std::vector<SE3>& path = sequence.odometry;
   for (std::size_t i = 0; i < path.size(); ++i) {
     problem.initial.insert(camera_key(i), path[i]);
@@ -66,26 +67,96 @@ RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOpti
                                                                path[i - 1].between(path[i]), step));
     }
   }
+}
+
+}  // namespace
+
+ObjectNoise stated_noise(const ObjectSequence& sequence, const ObjectMapOptions& options) {
+  isotropic(options.sighting_m, options.sighting_rad);  // throws where they are not positive
+  isotropic(options.step_m, options.step_rad);
+  ObjectNoise noise;
+  noise.step_m = options.step_m;
+  noise.step_rad = options.step_rad;
+  noise.sightings.assign(sequence.objects.size(),
+                         {options.sighting_m, options.sighting_m, options.sighting_rad, 1.0});
+  noise.sightings_measured.assign(sequence.objects.size(), false);
+  return noise;
+}
+
+RobustProblem object_problem(const ObjectSequence& sequence, const ObjectNoise& noise,
+                             const ObjectMapOptions& options) {
+  RobustProblem problem;
+  add_path(sequence, noise, problem);
   const double most = 6.0 * std::log(options.mixture.outlier_variance);
   for (std::size_t k = 0; k < sequence.objects.size(); ++k) {
     std::vector<SE3> seen;
-    for (std::size_t i = 0; i < path.size(); ++i) {
+    std::vector<Noise> noises;
+    for (std::size_t i = 0; i < sequence.odometry.size(); ++i) {
       const std::optional<SE3>& z = sequence.objects[k].sightings[i];
       if (!z) continue;
-      seen.push_back(path[i] * *z);
+      seen.push_back(sequence.odometry[i] * *z);
+      noises.push_back(noise.sightings[k].of(*z));
       problem.closures.push_back(
-          std::make_shared<Between<SE3>>(camera_key(i), object_key(k), *z, sighting));
+          std::make_shared<Between<SE3>>(camera_key(i), object_key(k), *z, noises.back()));
     }
-    if (!seen.empty()) problem.initial.insert(object_key(k), consensus(seen, sighting, most));
+    if (!seen.empty()) problem.initial.insert(object_key(k), consensus(seen, noises, most));
   }
   return problem;
+}
+
+RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOptions& options) {
+  return object_problem(sequence, stated_noise(sequence, options), options);
 }
 
 RobustResult solve_objects(const RobustProblem& problem, const ObjectMapOptions& options) {
   AlternationOptions alternation;
   alternation.mixture = options.mixture;
   RobustResult result = solve_alternating(problem, alternation);
+  for (const Loss& loss : {Loss::huber(), Loss::cauchy()}) {
+    RobustProblem elsewhere = problem;
+    const RobustResult start = solve_objects(problem, loss, options);
+    elsewhere.initial = start.values;
+    RobustResult other = solve_alternating(elsewhere, alternation);
+    other.seconds += result.seconds + start.seconds;
+    other.iterations += result.iterations + start.iterations;
+    if (other.objective < result.objective) {
+      result = std::move(other);
+    } else {
+      result.seconds = other.seconds;
+      result.iterations = other.iterations;
+    }
+  }
   result.method = "switches";
+  return result;
+}
+
+RobustResult count_repetitions(const ObjectSequence& sequence, const ObjectNoise& noise,
+                               const RobustResult& decided) {
+  RobustProblem path;
+  add_path(sequence, noise, path);
+  HybridGraph graph;
+  for (const ContinuousFactorPtr& factor : path.trusted) graph.add(factor);
+  std::size_t sighting = 0;
+  for (std::size_t k = 0; k < sequence.objects.size(); ++k) {
+    for (std::size_t i = 0; i < sequence.odometry.size(); ++i) {
+      const std::optional<SE3>& z = sequence.objects[k].sightings[i];
+      if (!z || !decided.verdicts[sighting++].accepted) continue;
+      const Noise repeated = noise.sightings[k].of(*z).inflated(noise.sightings[k].repetitions);
+      graph.add(std::make_shared<Between<SE3>>(camera_key(i), object_key(k), *z, repeated));
+    }
+  }
+  // An object without any sighting that is true keeps the pose that it has.
+  for (std::size_t k = 0; k < sequence.objects.size(); ++k) {
+    if (!decided.values.contains(object_key(k))) continue;
+    graph.add(std::make_shared<Prior<SE3>>(object_key(k), decided.values.at<SE3>(object_key(k)),
+                                           isotropic(kUnknown, kUnknown)));
+  }
+  const SolverResult solved = levenberg_marquardt(graph, {decided.values, {}});
+  RobustResult result = decided;
+  result.values = solved.values;
+  result.seconds += solved.report.seconds;
+  result.iterations += solved.report.iterations;
+  result.converged = decided.converged && solved.report.status == SolverStatus::kConverged;
   return result;
 }
 
@@ -111,7 +182,7 @@ std::optional<SE3> true_pose(const ObjectSequence& sequence, const ObjectTrack& 
     if (track.truth[i]) poses.push_back(sequence.truth[i] * *track.truth[i]);
   }
   if (poses.empty()) return std::nullopt;
-  return consensus(poses, noise(0.01, 0.02), 100.0);
+  return consensus(poses, std::vector<Noise>(poses.size(), isotropic(0.01, 0.02)), 100.0);
 }
 
 }  // namespace

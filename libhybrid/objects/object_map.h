@@ -7,12 +7,13 @@
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/objects/object_noise.h"
 #include "libhybrid/objects/object_sightings.h"
 
 namespace HYBRID_API hybrid {
 
-/// Noise of the measurements of an ObjectSequence, standard deviations per axis.
 struct ObjectMapOptions {
+  /// What is stated of the noise of an ObjectSequence, standard deviations per axis.
   double step_m = 0.0001;  ///< odometry, from frame to frame
   double step_rad = 0.0001;
   double sighting_m = 0.01;  ///< a true sighting
@@ -32,20 +33,31 @@ inline Key object_key(std::size_t object) {
   return {key_letter::kObject, object};
 }
 
+/// The noise that the options state. Throws Error for deviations that are not positive.
+ObjectNoise stated_noise(const ObjectSequence& sequence, const ObjectMapOptions& options = {});
+
 /// Objects as landmarks in SE(3): odometry and a prior on the first camera pose are trusted, every
 /// sighting is a candidate, object by object in the order of frames. The initial pose of an object
 /// is the one of its sightings, by the odometry, that agrees best with all others under the
-/// mixture. Objects without a sighting are left out. Throws Error for deviations that are not
-/// positive.
+/// mixture. Objects without a sighting are left out.
+RobustProblem object_problem(const ObjectSequence& sequence, const ObjectNoise& noise,
+                             const ObjectMapOptions& options = {});
+/// With the noise that the options state.
 RobustProblem object_problem(const ObjectSequence& sequence, const ObjectMapOptions& options = {});
 
-/// Alternating minimisation over poses, objects and the switch of each sighting.
+/// Alternating minimisation over poses, objects and the switch of each sighting: from the initial
+/// values and from those that the kernels of Huber and Cauchy lead to; the lowest objective counts.
 RobustResult solve_objects(const RobustProblem& problem, const ObjectMapOptions& options = {});
 
 /// For comparison: all sightings under a robust kernel instead of switches, from the same initial
 /// values.
 RobustResult solve_objects(const RobustProblem& problem, const Loss& loss,
                            const ObjectMapOptions& options = {});
+
+/// The path and the objects once more, with the decisions of `decided` about each sighting, each
+/// object's sightings counting as many times less as they repeat each other.
+RobustResult count_repetitions(const ObjectSequence& sequence, const ObjectNoise& noise,
+                               const RobustResult& decided);
 
 /// Root mean square error of the camera positions after the best rigid alignment, and the errors of
 /// each object in the aligned frame; NaN for an object left out or without truth.

@@ -164,8 +164,10 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
 /// undone.
 void IncrementalSmoother::choose_moved() {
   moved_.clear();
+  open_ = 0.0;
   for (const auto& [error, t] : errors_) {
     if (error <= leeway_.relinearize || t >= terms_.count() || !terms_[t].alive) continue;
+    open_ += error;
     moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
   }
   sort_unique(moved_);

@@ -84,13 +84,28 @@ UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leewa
   });
 }
 
-/// Alternates until nothing flips, or for the rounds that an update may take.
+/// Alternates until nothing flips and linear models are off by little in all, or for the rounds
+/// that an update may take: a large innovation outruns the models of many factors at once.
 void IncrementalSmoother::alternate(UpdateReport& report) {
-  continuous_step(report);
-  while (report.status == UpdateReport::Status::kOk && discrete_step(report) &&
-         take_flips(report) && report.rounds < options_.rounds) {
+  for (bool goes_on = true; goes_on;) {
     continuous_step(report);
+    if (report.status != UpdateReport::Status::kOk) return;
+    goes_on = discrete_step(report) && take_flips(report);
+    if (report.rounds >= options_.rounds) break;
+    if (!goes_on && open_ > leeway_.minor) goes_on = renew_models(report);
   }
+  report.open = open_;
+}
+
+/// Makes those linear models again that are off. Returns whether there were any.
+bool IncrementalSmoother::renew_models(UpdateReport& report) {
+  if (moved_.empty()) return false;
+  std::vector<int> moved;
+  moved.swap(moved_);
+  move_linearization(moved, report);
+  if (eliminate(report)) return true;
+  report.status = UpdateReport::Status::kOk;
+  return false;
 }
 
 UpdateReport IncrementalSmoother::settle(int max_updates) {

@@ -27,6 +27,8 @@ struct SmootherOptions {
   /// this.
   double wildfire = 1e-5;
   /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
+  /// There is a further one where something flipped, or where the linear models that are to be made
+  /// again are off by more than one unit of the objective in all.
   int rounds = 3;
   /// This many of the newest poses are kept near the root, where the next measurements touch the
   /// tree.
@@ -180,6 +182,7 @@ class IncrementalSmoother {
   template <class Change>
   UpdateReport all_or_nothing(const Change& change);
   void alternate(UpdateReport& report);
+  bool renew_models(UpdateReport& report);
   void list_changed(UpdateReport& report) const;
   bool eliminate(UpdateReport& report);
   bool discrete_step(UpdateReport& report);
@@ -248,6 +251,7 @@ class IncrementalSmoother {
   std::vector<Key> recent_;
   std::vector<Key> kept_last_;
   std::vector<int> moved_;  // slots to linearise again in the next update
+  double open_ = 0.0;       // by which the linear models of their factors are off
   std::vector<int> stale_;  // hybrid terms whose variables moved since their tables were made
   std::vector<int> last_;   // slots to eliminate last, as of the last update
 

@@ -53,6 +53,10 @@ struct UpdateReport : UpdateWork {
   std::string message;    ///< what is wrong and where, if anything is
   Key under_constrained;  ///< a variable that the factors do not determine, where singular
 
+  /// By how much linear models are off that the next update makes again, in units of the objective:
+  /// large where an update ended at its limit of rounds.
+  double open = 0.0;
+
   AddedHandles handles;            ///< of the factors that the update has added
   std::vector<double> objectives;  ///< after every half-step (eq. 10), never rising
   std::vector<Flip> flipped;       ///< the discrete variables that changed, by half-step
@@ -64,6 +68,7 @@ struct UpdateReport : UpdateWork {
     add(later);
     status = later.status;
     message = later.message;
+    open = later.open;
     under_constrained = later.under_constrained;
     for (Flip flip : later.flipped) {
       flip.half_step += objectives.size();

@@ -263,6 +263,7 @@ Json summary_json(const GraphSummary& s) {
   if (!s.note.empty()) out["note"] = s.note;
   if (s.variance_factor) out["variance_factor"] = *s.variance_factor;
   out["health"] = to_json(s.health);
+  for (const NoiseRecord& record : s.noise) out["noise"].push_back(to_json(record));
   for (const MemberSummary& member : s.members) {
     out["members"].push_back({{"method", member.method},
                               {"objective", member.objective},

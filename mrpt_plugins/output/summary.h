@@ -121,6 +121,7 @@ struct GraphSummary {
   std::string note;                  ///< left out when empty
   std::optional<double> variance_factor;  ///< of the measurements
   Health health;                          ///< what the run says about itself
+  std::vector<NoiseRecord> noise;         ///< of the kinds of measurements, factors of the stated
   std::vector<MemberSummary> members;
   std::string start;                 ///< initial values of the solver; left out when empty
   std::vector<StartSummary> starts;  ///< starts compared; left out if there are none

@@ -35,11 +35,11 @@ ContinuousFactorPtr range_factor(Key pose, Key beacon, double range, double sigm
                                                                Eigen::Vector2d(antenna.head<2>()));
 }
 
-/// Whether a sigma [m] is plausible for ranges up to `max_range`.
-bool is_plausible(double sigma, double max_range) {
-  constexpr double kLeast = 1e-6;
-  return sigma >= kLeast && sigma <= max_range;
-}
+constexpr double kLeastSigma = 1e-6;    // of a range [m]
+constexpr double kGreatestRange = 1e6;  // that can be meant [m]
+
+/// False ranges are anything up to so many times the typical range, their geometric mean.
+constexpr double kFalseReach = 4;
 
 /// Why a range is unusable, or null. An antenna on the robot is nearer than `max_range`.
 const char* fault(double range, const Eigen::Vector3d& antenna, double max_range) {
@@ -57,9 +57,8 @@ void BeaconRanges::configure(IniSection section) {
                        or_zero(kSigmaMetres));
   sigma_factor_ = section.get("sigma_factor", sigma_factor_,
                               "factor of the standard deviations of the log", kPositive);
-  max_range_ = section.get("max_range", max_range_,
-                           "longer ranges are dropped, false ones are anything up to it [m]",
-                           kPositiveLength);
+  max_range_ =
+      section.get("max_range", max_range_, "longer ranges are dropped [m]; 0: none is", kLength);
   section.replaces("circle_hypotheses", "circle_places");
   section.replaces("sphere_hypotheses", "sphere_places");
   circle_hypotheses_ = section.get("circle_hypotheses", circle_hypotheses_,
@@ -103,6 +102,10 @@ Contribution BeaconRanges::conclude(const MapView& map) {
     out.dropped["range dropped: its beacon is not known, and none has a place"] +=
         ambiguous_.size();
     ambiguous_.clear();
+  }
+  if (std::exchange(concluded_, true)) return out;
+  for (const auto& [why, count] : unplaced_.unplaced(bank_)) {
+    out.dropped["range not used: its beacon has no place, since " + why] += count;
   }
   return out;
 }
@@ -190,7 +193,8 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
                         const MapView& map, Contribution& out) {
   const double logged = observation.stdError;
   const double sigma = sigma_ > 0 ? sigma_ : sigma_factor_ * logged;
-  if (!is_plausible(sigma, max_range_)) {
+  const double most = max_range_ > 0 ? max_range_ : kGreatestRange;
+  if (!(sigma >= kLeastSigma && sigma <= most)) {
     out.dropped["range dropped: no sigma in the log that can be, nor in [BeaconRanges] sigma"] +=
         observation.sensedData.size();
     return;
@@ -199,9 +203,13 @@ void BeaconRanges::take(const CObservationBeaconRanges& observation, const Frame
     const auto& p = m.sensorLocationOnRobot;
     const Range range{frame.pose, m.sensedDistance, sigma, {p.x(), p.y(), p.z()},
                       frames_,    measurements_++};
-    if (const char* reason = fault(range.range, range.antenna, max_range_)) {
+    if (const char* reason = fault(range.range, range.antenna, most)) {
       ++out.dropped[reason];
-    } else if (m.beaconID < 0) {
+      continue;
+    }
+    log_ranges_ += std::log(range.range);
+    ++ranges_;
+    if (m.beaconID < 0) {
       ambiguous_.push_back(range);
     } else if (map.landmarks.find(m.beaconID) != nullptr) {
       add_known(m.beaconID, measurement_of(m.beaconID, range, map.is_3d),
@@ -231,7 +239,7 @@ PlacedLandmarks::Measurement BeaconRanges::measurement_of(std::int64_t id, const
   const double drifted = std::hypot(range.sigma, bank_.drift);
   return {range_factor(range.pose, beacon, range.range, drifted, range.antenna, is_3d),
           range_factor(range.pose, beacon, range.range, range.sigma, range.antenna, is_3d),
-          1 / max_range_};
+          1 / reach()};
 }
 
 /// Adds a range to a beacon that the sensor has named.
@@ -241,8 +249,13 @@ void BeaconRanges::add_known(std::int64_t id, const PlacedLandmarks::Measurement
   placed_.measure(id, measurement, choice, out.delta.hybrid.size() - 1);
 }
 
+/// How long a false range may be [m].
+double BeaconRanges::reach() const {
+  return kFalseReach * std::exp(log_ranges_ / static_cast<double>(ranges_));
+}
+
 /// Adds a range as a mixture over beacons and a false range, whose density is uniform up to the
-/// limit. Returns the discrete variable.
+/// reach. Returns the discrete variable.
 Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
                              const FrameValues& values, Contribution& out) {
   const DiscreteKey choice{Key(key_letter::kRangeChoice, choices_++),
@@ -251,7 +264,7 @@ Key BeaconRanges::add_choice(const std::vector<ContinuousFactorPtr>& hypotheses,
   const double weight = -std::log((1 - false_share) / static_cast<double>(hypotheses.size()));
   std::vector<MixtureComponent> components;
   for (const ContinuousFactorPtr& factor : hypotheses) components.push_back({factor, weight});
-  components.push_back({nullptr, -std::log(false_share / max_range_)});
+  components.push_back({nullptr, -std::log(false_share / reach())});
   std::size_t best = hypotheses.size();
   double least = components.back().constant;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {

@@ -59,6 +59,16 @@ Contribution BearingOnlyKnownIds::observe(const Frame& frame, const MapView& map
   return out;
 }
 
+Contribution BearingOnlyKnownIds::conclude(const MapView&) {
+  Contribution out;
+  placed_.begin();
+  if (std::exchange(concluded_, true)) return out;
+  for (const auto& [why, count] : unplaced_.unplaced(bank_)) {
+    out.dropped["detection not used: its landmark has no place, since " + why] += count;
+  }
+  return out;
+}
+
 void BearingOnlyKnownIds::take(const DetectionFrame& seen, const Detection& detection,
                                const Frame& frame, const MapView& map, Contribution& out) {
   const std::int64_t id = *detection.id;

@@ -105,7 +105,8 @@ BankOptions read_bank_options(IniSection& section) {
       section.get("dominance", o.dominance,
                   "a landmark is placed once its best place has this probability", {0.5, 1.0});
   o.max_sigma = section.get("max_sigma", o.max_sigma,
-                            "and is known to so many metres in every direction", kSigmaMetres);
+                            "and is known in every direction to this share of how far away it is",
+                            IniRange{1e-6, 10});
   o.min_measurements = section.get("min_measurements", o.min_measurements,
                                    "measurements before a decision", IniRange{1, 1e6});
   o.max_measurements = section.get("max_measurements", o.max_measurements,

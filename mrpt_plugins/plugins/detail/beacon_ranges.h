@@ -30,7 +30,7 @@ class BeaconRanges : public MappingPlugin {
   std::vector<std::string> uses() const override { return {"CObservationBeaconRanges"}; }
   void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
-  /// Adds the ranges that still wait.
+  /// Adds the ranges that still wait, and says what has no place.
   Contribution conclude(const MapView& map) override;
   void applied(const Outcome& outcome) override;
   void refused() override;
@@ -61,6 +61,7 @@ class BeaconRanges : public MappingPlugin {
   PlacedLandmarks::Measurement measurement_of(std::int64_t id, const Range& range,
                                               bool is_3d) const;
   void begin();
+  double reach() const;
   void add_known(std::int64_t id, const PlacedLandmarks::Measurement& measurement,
                  const FrameValues& values, Contribution& out);
   Key add_choice(const std::vector<ContinuousFactorPtr>& hypotheses, const FrameValues& values,
@@ -72,7 +73,7 @@ class BeaconRanges : public MappingPlugin {
 
   std::vector<std::string> sensors_;
   BankOptions bank_;
-  double sigma_ = 0, sigma_factor_ = 1, max_range_ = 100;
+  double sigma_ = 0, sigma_factor_ = 1, max_range_ = 0;
   int circle_hypotheses_ = 24, sphere_hypotheses_ = 96, delay_ = 10;
   PendingLandmarks unplaced_;
   PlacedLandmarks placed_;
@@ -85,6 +86,9 @@ class BeaconRanges : public MappingPlugin {
   std::size_t identified_before_ = 0;       // their number before it
   std::vector<Choice> taken_back_;          // that it removes, whose ranges wait again
   std::size_t measurements_ = 0;            // number of ranges of the present frame
+  double log_ranges_ = 0;                   // sum of the logarithms of all ranges [ln m]
+  std::size_t ranges_ = 0;                  // how many they are
+  bool concluded_ = false;                  // what has no place was said
 };
 
 }  // namespace hybrid

@@ -31,6 +31,8 @@ class BearingOnlyKnownIds : public MappingPlugin {
   }
   void adopt(const KnownMap& known, bool is_3d) override;
   Contribution observe(const Frame& frame, const MapView& map) override;
+  /// Says what has no place.
+  Contribution conclude(const MapView& map) override;
   void applied(const Outcome& outcome) override;
   void refused() override;
   Contribution revise(const MapView& map) override;
@@ -53,6 +55,7 @@ class BearingOnlyKnownIds : public MappingPlugin {
   PendingLandmarks unplaced_;
   PlacedLandmarks placed_;
   std::uint64_t choices_ = 0;  // discrete variables made so far
+  bool concluded_ = false;     // what has no place was said
 };
 
 }  // namespace hybrid

@@ -47,7 +47,7 @@ TEST(WindowConsistency, InSpace) {
   WalkOptions options;
   options.landmarks = 60;
   options.spread = 6.0;
-  expect_consistent<SE3>(options, 10, 60);
+  expect_consistent<SE3>(options, 40, 60);
 }
 
 }  // namespace

@@ -65,6 +65,43 @@ TEST(IncrementalSmoother, AFactorFarOutInItsRobustLossIsNotLinearisedAgainForNot
   EXPECT_EQ(again, 0);
 }
 
+/// By how much the objective falls when the smoother converges after a loop of forty poses has
+/// closed whose odometry turns too far.
+double left_after_a_loop(int rounds, double& open) {
+  SmootherOptions options;
+  options.rounds = rounds;
+  IncrementalSmoother smoother(options);
+  smoother.update(first_pose());
+  SE2 truth;
+  for (int k = 1; k <= 40; ++k) {
+    const SE2 motion(1.0, 0.0, 2.0 * M_PI / 40.0);
+    truth = truth * motion;
+    const SE2 measured(1.0, 0.0, motion.angle() + 0.02);
+    Delta delta;
+    delta.values.insert(pose(k), smoother.values().at<SE2>(pose(k - 1)) * measured);
+    delta.continuous.push_back(between(k - 1, k, measured, 0.05));
+    if (k == 40) delta.continuous.push_back(between(0, k, truth, 0.01));
+    const UpdateReport report = smoother.update(delta);
+    EXPECT_EQ(report.status, UpdateReport::Status::kOk) << report.message;
+    EXPECT_LE(report.rounds, k < 40 ? 1 : rounds);
+    open = report.open;
+  }
+  const double after = smoother.objective();
+  smoother.converge();
+  return after - smoother.objective();
+}
+
+/// The estimate after the update is that of the whole problem, not that of one linear model; what
+/// is left is reported.
+TEST(IncrementalSmoother, AnUpdateGoesOnAfterALargeInnovation) {
+  double open = 0.0;
+  EXPECT_LT(left_after_a_loop(10, open), 1.0);
+  EXPECT_LT(open, 1.0);
+  EXPECT_LT(left_after_a_loop(3, open), 1.0);
+  EXPECT_GT(left_after_a_loop(1, open), 10.0);
+  EXPECT_GT(open, 10.0);
+}
+
 TEST(IncrementalSmoother, EqualsBatchOnRandomGraphsThatGrowAndShrink) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -130,7 +130,8 @@ TEST(BeaconRanges, FalseRangesAreCountedOrFoundOut) {
     if (i % 7 == 3) ranges[1].sensedDistance += 15;
     if (i == 20) ranges[0].sensedDistance = 0;
     if (i == 21) ranges[0].sensedDistance = INFINITY;
-    if (i == 22) ranges[0].sensedDistance = 1e4F;
+    if (i == 22) ranges[0].sensedDistance = 1e7F;
+    if (i == 23) ranges[0].sensedDistance = 1e4F;
     mapper.add(keyframe);
   }
   mapper.finish();
@@ -138,6 +139,56 @@ TEST(BeaconRanges, FalseRangesAreCountedOrFoundOut) {
   for (const char* why :
        {"range dropped: not positive", "range dropped: not finite", "range dropped: above limit"}) {
     EXPECT_EQ(mapper.dropped().at(why), 1U) << why;
+  }
+}
+
+/// Something stands between the robot and a beacon for longer than an initialiser remembers: the
+/// ranges of that time are false, and none of them moves the beacon.
+TEST(BeaconRanges, ABeaconStaysWhileItsRangesAreLong) {
+  World world(false);
+  Mapper mapper = make_mapper("BeaconRanges", false);
+  for (int i = 0; i < 300; ++i) {
+    Keyframe keyframe = world.with_ranges(i, 0);
+    auto& ranges =
+        dynamic_cast<mrpt::obs::CObservationBeaconRanges&>(*keyframe.observations[0]).sensedData;
+    if (i >= 150 && i < 260) ranges[0].sensedDistance += 0.2F * static_cast<float>(270 - i);
+    mapper.add(keyframe);
+    ASSERT_TRUE(i <= 40 || mapper.landmarks().find(0) != nullptr) << "keyframe " << i;
+  }
+  mapper.finish();
+  expect_beacons(mapper.result(), world, 0.15);
+}
+
+TEST(BeaconRanges, WhatHasNoPlaceIsSaid) {
+  World world(false);
+  Mapper mapper = make_mapper("BeaconRanges", false);
+  for (int i = 0; i < 3; ++i) mapper.add(world.with_ranges(i, 0));
+  mapper.finish();
+  EXPECT_TRUE(mapper.result().landmarks.empty());
+  EXPECT_EQ(mapper.dropped().at(
+                "range not used: its beacon has no place, since it was seen too few times"),
+            3 * world.beacons.size());
+}
+
+/// A world ten times as large, with ranges of ten times the noise, comes to the same decisions.
+TEST(GaussianSumInitializer, DecidesAtAnyScale) {
+  for (const double scale : {0.1, 1.0, 100.0}) {
+    BankOptions options;
+    GaussianSumInitializer bank(ring_places(Eigen::Vector2d(0, 0), 5 * scale, 24));
+    Values poses;
+    const Eigen::Vector2d beacon(3 * scale, 4 * scale);
+    std::size_t decided_at = 0;
+    for (std::uint64_t i = 0; i < 12 && decided_at == 0; ++i) {
+      const Eigen::Vector2d at(0.4 * scale * static_cast<double>(i),
+                               0.05 * scale * static_cast<double>(i * i));
+      poses.insert(Key('x', i), SE2(at, SO2(0.0)));
+      const auto factor = std::make_shared<Range<SE2, Eigen::Vector2d>>(
+          Key('x', i), Key('l', 0), (beacon - at).norm(), Noise::isotropic(1, 0.03 * scale));
+      bank.add({factor, factor, 0.05 / scale}, options);
+      bank.refine([&](Key key) { return poses.data(key); }, options);
+      if (bank.decided(options)) decided_at = i + 1;
+    }
+    EXPECT_EQ(decided_at, 5u) << scale;
   }
 }
 

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "apps/hybrid-pgo/noise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/error.h"
+#include "libhybrid/marginals/continuous.h"
+#include "libhybrid/pose_graph/odometry_edges.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kMostFactors = 200;       // of a kind
+constexpr std::size_t kMostVariables = 100000;  // whose covariances take seconds
+constexpr double kLeastRedundancy = 10;
+constexpr double kSure = 0.999;  // probability at which a factor is not by chance
+constexpr double kDoubtful = 1.5, kBad = 2;
+/// Noise that is stated too large makes covariances too large, and no map wrong.
+constexpr double kDoubtfulExcess = 3;
+
+struct Kind {
+  const char* name;
+  std::vector<ContinuousFactorPtr> factors;
+};
+
+/// The factors in force, by kind; those of refused closures are left out.
+std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
+  std::vector<Kind> kinds = {{"odometry", {}}, {"closures", {}}, {"others", {}}};
+  const std::size_t edges = input.graph.poses2.size() + input.graph.poses3.size();
+  const OdometryEdges is_odometry(input.graph);
+  auto loop = loops.begin();
+  for (std::size_t f = 0; f < input.factors.size(); ++f) {
+    const ContinuousFactorPtr& factor = input.factors[f];
+    if (f >= edges) {
+      kinds[2].factors.push_back(factor);
+    } else if (is_odometry(factor->keys()[0], factor->keys()[1])) {
+      kinds[0].factors.push_back(factor);
+    } else if ((loop++)->in_force()) {
+      kinds[1].factors.push_back(factor);
+    }
+  }
+  return kinds;
+}
+
+/// Measures a kind, or says why it cannot be.
+void measure(const Kind& kind, const ContinuousMarginals& marginals, const Values& values,
+             NoiseRecord& record) {
+  double sum = 0, redundancy = 0;
+  const std::size_t every = kind.factors.size() / kMostFactors + 1;
+  for (std::size_t i = 0; i < kind.factors.size(); i += every) {
+    const ContinuousFactor& factor = *kind.factors[i];
+    Eigen::VectorXd r(factor.rows());
+    Eigen::MatrixXd J(factor.rows(), factor.cols());
+    factor.linearize(gather(factor.keys(), factor.types(), values).data(), r.data(), J.data());
+    try {
+      const Eigen::MatrixXd P = marginals.joint_covariance(factor.keys());
+      redundancy += std::max(0.0, factor.rows() - (J * P).cwiseProduct(J).sum());
+      sum += r.squaredNorm();
+    } catch (const Error&) {
+      // what is not determined says nothing
+    }
+  }
+  if (redundancy < kLeastRedundancy) {
+    record.why = "other measurements check it too little";
+    return;
+  }
+  record.measured = std::sqrt(sum / redundancy);
+  record.sigma = *record.measured / std::sqrt(2 * redundancy);
+}
+
+HealthEntry entry_on(const NoiseRecord& record) {
+  const double factor = *record.measured;
+  const double redundancy = std::pow(factor / *record.sigma, 2) / 2;
+  const int degrees = static_cast<int>(std::lround(redundancy));
+  const double sum = redundancy * factor * factor;
+  HealthEntry entry;
+  entry.name = "noise of " + record.kind;
+  entry.value = factor;
+  entry.least = 1 / kDoubtfulExcess;
+  entry.most = kDoubtful;
+  if (sum > chi_square_quantile(kSure, degrees)) {
+    entry.verdict = judge(factor, {kDoubtful, kBad});
+  } else if (sum < chi_square_quantile(1 - kSure, degrees)) {
+    entry.verdict = judge(1 / factor, {kDoubtfulExcess, std::numeric_limits<double>::infinity()});
+  }
+  const std::string of = record.kind == "others" ? "priors and landmarks" : record.kind;
+  entry.sentence =
+      fmt::format("The residuals of {} are {:.2g} times what their information says.", of, factor);
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob = "the information of the graph";
+  }
+  return entry;
+}
+
+}  // namespace
+
+std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solution,
+                                     const std::vector<Loop>& loops) {
+  std::vector<NoiseRecord> records;
+  const std::vector<Kind> kinds = kinds_of(input, loops);
+  HybridGraph graph;
+  for (const Kind& kind : kinds) {
+    for (const ContinuousFactorPtr& factor : kind.factors) graph.add(factor);
+  }
+  std::string why;
+  if (!input.first_hypotheses.empty()) why = "edges have several hypotheses";
+  if (solution.values.size() > kMostVariables) {
+    why = fmt::format("the graph has more than {} variables", kMostVariables);
+  }
+  std::optional<ContinuousMarginals> marginals;
+  if (why.empty()) marginals.emplace(graph, Estimate{solution.values, {}});
+  for (const Kind& kind : kinds) {
+    if (kind.factors.empty()) continue;
+    NoiseRecord record;
+    record.sensor = "graph";
+    record.kind = kind.name;
+    record.stated = record.used = 1;
+    record.why = why;
+    if (marginals) measure(kind, *marginals, solution.values, record);
+    if (record.kind == "closures" && solution.variance_factor) {
+      record.used = std::sqrt(*solution.variance_factor);
+    }
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+Health noise_health(const std::vector<NoiseRecord>& noise) {
+  Health health;
+  for (const NoiseRecord& record : noise) {
+    if (record.measured) health.push_back(entry_on(record));
+  }
+  return health;
+}
+
+}  // namespace hybrid
