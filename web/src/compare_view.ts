@@ -3,12 +3,14 @@
 
 import { CompareLayer, runColor } from './compare_layer';
 import { alignment, commonLandmarks, differingSettings, distances, kNoMotion, Motion, moved, pairsOf, Point, pointOf, rootMeanSquare } from './comparison';
-import { MapData, PathErrors } from './data';
+import { PathErrors } from './data';
 import { el, link, percent, show } from './dom';
 import { healthHeadline } from './health_view';
-import { Run, runOfPage, runsOf } from './other_run';
+import { Compared, Run, runOfPage, runsOf } from './other_run';
+import { decisionColor } from './palette';
 import { Plot, Series } from './plots';
 import { relativeErrors } from './relative_error';
+import { Table } from './table';
 
 type Row = [string, (run: Run) => string];
 
@@ -17,8 +19,11 @@ const metres = (value: number | undefined | null) => show(value, 'm');
 const kFigures: Row[] = [
   ['status', r => r.summary?.status ?? '–'],
   ['health', r => (r.summary?.health?.length ? healthHeadline(r.summary.health) : '–')],
-  ['keyframes', r => String(r.summary?.keyframes ?? (r.tracks.length ? r.tracks.reduce((sum, t) => sum + t.t.length, 0) : '–'))],
-  ['landmarks', r => String(r.summary?.landmarks ?? (r.landmarks.length || '–'))],
+  ['keyframes, or poses', r => String(r.summary?.keyframes ?? r.summary?.poses ?? r.tracks.reduce((sum, t) => sum + t.t.length, 0))],
+  ['method', r => r.summary?.method ?? '–'],
+  ['closures accepted, rejected', r => [r.summary?.inliers ?? '–', r.summary?.outliers ?? '–'].join(', ')],
+  ['cost', r => show(r.summary?.cost)],
+  ['landmarks', r => String(r.landmarks.length || '–')],
   ['objective', r => show(r.summary?.objective)],
   ['time of the solver', r => show(r.summary?.steps?.total_s, 's', 3)],
   ['path, rmse', r => metres(truth(r).trajectory?.rmse_m)],
@@ -46,19 +51,21 @@ export class CompareView {
   readonly root = el('div', { class: 'pane' });
   readonly runs: Run[] = [];
   motions: Motion[] = [];
-  private own: Run;
+  private readonly own: Run;
+  private readonly origin: number | null | undefined;
   private aligned = el('input', { type: 'checkbox', id: 'aligned', change: () => this.update() });
   private result = el('div', {});
   private message = el('p', { class: 'bad', role: 'alert', hidden: true });
 
-  constructor(private data: MapData, private layer: CompareLayer, private changed: (added: boolean) => void) {
-    this.own = runOfPage(data, data.start, document.getElementById('data')!.dataset.name);
+  constructor(private data: Compared, private layer: CompareLayer, private changed: (added: boolean) => void) {
+    this.origin = data.kind === 'map' ? data.start : 0;
+    this.own = runOfPage(data, this.origin, document.getElementById('data')!.dataset.name);
     const input = el('input', { type: 'file', multiple: true, hidden: true, id: 'other-files', accept: '.html,.json,.tum,.txt,.csv',
       change: () => { void this.addFiles([...(input.files ?? [])]).then(() => { input.value = ''; }); } });
     this.root.append(
         el('div', { class: 'bar' }, el('button', { type: 'button', click: () => input.click() }, 'Add a run …'), input,
             el('label', { title: 'moves other runs by a turn and a shift, so that their paths are nearest to that of this one' }, this.aligned, 'aligned')),
-        el('p', { class: 'hint' }, 'The report.html of another run of this log; or of any program a path in TUM\'s form, as trajectory.tum, with landmarks.json and summary.json where there are such. Files can be dropped on the page.'),
+        el('p', { class: 'hint' }, 'The report.html of another run of this log or graph; or of any program a path in TUM\'s form, as trajectory.tum, with landmarks.json and summary.json where there are such. Files can be dropped on the page.'),
         this.message, this.result);
     document.addEventListener('dragover', e => e.preventDefault());
     document.addEventListener('drop', e => {
@@ -70,12 +77,14 @@ export class CompareView {
   async addFiles(files: File[]) {
     this.message.hidden = true;
     try {
-      for (const run of await runsOf(files, this.data.start)) this.add(run);
+      for (const run of await runsOf(files, this.data.kind, this.origin)) this.add(run);
     } catch (error) {
       this.message.textContent = error instanceof Error ? error.message : String(error);
       this.message.hidden = false;
     }
   }
+  /** The data of another page that this one holds. */
+  addData(data: Compared, name?: string) { this.add(runOfPage(data, this.origin, name)); }
   add(run: Run) {
     const taken = [this.own, ...this.runs].filter(r => r.name.replace(/ \(\d+\)$/, '') === run.name).length;
     this.runs.push(taken ? { ...run, name: `${run.name} (${taken + 1})` } : run);
@@ -86,7 +95,7 @@ export class CompareView {
   }
 
   private update(added = false) {
-    const pairs = this.runs.map(run => pairsOf(this.own, run)), best = pairs.map(alignment);
+    const pairs = this.runs.map(run => pairsOf(this.own, run, this.data.kind === 'map')), best = pairs.map(alignment);
     this.motions = this.runs.map((_, i) => (this.aligned.checked ? best[i] : kNoMotion));
     this.layer.set(this.runs, this.motions);
     this.changed(added);
@@ -99,8 +108,9 @@ export class CompareView {
       ...kFigures.map(([name, of]): [string, string[]] => [name, [this.own, ...this.runs].map(of)]).filter(([, v]) => v.some(t => /[^–, ]/.test(t))),
       ['distance of the paths, rms', ['', ...distance(this.runs.map(() => kNoMotion))]],
       ['the same, aligned', ['', ...distance(best)]],
-      ['landmarks in both', ['', ...common.map(c => String(c.length))]],
-      ['their distance, median', ['', ...common.map(c => metres(c[Math.floor(c.length / 2)]))]],
+      ...(common.some(c => c.length) ? [
+        ['landmarks in both', ['', ...common.map(c => String(c.length))]],
+        ['their distance, median', ['', ...common.map(c => metres(c[Math.floor(c.length / 2)]))]]] as [string, string[]][] : []),
     ], true));
     const settings = differingSettings([this.own, ...this.runs].filter(r => r.summary).map(r => r.summary));
     const known = [this.own, ...this.runs].filter(r => r.summary);
@@ -110,6 +120,7 @@ export class CompareView {
     }
     pairs[0].forEach((own, robot) => this.addDistances(own.t, robot, pairs.map(p => p[robot]), best));
     for (const errors of this.own.errors) this.addErrors(errors.robot);
+    this.addDecisions();
   }
 
   private table(title: string, rows: [string, string[]][], removable: boolean, runs = [this.own, ...this.runs]): HTMLElement {
@@ -129,9 +140,24 @@ export class CompareView {
   }
   private addDistances(t: number[], robot: number, pairs: ReturnType<typeof pairsOf>, best: Motion[]) {
     const name = this.own.tracks[robot].robot;
-    this.addPlot(`Distance from this path${name ? ` of ${name}` : ''} [m] over time [s]`, 'time', pairs.flatMap((p, i) => [
+    const graph = this.data.kind === 'graph';
+    this.addPlot(graph ? 'Distance from the poses of this result [m]' : `Distance from this path${name ? ` of ${name}` : ''} [m] over time [s]`, graph ? 'pose' : 'time', pairs.flatMap((p, i) => [
       { x: t, values: distances(p, kNoMotion), style: { label: this.runs[i].name, color: runColor(i) } },
       { x: t, values: distances(p, best[i]), style: { label: `${this.runs[i].name}, aligned`, color: runColor(i), dash: [4, 3] } }]));
+  }
+  /** Closures about which the runs do not decide alike. */
+  private addDecisions() {
+    const all = [this.own, ...this.runs].filter(r => r.decisions);
+    if (all.length < 2) return;
+    const names = [...this.own.decisions!.keys()].filter(n => new Set(all.map(r => decisionColor(r.decisions!.get(n) ?? ''))).size > 1);
+    const of = (run: Run, row: number) => run.decisions!.get(names[row]) ?? '–';
+    const table = new Table([
+      { title: 'from', width: '4rem', number: true, text: row => names[row].split(' ')[0], by: row => Number(names[row].split(' ')[0]) },
+      { title: 'to', width: '4rem', number: true, text: row => names[row].split(' ')[1], by: row => Number(names[row].split(' ')[1]) },
+      ...all.map(run => ({ title: run.name, width: '1fr', text: (row: number) => of(run, row), by: (row: number) => of(run, row) })),
+    ], () => {}, () => '', 'Closures that are decided differently');
+    table.set(names.map((_, row) => row));
+    this.result.append(el('h3', {}, `Closures that are decided differently: ${names.length} of ${this.own.decisions!.size}`), names.length ? table.root : '');
   }
   /** Errors of all runs, where the truth is known to them. */
   private addErrors(robot: string) {

@@ -28,15 +28,23 @@ export function positionsAt(track: Track, times: number[]): (Point | null)[] {
   });
 }
 
+function posesOf({ t, x, y, z }: Track, ids: number[]): (Point | null)[] {
+  const place = new Map(t.map((id, i) => [id, i]));
+  return ids.map(id => {
+    const i = place.get(id);
+    return i === undefined ? null : [x[i], y[i], z[i]];
+  });
+}
+
 /** The other path at the times of ours, pair by pair; the other place is null where there is none. */
 export interface Pairs { t: number[]; own: Point[]; other: (Point | null)[] }
 
-/** Of each robot that both have. */
-export function pairsOf(own: Run, other: Run): Pairs[] {
+/** Of each robot that both have; only what has the same time, or id of a pose, unless places `between` count. */
+export function pairsOf(own: Run, other: Run, between: boolean): Pairs[] {
   return own.tracks.map((track, i) => {
     const same = other.tracks.find(o => o.robot === track.robot) ?? (own.tracks.length === 1 ? other.tracks[0] : undefined);
     const points = track.t.map((_, k): Point => [track.x[k], track.y[k], track.z[k]]);
-    return { t: own.tracks[i].t, own: points, other: same ? positionsAt(same, track.t) : track.t.map(() => null) };
+    return { t: own.tracks[i].t, own: points, other: same ? (between ? positionsAt : posesOf)(same, track.t) : track.t.map(() => null) };
   });
 }
 

@@ -5,7 +5,6 @@ import { load, unpack } from './data';
 import { el } from './dom';
 import { graphPage } from './graph_page';
 import { mapPage } from './map_page';
-import { runOfPage } from './other_run';
 import { trialsPage } from './trials_page';
 
 async function main() {
@@ -14,14 +13,11 @@ async function main() {
     const data = await load();
     waiting.remove();
     document.title = data.title || document.title;
-    if (data.kind === 'map') {
-      const compare = mapPage(data);
-      for (const script of document.querySelectorAll<HTMLElement>('script.other')) {
-        const other = await unpack(script.textContent!);
-        if (other.kind === 'map') compare.add(runOfPage(other, data.start, script.dataset.name));
-      }
-    } else if (data.kind === 'graph') graphPage(data);
-    else trialsPage(data);
+    const compare = data.kind === 'map' ? mapPage(data) : data.kind === 'graph' ? graphPage(data) : trialsPage(data);
+    for (const script of document.querySelectorAll<HTMLElement>('script.other')) {
+      const other = await unpack(script.textContent!);
+      if (other.kind === data.kind && other.kind !== 'trials') compare?.addData(other, script.dataset.name);
+    }
     document.body.dataset.ready = 'yes';
   } catch (error) {
     waiting.replaceChildren(el('p', { class: 'bad' }, `This page cannot be shown: ${error}`));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-import { MapData, PathErrors, placesOf, robotsOf, unpack } from './data';
+import { Data, GraphData, MapData, PathErrors, placesOf, robotsOf, unpack } from './data';
 
-/** The path of a robot; times [s] from the first keyframe of the run that the page is about. */
+/** The path of a robot; times [s] from the first keyframe of the run that the page is about, or ids of the poses of a graph. */
 export interface Track { robot: string; t: number[]; x: number[]; y: number[]; z: number[] }
 
 /** What is compared of a run. */
@@ -13,7 +13,10 @@ export interface Run {
   landmarks: { at: number[]; class: string | null }[];
   errors: PathErrors[];
   summary: any;  // null where it is not known
+  decisions?: Map<string, string>;  // about closures, by the ids of their poses
 }
+
+export type Compared = MapData | GraphData;
 
 /** A stamp [s], where it is known. */
 type Origin = number | null | undefined;
@@ -21,14 +24,25 @@ type Origin = number | null | undefined;
 export interface NamedText { name: string; text: string }
 
 /** The folder that its command names, or else its title. */
-function nameOf(data: MapData): string {
+function nameOf(data: Compared): string {
   const words: string[] = data.summary.command ?? [];
   const at = words.findIndex(w => w === '-o' || w === '--output');
   return (at >= 0 && words[at + 1]) || data.title || 'run';
 }
 
 /** A run by the data of its page, with times from the stamp `origin` on. */
-export function runOfPage(data: MapData, origin: Origin, name = nameOf(data)): Run {
+export function runOfPage(data: Compared, origin: Origin, name = nameOf(data)): Run {
+  return data.kind === 'map' ? runOfMap(data, origin, name) : runOfGraph(data, name);
+}
+
+function runOfGraph({ ids, after, closures, landmarks, summary }: GraphData, name: string): Run {
+  const decisions = new Map(closures.decision.map((d, e) => [`${ids[closures.i[e]]} ${ids[closures.j[e]]}`, d]));
+  const track = { robot: '', t: ids.slice(0, after.x.length), x: after.x, y: after.y, z: after.z ?? after.x.map(() => 0) };
+  return { name, tracks: [track], errors: [], summary, decisions,
+    landmarks: landmarks.x.map((x, i) => ({ at: [x, landmarks.y[i], landmarks.z?.[i] ?? 0], class: null })) };
+}
+
+function runOfMap(data: MapData, origin: Origin, name: string): Run {
   const shift = (data.start ?? origin ?? 0) - (origin ?? data.start ?? 0);
   const { poses } = data;
   const tracks = robotsOf(data).map(robot => {
@@ -40,13 +54,15 @@ export function runOfPage(data: MapData, origin: Origin, name = nameOf(data)): R
     landmarks: data.landmarks.map(l => ({ at: l.at, class: l.class === null ? null : data.classes[l.class] })) };
 }
 
+const kNames: Record<Data['kind'], string> = { map: 'a replay', graph: 'a pose graph', trials: 'an experiment' };
+
 /** The data inside of a page report.html. */
-export async function dataOfPage({ name, text }: NamedText): Promise<MapData> {
+export async function dataOfPage({ name, text }: NamedText, kind: Compared['kind']): Promise<Compared> {
   const packed = /<script[^>]*\bid="data"[^>]*>([^<]+)<\/script>/.exec(text)?.[1];
-  if (!packed) throw new Error(`${name} is no report.html of hybrid-replay`);
+  if (!packed) throw new Error(`${name} is no report.html`);
   const data = await unpack(packed);
-  if (data.kind !== 'map') throw new Error(`${name} is the report of ${data.kind === 'graph' ? 'a pose graph' : 'an experiment'}, and this page that of a replay`);
-  return data;
+  if (data.kind !== kind) throw new Error(`${name} is the report of ${kNames[data.kind]}, and this page that of ${kNames[kind]}`);
+  return data as Compared;
 }
 
 /** Rows of stamp, x, y, z and what follows, as in TUM's files. */
@@ -85,9 +101,9 @@ export function runOfFiles(files: NamedText[], origin: Origin): Run {
 }
 
 /** The runs in files that were chosen together: one for each page, and one for all other files. */
-export async function runsOf(files: File[], origin: Origin): Promise<Run[]> {
+export async function runsOf(files: File[], kind: Compared['kind'], origin: Origin): Promise<Run[]> {
   const texts = await Promise.all(files.map(async f => ({ name: f.name, text: await f.text() })));
   const isPage = (f: NamedText) => /\.html?$/.test(f.name), parts = texts.filter(f => !isPage(f));
-  const runs = await Promise.all(texts.filter(isPage).map(async f => runOfPage(await dataOfPage(f), origin)));
+  const runs = await Promise.all(texts.filter(isPage).map(async f => runOfPage(await dataOfPage(f, kind), origin)));
   return parts.length ? [...runs, runOfFiles(parts, origin)] : runs;
 }

@@ -585,6 +585,34 @@ await test('a pose graph online: when a closure was decided', async () => {
   });
 });
 
+await test('another solution of a pose graph in the same page', async () => {
+  const out = join(scratch, 'graph'), all = join(scratch, 'trusting');
+  run('hybrid-pgo', join(scratch, 'graph.g2o'), '--method', 'lm', '-o', all, '--report');
+  const decisions = folder => new Map(readFileSync(join(folder, 'loops.csv'), 'utf8').trim().split('\n').slice(1)
+      .map(row => row.split(',')).map(row => [row.slice(0, 2).join(' '), row[2]]));
+  await withPage(page(out), desktop, async (p, faults) => {
+    await p.setInputFiles('#other-files', page(all));
+    await p.waitForSelector('.runs-table');
+    const rows = await compared(p), mine = decisions(out), other = decisions(all);
+    assert.deepEqual(rows.get('method'), ['selection', 'lm']);
+    const differing = [...mine.keys()].filter(k => mine.get(k).startsWith('rejected') !== other.get(k).startsWith('rejected'));
+    assert.ok(differing.length > 0);
+    assert.match(await p.textContent('#pane-3'), new RegExp(`decided differently: ${differing.length} of ${mine.size}`));
+    const shown = await p.$$eval('#pane-3 .row', all => all.map(r => [...r.children].map(c => c.textContent)));
+    assert.deepEqual(shown.map(r => r.slice(0, 2).join(' ')), differing);
+    assert.deepEqual(shown.map(r => r.slice(2)), differing.map(k => [mine.get(k), other.get(k)]));
+    const [a, b] = [out, all].map(folder => rowsOf(join(folder, 'trajectory.tum')));
+    const squares = a.map((row, i) => (row[1] - b[i][1]) ** 2 + (row[2] - b[i][2]) ** 2);
+    const wanted = Math.sqrt(squares.reduce((sum, s) => sum + s, 0) / a.length);
+    assert.ok(wanted > 0.01 && Math.abs(parseFloat(rows.get('distance of the paths, rms')[1]) - wanted) < 1e-3 * wanted);
+    assert.match(await p.textContent('.map .legend'), /trusting/);
+    await p.setInputFiles('#other-files', page(classed));
+    await p.waitForSelector('#pane-3 [role=alert]:not([hidden])');
+    assert.match(await p.textContent('#pane-3 [role=alert]'), /is the report of a replay, and this page that of a pose graph/);
+    clean(faults);
+  });
+});
+
 /** A square of 40 poses driven twice, with true closures and one false. */
 function square() {
   const lines = [];
