@@ -79,15 +79,13 @@ export function rootMeanSquare(values: (number | null)[]): number | null {
   return known.length ? Math.sqrt(known.reduce((sum, v) => sum + v * v, 0) / known.length) : null;
 }
 
-const apart = (a: Point, b: Point) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-
-function nearest(p: Point, all: Point[], except = -1): { at: number; distance: number } {
-  const best = { at: -1, distance: Infinity };
-  all.forEach((q, i) => {
-    const distance = i === except ? Infinity : apart(p, q);
-    if (distance < best.distance) { best.at = i; best.distance = distance; }
-  });
-  return best;
+function nearest([x, y, z]: Point, all: Point[], except = -1): { at: number; distance: number } {
+  let at = -1, least = Infinity;
+  for (let i = 0; i < all.length; ++i) {
+    const q = all[i], squared = (q[0] - x) ** 2 + (q[1] - y) ** 2 + (q[2] - z) ** 2;
+    if (squared < least && i !== except) { at = i; least = squared; }
+  }
+  return { at, distance: Math.sqrt(least) };
 }
 
 /** Distances of the landmarks that both maps have: each is the nearest one to the other, and none of its own map is as near. */

@@ -400,6 +400,19 @@ await test('another run in the same page: figures, settings, curves, landmarks',
     clean(faults);
   }));
 
+await test('each robot is compared with its own path', () =>
+  withPage(page(team), desktop, async (p, faults) => {
+    await p.setInputFiles('#other-files', page(team));
+    await p.waitForSelector('.runs-table');
+    const rows = await compared(p);
+    assert.equal(rows.get('distance of the paths, rms')[1], '0 m');
+    assert.equal(rows.get('landmarks in both')[1], String(json(join(team, 'summary.json')).landmarks));
+    assert.match(await p.textContent('#pane-6'), /The settings of these runs are the same/);
+    const titles = await p.$$eval('#pane-6 figcaption', all => all.map(f => f.textContent));
+    for (const name of robots) assert.equal(titles.filter(t => t.startsWith(`Distance from this path of ${name} `)).length, 1);
+    clean(faults);
+  }));
+
 await test('errors of two runs are curves of one plot', async () => {
   const again = join(scratch, 'again');
   run('hybrid-replay', '-c', join(source, 'config/classed_demo.ini'), '--set', 'sensor.sigma_range=0.5', '-o', again, '--no-pictures', '--report');
