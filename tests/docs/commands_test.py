@@ -43,6 +43,7 @@ SLOW = {
     r"--method portfolio": "compares all methods",
     r"mrclam_6|kitti_0|victoria_park_da": "needs a public data set",
     r"hybrid-objects ": "needs a public data set",
+    r"hybrid-register (dragon|bunny)": "needs a public data set",
     r"hybrid-import plaza|plaza1\.ini": "needs a public data set",
     r"hybrid-switching ": "needs a public data set",
     r"hypotheses\.graph|T1_city10000": "needs a public data set",
