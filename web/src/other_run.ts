@@ -82,11 +82,21 @@ function trackOf({ name, text }: NamedText, origin: number): Track {
   return track;
 }
 
+const isJson = (file: NamedText) => file.name.endsWith('.json');
+
+function contentOf({ name, text }: NamedText): any {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    throw new Error(`${name} is no JSON: ${error instanceof Error ? error.message : error}`);
+  }
+}
+
 /** A run by its files: a path in TUM's form, landmarks.json, summary.json. */
 export function runOfFiles(files: NamedText[], origin: Origin): Run {
-  const run: Run = { name: files.find(f => !f.name.endsWith('.json'))?.name ?? files[0].name, tracks: [], landmarks: [], errors: [], summary: null };
+  const run: Run = { name: files.find(f => !isJson(f))?.name ?? files[0].name, tracks: [], landmarks: [], errors: [], summary: null };
   for (const file of files) {
-    const content = file.name.endsWith('.json') ? JSON.parse(file.text) : null;
+    const content = isJson(file) ? contentOf(file) : null;
     if (content?.landmarks?.map) {
       run.landmarks = content.landmarks.map((l: any) => ({ at: l.position, class: l.class ?? null }));
     } else if (content) {
@@ -100,10 +110,13 @@ export function runOfFiles(files: NamedText[], origin: Origin): Run {
   return run;
 }
 
-/** The runs in files that were chosen together: one for each page, and one for all other files. */
+/** The runs in files that were chosen together: one for each page and each path; landmarks.json and summary.json are of the one path. */
 export async function runsOf(files: File[], kind: Compared['kind'], origin: Origin): Promise<Run[]> {
   const texts = await Promise.all(files.map(async f => ({ name: f.name, text: await f.text() })));
   const isPage = (f: NamedText) => /\.html?$/.test(f.name), parts = texts.filter(f => !isPage(f));
   const runs = await Promise.all(texts.filter(isPage).map(async f => runOfPage(await dataOfPage(f, kind), origin)));
-  return parts.length ? [...runs, runOfFiles(parts, origin)] : runs;
+  const paths = parts.filter(f => !isJson(f));
+  if (paths.length > 1 && paths.length < parts.length) throw new Error('several paths, and no way to tell of which the .json files are: choose them one after the other');
+  const groups = paths.length > 1 ? paths.map(f => [f]) : parts.length ? [parts] : [];
+  return [...runs, ...groups.map(files => runOfFiles(files, origin))];
 }

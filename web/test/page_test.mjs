@@ -454,6 +454,15 @@ await test('the path of any program is compared, as it is and aligned; a file th
     await p.setInputFiles('#other-files', join(scratch, 'no_path.tum'));
     await p.waitForSelector('#pane-6 [role=alert]:not([hidden])');
     assert.match(await p.textContent('#pane-6 .bad'), /^no_path\.tum, line 1: a path has rows of time, x, y, z/);
+    const alert = text => p.waitForFunction(t => document.querySelector('#pane-6 [role=alert]').textContent.startsWith(t), text);
+    writeFileSync(join(scratch, 'half.json'), '{"landmarks": [');
+    await p.setInputFiles('#other-files', join(scratch, 'half.json'));
+    await alert('half.json is no JSON: ');
+    await p.setInputFiles('#other-files', [file, reckoned, join(unknown, 'landmarks.json')]);
+    await alert('several paths, and no way to tell');
+    await p.setInputFiles('#other-files', [file, reckoned]);
+    await p.waitForFunction(() => window.report.compare.runs.length === 4);
+    assert.deepEqual((await compared(p)).get('').slice(3).map(n => n.replace(' ×', '').trim()), ['turned.tum (2)', 'trajectory_dead_reckoning.tum (2)']);
     const dropped = await p.evaluateHandle(() => {
       const all = new DataTransfer();
       all.items.add(new File(['<html></html>'], 'page.html'));
@@ -461,7 +470,7 @@ await test('the path of any program is compared, as it is and aligned; a file th
     });
     await p.dispatchEvent('.map canvas', 'drop', { dataTransfer: dropped });
     await p.waitForFunction(() => /page.html is no report/.test(document.querySelector('#pane-6 .bad').textContent));
-    assert.equal(await p.evaluate(() => window.report.compare.runs.length), 2);
+    assert.equal(await p.evaluate(() => window.report.compare.runs.length), 4);
     clean(faults);
   }));
 
