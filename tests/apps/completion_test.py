@@ -62,32 +62,30 @@ class Completion(unittest.TestCase):
         for program, line, wanted in (("hybrid-replay", "--map-mode e", "extend"), ("hybrid-replay", "--set sensor.noise=st", "sensor.noise=stated"),
                                       ("hybrid-pgo", "--method gnc-", "gnc-gm"), ("hybrid-pgo", "--trusted od", "odometry")):
             self.write(program)
-            self.assertIn(wanted, self.zsh(f"{program} {line}"), line)
+            self.assertIn(wanted, self.zsh(f"{program} {line}", wanted), line)
 
-    def zsh(self, line):
-        """What a terminal shows after the line and a tab."""
+    def zsh(self, line, wanted):
+        """What a terminal shows after the line and a tab: up to what is wanted, or for 20 seconds."""
         main, terminal = pty.openpty()
         start = f"fpath=({self.folder.name} $fpath); PS1=; autoload -Uz compinit; compinit -u -D; echo ready\n"
         shell = subprocess.Popen([ZSH, "-f", "-i"], stdin=terminal, stdout=terminal, stderr=terminal, cwd=self.folder.name,
                                  env={**os.environ, "TERM": "dumb"}, start_new_session=True)
         os.close(terminal)
         try:
-            self.send(main, start, "ready")
-            return self.send(main, f"{line}\t", None)
+            self.send(main, start, lambda shown: shown.count("ready") > 1)  # the command, and what it prints
+            return self.send(main, f"{line}\t", lambda shown: wanted in shown)
         finally:
             shell.kill()
             shell.wait()
             os.close(main)
 
     @staticmethod
-    def send(main, text, until):
-        """What comes back: up to some text, or until nothing comes for two seconds."""
+    def send(main, text, is_done):
+        """What comes back until it is all there, or nothing comes for 20 seconds."""
         os.write(main, text.encode())
         shown = ""
-        while select.select([main], [], [], 20 if until else 2)[0]:
+        while not is_done(shown) and select.select([main], [], [], 20)[0]:
             shown += os.read(main, 4096).decode(errors="replace")
-            if until and shown.count(until) > 1:
-                break
         return shown
 
     def test_files_after_other_options(self):
