@@ -72,9 +72,20 @@ void bind_keys(py::module_& m) {
       .def_readonly("cardinality", &DiscreteKey::cardinality)
       .def(py::self == py::self)
       .def("__hash__", [](const DiscreteKey& key) { return std::hash<Key>()(key.key); })
+      .def(py::pickle(
+          [](const DiscreteKey& key) { return py::make_tuple(key.key, key.cardinality); },
+          [](const py::tuple& state) {
+            return DiscreteKey{state[0].cast<Key>(), state[1].cast<int>()};
+          }))
       .def("__repr__", [](const DiscreteKey& key) {
         return "DiscreteKey('" + to_string(key.key) + "', " + std::to_string(key.cardinality) + ")";
       });
+}
+
+/// The noise whose square-root information is R, up to rounding.
+Noise noise_of_root(const Eigen::MatrixXd& R) {
+  if (R.isDiagonal(0.0)) return Noise::diagonal(R.diagonal().cwiseInverse());
+  return Noise::information(R.transpose() * R);
 }
 
 void bind_noise(py::module_& m) {
@@ -99,6 +110,7 @@ void bind_noise(py::module_& m) {
       .def_property_readonly("log_normalizer", &Noise::log_normalizer,
                              "-log of the density at zero.")
       .def("inflated", &Noise::inflated, "factor"_a, "The covariance multiplied by a number.")
+      .def(py::pickle([](const Noise& noise) { return noise.sqrt_information(); }, &noise_of_root))
       .def("__repr__", [](const Noise& noise) {
         return "<Noise of dimension " + std::to_string(noise.dim()) + ">";
       });
@@ -115,6 +127,13 @@ void bind_loss(py::module_& m) {
       .def_static("geman_mcclure", &Loss::geman_mcclure, "k"_a = 1.0)
       .def("value", &Loss::value, "s"_a, "rho(s).")
       .def("weight", &Loss::weight, "s"_a, "rho'(s), in [0, 1].")
+      .def(py::pickle(
+          [](const Loss& loss) {
+            return py::make_tuple(static_cast<int>(loss.kind), loss.parameter);
+          },
+          [](const py::tuple& state) {
+            return Loss{static_cast<Loss::Kind>(state[0].cast<int>()), state[1].cast<double>()};
+          }))
       .def("__repr__", [](const Loss& loss) {
         const char* const names[] = {"none", "huber", "cauchy", "tukey", "geman_mcclure"};
         const bool none = loss.kind == Loss::Kind::kNone;

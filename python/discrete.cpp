@@ -44,6 +44,12 @@ void bind_tables(py::module_& m) {
       .def_property_readonly("keys", &Table::keys)
       .def_property_readonly("costs", &costs, "Costs with one axis per variable; a read-only view.")
       .def("cost", &Table::cost, "assignment"_a)
+      .def(
+          py::pickle([](const Table& table) { return py::make_tuple(table.keys(), table.costs()); },
+                     [](const py::tuple& state) {
+                       return Table(state[0].cast<std::vector<DiscreteKey>>(),
+                                    state[1].cast<std::vector<double>>());
+                     }))
       .def("__repr__", [](const Table& table) {
         std::string text = "<Table over";
         for (const DiscreteKey& key : table.keys()) text += " " + to_string(key.key);

@@ -82,6 +82,12 @@ void bind_graph(py::module_& m) {
                           "hybrid factors.",
                           collected<HybridGraph, GraphAccess>())
       .def(py::init<>())
+      .def(py::init([](const py::iterable& factors) {
+             HybridGraph graph;
+             add_all(graph, factors);
+             return graph;
+           }),
+           "factors"_a, "Of factors, tables and hybrid factors, such as a list or another graph.")
       .def(
           "add",
           [](HybridGraph& graph, const FactorArgument& factor) {

@@ -60,7 +60,8 @@ def to_type(text, argument):
     text = re.sub(r"Optional\[(.*)\]$", r"\1 | None", re.sub(r"Optional\[(\w+)\]", r"\1 | None", text))
     text = text.replace("Tuple[", "tuple[").replace("List[", "list[").replace("Dict[", "dict[")
     text = re.sub(r"\bIterable\b(?!\[)", "Iterable[Any]", re.sub(r"\bIterator\b(?!\[)", "Iterator[Any]", text))
-    return re.sub(r"\bobject\b|\bhandle\b", "Any", text)
+    text = re.sub(r"\blist\b(?!\[)", "list[Any]", re.sub(r"\bdict\b(?!\[)", "dict[Any, Any]", text))
+    return re.sub(r"\bobject\b|\bhandle\b", "Any", re.sub(r"\btuple\b(?!\[)", "tuple[Any, ...]", text))
 
 
 def parameter(text):
@@ -70,13 +71,17 @@ def parameter(text):
     kind, *default = re.split(r" = ", rest, maxsplit=1)
     plain = default and re.fullmatch(r"[-\w.]+|'\w*'", default[0])
     value = f" = {default[0] if plain else '...'}" if default else ""
-    return f"{name}: {to_type(kind, True)}{value}"
+    optional = " | None" if value == " = None" and "None" not in kind and "Optional" not in kind else ""
+    return f"{name}: {to_type(kind, True)}{optional}{value}"
 
 
 def signatures(name, doc):
     """Parameters and result of each overload."""
     found = re.findall(rf"^(?:\d+\. )?{re.escape(name)}\((.*)\) -> (.+)$", doc or "", re.MULTILINE)
-    return [([parameter(part) for part in split(inside)], to_type(result, False)) for inside, result in found]
+    made = [([parameter(part) for part in split(inside)], to_type(result, False)) for inside, result in found]
+    # Overloads that differ by the shape of an array alone are one to a checker of types.
+    kinds = [tuple(part.partition(": ")[2] for part in parameters) for parameters, _ in made]
+    return [entry for i, entry in enumerate(made) if kinds[i] not in kinds[:i] or not kinds[i]]
 
 
 def fields(cls):
@@ -106,8 +111,6 @@ def function(name, doc, indent="", static=False, cls=None):
 def property_lines(name, member):
     found = signatures("", member.fget.__doc__)
     kind = found[0][1] if found else "Any"
-    if kind == "list":
-        kind = "list[Any]"
     lines = ["    @property", f"    def {name}(self) -> {kind}: ..."]
     if member.fset:
         lines += [f"    @{name}.setter", f"    def {name}(self, value: {to_type(kind, True)}) -> None: ..."]

@@ -3,6 +3,7 @@
 
 #include "libhybrid/core/version.h"
 #include "python/bindings.h"
+#include "python/pickle.h"
 
 PYBIND11_MODULE(_core, m) {
   using namespace hybrid::python;
@@ -19,5 +20,6 @@ PYBIND11_MODULE(_core, m) {
   bind_selection(m);
   bind_registration(m);
   bind_landmarks(m);
+  bind_pickle(m);
   m.attr("__version__") = hybrid::kVersion;
 }

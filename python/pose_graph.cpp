@@ -42,6 +42,84 @@ void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
       "Adds a measurement of the second vertex in the frame of the first.");
 }
 
+/// The fields of each entry of a list, for pickle.
+template <class T, class... Fields>
+py::list packed(const std::vector<T>& all, Fields T::*... fields) {
+  py::list out;
+  for (const T& entry : all) out.append(py::make_tuple(entry.*fields...));
+  return out;
+}
+
+template <class T>
+py::list packed_edges(const std::vector<GraphEdge<T>>& edges) {
+  using E = GraphEdge<T>;
+  return packed(edges, &E::from, &E::to, &E::measured, &E::noise);
+}
+
+template <class T>
+py::list packed_priors(const std::vector<GraphPrior<T>>& priors) {
+  using P = GraphPrior<T>;
+  return packed(priors, &P::pose, &P::measured, &P::noise);
+}
+
+template <class T>
+py::list packed_positions(const std::vector<GraphPosition<T>>& positions) {
+  using P = GraphPosition<T>;
+  return packed(positions, &P::pose, &P::measured, &P::noise, &P::lever_arm);
+}
+
+template <class T>
+py::list packed_alternatives(const std::vector<EdgeAlternatives<T>>& alternatives) {
+  using A = EdgeAlternatives<T>;
+  return packed(alternatives, &A::edge, &A::measured);
+}
+
+template <class T, class... Fields, std::size_t... I>
+T entry_of(const py::tuple& fields, std::index_sequence<I...>) {
+  return T{fields[I].cast<Fields>()...};
+}
+
+template <class T, class... Fields>
+void unpack(const py::object& state, std::vector<T>& all) {
+  for (const py::handle entry : state) {
+    all.push_back(entry_of<T, Fields...>(py::reinterpret_borrow<py::tuple>(entry),
+                                         std::index_sequence_for<Fields...>{}));
+  }
+}
+
+py::tuple state_of(const PoseGraph& g) {
+  return py::make_tuple(g.values, packed_edges(g.poses2), packed_edges(g.poses3),
+                        packed_edges(g.points2), packed_edges(g.points3), packed_priors(g.priors2),
+                        packed_priors(g.priors3), packed_positions(g.positions2),
+                        packed_positions(g.positions3), packed_alternatives(g.alternatives2),
+                        packed_alternatives(g.alternatives3), g.fixed, g.equivalences, g.repaired,
+                        g.unseen, g.edge2_by_rows);
+}
+
+PoseGraph from_state(const py::tuple& state) {
+  using V2 = Eigen::Vector2d;
+  using V3 = Eigen::Vector3d;
+  PoseGraph g;
+  std::size_t i = 0;
+  g.values = state[i++].cast<Values>();
+  unpack<GraphEdge<SE2>, Key, Key, SE2, Noise>(state[i++], g.poses2);
+  unpack<GraphEdge<SE3>, Key, Key, SE3, Noise>(state[i++], g.poses3);
+  unpack<GraphEdge<V2>, Key, Key, V2, Noise>(state[i++], g.points2);
+  unpack<GraphEdge<V3>, Key, Key, V3, Noise>(state[i++], g.points3);
+  unpack<GraphPrior<SE2>, Key, SE2, Noise>(state[i++], g.priors2);
+  unpack<GraphPrior<SE3>, Key, SE3, Noise>(state[i++], g.priors3);
+  unpack<GraphPosition<V2>, Key, V2, Noise, V2>(state[i++], g.positions2);
+  unpack<GraphPosition<V3>, Key, V3, Noise, V3>(state[i++], g.positions3);
+  unpack<EdgeAlternatives<SE2>, std::size_t, std::vector<SE2>>(state[i++], g.alternatives2);
+  unpack<EdgeAlternatives<SE3>, std::size_t, std::vector<SE3>>(state[i++], g.alternatives3);
+  g.fixed = state[i++].cast<std::vector<Key>>();
+  g.equivalences = state[i++].cast<std::size_t>();
+  g.repaired = state[i++].cast<std::size_t>();
+  g.unseen = state[i++].cast<std::size_t>();
+  g.edge2_by_rows = state[i++].cast<bool>();
+  return g;
+}
+
 void bind_graph(py::module_& m) {
   py::class_<PoseGraph> graph(
       m, "PoseGraph",
@@ -50,7 +128,12 @@ void bind_graph(py::module_& m) {
       .def_readwrite("values", &PoseGraph::values,
                      "Initial values of the VERTEX lines; may be empty.")
       .def_readwrite("fixed", &PoseGraph::fixed, "Vertices that are held fixed.")
-      .def_property_readonly("edge_count", &PoseGraph::edge_count);
+      .def_property_readonly("edge_count", &PoseGraph::edge_count)
+      .def("__copy__", [](const PoseGraph& g) { return PoseGraph(g); })
+      .def(
+          "__deepcopy__", [](const PoseGraph& g, const py::dict&) { return PoseGraph(g); },
+          "memo"_a)
+      .def(py::pickle(&state_of, &from_state));
   bind_edge<SE2>(m, graph, "EdgeSE2", &PoseGraph::poses2, "A relative pose in the plane.");
   bind_edge<SE3>(m, graph, "EdgeSE3", &PoseGraph::poses3, "A relative pose in space.");
   bind_edge<Eigen::Vector2d>(m, graph, "EdgePoint2", &PoseGraph::points2,

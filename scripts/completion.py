@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
 """Writes the completion of a program for bash and zsh, from its --help: names of options, values of those that have a few, and
-the keys of --set where the program has --print-config.
+the keys of --set with their values where the program has --print-config.
 
 Usage: completion.py PROGRAM BASH_FILE ZSH_FILE
 """
@@ -37,20 +37,23 @@ def parts(lines, title):
 
 
 def keys_of(program):
-    """section.key= of every setting; none where the program prints no configuration."""
+    """section.key of every setting, with its values if they are a few; none where the program prints no configuration."""
     done = subprocess.run([program, "--print-config"], capture_output=True, text=True)
-    section, keys = "", []
+    section, note, keys = "", "", {}
     for line in done.stdout.splitlines() if done.returncode == 0 else []:
         if line.startswith("["):
             section = line.strip("[]")
-        elif " = " in line and not line.startswith("#"):
-            keys.append(f"{section}.{line.split(' = ')[0]}=")
+        elif line.startswith("#"):
+            note = line
+        elif " = " in line:
+            listed = re.search(r"\((?:one of: ([^();]*)|true or (false)); default [^()]*\)$", note)
+            keys[f"{section}.{line.split(' = ')[0]}"] = (listed[1].split() if listed[1] else ["true", "false"]) if listed else []
     return keys
 
 
 def options_of(lines):
     """(short name or None, long name, its value or None, meaning) of every option."""
-    found = []
+    found, methods = [], [line.split()[0] for line in parts(lines, "Methods:")]
     rows = [re.sub(r" (?:Excludes|Needs): --[\w-]+", "  ", line) for line in parts(lines, "Options:")]
     for i, line in enumerate(rows):
         match = OPTION.match(line)
@@ -58,14 +61,20 @@ def options_of(lines):
             continue
         below = rows[i + 1] if i + 1 < len(rows) and not OPTION.match(rows[i + 1]) else ""
         meaning = match[4] or below
-        found.append((match[1], match[2], match[3], meaning.strip()))
+        value = f" METHOD:{{{','.join(methods)}}}" if methods and match[3] == " METHOD" else match[3]
+        found.append((match[1], match[2], value, meaning.strip()))
     return found
 
 
 def choices_of(value):
-    """The values of an option whose help lists them, such as " MODE:{auto,build}"."""
+    """The values of an option whose help lists them, such as " MODE:{auto,build}" or " all|odometry|FILE"."""
     listed = re.search(r"\{(.+)\}", value or "")
-    return listed[1].split(",") if listed else []
+    return listed[1].split(",") if listed else re.findall(r"[a-z]+", value or "") if "|" in (value or "") else []
+
+
+def or_file(value):
+    """Whether a file may stand in place of such a value."""
+    return (value or "").endswith("|FILE")
 
 
 def words_of(options):
@@ -77,14 +86,23 @@ def bash_values(options, keys):
     lines, plain = [], set()
     for short, long, value, _ in options:
         names = [n for n in (short, long) if n]
-        choices = keys if long == "--set" else choices_of(value)
+        choices = [f"{key}=" for key in keys] if long == "--set" else choices_of(value)
         if choices:
-            lines.append(f'    {"|".join(names)}) values="{" ".join(choices)}" ;;')
+            files = " files=yes" if or_file(value) else ""
+            lines.append(f'    {"|".join(names)}) values="{" ".join(choices)}"{files} ;;')
         elif value:
             plain.update(names)
     if plain:
         lines.append(f'    {"|".join(sorted(plain))}) words= ;;')
     return list(dict.fromkeys(lines))
+
+
+def bash_settings(keys):
+    """Lines that complete what follows `--set section.key=`, which bash takes for three words."""
+    lines = ["  local at=$COMP_CWORD", '  if [ "$word" = = ]; then word="" at=$((at + 1)); fi',
+             '  if [ "${COMP_WORDS[at-1]}" = = ]; then', '    local few=', '    case "${COMP_WORDS[at-2]}" in']
+    lines += [f'    {key}) few="{" ".join(values)}" ;;' for key, values in keys.items() if values]
+    return lines + ["    esac", '    mapfile -t COMPREPLY < <(compgen -W "$few" -- "$word")', "    return 0", "  fi"]
 
 
 def bash_text(name, top, commands, keys):
@@ -96,9 +114,11 @@ def bash_text(name, top, commands, keys):
         lines += [f'  [ "$COMP_CWORD" -gt 1 ] || words="$words {" ".join(commands)}"', '  case "${COMP_WORDS[1]}" in']
         lines += [f'    {command}) words="{words_of(options)}" ;;' for command, options in commands.items()]
         lines += ["  esac"]
+    if keys:
+        lines += bash_settings(keys)
     if values:
-        lines += ['  local values=', '  case "${COMP_WORDS[COMP_CWORD-1]}" in', *values, "  esac",
-                  '  if [ -n "$values" ]; then', '    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word")',
+        lines += ['  local values= files=', '  case "${COMP_WORDS[COMP_CWORD-1]}" in', *values, "  esac",
+                  '  if [ -n "$values" ]; then', '    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word"; [ -z "$files" ] || compgen -f -- "$word")',
                   '    [[ "${COMPREPLY[*]}" == *= ]] && compopt -o nospace', "    return 0", "  fi"]
     # An empty reply completes file names.
     lines += ["  COMPREPLY=()", '  [[ "$word" == -* ' + ("|| $COMP_CWORD -eq 1 " if commands else "") + "]] || return 0",
@@ -109,8 +129,11 @@ def bash_text(name, top, commands, keys):
 
 def zsh_option(keys, short, long, valued, meaning):
     meaning = re.sub(r"['\[\]:]", "", meaning)
-    choices = keys if long == "--set" else choices_of(valued)
-    value = f":value:({' '.join(choices)})" if choices else ":value:_files" if valued else ""
+    settings = [f"{key}={value}" for key, values in keys.items() for value in values or [""]]
+    choices = settings if long == "--set" else choices_of(valued)
+    value = f":value:({' '.join(choices)})" if choices and not or_file(valued) else ":value:_files" if valued else ""
+    if or_file(valued):
+        value = ":value:{ _alternative \"values\\:value\\:(" + " ".join(choices) + ")\" \"files\\:file\\:_files\" }"
     names = [n for n in (short, long) if n]
     return " ".join(f"'*{n}[{meaning}]{value}'" for n in names)
 

@@ -3,10 +3,11 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """Lists figures of the pages that are older than what makes them.
 
-usage: stale_figures.py [PAGE]...     (default: README.md and docs/*.md)
+usage: stale_figures.py [--unnamed] [PAGE]...     (default: README.md and docs/*.md)
 
 A figure is a paragraph, list or table with measured numbers. The command that makes it is the nearest one before it in its
-section, or else the first one there. Its inputs are the configuration, the script or the benchmark that the command names,
+section, or else the first one there, or else that of the section around it. With --unnamed, figures are listed that no command
+makes: either one is missing, or the numbers are no measurements, such as limits and settings. Otherwise: the inputs of a figure are the configuration, the script or the benchmark that the command names,
 and the rooms of the library that its program is about (PROGRAMS). A figure is listed where an input has a commit that is
 younger than all lines of the figure by `git blame`; whoever finds it unchanged touches its lines, or leaves it for the next
 measurement. Exit code 0, or 1 where a page is not in the repository.
@@ -98,17 +99,25 @@ def sections(lines):
         yield held
 
 
+def is_figure(block):
+    return not is_code(block) and not block[0].startswith("#") and MEASURED.search(re.sub(r"`[^`]*`", "", "\n".join(block)))
+
+
 def figures_of(root, lines):
-    """(first line, last line, inputs) of each figure."""
+    """(first line, last line, inputs) of each figure; no inputs where no command is named."""
+    around = {}  # level of a heading -> inputs of the first command below it
     for section in sections(lines):
         made = [(start, inputs_of(root, "\n".join(block))) for start, block in section]
         made = [(start, inputs) for start, inputs in made if inputs]
+        level = len(section[0][1][0]) - len(section[0][1][0].lstrip("#"))
+        around = {above: inputs for above, inputs in around.items() if above < level}
+        inherited = around[max(around)] if around else []
+        if made and level > 1:  # the head of a page is of no figure in particular
+            around[level] = made[0][1]
         for start, block in section:
-            text = "\n".join(block)
-            if not made or is_code(block) or block[0].startswith("#") or not MEASURED.search(re.sub(r"`[^`]*`", "", text)):
-                continue
-            inputs = max((m for m in made if m[0] <= start), default=made[0])[1]
-            yield start, start + len(block) - 1, inputs
+            if is_figure(block):
+                before = [m for m in made if m[0] <= start] or made[:1] or [(start, inherited)]
+                yield start, start + len(block) - 1, before[-1][1]
 
 
 def times_of_lines(root, page):
@@ -139,6 +148,12 @@ def stale(root, page):
             yield first, written, younger
 
 
+def unnamed(root, page):
+    """First lines of the figures of a page that no command makes."""
+    lines = (root / page).read_text(encoding="utf-8").splitlines()
+    return [first for first, _, inputs in figures_of(root, lines) if not inputs]
+
+
 def day(seconds):
     return time.strftime("%Y-%m-%d", time.gmtime(seconds))
 
@@ -148,17 +163,21 @@ def main():
         print(__doc__)
         return
     root = pathlib.Path(git(pathlib.Path.cwd(), "rev-parse", "--show-toplevel").strip())
-    pages = sys.argv[1:] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
+    without = "--unnamed" in sys.argv[1:]
+    pages = [word for word in sys.argv[1:] if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
     count = 0
     for page in pages:
         try:
-            for first, written, younger in stale(root, page):
+            for first in unnamed(root, page) if without else ():
+                count += 1
+                print(f"{page}:{first}: names no command")
+            for first, written, younger in () if without else stale(root, page):
                 count += 1
                 told = ", ".join(f"{path} ({day(changed)})" for path, changed in younger)
                 print(f"{page}:{first}: figures of {day(written)}; changed since: {told}")
         except (OSError, subprocess.CalledProcessError) as error:
             sys.exit(f"error: {page}: {getattr(error, 'stderr', None) or error}".strip())
-    print(f"{count} paragraphs or tables are older than an input of theirs")
+    print(f"{count} paragraphs or tables {'name no command' if without else 'are older than an input of theirs'}")
 
 
 if __name__ == "__main__":

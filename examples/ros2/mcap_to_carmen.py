@@ -7,13 +7,12 @@ Scans are a topic of sensor_msgs/LaserScan. Odometry is interpolated to their ti
 so that /tf and /tf_static say where the laser is on it; without it the laser is taken to be in the middle of the robot.
 """
 
-import argparse
 import bisect
 import math
 import sys
 
 from mcap_bag import BagError, files_of, messages_of, topics_of
-from mcap_to_csv import angles_of, chosen_topic, odometry_of, sensor_pose, tell_dropped, time_of
+from mcap_to_csv import angles_of, chosen_topic, odometry_of, parser_of, sensor_pose, tell_dropped, time_of
 
 SCAN = "sensor_msgs/msg/LaserScan"
 LEVEL = math.radians(5)  # a laser that is tilted more does not see the plane
@@ -97,13 +96,8 @@ def convert(options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("bag", nargs="+", help="F.mcap, or the folder of a bag")
+    parser = parser_of(__doc__, "tells where the laser is on it")
     parser.add_argument("--scans", metavar="TOPIC", help="of sensor_msgs/LaserScan; may be left out where there is one")
-    parser.add_argument("--odometry", metavar="TOPIC", help="poses of the robot; likewise")
-    parser.add_argument("--odometry-tf", nargs=2, metavar=("PARENT", "CHILD"),
-                        help="odometry is this transform of /tf, as odom base_link")
-    parser.add_argument("--base", metavar="FRAME", help="the robot, as base_link")
     parser.add_argument("-o", "--output", required=True, metavar="F.clf")
     options = parser.parse_args()
     try:

@@ -347,12 +347,19 @@ def convert(options):
         tell_sensor_pose(files, topics, options.base, frame, optical)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def parser_of(doc, placed):
+    """A parser with what every conversion asks for: bags, where the odometry is, and the robot that carries the sensor."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bag", nargs="+", help="F.mcap, or the folder of a bag")
     parser.add_argument("--odometry", metavar="TOPIC", help="poses of the robot; may be left out where there is one")
     parser.add_argument("--odometry-tf", nargs=2, metavar=("PARENT", "CHILD"),
                         help="odometry is this transform of /tf, as odom base_link")
+    parser.add_argument("--base", metavar="FRAME", help=f"the robot, as base_link: {placed}, by /tf and /tf_static")
+    return parser
+
+
+def main():
+    parser = parser_of(__doc__, "prints where the sensor is on it")
     parser.add_argument("--detections", metavar="TOPIC", help="of vision_msgs or apriltag_msgs; likewise")
     parser.add_argument("--tags", metavar="FRAME",
                         help="detections are the transforms (of /tf, or --detections) from this optical frame of a camera to "
@@ -365,8 +372,6 @@ def main():
     parser.add_argument("--truth", metavar="TOPIC",
                         help="poses or sensor_msgs/NavSatFix that are true: writes truth.tum or truth.xyz for hybrid-replay "
                              "--truth-path")
-    parser.add_argument("--base", metavar="FRAME",
-                        help="the robot, as base_link: prints where the sensor is on it, by /tf and /tf_static")
     parser.add_argument("--plane", action="store_true", help="leave z, pitch and roll out")
     parser.add_argument("--optical", action="store_true",
                         help="detections are in the optical frame of a camera: z ahead, x to the right, y down")

@@ -28,6 +28,7 @@ class Bearing : public FactorOf<Pose::Point::RowsAtCompileTime - 1, Pose, typena
   }
 
   const Angles& measured() const { return measured_; }
+  const Pose& T_robot_sensor() const { return view_.T_robot_sensor(); }
   std::string name() const override { return "bearing"; }
 
   Angles evaluate(const Pose& T_map_robot, const Point& p_map,

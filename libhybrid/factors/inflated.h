@@ -16,6 +16,7 @@ class Inflated : public ContinuousFactor {
   Inflated(ContinuousFactorPtr factor, double variance_factor);
 
   const ContinuousFactorPtr& factor() const { return factor_; }
+  double variance_factor() const { return variance_factor_; }
   double cost(const double* const* x) const override;
   double linearize(const double* const* x, double* r, double* J) const override;
   double log_normalizer() const override;

@@ -26,6 +26,7 @@ class Position : public FactorOf<Pose::Point::RowsAtCompileTime, Pose> {
   }
 
   const Point& measured() const { return measured_; }
+  const Point& lever_arm() const { return lever_arm_; }
   std::string name() const override { return "position"; }
 
   Point evaluate(const Pose& T_map_robot,

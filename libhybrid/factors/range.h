@@ -30,6 +30,8 @@ class Range : public FactorOf<1, A, B> {
   }
 
   double measured() const { return measured_; }
+  const Point& offset_a() const { return offset_a_; }
+  const Point& offset_b() const { return offset_b_; }
   std::string name() const override { return "range"; }
 
   typename Base::Residual evaluate(const A& a, const B& b, typename Base::template Jacobian<A>* Ja,

@@ -35,6 +35,7 @@ class SoftMixture : public ContinuousFactor {
   using ContinuousFactor::cost;
 
   const std::vector<MixtureComponent>& components() const { return components_; }
+  double temperature() const { return temperature_; }
   /// The weights g_k at some values: p(component | values) at temperature one.
   Eigen::VectorXd weights(const Values& values) const;
 

@@ -73,8 +73,8 @@ void read_log(IniFile& ini, ReplaySettings& settings, RobotSettings& robot) {
                                "_GT.txt, TUM (.tum) or `time x y z` (.xyz); empty: unknown");
   robot.truth_step = static_cast<std::size_t>(
       log.get("truth_step", 0,
-              "step of the log that the first row of a true path without times is of: 1 where a "
-              "frame before the first action was not counted, as MRPT's reader of pairs does",
+              "step of the log that the first row of a true path without times is of: 1 where the "
+              "log has a frame before its first action, and the rows begin with that action",
               IniRange{0, 1e9}));
   const auto point = log.get("truth_point", std::vector<double>{0, 0, 0},
                              "place on the robot of what gave the positions of a .xyz file, such "

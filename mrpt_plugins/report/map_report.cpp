@@ -137,13 +137,15 @@ Json robots_json(const MapResult& result) {
 
 Json map_report_json(const MapReport& report) {
   const MapResult& result = report.result;
+  const Trajectory& path = result.trajectory;
   Json out = {{"schema", 1},
               {"kind", "map"},
               {"title", result.title},
+              {"start", path.empty() ? Json() : decimals(path.front().time, 6)},
               {"dimension", result.is_3d ? 3 : 2},
               {"classes", result.class_names},
               {"robots", robots_json(result)},
-              {"poses", pose_columns(result.trajectory, result.is_3d)},
+              {"poses", pose_columns(path, result.is_3d)},
               {"reckoned", pose_columns(result.dead_reckoning, result.is_3d)},
               {"landmarks", landmarks_json(result)},
               {"truth", truth_json(report.truth, result.is_3d)},

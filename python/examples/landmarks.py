@@ -30,6 +30,7 @@ mapper.finish()
 estimate = mapper.smoother.estimate()
 for landmark in mapper.landmarks:
     p = estimate.values[landmark.position]
+    assert landmark.class_key is not None  # it has a class
     kind = estimate.assignment[landmark.class_key.key]
     nearest = np.linalg.norm(things - p, axis=1).argmin()
     print(f"{names[kind]} at {p.round(2)} m, seen {landmark.sightings} times")

@@ -16,7 +16,7 @@ import importlib.util as _util
 
 from . import _core, _represent
 from ._core import *  # noqa: F403
-from ._graphs import read_g2o, refuse_to_pickle as _refuse_to_pickle  # noqa: F401
+from ._graphs import add_pickling as _add_pickling, read_g2o  # noqa: F401
 
 __version__ = _core.__version__
 __all__ = [name for name in vars(_core) if not name.startswith("_")]
@@ -25,7 +25,7 @@ for _name in __all__:
         vars(_core)[_name].__module__ = __name__
 _represent.add_to([vars(_core)[_name] for _name in __all__ if isinstance(vars(_core)[_name], type)])
 __all__.append("read_g2o")
-_refuse_to_pickle(HybridGraph)  # noqa: F405
+_add_pickling()
 
 if _util.find_spec(__name__ + "._mrpt") is not None:
     from ._replay import ReplayResult, replay  # noqa: F401

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""python -m hybrid replay LOG, python -m hybrid plot FOLDER"""
+"""python -m hybrid replay LOG, python -m hybrid plot FOLDER, python -m hybrid compare RUN RUN"""
 
 import argparse
 import sys
@@ -28,6 +28,14 @@ def _plot(options):
     return 0
 
 
+def _compare(options):
+    from hybrid import _pages
+
+    _pages.compare([options.run_a, *options.runs], options.output)
+    print(f"wrote {options.output}")
+    return 0
+
+
 def _setting(text):
     if "=" not in text or "." not in text.split("=")[0]:
         raise argparse.ArgumentTypeError(f"'{text}' is no SECTION.KEY=VALUE")
@@ -51,6 +59,11 @@ def _parser():
     plot.add_argument("folder", help="written by hybrid-replay")
     plot.add_argument("picture", help="the file to write: .png, .pdf or .svg")
     plot.set_defaults(run=_plot)
+    compare = commands.add_parser("compare", help="one page about several runs: figures, settings, paths, landmarks, errors")
+    compare.add_argument("run_a", metavar="RUN", help="a folder of hybrid-replay --report, or its report.html")
+    compare.add_argument("runs", nargs="+", metavar="RUN", help="those that it is compared with")
+    compare.add_argument("-o", "--output", default="compare.html", metavar="FILE")
+    compare.set_defaults(run=_compare)
     return parser
 
 
@@ -58,7 +71,7 @@ def main(arguments=None):
     options = _parser().parse_args(arguments)
     try:
         return options.run(options)
-    except (hybrid.Error, ImportError) as error:
+    except (hybrid.Error, ImportError, OSError) as error:
         print(f"python -m hybrid: {error}", file=sys.stderr)
         return 1
 

@@ -1,19 +1,38 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Pose graphs in one step."""
+"""Pose graphs in one step; graphs and factors in pickles."""
 
 import os
 
 from . import _core
 
 
-def _refuse_to_pickle(graph, _protocol=0):
-    raise TypeError(f"{graph!r} cannot be pickled: write_g2o keeps pose graphs, and of other graphs what they are made from is kept")
+def made(name, *arguments):
+    """A factor that a pickle holds, by the function that makes it."""
+    return getattr(_core, name)(*arguments)
 
 
-def refuse_to_pickle(cls):
-    """Tells what to do in place of pickle's `cannot pickle`. copy.copy and copy.deepcopy stay."""
-    cls.__reduce_ex__ = _refuse_to_pickle
+def _reduce_factor(factor):
+    recipe = _core._recipe(factor)
+    if recipe is None:
+        how = (f"define __reduce__ in the class, such as `return {type(factor).__name__}, (what __init__ takes)`"
+               if isinstance(factor, _core.Factor) else "its class has no form in Python")
+        raise TypeError(f"{factor!r} cannot be pickled: {how}")
+    name, arguments = recipe
+    return made, (name, *arguments)
+
+
+def _reduce_graph(graph):
+    return _core.HybridGraph, (list(graph),)
+
+
+def add_pickling():
+    """Factors are kept by what they are made of, graphs by their factors. Copies of factors, which never change, are the same."""
+    for cls in (_core.ContinuousFactor, _core.HybridFactor):
+        cls.__reduce__ = _reduce_factor
+        cls.__copy__ = lambda factor: factor
+        cls.__deepcopy__ = lambda factor, memo: factor
+    _core.HybridGraph.__reduce__ = _reduce_graph
 
 
 def read_g2o(path: str | os.PathLike, *, repair_information: bool = False) -> tuple[_core.HybridGraph, _core.Values]:
@@ -28,7 +47,4 @@ def read_g2o(path: str | os.PathLike, *, repair_information: bool = False) -> tu
     edges = (*poses.poses2, *poses.poses3, *poses.points2, *poses.points3)
     complete = all(edge.from_key in poses.values and edge.to_key in poses.values for edge in edges)
     initial = poses.values if complete else _core.initialize_from_odometry(poses)
-    graph = _core.HybridGraph()
-    for factor in _core.to_factors(poses, initial):
-        graph.add(factor)
-    return graph, initial
+    return _core.HybridGraph(_core.to_factors(poses, initial)), initial

@@ -57,8 +57,8 @@ def test_a_graph_takes_lists_and_is_iterated():
     assert len(handles) == 3 and all(handle in graph for handle in handles)
     assert [type(factor) for factor in graph] == [type(factors[0]), h.Table, h.HybridFactor]
     assert repr(graph) == "<HybridGraph of 1 continuous, 1 discrete and 1 hybrid factors>"
-    with pytest.raises(TypeError, match="write_g2o keeps pose graphs"):
-        pickle.dumps(graph)
+    assert repr(h.HybridGraph(factors)) == "<HybridGraph of 1 continuous, 1 discrete and 0 hybrid factors>"
+    assert repr(h.HybridGraph(graph)) == repr(graph) and h.HybridGraph(graph).hybrid == graph.hybrid
     other = copy.deepcopy(graph)
     other.remove(handles[0])
     assert (len(graph), len(other)) == (3, 2)

@@ -25,9 +25,17 @@ The error is 0.25 m.
 |---|---|
 | `hybrid-replay -c config/b.ini` | 0.5 m |
 
+### Of parts
+
+Half of it is 0.1 m.
+
 ## Time
 
 A run takes 1.5 s (`bench-fast`).
+
+## Elsewhere
+
+It weighs 2.5 kg.
 
 ## Words
 
@@ -76,7 +84,7 @@ class StaleFigures(unittest.TestCase):
         self.write("config/a.ini", "2")
         self.commit(5)
         self.assertEqual(self.listed("docs/page.md"),
-                         ["docs/page.md:9: figures of 2026-01-01; changed since: config/a.ini (2026-01-05)"])
+                         [f"docs/page.md:{line}: figures of 2026-01-01; changed since: config/a.ini (2026-01-05)" for line in (9, 17)])
 
     def test_a_table_names_its_own_command(self):
         self.write("config/b.ini", "2")
@@ -91,12 +99,15 @@ class StaleFigures(unittest.TestCase):
         self.write("bench/bench-fast.cpp", "2")
         self.commit(5)
         self.assertEqual([line.split(": ")[0] for line in self.listed("docs/page.md")],
-                         ["docs/page.md:9", "docs/page.md:11", "docs/page.md:17"])
+                         ["docs/page.md:9", "docs/page.md:11", "docs/page.md:17", "docs/page.md:21"])
+
+    def test_figures_without_a_command_are_listed(self):
+        self.assertEqual(self.listed("--unnamed", "docs/page.md"), ["docs/page.md:25: names no command", "docs/page.md:29: names no command"])
 
     def test_a_new_measurement_is_young_again(self):
         self.write("config/a.ini", "2")
         self.commit(5)
-        self.write("docs/page.md", PAGE.replace("0.25 m", "0.24 m"))
+        self.write("docs/page.md", PAGE.replace("0.25 m", "0.24 m").replace("0.1 m", "0.2 m"))
         self.assertEqual(self.listed("docs/page.md"), [])  # before it is committed
         self.commit(6)
         self.assertEqual(self.listed("docs/page.md"), [])

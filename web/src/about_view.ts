@@ -40,7 +40,7 @@ export function aboutView(summary: any): HTMLElement {
   root.append(el('details', {}, el('summary', {}, 'Keys'), facts([
     ['← →', 'a keyframe back, on (with shift ten)'], ['space', 'play, pause'], ['home end', 'first, last keyframe'],
     ['+ − f', 'zoom in, out, show all'], ['/', 'search a landmark or a keyframe (k120)'], ['n p', 'next, previous landmark'],
-    ['1 … 7', 'the tabs'], ['d', 'dark or light'], ['Esc', 'nothing selected']])));
+    ['1 … 8', 'the tabs'], ['d', 'dark or light'], ['Esc', 'nothing selected']])));
   const licences = document.getElementById('licences');
   if (licences) root.append(el('details', {}, el('summary', {}, 'Licences'), el('pre', {}, licences.textContent ?? '')));
   return root;

@@ -103,6 +103,7 @@ export interface PathErrors {
 export interface MapData {
   kind: 'map';
   title: string;
+  start?: number | null;  // the stamp of the first keyframe [s]; pages of former versions have none
   dimension: number;
   classes: string[];
   robots: { names: string[]; of: number[] };  // of each pose; no names where there is but one
@@ -157,10 +158,12 @@ export interface TrialsData {
 
 export type Data = MapData | GraphData | TrialsData;
 
-/** Unpacks what stands in the page. */
-export async function load(): Promise<Data> {
-  const text = document.getElementById('data')!.textContent!.trim();
-  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+/** Unpacks what stands in this page. */
+export const load = () => unpack(document.getElementById('data')!.textContent!);
+
+/** Unpacks the data of a page. */
+export async function unpack(text: string): Promise<Data> {
+  const bytes = Uint8Array.from(atob(text.trim()), c => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
   return JSON.parse(await new Response(stream).text());
 }

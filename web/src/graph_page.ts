@@ -3,27 +3,28 @@
 
 import { aboutView } from './about_view';
 import { boxOf, CanvasMap } from './canvas_map';
+import { CompareLayer } from './compare_layer';
+import { CompareView } from './compare_view';
 import { GraphData } from './data';
 import { el, facts, link, percent, show } from './dom';
 import { isTyping, Tabs, theme } from './frame';
 import { healthView } from './health_view';
 import { histogramPlot } from './histogram';
 import { OrbitView, spaceSwitch, Strand } from './orbit';
-import { themed } from './palette';
+import { decisionColor as colorOf, themed } from './palette';
 import { Plot } from './plots';
 import { Table } from './table';
 
-const kColors: Record<string, string> = { accepted: 'accepted', undecided: 'undecided', rejected: 'rejected' };
-const colorOf = (decision: string) => kColors[decision] ?? (decision.startsWith('reject') || decision === 'outlier' ? 'rejected'
-    : decision === 'undecided' ? 'undecided' : 'accepted');
-
-/** The report of a pose graph: before and after, closures and why, how the objective fell. */
-export function graphPage(data: GraphData) {
+/** The report of a pose graph: before and after, closures and why, how the objective fell; gives the view that takes other results. */
+export function graphPage(data: GraphData): CompareView {
   const { closures } = data;
   let chosen: number | null = null, before = false;
   const layers = new Map<string, boolean>();
   const map = new CanvasMap('Pose graph. Plus and minus zoom, f shows all.');
   map.setBox(boxOf(data.after, data.before, data.truth));
+  const others = new CompareLayer(map);
+  others.key.classList.add('legend');
+  map.root.append(others.key);
   const poses = () => (before ? data.before : data.after);
 
   const counts = new Map<string, number>();
@@ -81,6 +82,7 @@ export function graphPage(data: GraphData) {
       edges(closures, e => closures.decision[e] === decision);
     }
     c.setLineDash([]);
+    others.draw();
     if (chosen === null) return;
     c.strokeStyle = themed('select');
     c.lineWidth = 4;
@@ -162,24 +164,30 @@ export function graphPage(data: GraphData) {
     map.root.append(orbit.root);
     bar.prepend(spaceSwitch(orbit));
   }
-  const tabs = new Tabs([{ name: 'Health', root: healthView(data.summary.health) }, { name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'About', root: aboutView(data.summary) }]);
+  const compare = new CompareView(data, others, added => {
+    map.setBox(boxOf(data.after, data.before, data.truth, others.extent()));
+    orbit?.setOthers(others.strands());
+    if (added) tabs.openNamed('Compare');
+  });
+  const tabs: Tabs = new Tabs([{ name: 'Health', root: healthView(data.summary.health) }, { name: 'Closures', root: closurePane }, { name: 'Solver', root: solver }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) }]);
   const truth = data.summary.truth?.trajectory;
   const header = el('header', {}, el('h1', {}, data.title || 'Pose graph'), el('span', { class: 'quiet head-line' },
       `${data.summary.method}: ${data.after.x.length} poses, ${closures.i.length} closures` + (truth ? `, path rmse ${show(truth.rmse_m)} m` : '')),
-      theme(() => { map.redraw(); for (const plot of plots) plot.restyle(); histogram?.restyle(); orbit?.restyle(); }));
+      theme(() => { map.redraw(); for (const plot of plots) plot.restyle(); histogram?.restyle(); orbit?.restyle(); compare.restyle(); }));
   document.body.append(el('div', { class: 'page no-time' }, header, stage, tabs.root));
   document.addEventListener('keydown', e => {
     if (isTyping(e) || e.ctrlKey || e.metaKey || e.altKey) return;
     const actions: Record<string, () => void> = {
       '+': () => map.zoomBy(1.5), '-': () => map.zoomBy(1 / 1.5), f: () => map.fit(), b: () => time.click(),
       d: () => document.getElementById('theme')!.click(), Escape: () => choose(null),
-      1: () => tabs.open(0), 2: () => tabs.open(1), 3: () => tabs.open(2),
+      1: () => tabs.open(0), 2: () => tabs.open(1), 3: () => tabs.open(2), 4: () => tabs.open(3), 5: () => tabs.open(4),
     };
     if (!actions[e.key]) return;
     e.preventDefault();
     actions[e.key]();
   });
-  (window as any).report = { data, map };
+  (window as any).report = { data, map, compare };
+  return compare;
 }
 
 function fromSegment(px: number, py: number, ax: number, ay: number, bx: number, by: number): number {

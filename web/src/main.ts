@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-import { load } from './data';
+import { load, unpack } from './data';
 import { el } from './dom';
 import { graphPage } from './graph_page';
 import { mapPage } from './map_page';
@@ -13,9 +13,11 @@ async function main() {
     const data = await load();
     waiting.remove();
     document.title = data.title || document.title;
-    if (data.kind === 'map') mapPage(data);
-    else if (data.kind === 'graph') graphPage(data);
-    else trialsPage(data);
+    const compare = data.kind === 'map' ? mapPage(data) : data.kind === 'graph' ? graphPage(data) : trialsPage(data);
+    for (const script of document.querySelectorAll<HTMLElement>('script.other')) {
+      const other = await unpack(script.textContent!);
+      if (other.kind === data.kind && other.kind !== 'trials') compare?.addData(other, script.dataset.name);
+    }
     document.body.dataset.ready = 'yes';
   } catch (error) {
     waiting.replaceChildren(el('p', { class: 'bad' }, `This page cannot be shown: ${error}`));

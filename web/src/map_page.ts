@@ -3,6 +3,7 @@
 
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
+import { CompareView } from './compare_view';
 import { MapData, Path, placesOf, robotAt, robotsOf } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
@@ -20,8 +21,8 @@ import { State } from './state';
 import { robotColor } from './palette';
 import { Mark, Timeline } from './timeline';
 
-/** The report of a replay. */
-export function mapPage(data: MapData) {
+/** The report of a replay; gives the view that takes other runs. */
+export function mapPage(data: MapData): CompareView {
   const history = new History(data);
   const state = new State(history.last);
   const view = new MapView(data, history, state);
@@ -33,16 +34,21 @@ export function mapPage(data: MapData) {
   const solver = new SolverView(data, state);
   const errors = new ErrorView(data, state);
   const orbit = data.dimension === 3 ? inSpace(data) : null;
+  const compare = new CompareView(data, view.compare, added => {
+    view.measure();
+    orbit?.setOthers(view.compare.strands());
+    if (added) tabs.openNamed('Compare');
+  });
   const list: Tab[] = [
     { name: 'Health', root: healthView(data.summary.health) },
     { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
     { name: 'Closures', root: closures(data, state) }, { name: 'Solver', root: solver.root },
-    { name: 'Errors', root: errors.root }, { name: 'About', root: aboutView(data.summary) },
+    { name: 'Errors', root: errors.root }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) },
   ];
   const tabs = new Tabs(list);
   const timeline = new Timeline(state, marks(data), k => describe(data, history, k));
   const restyle = () => {
-    for (const part of [view, landmark, solver, errors, orbit]) part?.restyle();
+    for (const part of [view, landmark, solver, errors, compare, orbit]) part?.restyle();
     timeline.drawStrip();
   };
   const search = searchBox(data, history, state, tabs);
@@ -65,7 +71,8 @@ export function mapPage(data: MapData) {
     }
   });
   document.addEventListener('keydown', e => keys(e, data, state, view, timeline, tabs, search));
-  (window as any).report = { data, history, state, view, histogram: { shares, chiSquareShares } };  // for those who look with the console
+  (window as any).report = { data, history, state, view, compare, histogram: { shares, chiSquareShares } };  // for those who look with the console
+  return compare;
 }
 
 /** Closures by landmarks, and by scans. */
@@ -157,7 +164,7 @@ function keys(e: KeyboardEvent, data: MapData, state: State, view: MapView, time
     '/': () => search.focus(), d: () => document.getElementById('theme')!.click(),
     Escape: () => state.set({ landmark: null, sighting: null, closure: null }),
   };
-  for (let i = 1; i <= 7; ++i) actions[String(i)] = () => tabs.open(i - 1);
+  for (let i = 1; i <= 8; ++i) actions[String(i)] = () => tabs.open(i - 1);
   const action = actions[e.key];
   if (!action || (e.key === ' ' && e.target instanceof HTMLButtonElement)) return;
   e.preventDefault();

@@ -5,6 +5,7 @@ import { quadtree, Quadtree } from 'd3-quadtree';
 import { boxOf, CanvasMap } from './canvas_map';
 import { Id, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
+import { CompareLayer } from './compare_layer';
 import { History, mostProbable } from './history';
 import { ErrorPaint } from './error_paint';
 import { classColor, classShape, robotColor, themed, trace } from './palette';
@@ -31,6 +32,7 @@ export class MapView {
   private tip = el('div', { class: 'tip', hidden: true });
   private hovered: Id | null = null;
   readonly paint: ErrorPaint;
+  readonly compare = new CompareLayer(this.map);
 
   constructor(private data: MapData, private history: History, private state: State) {
     this.scans = new ScanLayer(data, this.map);
@@ -45,7 +47,7 @@ export class MapView {
     this.map.hover = (x, y) => this.hover(x, y);
     this.map.root.append(this.tip, this.legend());
     this.root = el('div', { class: 'map-room' }, this.controls(), this.map.root);
-    this.map.setBox(this.box());
+    this.measure();
     state.listen((view, changed) => {
       if (changed.has('keyframe')) this.update();
       if (changed.has('landmark') && view.landmark !== null) this.reveal(view.landmark);
@@ -54,10 +56,11 @@ export class MapView {
     this.update();
   }
 
-  private box(): number[] {
+  /** Chooses the part of the world that `Fit` shows: all that there is. */
+  measure() {
     const { poses, landmarks, truth } = this.data;
     const at = { x: landmarks.map(l => l.at[0]), y: landmarks.map(l => l.at[1]) };
-    return boxOf(poses, at, truth.path, this.scans.extent());
+    this.map.setBox(boxOf(poses, at, truth.path, this.scans.extent(), this.compare.extent()));
   }
 
   private controls(): HTMLElement {
@@ -109,18 +112,14 @@ export class MapView {
     const line = (name: string, dashed = false) =>
         el('i', { class: `line${dashed ? ' dashed' : ''}`, style: `color: var(--${name})` });
     const { names } = this.data.robots;
-    if (names.length > 1) {
-      names.forEach((name, robot) => {
-        const mark = line('estimate');
-        this.legendLines.push([mark, robot]);
-        box.append(entry(mark, name));
-      });
-    } else {
-      box.append(entry(line('estimate'), 'estimate'));
+    for (const [robot, name] of (names.length > 1 ? names : ['estimate']).entries()) {
+      const mark = line('estimate');
+      this.legendLines.push([mark, robot]);
+      box.append(entry(mark, name));
     }
     box.append(entry(line('odometry', true), 'dead reckoning'));
     if (this.data.truth.path.x.length) box.append(entry(line('truth', true), 'truth'));
-    box.append(this.paint.scale);
+    box.append(this.paint.scale, this.compare.key);
     for (const [name, text] of this.scans.legend()) box.append(entry(line(name, name === 'rejected'), text));
     const counts = new Map<number, number>();
     for (const l of this.data.landmarks) {
@@ -233,6 +232,7 @@ export class MapView {
       }
     }
     c.setLineDash([]);
+    this.compare.draw();
     if (on('estimate')) this.drawPath(k);
     if (on('closures')) this.scans.drawClosures(k, this.state.view.closure);
     if (on('rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);

@@ -39,6 +39,7 @@ export class OrbitView {
   private orbit: any = null;
   private scene = new Transform();
   private meshes: [Mesh, Strand][] = [];
+  private others: Strand[] = [];
   private marker: Mesh | null = null;
   private running = false;
   private radius = 1;
@@ -79,7 +80,7 @@ export class OrbitView {
     this.camera.position.set(at.x - 0.9 * this.radius, at.y - 1.7 * this.radius, at.z + 1.3 * this.radius);
     this.orbit = new (Orbit as any)(this.camera, { target: at.clone(), element: this.root, ease: 1, inertia: 0.6,
       minDistance: this.radius / 100, maxDistance: this.radius * 8 });
-    for (const strand of this.strands) this.meshes.push([this.mesh(strand), strand]);
+    for (const strand of [...this.strands, ...this.others]) this.meshes.push([this.mesh(strand), strand]);
     for (const type of ['mousedown', 'mousemove', 'wheel', 'touchstart', 'touchmove']) {
       this.root.addEventListener(type, () => this.wake(), { passive: true });
     }
@@ -120,6 +121,14 @@ export class OrbitView {
     return new Color(strand.color.startsWith('#') ? strand.color : themed(strand.color));
   }
 
+  /** Shows these too, instead of those that were given before. */
+  setOthers(strands: Strand[]) {
+    this.others = strands;
+    if (!this.renderer) return;
+    for (const [mesh] of this.meshes.splice(this.strands.length)) mesh.setParent(null);
+    for (const strand of strands) this.meshes.push([this.mesh(strand), strand]);
+    this.wake();
+  }
   /** A mark at a place. */
   mark(x: number, y: number, z: number) {
     if (!this.renderer) return;

@@ -25,6 +25,10 @@ export function classShape(index: number | null): Shape {
   return index === null ? 'circle' : kShapes[index % kShapes.length];
 }
 
+/** The colour of a decision about a closure, in the style sheet: one of three, whatever the method calls it. */
+export const decisionColor = (decision: string) => decision.startsWith('reject') || decision === 'outlier' ? 'rejected'
+    : decision === 'undecided' ? 'undecided' : 'accepted';
+
 /** A colour of the style sheet. */
 export function themed(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

@@ -17,7 +17,7 @@ function median(values: number[]): number {
 }
 
 /** The report of an experiment: medians by method, and every trial, to sort and filter. */
-export function trialsPage(data: TrialsData) {
+export function trialsPage(data: TrialsData): undefined {
   const said = (c: number) => data.rows.some(r => r[c] !== '' && r[c] !== null);
   const wanted = data.columns.map((_, c) => c).filter(c => said(c) && data.columns[c] !== 'reliability');
   const columns = wanted.map(c => data.columns[c]), rows: Cell[][] = data.rows.map(r => wanted.map(c => r[c]));

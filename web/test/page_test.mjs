@@ -55,7 +55,7 @@ await test('the page without data holds at most 300 kB', () => {
 await test('opens without a request and without a word on the console, and shows its title', () =>
   withPage(page(classed), desktop, async (p, faults) => {
     assert.match(await p.textContent('h1'), /classed/);
-    for (const tab of ['Why', 'Closures', 'Solver', 'Errors', 'About', 'Landmark']) {
+    for (const tab of ['Why', 'Closures', 'Solver', 'Errors', 'Compare', 'About', 'Landmark']) {
       await p.click(`.tabs button:has-text("${tab}")`);
       await p.waitForTimeout(80);
     }
@@ -293,11 +293,12 @@ await test('arrows step time wherever the focus is', () =>
     clean(faults);
   }));
 
-await test('the bar of the map is one line at 1400 pixels', async () => {
+await test('the bar of the map and the tabs are one line each at 1400 pixels', async () => {
   for (const folder of [classed, unknown, space, rooms]) {
     await withPage(page(folder), desktop, async p => {
       const tops = await p.$$eval('.map-room > .bar > *', all => all.map(e => e.getBoundingClientRect()).map(r => (r.top + r.bottom) / 2));
       assert.ok(Math.max(...tops) - Math.min(...tops) < 8, `${folder}: ${tops}`);
+      assert.ok(await p.$eval('.tabs', tabs => tabs.scrollWidth <= tabs.clientWidth), 'tabs');
     });
   }
 });
@@ -363,6 +364,116 @@ await test('curves are saved as tables, errors over the way driven among them', 
     clean(faults.filter(f => !f.startsWith('request: blob:')));
   }));
 
+/** Rows of a path in TUM's form. */
+const rowsOf = file => readFileSync(file, 'utf8').split('\n').filter(l => l && l[0] !== '#').map(l => l.split(' ').map(Number));
+/** The root mean square of the distances at the same times, by a plain loop. */
+const apart = (a, b) => {
+  const at = new Map(b.map(row => [row[0].toFixed(3), row])), squares = [];
+  for (const [t, x, y] of a) {
+    const other = at.get(t.toFixed(3));
+    if (other) squares.push((x - other[1]) ** 2 + (y - other[2]) ** 2);
+  }
+  assert.ok(squares.length > 50);
+  return Math.sqrt(squares.reduce((sum, s) => sum + s, 0) / squares.length);
+};
+/** The cells of the tables of tab Compare, by the first one of each row. */
+const compared = async p => new Map((await p.$$eval('.runs-table tr', all => all.map(r => [...r.children].map(c => c.textContent)))).map(r => [r[0], r.slice(1)]));
+
+await test('another run in the same page: figures, settings, curves, landmarks', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    await p.setInputFiles('#other-files', page(unknown));
+    await p.waitForSelector('.runs-table');
+    assert.equal(await p.getAttribute('#tab-6', 'aria-selected'), 'true');
+    const rows = await compared(p), mine = json(join(classed, 'summary.json')), other = json(join(unknown, 'summary.json'));
+    assert.deepEqual(rows.get('landmarks'), [mine.landmarks, other.landmarks].map(String));
+    const wanted = apart(rowsOf(join(classed, 'trajectory.tum')), rowsOf(join(unknown, 'trajectory.tum')));
+    assert.ok(Math.abs(parseFloat(rows.get('distance of the paths, rms')[1]) - wanted) < 1e-3 * wanted + 1e-4);
+    assert.ok(parseFloat(rows.get('the same, aligned')[1]) <= wanted + 1e-4);
+    assert.deepEqual(rows.get('sensor.ids'), [mine, other].map(s => String(s.configuration.sensor.ids)));
+    assert.ok(!rows.has('log.rawlog') || mine.configuration.log.rawlog !== other.configuration.log.rawlog);
+    const common = Number(rows.get('landmarks in both')[1]);
+    assert.ok(common > 0.8 * mine.landmarks && common <= other.landmarks, String(common));
+    assert.ok(parseFloat(rows.get('their distance, median')[1]) < 0.2);
+    assert.match(await p.textContent('.legend .runs'), /unknown/);
+    await p.click('.runs-table button:text-is("×")');
+    assert.equal(await p.locator('.runs-table').count(), 0);
+    clean(faults);
+  }));
+
+await test('each robot is compared with its own path', () =>
+  withPage(page(team), desktop, async (p, faults) => {
+    await p.setInputFiles('#other-files', page(team));
+    await p.waitForSelector('.runs-table');
+    const rows = await compared(p);
+    assert.equal(rows.get('distance of the paths, rms')[1], '0 m');
+    assert.equal(rows.get('landmarks in both')[1], String(json(join(team, 'summary.json')).landmarks));
+    assert.match(await p.textContent('#pane-6'), /The settings of these runs are the same/);
+    const titles = await p.$$eval('#pane-6 figcaption', all => all.map(f => f.textContent));
+    for (const name of robots) assert.equal(titles.filter(t => t.startsWith(`Distance from this path of ${name} `)).length, 1);
+    clean(faults);
+  }));
+
+await test('errors of two runs are curves of one plot', async () => {
+  const again = join(scratch, 'again');
+  run('hybrid-replay', '-c', join(source, 'config/classed_demo.ini'), '--set', 'sensor.sigma_range=0.5', '-o', again, '--no-pictures', '--report');
+  const text = readFileSync(page(classed), 'utf8'), file = join(scratch, 'both.html');
+  const [whole, packed] = /<script[^>]*id="data"[^>]*>([^<]+)<\/script>/.exec(readFileSync(page(again), 'utf8'));
+  assert.ok(whole.length > packed.length);
+  writeFileSync(file, text.replace('<script type="module">', () => `<script type="application/octet-stream" class="other" data-name="wide &amp; far">${packed}</script><script type="module">`));
+  await withPage(file, desktop, async (p, faults) => {
+    const rows = await compared(p);
+    assert.deepEqual(rows.get('').map(n => n.replace(' ×', '').trim()), [classed, 'wide & far']);
+    assert.deepEqual([...rows.keys()].filter(k => k.includes('.')), ['sensor.sigma_range']);
+    const { own, others } = await p.evaluate(() => ({ own: window.report.data.errors[0], others: window.report.compare.runs[0].errors[0] }));
+    const [download] = await Promise.all([p.waitForEvent('download'), p.click('#pane-6 figure:has-text("Error of position [m]") .csv')]);
+    const table = readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map(r => r.split(',').map(Number));
+    assert.deepEqual(table.map(r => r[1]), own.estimate);
+    assert.deepEqual(table.map(r => r[2]), others.estimate);
+    assert.notDeepEqual(own.estimate, others.estimate);
+    clean(faults.filter(f => !f.startsWith('request: blob:')));
+  });
+});
+
+await test('the path of any program is compared, as it is and aligned; a file that is none says so', () =>
+  withPage(page(classed), desktop, async (p, faults) => {
+    const path = rowsOf(join(classed, 'trajectory.tum')), file = join(scratch, 'turned.tum'), [c, s] = [Math.cos(0.5), Math.sin(0.5)];
+    writeFileSync(file, '# stamp x y z\n' + path.map(([t, x, y]) => `${t} ${c * x - s * y + 3} ${s * x + c * y - 2} 0 0 0 0 1`).join('\n'));
+    const reckoned = join(classed, 'trajectory_dead_reckoning.tum');
+    await p.setInputFiles('#other-files', [file]);
+    await p.setInputFiles('#other-files', [reckoned, join(unknown, 'landmarks.json')]);
+    await p.waitForFunction(() => window.report.compare.runs.length === 2);
+    const rows = await compared(p), far = rows.get('distance of the paths, rms').slice(1).map(parseFloat);
+    assert.ok(Math.abs(far[0] - apart(path, rowsOf(file))) < 1e-3 * far[0]);
+    assert.ok(Math.abs(far[1] - apart(path, rowsOf(reckoned))) < 1e-3 * far[1]);
+    assert.ok(parseFloat(rows.get('the same, aligned')[1]) < 2e-3);
+    assert.equal(rows.get('landmarks')[2], String(json(join(unknown, 'landmarks.json')).landmarks.length));
+    await p.check('#aligned');
+    const [x, y] = await p.evaluate(() => window.report.compare.layer.strands()[0].points);
+    path.forEach((row, i) => assert.ok(Math.hypot(x[i] - row[1], y[i] - row[2]) < 2e-3));
+    writeFileSync(join(scratch, 'no_path.tum'), '1 2 three 4\n');
+    await p.setInputFiles('#other-files', join(scratch, 'no_path.tum'));
+    await p.waitForSelector('#pane-6 [role=alert]:not([hidden])');
+    assert.match(await p.textContent('#pane-6 .bad'), /^no_path\.tum, line 1: a path has rows of time, x, y, z/);
+    const alert = text => p.waitForFunction(t => document.querySelector('#pane-6 [role=alert]').textContent.startsWith(t), text);
+    writeFileSync(join(scratch, 'half.json'), '{"landmarks": [');
+    await p.setInputFiles('#other-files', join(scratch, 'half.json'));
+    await alert('half.json is no JSON: ');
+    await p.setInputFiles('#other-files', [file, reckoned, join(unknown, 'landmarks.json')]);
+    await alert('several paths, and no way to tell');
+    await p.setInputFiles('#other-files', [file, reckoned]);
+    await p.waitForFunction(() => window.report.compare.runs.length === 4);
+    assert.deepEqual((await compared(p)).get('').slice(3).map(n => n.replace(' ×', '').trim()), ['turned.tum (2)', 'trajectory_dead_reckoning.tum (2)']);
+    const dropped = await p.evaluateHandle(() => {
+      const all = new DataTransfer();
+      all.items.add(new File(['<html></html>'], 'page.html'));
+      return all;
+    });
+    await p.dispatchEvent('.map canvas', 'drop', { dataTransfer: dropped });
+    await p.waitForFunction(() => /page.html is no report/.test(document.querySelector('#pane-6 .bad').textContent));
+    assert.equal(await p.evaluate(() => window.report.compare.runs.length), 4);
+    clean(faults);
+  }));
+
 await test('everything can be done with keys alone', () =>
   withPage(page(classed), desktop, async (p, faults) => {
     await p.keyboard.press('/');
@@ -375,7 +486,7 @@ await test('everything can be done with keys alone', () =>
     await p.keyboard.press('Shift+ArrowLeft');
     const last = json(join(classed, 'summary.json')).keyframes - 1;
     assert.match(await p.textContent('.now'), new RegExp(`^keyframe ${last - 10} of`));
-    for (const key of ['2', '3', '4', '5', '6', '7']) {
+    for (const key of ['2', '3', '4', '5', '6', '7', '8']) {
       await p.keyboard.press(key);
       assert.equal(await p.getAttribute(`#tab-${Number(key) - 1}`, 'aria-selected'), 'true');
     }
@@ -431,7 +542,7 @@ await test('a map in space turns', () =>
 
 await test('a screen of 390 pixels is enough', () =>
   withPage(page(unknown), phone, async (p, faults) => {
-    for (const tab of ['Health', 'Landmark', 'Why', 'Closures', 'Solver', 'Errors', 'About']) {
+    for (const tab of ['Health', 'Landmark', 'Why', 'Closures', 'Solver', 'Errors', 'Compare', 'About']) {
       await p.click(`.tabs button:has-text("${tab}")`);
       await p.waitForTimeout(80);
       assert.ok((await p.evaluate(() => document.documentElement.scrollWidth)) <= 390, tab);
@@ -492,6 +603,34 @@ await test('a pose graph online: when a closure was decided', async () => {
     const { i, history } = await p.evaluate(() => window.report.data.closures);
     assert.ok(history.length === i.length && history.every(h => h.length > 0));
     assert.match(await p.textContent('#pane-1 .why'), /accepted at pose \d+/);
+    clean(faults);
+  });
+});
+
+await test('another solution of a pose graph in the same page', async () => {
+  const out = join(scratch, 'graph'), all = join(scratch, 'trusting');
+  run('hybrid-pgo', join(scratch, 'graph.g2o'), '--method', 'lm', '-o', all, '--report');
+  const decisions = folder => new Map(readFileSync(join(folder, 'loops.csv'), 'utf8').trim().split('\n').slice(1)
+      .map(row => row.split(',')).map(row => [row.slice(0, 2).join(' '), row[2]]));
+  await withPage(page(out), desktop, async (p, faults) => {
+    await p.setInputFiles('#other-files', page(all));
+    await p.waitForSelector('.runs-table');
+    const rows = await compared(p), mine = decisions(out), other = decisions(all);
+    assert.deepEqual(rows.get('method'), ['selection', 'lm']);
+    const differing = [...mine.keys()].filter(k => mine.get(k).startsWith('rejected') !== other.get(k).startsWith('rejected'));
+    assert.ok(differing.length > 0);
+    assert.match(await p.textContent('#pane-3'), new RegExp(`decided differently: ${differing.length} of ${mine.size}`));
+    const shown = await p.$$eval('#pane-3 .row', all => all.map(r => [...r.children].map(c => c.textContent)));
+    assert.deepEqual(shown.map(r => r.slice(0, 2).join(' ')), differing);
+    assert.deepEqual(shown.map(r => r.slice(2)), differing.map(k => [mine.get(k), other.get(k)]));
+    const [a, b] = [out, all].map(folder => rowsOf(join(folder, 'trajectory.tum')));
+    const squares = a.map((row, i) => (row[1] - b[i][1]) ** 2 + (row[2] - b[i][2]) ** 2);
+    const wanted = Math.sqrt(squares.reduce((sum, s) => sum + s, 0) / a.length);
+    assert.ok(wanted > 0.01 && Math.abs(parseFloat(rows.get('distance of the paths, rms')[1]) - wanted) < 1e-3 * wanted);
+    assert.match(await p.textContent('.map .legend'), /trusting/);
+    await p.setInputFiles('#other-files', page(classed));
+    await p.waitForSelector('#pane-3 [role=alert]:not([hidden])');
+    assert.match(await p.textContent('#pane-3 [role=alert]'), /is the report of a replay, and this page that of a pose graph/);
     clean(faults);
   });
 });
