@@ -16,7 +16,7 @@
 #include "libhybrid/solvers/problem.h"
 #include "tests/support/random.h"
 
-namespace hybrid {
+namespace hybrid::alternative_closures {
 namespace {
 
 constexpr int kLap = 40;
@@ -185,4 +185,4 @@ TEST(AlternativeClosures, AreWeighedAsIfTheOtherWereNot) {
 }
 
 }  // namespace
-}  // namespace hybrid
+}  // namespace hybrid::alternative_closures
