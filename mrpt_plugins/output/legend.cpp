@@ -142,8 +142,11 @@ void map_legend(Legend& legend, const MapResult& result, const GroundTruth& trut
                 const Stroke& truth_stroke, const Extent& extent) {
   path_legend(legend, result, truth, truth_stroke, extent);
   legend.gap(12);
-  legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
-  class_legend(legend, result);
+  if (lists_landmarks(result)) {
+    legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));
+    class_legend(legend, result);
+  }
+  if (result.grid) legend.line("wall, by laser scans", {map_style::kWall, 3});
   if (!result.movers.empty()) {
     legend.line(fmt::format("moving ({})", result.movers.size()), map_style::kMover);
   }

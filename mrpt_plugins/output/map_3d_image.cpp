@@ -124,19 +124,17 @@ Map3dImage map_3d_image(const MapResult& result, const GroundTruth& truth,
                         options.device, reason(e.what()))};
   }
   draw_labels(canvas, result, layout, box);
-  draw_heading(
-      canvas, {40, 36}, options.width - 2 * 40,
-      result.title.empty() ? "Map in 3-D" : "Map of " + result.title + " in 3-D",
-      fmt::format("{} poses of {}, {} landmarks; the squares on the ground are {:g} m wide",
-                  result.trajectory.size(), whose(result), result.landmarks.size(),
-                  layout.grid_step));
+  draw_heading(canvas, {40, 36}, options.width - 2 * 40,
+               result.title.empty() ? "Map in 3-D" : "Map of " + result.title + " in 3-D",
+               fmt::format("{}; the squares on the ground are {:g} m wide", contents_of(result),
+                           layout.grid_step));
   Legend legend(canvas, {options.width - kPanel - kMargin + 10, kTop + 14}, kPanel - 10);
   map_legend(legend, result, truth, kBeads, layout.frame.extent);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", palette::kMuted);
     legend.note(ellipse_note("Ellipsoids", layout.frame.magnification));
+    if (result.is_3d) legend.note("Thin lines drop from the landmarks to the ground.");
   }
-  if (result.is_3d) legend.note("Thin lines drop from the landmarks to the ground.");
   return {canvas.image(), ""};
 }
 

@@ -260,9 +260,8 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   draw_heading(
       canvas, {box.left, 36}, width - box.left - 25,
       result.title.empty() ? "Map" : "Map of " + result.title,
-      fmt::format("{}: {}{} poses of {}, {} landmarks",
-                  result.is_3d ? "3-D map seen from above (z left out)" : "Plan", moment.clock,
-                  result.trajectory.size(), whose(result), result.landmarks.size()));
+      fmt::format("{}: {}{}", result.is_3d ? "3-D map seen from above (z left out)" : "Plan",
+                  moment.clock, contents_of(result)));
   if (result.grid) draw_grid(canvas, axes, box, *result.grid);
   axes.draw(canvas);
 
@@ -278,7 +277,6 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
   map_legend(legend, result, truth, map_style::kTruth, extent);
-  if (result.grid) legend.line("wall, by laser scans", {map_style::kWall, 3});
   closure_legend(legend, result);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {

@@ -62,6 +62,16 @@ std::string whose(const MapResult& result) {
   return count(robots.size(), "robot") + " and " + count(sessions.size(), "session");
 }
 
+bool lists_landmarks(const MapResult& result) {
+  return !result.landmarks.empty() || !result.grid;
+}
+
+std::string contents_of(const MapResult& result) {
+  const std::string poses = fmt::format("{} poses of {}", result.trajectory.size(), whose(result));
+  if (!lists_landmarks(result)) return poses;
+  return fmt::format("{}, {} landmarks", poses, result.landmarks.size());
+}
+
 std::vector<Trajectory> true_paths(const GroundTruth& truth) {
   std::vector<Trajectory> out = {truth.path};
   out.insert(out.end(), truth.others.begin(), truth.others.end());

@@ -43,6 +43,10 @@ struct DrawnPath {
 std::vector<DrawnPath> drawn_paths(const MapResult& result);
 /// "the robot", or how many robots and, where robots have no names, sessions there are.
 std::string whose(const MapResult& result);
+/// Whether a picture counts landmarks: a map of laser scans alone has none to count.
+bool lists_landmarks(const MapResult& result);
+/// "742 poses of the robot, 15 landmarks".
+std::string contents_of(const MapResult& result);
 /// The true paths that are known.
 std::vector<Trajectory> true_paths(const GroundTruth& truth);
 

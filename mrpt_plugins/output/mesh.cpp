@@ -4,6 +4,7 @@
 #include "mrpt_plugins/output/mesh.h"
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 
 #include "mrpt_plugins/drawing/canvas.h"
@@ -68,6 +69,24 @@ void Mesh::tube(const std::vector<Vector3d>& path, double radius) {
     }
     previous = std::move(ring);
   }
+}
+
+void Mesh::block(const Vector3d& low, const Vector3d& high) {
+  const Vector3d inside = 0.5 * (low + high);
+  const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(low.x(), low.y()),
+                                                  {high.x(), low.y()},
+                                                  {high.x(), high.y()},
+                                                  {low.x(), high.y()}};
+  const auto corner = [&](std::size_t i, double z) {
+    const Eigen::Vector2d& p = corners[i % corners.size()];
+    return Vector3d(p.x(), p.y(), z);
+  };
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    flat(corner(i, low.z()), corner(i + 1, low.z()), corner(i + 1, high.z()), inside);
+    flat(corner(i, low.z()), corner(i + 1, high.z()), corner(i, high.z()), inside);
+  }
+  flat(corner(0, high.z()), corner(1, high.z()), corner(2, high.z()), inside);
+  flat(corner(0, high.z()), corner(2, high.z()), corner(3, high.z()), inside);
 }
 
 void Mesh::ellipsoid(const Vector3d& center, const Eigen::Matrix3d& axes) {

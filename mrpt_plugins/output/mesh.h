@@ -23,6 +23,8 @@ class Mesh {
   void set_color(Color color, double opacity = 1);
   /// A round tube along a path; segments without length are skipped.
   void tube(const std::vector<Eigen::Vector3d>& path, double radius);
+  /// An upright block between two corners, without its bottom.
+  void block(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
   /// center + axes * u for all unit vectors u.
   void ellipsoid(const Eigen::Vector3d& center, const Eigen::Matrix3d& axes);
   /// The solid of a marker, `radius` metres: sphere, cube, cone, octahedron, thick pentagon or star

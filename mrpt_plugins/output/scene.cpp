@@ -66,6 +66,26 @@ void add_paths(Mesh& mesh, const MapResult& result, const GroundTruth& truth, do
   }
 }
 
+/// What laser scans saw, as low walls as far as the ground reaches: a block for each row of cells.
+void add_walls(Mesh& mesh, const GridMap& grid, const SceneLayout& layout) {
+  mesh.set_color(map_style::kWall);
+  const Eigen::Array3d ground_low = layout.ground.low, ground_high = layout.ground.high;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width;) {
+      const int from = x;
+      while (x < grid.width && grid.at(x, y) == GridMap::kOccupied) ++x;
+      const Vector3d low(grid.corner.x() + from * grid.resolution,
+                         grid.corner.y() + y * grid.resolution, 0);
+      const Vector3d high(grid.corner.x() + x * grid.resolution, low.y() + grid.resolution,
+                          layout.wall_height);
+      const bool is_shown = (low.array() >= ground_low).head<2>().all() &&
+                            (high.array() <= ground_high).head<2>().all();
+      if (x > from && is_shown) mesh.block(low, high);
+      if (x == from) ++x;
+    }
+  }
+}
+
 void add_landmarks(Mesh& mesh, const MapResult& result, const GroundTruth& truth,
                    const SceneLayout& layout) {
   mesh.set_color(map_style::kTrueLandmark);
@@ -129,6 +149,7 @@ MrptScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth) {
   set_light(viewport->lightParameters(), 0.6f, 0.55f, 0.05f, from_above_and_behind_the_camera);
   add_ground(*scene, layout);
   Mesh mesh;
+  if (result.grid) add_walls(mesh, *result.grid, layout);
   add_paths(mesh, result, truth, layout.path_radius);
   add_landmarks(mesh, result, truth, layout);
   add_ellipsoids(mesh, result, layout);

@@ -17,7 +17,7 @@ using MrptScene = mrpt_scene::HYBRID_MRPT_SCENE_CLASS;
 
 /// The map as an MRPT scene (metres): ground grid, paths as tubes, landmarks as solids coloured and
 /// shaped by class with covariance ellipsoids (3 standard deviations, enlarged as in map_image) and
-/// ids as text. Only one renderer can render a scene.
+/// ids as text, and what laser scans saw as low walls. Only one renderer can render a scene.
 MrptScene::Ptr make_scene(const MapResult& result, const GroundTruth& truth = {});
 
 /// Writes the scene as `name` (.3Dscene) for SceneViewer3D.

@@ -82,6 +82,7 @@ SceneLayout scene_layout(const MapResult& result, const GroundTruth& truth, doub
   const double size = (extent.high - extent.low).maxCoeff();
   layout.landmark_radius = 0.012 * size;
   layout.path_radius = 0.0032 * size;
+  layout.wall_height = 0.012 * size;
   layout.axis_length = 0.08 * size;
   layout.grid_step = nice_below(size / 5);
   const double below = result.is_3d ? extent.low.z() - 0.02 * size : -0.003 * size;

@@ -30,6 +30,7 @@ struct SceneLayout {
   double grid_step = 1;
   double path_radius = 0.02;
   double landmark_radius = 0.1;
+  double wall_height = 0.1;  ///< of what laser scans saw
   double axis_length = 1;
   MapFrame frame;  ///< as in the plan
   SceneView view;

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "mrpt_plugins/map_file/map_file.h"
+#include "tests/apps/scan_log.h"
 #include "tests/faults/injection.h"
 
 namespace hybrid {
@@ -91,6 +93,85 @@ TEST_F(MapFaults, AMapOfSeveralRobotsOutlivesBeingKilled) {
     EXPECT_EQ(ran.code, 0) << ran.text;
     EXPECT_EQ(content_of_two("a.hmap"), whole);
   }
+}
+
+/// A map of laser scans, of which the local maps are a part.
+class ScanMapFaults : public MapFaults {
+ protected:
+  /// Replays with a fault until nothing is left to do, and returns whether a session was resumed.
+  bool goes_on_after(const std::string& command, long at_call) const {
+    EXPECT_NE(run_with({"disk", "9", at_call}, command).code, 0);
+    const auto sessions = info_of("a.hmap")["sessions"];
+    const bool is_open = !sessions.empty() && !sessions.back()["complete"];
+    const Ran ran = run_app(command + (is_open ? " --resume" : ""));
+    EXPECT_EQ(ran.code, 0) << ran.text;
+    return is_open;
+  }
+  void expect_equal(const std::string& name, const std::string& other) const {
+    const MapRecord a = read_map(at(name)), b = read_map(at(other));
+    ASSERT_EQ(a.sessions.size(), b.sessions.size());
+    ASSERT_EQ(a.local_maps.size(), b.local_maps.size());
+    for (std::size_t m = 0; m < a.local_maps.size(); ++m) {
+      SCOPED_TRACE(m);
+      EXPECT_EQ(a.local_maps[m].session, b.local_maps[m].session);
+      EXPECT_EQ(a.local_maps[m].pose, b.local_maps[m].pose);
+      EXPECT_EQ(a.local_maps[m].covariance, b.local_maps[m].covariance);
+      ASSERT_EQ(a.local_maps[m].surfaces.size(), b.local_maps[m].surfaces.size());
+      for (std::size_t s = 0; s < a.local_maps[m].surfaces.size(); ++s) {
+        EXPECT_EQ(a.local_maps[m].surfaces[s].position, b.local_maps[m].surfaces[s].position);
+      }
+    }
+    for (std::size_t s = 0; s < a.sessions.size(); ++s) {
+      ASSERT_EQ(a.sessions[s].keyframes.size(), b.sessions[s].keyframes.size());
+      for (std::size_t k = 0; k < a.sessions[s].keyframes.size(); ++k) {
+        EXPECT_TRUE(a.sessions[s].keyframes[k].T_map_robot.matrix() ==
+                    b.sessions[s].keyframes[k].T_map_robot.matrix());
+      }
+    }
+  }
+};
+
+TEST_F(ScanMapFaults, BuildingAndExtendingByLaserScansOutliveBeingKilled) {
+  ScanLog first;
+  write_scan_log(at("first.rawlog"), first);
+  ScanLog second;
+  second.way.assign(first.way.begin() + 150, first.way.end() - 150);
+  second.time = [](std::size_t i) { return 2e9 + 0.2 * double(i); };
+  write_scan_log(at("second.rawlog"), second);
+  const auto replay = [this](const std::string& log, const std::string& map,
+                             const std::string& out) {
+    return "hybrid-replay --no-pictures " + at(log) + " --map " + at(map) + " -o " + at(out);
+  };
+  ASSERT_EQ(run_app(replay("first.rawlog", "first.hmap", "first")).code, 0);
+  std::filesystem::copy(at("first.hmap"), at("both.hmap"));
+  ASSERT_EQ(run_app(replay("second.rawlog", "both.hmap", "both")).code, 0);
+  ASSERT_GT(read_map(at("both.hmap")).local_maps.size(),
+            read_map(at("first.hmap")).local_maps.size());
+
+  int resumed = 0;
+  long calls = count({"disk", "9"}, replay("first.rawlog", "a.hmap", "counted"));
+  for (const long at_call : {calls / 3, 2 * calls / 3, calls - 20}) {
+    SCOPED_TRACE(at_call);
+    std::filesystem::remove(at("a.hmap"));
+    resumed += goes_on_after(replay("first.rawlog", "a.hmap", "out"), at_call) ? 1 : 0;
+    expect_equal("a.hmap", "first.hmap");
+  }
+  EXPECT_GE(resumed, 2);
+
+  const auto begin_again = [this] {
+    std::filesystem::copy_file(at("first.hmap"), at("a.hmap"),
+                               std::filesystem::copy_options::overwrite_existing);
+  };
+  begin_again();
+  calls = count({"disk", "9"}, replay("second.rawlog", "a.hmap", "counted"));
+  resumed = 0;
+  for (const long at_call : {calls / 3, 2 * calls / 3, calls - 20}) {
+    SCOPED_TRACE(at_call);
+    begin_again();
+    resumed += goes_on_after(replay("second.rawlog", "a.hmap", "out"), at_call) ? 1 : 0;
+    expect_equal("a.hmap", "both.hmap");
+  }
+  EXPECT_GE(resumed, 2);
 }
 
 TEST_F(MapFaults, AMapOutlivesAFullDisk) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -53,6 +54,24 @@ GroundTruth truth_of(const MapResult& map) {
     truth.landmarks.push_back({l.id, l.position, l.class_index});
   }
   return truth;
+}
+
+/// A drive along a corridor that laser scans alone show.
+MapResult corridor() {
+  MapResult map;
+  for (int i = 0; i <= 50; ++i) {
+    map.trajectory.push_back({0.1 * i, CPose3D(0.2 * i, 0, 0, 0, 0, 0)});
+  }
+  GridMap grid;
+  grid.resolution = 0.1;
+  grid.corner = {-1, -2};
+  grid.width = 120;
+  grid.height = 40;
+  grid.cells.assign(120 * 40, GridMap::kFree);
+  for (std::size_t x = 0; x < 120; ++x)
+    grid.cells[x] = grid.cells[39 * 120 + x] = GridMap::kOccupied;
+  map.grid = std::make_shared<const GridMap>(grid);
+  return map;
 }
 
 int count(const Image& image, Color color, int tolerance = 12) {
@@ -160,6 +179,16 @@ TEST(MapStyle, CountsRobotsByNameAndThoseWithoutOneBySession) {
   EXPECT_EQ(whose(map), "2 robots and 1 session");
 }
 
+TEST(MapStyle, AMapOfScansAloneListsNoLandmarks) {
+  MapResult map = corridor();
+  EXPECT_EQ(contents_of(map), "51 poses of the robot");
+  map.landmarks = round_trip(false).landmarks;
+  EXPECT_EQ(contents_of(map), "51 poses of the robot, 12 landmarks");
+  map.landmarks.clear();
+  map.grid = nullptr;  // a log in which no landmark was found
+  EXPECT_EQ(contents_of(map), "51 poses of the robot, 0 landmarks");
+}
+
 TEST(MapStyle, DeadReckoningUnderTheEstimateIsNotListed) {
   MapResult map = round_trip(false);
   const Extent extent = map_extent(map, {});
@@ -199,6 +228,15 @@ TEST(Mesh, SolidsStayWithinTheirSize) {
     EXPECT_NEAR(0.5 * (box.max.x + box.min.x), 1, 0.2);
     EXPECT_NEAR(0.5 * (box.max.z + box.min.z), 3, 0.2);
   }
+}
+
+TEST(Mesh, ABlockReachesFromCornerToCorner) {
+  Mesh mesh;
+  mesh.block({1, 2, 3}, {2, 4, 3.5});
+  const auto box = mesh.object()->getBoundingBox();
+  EXPECT_NEAR((box.min - mrpt::math::TPoint3Df(1, 2, 3)).norm(), 0, 1e-6);
+  EXPECT_NEAR((box.max - mrpt::math::TPoint3Df(2, 4, 3.5F)).norm(), 0, 1e-6);
+  EXPECT_EQ(mesh.object()->getTrianglesCount(), 10U);
 }
 
 TEST(SceneLayout, EverythingIsInThePicture) {
@@ -259,6 +297,16 @@ TEST(Map3dImage, ShowsPathsAndEveryClass) {
   EXPECT_GT(count(scene_only, palette::kDeadReckoning, 40), 500);
   for (std::size_t c = 0; c < 6; ++c) EXPECT_GT(count(scene_only, series_color(c), 40), 100) << c;
   EXPECT_GT(count(scene_only, palette::kWhite), 1000000);
+}
+
+TEST(Map3dImage, ShowsTheWallsThatScansSaw) {
+  MapResult map = corridor();
+  const Map3dImage view = map_3d_image(map);
+  if (!view.warning.empty()) GTEST_SKIP() << view.warning;
+  map.grid = nullptr;
+  const Map3dImage without = map_3d_image(map);
+  EXPECT_GT(count(view.image, map_style::kWall, 40),
+            count(without.image, map_style::kWall, 40) + 4000);
 }
 
 TEST(Map3dImage, LinesDropFromLandmarksToTheGround) {
