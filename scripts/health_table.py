@@ -7,13 +7,15 @@ usage: health_table.py BIN FOLDER SEEDS [CORRUPTION...]        SEEDS as 1-4 or 1
 
 Makes worlds with detector_world.py, states their noise or settings wrongly, maps them, and compares with the truth. A map is wrong
 where its path has more than twice the error of the right settings with the same seed, both aligned with the truth, or where there
-are more copies than a fifth of the things. Prints a row for each corruption: runs, wrong maps, those of them that are called bad, right maps, those called bad.
+are more copies than a fifth of the things. Prints a row for each corruption: runs, wrong maps, those of them that are called bad, right maps, those called bad;
+and the error of the path to that with the right settings, and the copies to the things, in the median and at worst.
 """
 import bisect
 import csv
 import json
 import math
 import os
+import statistics
 import subprocess
 import sys
 
@@ -26,6 +28,7 @@ UNSURE = {"--walk-translation": ".5", "--walk-rotation": ".2"}
 # name: settings of the world, options of the import
 CORRUPTIONS = {
     "right settings": ({}, RIGHT),
+    "no settings": ({}, {}),
     "noise of ranges x .15": ({}, {"--sigma-range": ".03"}),
     "noise of ranges x .25": ({}, {"--sigma-range": ".05"}),
     "noise of ranges x .5": ({}, {"--sigma-range": ".1"}),
@@ -117,6 +120,11 @@ def seeds_of(text):
     return [int(word) for word in text.split(",")]
 
 
+def spread(values):
+    """Median and worst."""
+    return f"{statistics.median(values):.2f}, {max(values):.2f}" if values else ""
+
+
 def main():
     if len(sys.argv) < 4:
         print(__doc__)
@@ -125,9 +133,10 @@ def main():
     seconds = float(os.environ.get("SECONDS_OF_WORLD", 120))
     right = {seed: run(binaries, folder, seed, "right settings", seconds) for seed in seeds}
     totals = [0, 0, 0, 0]
-    print("| corruption | runs | wrong maps | called bad | right maps | called bad | checks that said so |\n|---|---|---|---|---|---|---|")
+    print("| corruption | runs | wrong maps | called bad | right maps | called bad | checks that said so | path to right | copies to things |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name in wanted:
-        counts, said = [0, 0, 0, 0], {}
+        counts, said, paths, copies = [0, 0, 0, 0], {}, [], []
         for seed in seeds:
             one = run(binaries, folder, seed, name, seconds)
             if one is None or right[seed] is None:
@@ -135,13 +144,15 @@ def main():
             wrong = one["rmse"] > 2 * right[seed]["rmse"] or one["copies"] > one["things"] / 5
             counts[0 if wrong else 2] += 1
             counts[1 if wrong else 3] += bool(one["bad"])
+            paths.append(one["rmse"] / right[seed]["rmse"])
+            copies.append(one["copies"] / max(1, one["things"]))
             for check in one["bad"]:
                 said[check] = said.get(check, 0) + 1
             print(f"  seed {seed} {name}: {'wrong' if wrong else 'right'}, {one}", file=sys.stderr)
         totals = [a + b for a, b in zip(totals, counts)]
         checks = ", ".join(f"{check} {count}" for check, count in sorted(said.items(), key=lambda s: -s[1]))
-        print(f"| {name} | {counts[0] + counts[2]} | {counts[0]} | {counts[1]} | {counts[2]} | {counts[3]} | {checks} |", flush=True)
-    print(f"| all | {totals[0] + totals[2]} | {totals[0]} | {totals[1]} | {totals[2]} | {totals[3]} | |")
+        print(f"| {name} | {counts[0] + counts[2]} | {counts[0]} | {counts[1]} | {counts[2]} | {counts[3]} | {checks} | {spread(paths)} | {spread(copies)} |", flush=True)
+    print(f"| all | {totals[0] + totals[2]} | {totals[0]} | {totals[1]} | {totals[2]} | {totals[3]} | | | |")
 
 
 if __name__ == "__main__":

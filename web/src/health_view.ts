@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 import { el, show } from './dom';
+import { type NoiseRecord, noiseView } from './noise_view';
 
 /** One quantity that a run tells about itself, as summary.json has it. */
 export interface HealthEntry {
@@ -29,14 +30,11 @@ export function healthHeadline(health: HealthEntry[]): string {
   return `all ${health.length} checks are good`;
 }
 
-/** What the run says about itself, without truth; the worst first. */
-export function healthView(health: HealthEntry[] = []): HTMLElement {
+/** What the run says about itself, without truth, the worst first; and its noise. */
+export function healthView(health: HealthEntry[] = [], noise: NoiseRecord[] = []): HTMLElement {
   const root = el('div', { class: 'pane' });
-  if (!health.length) {
-    root.append(el('p', { class: 'hint' }, 'This result has nothing that could be checked.'));
-    return root;
-  }
-  root.append(el('p', { class: 'health-headline' }, healthHeadline(health)));
+  if (health.length) root.append(el('p', { class: 'health-headline' }, healthHeadline(health)));
+  else root.append(el('p', { class: 'hint' }, 'This result has nothing that could be checked.'));
   for (const entry of [...health].sort((a, b) => rank[a.verdict] - rank[b.verdict])) {
     root.append(el('section', { class: `health ${entry.verdict}` },
         el('h4', {}, el('span', { class: 'mark', 'aria-hidden': 'true' }, mark[entry.verdict]), ` ${entry.name} `,
@@ -45,5 +43,7 @@ export function healthView(health: HealthEntry[] = []): HTMLElement {
         el('p', { class: 'quiet' }, `${show(entry.value)}; expected ${expected(entry.expected) || 'anything'}`),
         entry.knob ? el('p', { class: 'knob' }, `Look at: ${entry.knob}`) : ''));
   }
+  const table = noiseView(noise);
+  if (table) root.append(table);
   return root;
 }

@@ -40,7 +40,7 @@ export function mapPage(data: MapData): CompareView {
     if (added) tabs.openNamed('Compare');
   });
   const list: Tab[] = [
-    { name: 'Health', root: healthView(data.summary.health) },
+    { name: 'Health', root: healthView(data.summary.health, data.summary.noise) },
     { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
     { name: 'Closures', root: closures(data, state) }, { name: 'Solver', root: solver.root },
     { name: 'Errors', root: errors.root }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) },

@@ -48,9 +48,22 @@ run('hybrid-replay', '-c', teamIni, '-o', team, '--no-pictures', '--report');
 run('hybrid-simulate', '-c', join(source, 'config/simulate_rooms.ini'), '-o', join(scratch, 'rooms.rawlog'));
 const rooms = join(scratch, 'rooms');
 run('hybrid-replay', join(scratch, 'rooms.rawlog'), '-o', rooms, '--no-pictures', '--report');
+const measured = join(scratch, 'measured');
+run('hybrid-replay', '-c', ini, '--set', 'sensor.noise=measured', '-o', measured, '--no-pictures', '--report');
 await test('the page without data holds at most 300 kB', () => {
   assert.ok(statSync(join(source, 'web/report_template.html')).size <= 300e3);
 });
+
+await test('the tab Health tells what is stated, measured and used of the noise', () =>
+  withPage(page(measured), desktop, async (p, faults) => {
+    await p.click('.tabs button:has-text("Health")');
+    const noise = json(join(measured, 'summary.json')).noise;
+    assert.ok(noise.some(record => record.measured !== null));
+    assert.equal(await p.locator('.noise tbody tr').count(), noise.length);
+    const first = await p.locator('.noise tbody tr').first().textContent();
+    assert.ok(first.includes(noise[0].kind), first);
+    clean(faults);
+  }));
 
 await test('opens without a request and without a word on the console, and shows its title', () =>
   withPage(page(classed), desktop, async (p, faults) => {
