@@ -57,7 +57,8 @@ export class CompareView {
   private result = el('div', {});
   private message = el('p', { class: 'bad', role: 'alert', hidden: true });
 
-  constructor(private data: Compared, private layer: CompareLayer, private changed: (added: boolean) => void) {
+  constructor(private data: Compared, private layer: CompareLayer, private changed: (added: boolean) => void,
+              private press?: (time: number) => void) {
     this.origin = data.kind === 'map' ? data.start : 0;
     this.own = runOfPage(data, this.origin, document.getElementById('data')!.dataset.name);
     const input = el('input', { type: 'file', multiple: true, hidden: true, id: 'other-files', accept: '.html,.json,.tum,.txt,.csv',
@@ -136,7 +137,7 @@ export class CompareView {
   private addPlot(title: string, axis: string, curves: Parameters<typeof joined>[0], note = '') {
     if (!curves.some(c => c.values.some(v => v !== null))) return;
     const { x, series } = joined(curves);
-    this.result.append(new Plot(title, axis, x, series, { height: 180, note }).root);
+    this.result.append(new Plot(title, axis, x, series, { height: 180, note, press: axis === 'time' ? this.press : undefined }).root);
   }
   private addDistances(t: number[], robot: number, pairs: ReturnType<typeof pairsOf>, best: Motion[]) {
     const name = this.own.tracks[robot].robot;

@@ -199,6 +199,14 @@ export function snapshotOf(data: MapData, index: number): Snapshot {
 /** Of which robot a pose is. */
 export const robotAt = (data: MapData, keyframe: number) => data.robots.of[keyframe] ?? 0;
 
+/** The keyframe nearest to a time. */
+export function keyframeAt(data: MapData, time: number): number {
+  const { t } = data.poses;
+  let best = 0;
+  for (let i = 1; i < t.length; ++i) if (Math.abs(t[i] - time) < Math.abs(t[best] - time)) best = i;
+  return best;
+}
+
 /** Numbers of the robots; one where they have no names. */
 export const robotsOf = (data: MapData) => [...(data.robots.names.length ? data.robots.names : ['']).keys()];
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-import { MapData, PathErrors } from './data';
+import { keyframeAt, MapData, PathErrors } from './data';
 import { el, facts, percent, show } from './dom';
 import { chiSquareShares, histogramPlot } from './histogram';
 import { robotColor } from './palette';
@@ -44,15 +44,9 @@ export class ErrorView {
     this.root.append(facts(rows));
     this.addSightings();
     if (!data.errors.length) return;
-    const times = data.poses.t;
-    const nearest = (time: number) => {
-      let best = 0;
-      for (let i = 1; i < times.length; ++i) if (Math.abs(times[i] - time) < Math.abs(times[best] - time)) best = i;
-      return best;
-    };
     const add = (title: string, t: number[], series: Series[], log = false) => {
       const plot = new Plot(title, 'time', t, series,
-          { log, height: 200, press: time => this.state.set({ keyframe: nearest(time) }) });
+          { log, height: 200, press: time => this.state.set({ keyframe: keyframeAt(data, time) }) });
       this.plots.push(plot);
       this.overTime.push(plot);
       this.root.append(plot.root);

@@ -4,7 +4,7 @@
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
 import { CompareView } from './compare_view';
-import { MapData, Path, placesOf, robotAt, robotsOf } from './data';
+import { keyframeAt, MapData, Path, placesOf, robotAt, robotsOf } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
@@ -38,7 +38,7 @@ export function mapPage(data: MapData): CompareView {
     view.measure();
     orbit?.setOthers(view.compare.strands());
     if (added) tabs.openNamed('Compare');
-  });
+  }, time => state.set({ keyframe: keyframeAt(data, time) }));
   const list: Tab[] = [
     { name: 'Health', root: healthView(data.summary.health, data.summary.noise) },
     { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },

@@ -443,6 +443,10 @@ await test('errors of two runs are curves of one plot', async () => {
     assert.deepEqual(table.map(r => r[1]), own.estimate);
     assert.deepEqual(table.map(r => r[2]), others.estimate);
     assert.notDeepEqual(own.estimate, others.estimate);
+    const plot = p.locator('#pane-6 figure:has-text("Error of position [m]") .u-over'), box = await plot.boundingBox();
+    await plot.click({ position: { x: box.width / 4, y: box.height / 2 } });
+    const keyframe = await p.evaluate(() => window.report.state.view.keyframe);
+    assert.ok(Math.abs(keyframe - own.t.length / 4) < own.t.length / 10, String(keyframe));  // some way from the end, where it was
     clean(faults.filter(f => !f.startsWith('request: blob:')));
   });
 });
