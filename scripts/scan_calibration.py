@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""How far the probabilities of closures by laser scans are right: scan_calibration.py -c INI -o OUT [--seeds 20].
+"""How far the probabilities of closures by laser scans are right: scan_calibration.py -c INI -o OUT [--seeds 20] [--first 1].
 
 For each seed, hybrid-simulate makes a log of the scenario and hybrid-replay maps it. A closure is false if its pose is more
-than half a metre or 0.15 rad from the truth: further than poses that the search takes for one. Prints for each seed the
+than half a metre or 0.15 rad from the truth, further than poses that the search takes for one, or if the same search found a
+pose that is nearer to the truth: at most one of them is right. Prints for each seed the
 closures, those that are false, those accepted with probability above 0.99 and the false ones among these, the expected
 calibration error of the probabilities (ten bins of equal width, weighted by their closures), the same of closures whose search
 found several poses, the root mean square of the position along the path [m], and the NEES of poses per degree of freedom; at
@@ -56,9 +57,16 @@ def true_poses(out, truth):
     return {round(1e3 * scan[0]): (pose[0], pose[1], pose[3]) for scan, pose in zip(scans, poses)}
 
 
-def is_false(measured, a, b):
+def error_of(measured, a, b):
+    """Distance and angle of a relative pose from the true one."""
     true = between(a, b)
-    return (math.hypot(measured[0] - true[0], measured[1] - true[1]) > FAR or abs(wrapped(measured[2] - true[2])) > TURNED)
+    return math.hypot(measured[0] - true[0], measured[1] - true[1]), abs(wrapped(measured[2] - true[2]))
+
+
+def right_of(errors):
+    """Of the (distance, angle) of all poses of one search, which is right."""
+    nearest = min(range(len(errors)), key=lambda k: max(errors[k][0] / FAR, errors[k][1] / TURNED))
+    return [int(k == nearest and e[0] <= FAR and e[1] <= TURNED) for k, e in enumerate(errors)]
 
 
 def calibration_error(judged):
@@ -76,13 +84,19 @@ def judged_closures(out, truth):
     with open(out / "steps.csv") as file:
         times = [float(row["time"]) for row in csv.DictReader(file)]
     rows = []
-    if (out / "loops.csv").exists():
-        with open(out / "loops.csv") as file:
-            for r in csv.DictReader(file):
-                a, b = (truth[round(1e3 * times[int(r[k])])] for k in "ij")
-                measured = tuple(float(r[k]) for k in ("x", "y", "yaw"))
-                rows.append((float(r["inlier_probability"]), 0 if is_false(measured, a, b) else 1,
-                             r["decision"] == "accepted", int(r["modes"])))
+    if not (out / "loops.csv").exists():
+        return rows
+    with open(out / "loops.csv") as file:
+        closures = list(csv.DictReader(file))
+    while closures:  # those of one search follow each other
+        modes = int(closures[0]["modes"])
+        search, closures = closures[:modes], closures[modes:]
+        errors = []
+        for r in search:
+            a, b = (truth[round(1e3 * times[int(r[k])])] for k in "ij")
+            errors.append(error_of(tuple(float(r[k]) for k in ("x", "y", "yaw")), a, b))
+        for r, right in zip(search, right_of(errors)):
+            rows.append((float(r["inlier_probability"]), right, r["decision"] == "accepted", modes))
     return rows
 
 
@@ -116,12 +130,13 @@ def main():
     parser.add_argument("-c", dest="config", type=pathlib.Path, required=True)
     parser.add_argument("-o", dest="out", type=pathlib.Path, required=True)
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=1, help="seed")
     parser.add_argument("--set", action="append", default=[], help="of hybrid-replay, as given")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     pooled, table = [], []
     names = None
-    for seed in range(1, options.seeds + 1):
+    for seed in range(options.first, options.first + options.seeds):
         log = options.out / f"{seed}.rawlog"
         out = options.out / str(seed)
         run("hybrid-simulate", "-c", options.config, "--seed", seed, "-o", log)

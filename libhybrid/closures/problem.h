@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/closures/alternatives.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
@@ -17,6 +18,9 @@ struct RobustProblem {
   std::vector<ContinuousFactorPtr> trusted;   ///< odometry and priors
   std::vector<ContinuousFactorPtr> closures;  ///< candidates, with their inlier covariance
   Values initial;                             ///< of all variables
+  /// Closures of which at most one is true. Loop closure selection admits one only where it stands
+  /// out from the others; other methods do not heed them.
+  Alternatives alternatives = {};
 };
 
 /// The decision of a robust solver about one candidate.

@@ -153,8 +153,10 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
     if (query.empty()) query = recent_points(tracker, options_.query_length);
     const std::vector<MatchMode> modes =
         match(query, target(tracker, name), window, options_.match);
+    const std::size_t first = closures.size();
     for (const MatchMode& mode : modes) {
       closures.push_back(found);
+      closures.back().first_mode = first;
       closures.back().mode = mode;
       closures.back().modes = static_cast<int>(modes.size());
       if (!name.is_stored) refer_to_nearest(tracker.local_maps()[name.number], closures.back());
@@ -171,14 +173,14 @@ std::vector<ScanClosure> ScanClosureSearch::search(const ScanTracker& tracker, c
     const SearchWindow window = window_of(relation(map.anchor, newest), options_);
     if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
     searched.push_back(candidate.map);
-    look({map.anchor, newest, {}, 1, false}, window, {false, candidate.map});
+    look({map.anchor, newest, {}, 1, 0, false}, window, {false, candidate.map});
   }
   if (stored_.empty() || options_.most_maps == 0) return closures;
   int left = options_.most_maps;
   for (const Candidate& candidate : stored_candidates(poses(newest))) {
     const SearchWindow window = window_of(stored(candidate.map, newest), options_);
     if (candidate.distance > options_.view + window.reach.maxCoeff()) continue;
-    look({candidate.map, newest, {}, 1, true}, window, {true, candidate.map});
+    look({candidate.map, newest, {}, 1, 0, true}, window, {true, candidate.map});
     if (--left == 0) break;
   }
   return closures;

@@ -35,11 +35,12 @@ struct StoredScans {
 
 /// A relative pose between keyframes of different times, which may be false.
 struct ScanClosure {
-  std::size_t from = 0;    ///< keyframe: the anchor of a local map, or one of the stored scans
-  std::size_t to = 0;      ///< keyframe
-  MatchMode mode;          ///< pose of `to` in the frame of `from`
-  int modes = 1;           ///< that the same search has found
-  bool is_stored = false;  ///< `from` counts the stored scans
+  std::size_t from = 0;        ///< keyframe: the anchor of a local map, or one of the stored scans
+  std::size_t to = 0;          ///< keyframe
+  MatchMode mode;              ///< pose of `to` in the frame of `from`
+  int modes = 1;               ///< that the same search has found, of which at most one is true
+  std::size_t first_mode = 0;  ///< number of the first of them, of all found for the keyframe
+  bool is_stored = false;      ///< `from` counts the stored scans
 };
 
 /// Searches for places that the robot has seen before: the scans of the last metres are matched

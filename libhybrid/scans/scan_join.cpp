@@ -190,21 +190,24 @@ class ScanJoinGraph {
         std::make_shared<BetweenSE2>(kMotion, key, scans.T_map_anchor, noise_of(scans.covariance)));
     if (scans.points.empty()) return;
     std::vector<ContinuousFactorPtr> found;
+    Alternatives modes;
     for (const std::size_t i : near(pose(key), scans)) {
       const SearchWindow window = window_of(relation(i, k), options_);
       if (!targets_[i]) targets_[i] = make_match_target(first_[i].points);
+      const std::size_t first_mode = found.size();
       for (const MatchMode& mode : match(scans.points, *targets_[i], window, options_.match)) {
         if (!holds(key_of_first(i))) {
           insert(key_of_first(i), first_[i].T_map_anchor,
                  std::make_shared<Prior<SE2>>(key_of_first(i), first_[i].T_map_anchor,
                                               noise_of(first_[i].covariance)));
         }
+        modes.add(first_mode);
         found.push_back(std::make_shared<BetweenSE2>(key_of_first(i), key, mode.pose.motion,
                                                      Noise::covariance(mode.pose.covariance)));
       }
     }
     matches_ += found.size();
-    if (!found.empty()) selection_.update({}, found);
+    if (!found.empty()) selection_.update({}, found, modes);
   }
 
   const std::vector<StoredScans>&first_, &second_;

@@ -105,12 +105,14 @@ void ScanMapper::add_keyframe(const TrackedScan& tracked) {
   if (found.empty()) return;
   insert_stored(found);
   std::vector<ContinuousFactorPtr> factors;
+  Alternatives modes;
   for (const ScanClosure& closure : found) {
+    modes.add(closure.first_mode);
     const std::size_t from = closure.is_stored ? kFirstStored + closure.from : closure.from;
     factors.push_back(motion_factor(from, closure.to, closure.mode.pose));
   }
   closures_.insert(closures_.end(), found.begin(), found.end());
-  selection_.update({}, factors);
+  selection_.update({}, factors, modes);
 }
 
 TrackedScan ScanMapper::add(const LaserScan& scan, const std::optional<SE2>& odometry) {

@@ -71,8 +71,22 @@ double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& 
   return std::log1p(static_cast<double>(not_admitted)) + options.margin;
 }
 
-void write_evidence(const std::vector<double>& evidence, const std::vector<double>& redundancy,
-                    const ClosureSelectionOptions& options, std::vector<Verdict>& verdicts) {
+double against_alternatives(std::size_t closure, const std::vector<double>& evidence,
+                            const Alternatives& alternatives, double log_odds) {
+  double most = 0.0;  // of the logarithms in the sum, that of a false closure
+  for (const std::size_t other : alternatives.set_of(closure)) {
+    if (other != closure) most = std::max(most, evidence[other] + log_odds);
+  }
+  double sum = std::exp(-most);
+  for (const std::size_t other : alternatives.set_of(closure)) {
+    if (other != closure) sum += std::exp(evidence[other] + log_odds - most);
+  }
+  return evidence[closure] - most - std::log(sum);
+}
+
+void write_evidence(const std::vector<double>& alone, const std::vector<double>& redundancy,
+                    const Alternatives& alternatives, const ClosureSelectionOptions& options,
+                    std::vector<Verdict>& verdicts) {
   const auto admitted = static_cast<std::size_t>(std::count_if(
       verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return verdict.accepted; }));
   const double needed = evidence_needed(verdicts.size() - admitted, options);
@@ -80,10 +94,11 @@ void write_evidence(const std::vector<double>& evidence, const std::vector<doubl
   const double log_odds = std::log(share / (1.0 - share));
   for (std::size_t k = 0; k < verdicts.size(); ++k) {
     Verdict& verdict = verdicts[k];
+    const double evidence = against_alternatives(k, alone, alternatives, log_odds);
     verdict.redundancy = redundancy[k];
     verdict.checkable = redundancy[k] >= options.min_redundancy;
-    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence[k] - log_odds));
-    verdict.margin = evidence[k] - needed;
+    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence - log_odds));
+    verdict.margin = evidence - needed;
   }
 }
 

@@ -25,6 +25,11 @@ GivenOthers given_others(const Innovation& innovation, bool is_part) {
   return {S * innovation.b, S, std::clamp(reduced.trace() / double(d), 0.0, 1.0)};
 }
 
+Innovation without(const Innovation& factor, const Innovation& part, const Eigen::MatrixXd& cross) {
+  const GivenOthers alone = given_others(part, true);  // R^-1 b and R^-1
+  return {factor.b + cross * alone.b, factor.APAt + cross * alone.S * cross.transpose()};
+}
+
 InnovationPredictor::Linearized InnovationPredictor::linearize(
     const ContinuousFactor& factor) const {
   Linearized result;

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "libhybrid/core/detail/budget.h"
@@ -77,6 +78,7 @@ bool OnlineSelection::may_be_tried(const Closure& closure) const {
 /// nothing.
 bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
   if (!may_be_tried(closures_[k])) return false;
+  if (alternatives_.exclude(k, [this](std::size_t i) { return accepted(i); })) return false;
   Closure& closure = edit(k);
   const ContinuousFactor& factor = *closure.factor;
   if (!open_choices_.between(factor.keys().front(), factor.keys().back()).empty()) return false;
@@ -85,7 +87,20 @@ bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
   closure.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
   // To first order, the objective rises by half the chi-square of the innovation.
   const double chi_square = alone.S.llt().matrixL().solve(alone.b).squaredNorm();
-  return closure.evidence > threshold() && chi_square < switch_at(k) && admit(k, report);
+  return closure.evidence > threshold() && chi_square < switch_at(k) && stands_out(k) &&
+         admit(k, report);
+}
+
+/// Whether the evidence for a closure is enough against alternatives to it, too.
+bool OnlineSelection::stands_out(std::size_t k) const {
+  if (alternatives_.set_of(k).empty()) return true;
+  std::vector<double> evidence(closures_.size(), 0.0);
+  for (const std::size_t i : alternatives_.set_of(k)) {
+    const ContinuousFactor& factor = *closures_[i].factor;
+    const GivenOthers alone = given_others(innovation_of(factor), false);
+    evidence[i] = evidence_model().log_ratio(alone.b, alone.S, factor);
+  }
+  return against_alternatives(k, evidence, alternatives_) > threshold();
 }
 
 /// The residual of a closure and its covariance by the map.
@@ -96,6 +111,49 @@ Innovation OnlineSelection::innovation_of(const ContinuousFactor& factor) const 
   factor.linearize(x.data(), innovation.b.data(), A.data());
   innovation.APAt = A * smoother_.joint_covariance(factor.keys()) * A.transpose();
   return innovation;
+}
+
+/// The same of a closure as if no alternative to it were accepted.
+Innovation OnlineSelection::innovation_against(std::size_t k) const {
+  const ContinuousFactor& factor = *closures_[k].factor;
+  Innovation innovation = innovation_of(factor);
+  if (accepted(k)) return innovation;
+  for (const std::size_t other : alternatives_.set_of(k)) {
+    if (other == k || !accepted(other)) continue;
+    const ContinuousFactor& part = *closures_[other].factor;
+    innovation = without(innovation, innovation_of(part), cross_covariance(factor, part));
+  }
+  return innovation;
+}
+
+/// A P B' of two factors.
+Eigen::MatrixXd OnlineSelection::cross_covariance(const ContinuousFactor& a,
+                                                  const ContinuousFactor& b) const {
+  std::vector<Key> keys = a.keys();
+  for (Key key : b.keys()) {
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+  }
+  std::map<Key, int> column;
+  int columns = 0;
+  for (Key key : keys) {
+    column[key] = columns;
+    columns += smoother_.values().type(key).dim;
+  }
+  const auto spread = [&](const ContinuousFactor& factor) {
+    const auto x = gather(factor.keys(), factor.types(), smoother_.values());
+    Eigen::VectorXd r(factor.rows());
+    Eigen::MatrixXd A(factor.rows(), factor.cols());
+    factor.linearize(x.data(), r.data(), A.data());
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(factor.rows(), columns);
+    int at = 0;
+    for (Key key : factor.keys()) {
+      const int dim = smoother_.values().type(key).dim;
+      J.middleCols(column[key], dim) = A.middleCols(at, dim);
+      at += dim;
+    }
+    return J;
+  };
+  return spread(a) * smoother_.joint_covariance(keys) * spread(b).transpose();
 }
 
 /// Tests again the newest closures that have enough evidence now under the covariance last

@@ -82,6 +82,7 @@ OnlineSelection::State OnlineSelection::save() {
 
 void OnlineSelection::restore(State&& before) {
   closures_.resize(before.closures);
+  alternatives_.resize(before.closures);
   for (auto& [k, closure] : saved_) {
     if (k < before.closures) closures_[k] = std::move(closure);
   }
@@ -137,9 +138,11 @@ UpdateReport OnlineSelection::apply(Delta delta) {
 }
 
 SelectionReport OnlineSelection::update(const Delta& trusted,
-                                        const std::vector<ContinuousFactorPtr>& closures) {
+                                        const std::vector<ContinuousFactorPtr>& closures,
+                                        const Alternatives& alternatives) {
   check_names(trusted);
-  return all_or_nothing([&](SelectionReport& report) { take_in(trusted, closures, report); });
+  return all_or_nothing(
+      [&](SelectionReport& report) { take_in(trusted, closures, alternatives, report); });
 }
 
 SelectionReport OnlineSelection::finish() {
@@ -154,7 +157,7 @@ SelectionReport OnlineSelection::finish() {
 }
 
 void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
-                              SelectionReport& report) {
+                              const Alternatives& alternatives, SelectionReport& report) {
   const bool chained = is_chained(trusted);
   const std::vector<ContinuousFactorPtr> kept =
       chained ? keep_back(trusted) : std::vector<ContinuousFactorPtr>();
@@ -163,6 +166,8 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   const std::size_t first = closures_.size();
   for (const ContinuousFactorPtr& factor : closures) {
     const std::size_t k = closures_.size();
+    const std::vector<std::size_t>& set = alternatives.set_of(k - first);
+    alternatives_.add(set.empty() ? k : first + set.front());
     closures_.emplace_back();
     closures_.back().factor = factor;
     ++out_;
@@ -211,11 +216,11 @@ std::vector<Verdict> OnlineSelection::verdicts() const {
   std::vector<double> evidence, redundancy;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     const ContinuousFactor& factor = *closures_[k].factor;
-    const GivenOthers alone = given_others(innovation_of(factor), in[k]);
+    const GivenOthers alone = given_others(innovation_against(k), in[k]);
     evidence.push_back(model.log_ratio(alone.b, alone.S, factor));
     redundancy.push_back(alone.redundancy);
   }
-  write_evidence(evidence, redundancy, options_.selection, verdicts);
+  write_evidence(evidence, redundancy, alternatives_, options_.selection, verdicts);
   return verdicts;
 }
 

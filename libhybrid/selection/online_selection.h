@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "libhybrid/closures/alternatives.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/infinity.h"
@@ -89,11 +90,12 @@ class OnlineSelection {
   /// Applies a change of trusted factors, and tests the closures that come with it. They are
   /// numbered in the order in which they arrive. Hybrid factors of one discrete variable are
   /// choices; those between a pose and the next stay open until closures decide. Trusted closures
-  /// that are kept back have no handles in the report. Errors as those of
-  /// IncrementalSmoother::update, and for discrete variables with the letter of the switches of
-  /// closures (see closure_switch).
+  /// that are kept back have no handles in the report. `alternatives` are those among the closures
+  /// of this update. Errors as those of IncrementalSmoother::update, and for discrete variables
+  /// with the letter of the switches of closures (see closure_switch).
   SelectionReport update(const Delta& trusted,
-                         const std::vector<ContinuousFactorPtr>& closures = {});
+                         const std::vector<ContinuousFactorPtr>& closures = {},
+                         const Alternatives& alternatives = {});
 
   /// Lets in all closures kept back, evaluates all that may be false again, from scratch or from
   /// the present map, converges, and tries choices again until none changes.
@@ -142,7 +144,7 @@ class OnlineSelection {
   void restore(State&& before);
   Closure& edit(std::size_t k);
   void take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
-               SelectionReport& report);
+               const Alternatives& alternatives, SelectionReport& report);
   void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
   UpdateReport apply(Delta delta);
 
@@ -153,9 +155,12 @@ class OnlineSelection {
   double threshold() const;
   void measure_map();
   Innovation innovation_of(const ContinuousFactor& factor) const;
+  Innovation innovation_against(std::size_t k) const;
+  Eigen::MatrixXd cross_covariance(const ContinuousFactor& a, const ContinuousFactor& b) const;
   double switch_at(std::size_t k) const;
   bool may_be_tried(const Closure& closure) const;
   bool consider(std::size_t k, SelectionReport& report);
+  bool stands_out(std::size_t k) const;
   void reconsider(SelectionReport& report);
   bool admit(std::size_t k, SelectionReport& report);
   bool is_better_with(std::size_t k, SelectionReport& report);
@@ -208,6 +213,7 @@ class OnlineSelection {
   std::size_t measured_at_ = 0;
   std::size_t out_ = 0;  // closures fixed as outliers
   std::vector<Closure> closures_;
+  Alternatives alternatives_;
   std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
   std::vector<Handle> lifted_;                 // tables to remove with the next update
   std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last

@@ -90,6 +90,7 @@ void Readmission::trust(const Values& values) {
     evidence_[k] = kNone;
     predicted_[k].resize(0, 0);
   }
+  drop_ambiguous(values);
   state_ = problem_->load(values);
   settle(rough_);
   for (std::vector<int> contradicted = this->contradicted(&before); !contradicted.empty();
@@ -311,7 +312,7 @@ std::vector<Candidate> Readmission::candidates() {
 std::vector<Candidate> Readmission::above_threshold() const {
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k] || refused_[k] || evidence_[k] <= needed(k)) continue;
+    if (accepted_[k] || refused_[k] || evidence_[k] <= needed(k) || is_excluded(k)) continue;
     if (options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy) continue;
     found.push_back({evidence_[k], static_cast<int>(k)});
   }
@@ -323,7 +324,7 @@ std::vector<Candidate> Readmission::all_plausible() {
   predict_others(true);
   std::vector<Candidate> found;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (accepted_[k] || innovation_[k].size() == 0) continue;
+    if (accepted_[k] || innovation_[k].size() == 0 || is_excluded(k)) continue;
     const double limit = model_.gate * gate_quantile(static_cast<int>(innovation_[k].size()));
     if (predicted_[k].llt().matrixL().solve(innovation_[k]).squaredNorm() <=
         limit * model_.variance_factor) {
@@ -350,7 +351,7 @@ std::vector<Candidate> Readmission::best_pair() {
   std::vector<Candidate> hopeful;
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k] || evidence_[k] < 0.0) continue;
-    if (innovation_[k].size() == 0) continue;
+    if (innovation_[k].size() == 0 || is_excluded(k)) continue;
     hopeful.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(hopeful.begin(), hopeful.end(), by_evidence);
@@ -373,6 +374,7 @@ void Readmission::finish(RobustResult& result) {
   for (Eigen::MatrixXd& S : predicted_) S.resize(0, 0);  // the evidence itself, not a bound of it
   std::fill(refused_.begin(), refused_.end(), false);
   predict_others(true);
+  weigh_alternatives();
   result.values = values_;
   hybrid::finish(closure_problem_, accepted_, options_.mixture, result);
   result.iterations = iterations_;
@@ -380,7 +382,7 @@ void Readmission::finish(RobustResult& result) {
   result.converged = result.converged && converged_;
   result.message = message_;
   result.poses_integrated = true;
-  write_evidence(evidence_, redundancy_, options_, result.verdicts);
+  write_evidence(evidence_, redundancy_, closure_problem_.alternatives, options_, result.verdicts);
 }
 
 }  // namespace hybrid

@@ -23,6 +23,7 @@ RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
     if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
   });
   for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
+  problem.alternatives = alternatives_;
   return problem;
 }
 

@@ -28,6 +28,10 @@ struct GivenOthers {
 /// = I - A P A', the innovation is R^-1 b, of covariance R^-1.
 GivenOthers given_others(const Innovation& innovation, bool is_part);
 
+/// The innovation of a factor as if another one, which is part of the estimate, were not; `cross`
+/// is A P B' of the two.
+Innovation without(const Innovation& factor, const Innovation& part, const Eigen::MatrixXd& cross);
+
 /// Covariances of relative measurements from the factorised system of a problem: columns of L^-1
 /// along the paths of the elimination tree, kept by variable.
 class InnovationPredictor {

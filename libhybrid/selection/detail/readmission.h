@@ -84,6 +84,9 @@ class Readmission {
   void weigh(std::size_t k, const Eigen::MatrixXd& S);
   double pair_evidence(const Candidate& a, const Candidate& b);
   void first_variance_factor();
+  bool is_excluded(std::size_t k) const;
+  void drop_ambiguous(const Values& values);
+  void weigh_alternatives();
 
   const RobustProblem& closure_problem_;
   const ClosureSelectionOptions& options_;
