@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace hybrid {
 namespace {
@@ -26,6 +27,17 @@ constexpr double kMaxAspect = 0.2;
 constexpr double kMinCosine = 0.05;
 /// A point stands for at most this length, however far the next one is [m].
 constexpr double kMaxLength = 0.5;
+/// Ranges with larger errors than this are smoothed to errors of that size [m], by so many
+/// neighbours on each side at most.
+constexpr double kLargeError = 0.1;
+constexpr double kSmoothedError = 0.05;
+constexpr int kMostSmoothed = 20;
+/// Fewer differences of neighbours do not tell their errors.
+constexpr std::size_t kFewDifferences = 30;
+/// Standard deviations by which neighbours on a surface differ, at most.
+constexpr double kJump = 6.0;
+/// Lower quartile of the absolute values of a normal variable of unit variance.
+constexpr double kQuartileOfNormal = 0.3186;
 
 struct Return {
   Eigen::Vector2d position;
@@ -53,14 +65,77 @@ Eigen::Vector2d planar(const Eigen::Vector3d& p) {
   return {p.x(), p.y()};
 }
 
-std::vector<Return> returns_of(const LaserScan& scan, double max_range) {
-  std::vector<Return> returns;
-  if (!is_usable(scan, max_range)) return returns;
-  returns.reserve(scan.ranges.size());
+/// Standard deviation of the errors of ranges [m], from second differences of neighbouring rays; of
+/// these, the smaller ones are not of edges.
+double range_error(const std::vector<float>& ranges) {
+  std::vector<double> differences;
+  for (std::size_t i = 1; i + 1 < ranges.size(); ++i) {
+    const double d = double(ranges[i - 1]) - 2.0 * double(ranges[i]) + double(ranges[i + 1]);
+    if (std::isfinite(d)) differences.push_back(std::abs(d));
+  }
+  if (differences.size() < kFewDifferences) return 0.0;
+  const auto quartile = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 4);
+  std::nth_element(differences.begin(), quartile, differences.end());
+  return *quartile / (kQuartileOfNormal * std::sqrt(6.0));
+}
+
+/// Half the number of neighbours by which ranges of that error are smoothed.
+int smoothing_of(double error) {
+  if (error <= kLargeError) return 0;
+  const double rays = std::pow(error / kSmoothedError, 2);
+  return std::min(kMostSmoothed, static_cast<int>(std::ceil(0.5 * (rays - 1.0))));
+}
+
+/// Ranges on the straight surfaces that fit their neighbours best: there, 1/r is a cos(angle) + b
+/// sin(angle).
+std::vector<float> smoothed(const LaserScan& scan, const std::vector<float>& ranges, double error,
+                            int half) {
+  std::vector<float> out = ranges;
+  const auto count = static_cast<int>(ranges.size());
+  const auto angle = [&](int i) { return scan.first_angle + i * scan.angle_step; };
+  for (int i = 0; i < count; ++i) {
+    if (!std::isfinite(ranges[i])) continue;
+    Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d g = Eigen::Vector2d::Zero();
+    const auto add = [&](int j) {
+      const double r = ranges[j];
+      const Eigen::Vector2d d(std::cos(angle(j)), std::sin(angle(j)));
+      H += std::pow(r, 4) * d * d.transpose();
+      g += std::pow(r, 3) * d;
+    };
+    add(i);
+    for (const int side : {-1, 1}) {
+      for (int n = 1; n <= half; ++n) {
+        const int j = i + side * n;
+        if (j < 0 || j >= count) break;
+        if (!(std::abs(ranges[j] - ranges[j - side]) < kJump * error)) break;
+        add(j);
+      }
+    }
+    const Eigen::Vector2d line = H.ldlt().solve(g);
+    const double inverse = line.dot(Eigen::Vector2d(std::cos(angle(i)), std::sin(angle(i))));
+    const double range = 1.0 / inverse;
+    if (std::abs(range - ranges[i]) < kJump * error) out[i] = static_cast<float>(range);
+  }
+  return out;
+}
+
+/// The ranges that tell of a surface; NaN for the others.
+std::vector<float> usable_ranges(const LaserScan& scan, double max_range) {
+  std::vector<float> ranges = scan.ranges;
   const double limit = std::min(max_range, scan.max_range * 0.999);
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    const double range = scan.ranges[i];
-    if (!(range >= kMinRange && range <= limit)) continue;
+  for (float& range : ranges) {
+    if (!(range >= kMinRange && range <= limit)) range = std::numeric_limits<float>::quiet_NaN();
+  }
+  return ranges;
+}
+
+std::vector<Return> returns_of(const LaserScan& scan, const std::vector<float>& ranges) {
+  std::vector<Return> returns;
+  returns.reserve(ranges.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const double range = ranges[i];
+    if (!std::isfinite(range)) continue;
     const double angle = scan.first_angle + double(i) * scan.angle_step;
     const Eigen::Vector3d point(range * std::cos(angle), range * std::sin(angle), 0.0);
     returns.push_back({planar(scan.T_robot_sensor * point), range});
@@ -109,9 +184,16 @@ Eigen::Vector2d normal_at(const std::vector<Return>& returns, int i, double step
 }  // namespace
 
 std::vector<SurfacePoint> scan_points(const LaserScan& scan, const ScanPointOptions& options) {
-  const std::vector<Return> returns = returns_of(scan, options.max_range);
+  if (!is_usable(scan, options.max_range)) return {};
+  std::vector<float> ranges = usable_ranges(scan, options.max_range);
+  const double error = range_error(ranges);
+  const int half = smoothing_of(error);
+  if (half > 0) ranges = smoothed(scan, ranges, error, half);
+  const std::vector<Return> returns = returns_of(scan, ranges);
   const Eigen::Vector2d sensor = planar(scan.T_robot_sensor.translation());
   const double step = std::abs(scan.angle_step);
+  // Of rays that were smoothed together, few are independent.
+  const double repeated = std::max(1.0, 0.5 * half);
   std::vector<SurfacePoint> points;
   int last = -1;
   for (int i = 0; i < static_cast<int>(returns.size()); ++i) {
@@ -120,7 +202,7 @@ std::vector<SurfacePoint> scan_points(const LaserScan& scan, const ScanPointOpti
     if (gap < options.spacing) continue;
     last = i;
     const Eigen::Vector2d normal = normal_at(returns, i, step, options.radius, sensor);
-    points.push_back({returns[i].position, normal, std::min(gap, kMaxLength)});
+    points.push_back({returns[i].position, normal, std::min(gap, kMaxLength) / repeated});
   }
   return points;
 }

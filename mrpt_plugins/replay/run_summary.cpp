@@ -37,10 +37,12 @@ std::string why_empty(const Mapper& mapper, const Summary& summary) {
   if (scans == figures.end() || scans->second == 0) {
     return "no landmark was mapped: " + why_nothing_mapped(summary.observations);
   }
+  const bool is_blind = figures.at("scans_blind") >= figures.at("scans_lost");
   return fmt::format(
-      "nothing was mapped: {:.0f} of {:.0f} scans have fewer than ten returns within the maximum "
-      "range, and the path is dead reckoning",
-      figures.at("scans_blind"), scans->second);
+      "nothing was mapped: {:.0f} of {:.0f} scans {}, and the path is dead reckoning",
+      figures.at(is_blind ? "scans_blind" : "scans_lost"), scans->second,
+      is_blind ? "have fewer than ten returns within the maximum range"
+               : "agree with none before them, as those of ranges with errors of decimetres");
 }
 
 /// Sets status and message; `signal` is what stopped the replay, or 0.

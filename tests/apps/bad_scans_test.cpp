@@ -78,6 +78,22 @@ TEST_F(BadScansTest, OneRayIsSaid) {
   EXPECT_EQ(rows_, bad.way.size());
 }
 
+TEST_F(BadScansTest, ScansThatAreAllNoiseAreSaid) {
+  ScanLog bad;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anywhere(1, 20);
+  bad.spoil = [&](std::size_t, auto& scan) {
+    for (std::size_t k = 0; k < scan.getScanSize(); ++k) scan.setScanRange(k, anywhere(random));
+  };
+  bad.way.resize(200);
+  const Json summary = replayed(bad, 2);
+  EXPECT_EQ(summary.at("status"), "empty");
+  const std::string message = summary.at("message");
+  EXPECT_NE(message.find("of 200 scans agree with none before them"), std::string::npos) << message;
+  EXPECT_EQ(verdict(summary, "scans that agree with nothing"), "bad");
+  EXPECT_EQ(rows_, bad.way.size());
+}
+
 TEST_F(BadScansTest, RangesThatAreNoNumbersAreNone) {
   ScanLog bad;
   bad.spoil = [](std::size_t i, auto& scan) {

@@ -34,6 +34,27 @@ TEST(ScanPoints, NormalsOfAWallPointToTheSensor) {
   EXPECT_GT(known, static_cast<int>(points.size() / 2));
 }
 
+// Such as those of one of MRPT's simulated logs.
+TEST(ScanPoints, RangesWithErrorsOfDecimetresAreSmoothed) {
+  std::mt19937 random(1);
+  FloorPlan room;
+  room.add_box({-8, -5}, {9, 6});
+  const auto points = scan_points(room.scan(SE2(), 361, 0.3, random));
+  ASSERT_GT(points.size(), 20U);
+  double squared = 0.0;
+  std::size_t known = 0;
+  for (const SurfacePoint& point : points) {
+    const Eigen::Vector2d& p = point.position;
+    const double off = std::min({std::abs(p.x() - 9), std::abs(p.y() - 6), std::abs(p.y() + 5)});
+    squared += off * off;
+    if (!point.has_normal()) continue;
+    ++known;
+    EXPECT_GT(point.normal.cwiseAbs().maxCoeff(), 0.7) << p.transpose();
+  }
+  EXPECT_LT(std::sqrt(squared / double(points.size())), 0.15);
+  EXPECT_GT(known, points.size() / 2);
+}
+
 TEST(ScanPoints, AreSpacedEvenlyWhereRaysAreDense) {
   std::mt19937 random(1);
   const auto points = scan_points(wall_ahead().scan(SE2(), 1801, 0.0, random));
