@@ -170,13 +170,17 @@ void bind_online(py::module_& m) {
       .def(
           "update",
           [](OnlineSelection& selection, const Delta& trusted,
-             const std::vector<FactorArgument>& closures) {
+             const std::vector<FactorArgument>& closures,
+             const std::vector<std::size_t>& alternatives) {
             const std::vector<ContinuousFactorPtr> pointers = to_pointers(closures);
-            return changing(&OnlineSelection::update)(selection, trusted, pointers);
+            Alternatives sets;
+            for (const std::size_t first : alternatives) sets.add(first);
+            return changing(&OnlineSelection::update)(selection, trusted, pointers, sets);
           },
-          "trusted"_a, "closures"_a = py::list(),
+          "trusted"_a, "closures"_a = py::list(), "alternatives"_a = py::list(),
           "Applies a change of trusted factors and tests new closures, which are numbered in the "
-          "order of arrival.")
+          "order of arrival. `alternatives` has for each of them the place in this update of the "
+          "first one of those of which at most one is true.")
       .def("finish", changing(&OnlineSelection::finish),
            "Evaluates all closures again, and solves to convergence.")
       .def_property_readonly("smoother", &OnlineSelection::smoother,

@@ -321,6 +321,24 @@ def test_closures_selected_online(tmp_path):
     assert selection.status(1) == h.ClosureStatus.ACCEPTED
 
 
+def test_of_alternatives_at_most_one_is_accepted(tmp_path):
+    graph = ring(tmp_path)
+    for alternatives, accepted in (([], 2), ([0, 0], 1)):
+        selection = h.OnlineSelection()
+        feed = h.PoseFeed(graph, graph.values)
+        while not feed.done:
+            selection.update(feed.next(selection.smoother))
+        found = [h.Between("x0", "x30", h.SE2(x, 0, 0), h.Noise.isotropic(3, 0.05)) for x in (0, 0.3)]
+        selection.update(h.Delta(), found, alternatives)
+        selection.finish()
+        verdicts = selection.verdicts()
+        assert sum(verdict.accepted for verdict in verdicts) == accepted
+        if alternatives:
+            assert sum(verdict.inlier_probability for verdict in verdicts) <= 1 + 1e-9
+    with pytest.raises(h.Error, match="comes later"):
+        selection.update(h.Delta(), found, [1, 1])
+
+
 def test_misuse_is_an_error_and_no_crash(tmp_path):
     graph = ring(tmp_path)
     feed = h.PoseFeed(graph, graph.values)
