@@ -8,12 +8,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/factors/inflated.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
+#include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {
 namespace {
@@ -21,6 +24,8 @@ namespace {
 constexpr std::size_t kMostFactors = 200;       // of a kind
 constexpr std::size_t kMostVariables = 100000;  // whose covariances take seconds
 constexpr double kLeastRedundancy = 10;
+constexpr int kRounds = 10;
+constexpr double kAlike = 1.1;   // scales that differ by less need no further round
 constexpr double kSure = 0.999;  // probability at which a factor is not by chance
 constexpr double kDoubtful = 1.5, kBad = 2;
 /// Noise that is stated too large makes covariances too large, and no map wrong.
@@ -29,6 +34,8 @@ constexpr double kDoubtfulExcess = 3;
 struct Kind {
   const char* name;
   std::vector<ContinuousFactorPtr> factors;
+  double scale = 1;  // of the sigmas, as far as is known
+  double redundancy = 0;
 };
 
 /// The factors in force, by kind; those of refused closures are left out.
@@ -50,10 +57,10 @@ std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
   return kinds;
 }
 
-/// Measures a kind, or says why it cannot be.
-void measure(const Kind& kind, const ContinuousMarginals& marginals, const Values& values,
-             NoiseRecord& record) {
-  double sum = 0, redundancy = 0;
+/// By how much the residuals of a kind exceed its scale; sets how far others check them.
+double excess(Kind& kind, const ContinuousMarginals& marginals, const Values& values) {
+  double sum = 0;
+  kind.redundancy = 0;
   const std::size_t every = kind.factors.size() / kMostFactors + 1;
   for (std::size_t i = 0; i < kind.factors.size(); i += every) {
     const ContinuousFactor& factor = *kind.factors[i];
@@ -61,19 +68,49 @@ void measure(const Kind& kind, const ContinuousMarginals& marginals, const Value
     Eigen::MatrixXd J(factor.rows(), factor.cols());
     factor.linearize(gather(factor.keys(), factor.types(), values).data(), r.data(), J.data());
     try {
-      const Eigen::MatrixXd P = marginals.joint_covariance(factor.keys());
-      redundancy += std::max(0.0, factor.rows() - (J * P).cwiseProduct(J).sum());
-      sum += r.squaredNorm();
+      const Eigen::MatrixXd P =
+          marginals.joint_covariance(factor.keys()) / (kind.scale * kind.scale);
+      kind.redundancy += std::max(0.0, factor.rows() - (J * P).cwiseProduct(J).sum());
+      sum += r.squaredNorm() / (kind.scale * kind.scale);
     } catch (const Error&) {
       // what is not determined says nothing
     }
   }
-  if (redundancy < kLeastRedundancy) {
-    record.why = "other measurements check it too little";
-    return;
+  return kind.redundancy < kLeastRedundancy ? 1.0 : std::sqrt(sum / kind.redundancy);
+}
+
+HybridGraph scaled_graph(const std::vector<Kind>& kinds) {
+  HybridGraph graph;
+  for (const Kind& kind : kinds) {
+    for (const ContinuousFactorPtr& factor : kind.factors) {
+      if (kind.scale == 1) {
+        graph.add(factor);
+      } else {
+        graph.add(std::make_shared<Inflated>(factor, kind.scale * kind.scale));
+      }
+    }
   }
-  record.measured = std::sqrt(sum / redundancy);
-  record.sigma = *record.measured / std::sqrt(2 * redundancy);
+  return graph;
+}
+
+/// The scale of each kind. Where scales differ, residuals of one kind are in part those of another:
+/// the graph is solved again with the scales so far, until they stay.
+void find_scales(std::vector<Kind>& kinds, Values values) {
+  for (int round = 0; round < kRounds; ++round) {
+    const HybridGraph graph = scaled_graph(kinds);
+    if (round > 0) values = levenberg_marquardt(graph, {values, {}}).values;
+    const ContinuousMarginals marginals(graph, Estimate{values, {}});
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (Kind& kind : kinds) {
+      if (kind.factors.empty()) continue;
+      const double change = excess(kind, marginals, values);
+      if (kind.redundancy < kLeastRedundancy || change == 0) continue;
+      kind.scale *= change;
+      least = std::min(least, round == 0 ? kind.scale : change);
+      most = std::max(most, round == 0 ? kind.scale : change);
+    }
+    if (!(most > kAlike * least)) return;
+  }
 }
 
 HealthEntry entry_on(const NoiseRecord& record) {
@@ -104,19 +141,14 @@ HealthEntry entry_on(const NoiseRecord& record) {
 
 std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solution,
                                      const std::vector<Loop>& loops) {
-  std::vector<NoiseRecord> records;
-  const std::vector<Kind> kinds = kinds_of(input, loops);
-  HybridGraph graph;
-  for (const Kind& kind : kinds) {
-    for (const ContinuousFactorPtr& factor : kind.factors) graph.add(factor);
-  }
+  std::vector<Kind> kinds = kinds_of(input, loops);
   std::string why;
   if (!input.first_hypotheses.empty()) why = "edges have several hypotheses";
   if (solution.values.size() > kMostVariables) {
     why = fmt::format("the graph has more than {} variables", kMostVariables);
   }
-  std::optional<ContinuousMarginals> marginals;
-  if (why.empty()) marginals.emplace(graph, Estimate{solution.values, {}});
+  if (why.empty()) find_scales(kinds, solution.values);
+  std::vector<NoiseRecord> records;
   for (const Kind& kind : kinds) {
     if (kind.factors.empty()) continue;
     NoiseRecord record;
@@ -124,7 +156,12 @@ std::vector<NoiseRecord> graph_noise(const Input& input, const Solution& solutio
     record.kind = kind.name;
     record.stated = record.used = 1;
     record.why = why;
-    if (marginals) measure(kind, *marginals, solution.values, record);
+    if (kind.redundancy >= kLeastRedundancy) {
+      record.measured = kind.scale;
+      record.sigma = kind.scale / std::sqrt(2 * kind.redundancy);
+    } else if (why.empty()) {
+      record.why = "other measurements check it too little";
+    }
     if (record.kind == "closures" && solution.variance_factor) {
       record.used = std::sqrt(*solution.variance_factor);
     }

@@ -89,6 +89,7 @@ class KeyframeSource {
   const std::map<std::string, std::size_t>& observations() const { return reader_.observations(); }
   /// Problems in the log that were handled, by kind.
   DropReport warnings() const;
+  double repeated_stamps() const { return reader_.repeated_stamps(); }
 
  private:
   std::optional<Keyframe> read();

@@ -84,6 +84,12 @@ std::map<std::string, std::size_t> LogMerge::observations() const {
   return all;
 }
 
+double LogMerge::repeated_stamps() const {
+  double most = 0.0;
+  for (const Log& log : logs_) most = std::max(most, log.source->repeated_stamps());
+  return most;
+}
+
 DropReport LogMerge::warnings() const {
   DropReport all;
   for (const Log& log : logs_) add_to(all, log.source->warnings());

@@ -34,6 +34,8 @@ class LogMerge {
   DropReport dropped() const;
   std::map<std::string, std::size_t> observations() const;
   DropReport warnings() const;
+  /// That of the worst log, see RawlogReader.
+  double repeated_stamps() const;
 
  private:
   struct Log {

@@ -300,11 +300,14 @@ void RawlogReader::drop_implausible(LogStep& step) {
   step.odometry.reset();
 }
 
+double RawlogReader::repeated_stamps() const {
+  return moves_at_once_ ? static_cast<double>(repeated_) / static_cast<double>(readings_) : 0.0;
+}
+
 DropReport RawlogReader::warnings() const {
   DropReport all = warnings_;
   for (const std::string& note : objects_.notes()) ++all[note];
-  if (moves_at_once_ &&
-      static_cast<double>(repeated_) > kCoarseClock * static_cast<double>(readings_)) {
+  if (repeated_stamps() > kCoarseClock) {
     ++all[fmt::format(
         "{} of {} stamps of the odometry are that of the one before, although the "
         "robot moves: the clock is too coarse, and the result doubtful",

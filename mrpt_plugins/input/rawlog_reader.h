@@ -88,6 +88,9 @@ class RawlogReader {
   std::uint64_t objects() const { return objects_.objects(); }
   /// Problems in the log that were handled: bad odometry, missing timestamps, unused objects.
   DropReport warnings() const;
+  /// Share of the stamps of the odometry that are that of the one before; 0 if the robot does not
+  /// move from one to the next.
+  double repeated_stamps() const;
   /// Observations read so far by class, without namespace, used or not.
   const std::map<std::string, std::size_t>& observations() const { return observations_; }
 

@@ -32,6 +32,27 @@ ClassModel read_class_model(IniSection& section) {
   return ClassModel(o, "[" + section.name() + "]");
 }
 
+namespace {
+
+void read_motion_prior(IniSection& section, MotionPrior& motion) {
+  motion.moving = section.get("moving_share", motion.moving,
+                              "probability that a thing moves before any sighting: one for all, or "
+                              "one for each class in the order of class_names; 0: nothing moves",
+                              kProbability);
+  if (motion.moving.empty()) section.fail("moving_share", "needs a probability");
+  motion.speeds = section.get("moving_speeds", motion.speeds,
+                              "of things that move, the standard deviation of each component of "
+                              "the velocity, one for each kind of motion, such as walking and "
+                              "driving [m/s]",
+                              IniRange{1e-3, 1e4});
+  if (motion.speeds.empty()) section.fail("moving_speeds", "needs a speed");
+  motion.acceleration = section.get("moving_acceleration", motion.acceleration,
+                                    "by which each component of it changes within a second [m/s]",
+                                    IniRange{1e-4, 1e4});
+}
+
+}  // namespace
+
 AssociationOptions read_association_options(IniSection& section) {
   AssociationOptions o;
   const std::string method = section.choice(
@@ -81,21 +102,7 @@ AssociationOptions read_association_options(IniSection& section) {
   o.merge_odds = section.get("merge_odds", o.merge_odds,
                              "evidence needed for a merge, and over one that contradicts it",
                              IniRange{1, 1e12});
-  MotionPrior& motion = o.motion;
-  motion.moving = section.get("moving_share", motion.moving,
-                              "probability that a thing moves before any sighting: one for all, or "
-                              "one for each class in the order of class_names; 0: nothing moves",
-                              kProbability);
-  if (motion.moving.empty()) section.fail("moving_share", "needs a probability");
-  motion.speeds = section.get("moving_speeds", motion.speeds,
-                              "of things that move, the standard deviation of each component of "
-                              "the velocity, one for each kind of motion, such as walking and "
-                              "driving [m/s]",
-                              IniRange{1e-3, 1e4});
-  if (motion.speeds.empty()) section.fail("moving_speeds", "needs a speed");
-  motion.acceleration = section.get("moving_acceleration", motion.acceleration,
-                                    "by which each component of it changes within a second [m/s]",
-                                    IniRange{1e-4, 1e4});
+  read_motion_prior(section, o.motion);
   return o;
 }
 

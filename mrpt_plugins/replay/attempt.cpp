@@ -361,7 +361,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;
-  summary.health = judge_run(request, settings, mapper, result);
+  summary.health = judge_run(request, settings, source.repeated_stamps(), mapper, result);
   made.is_written = is_wanted(conditions, summary.health, signal);
   if (!made.is_written) return made;
   tell_all(settings, place, team, result, summary);

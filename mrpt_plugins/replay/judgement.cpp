@@ -23,6 +23,8 @@ namespace {
 constexpr std::size_t kFewestCompared = 10;  // poses
 constexpr double kAlike = 1.1;               // factor between badness of two maps that is by chance
 constexpr double kMuchWorse = 1e9;
+/// Two readings in one stamp are a doubled log; where half of all repeat, it is the clock.
+constexpr UpperLimits kRepeatedLimits{0.1, 0.5};
 constexpr UpperLimits kHalvesLimits{1.5, 2};  // sigmas are wrong by so much
 
 /// The path of a map, and the tangent covariance of each pose.
@@ -139,13 +141,21 @@ bool is_better(const Health& a, const Health& b) {
                           std::count_if(b.begin(), b.end(), is_of_level);
 }
 
-Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
-                 const MapResult& result) {
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result) {
   const Backend& backend = mapper.backend();
   const Estimate estimate{backend.values(), backend.assignment()};
   const std::map<std::string, std::size_t> dropped = mapper.dropped();
   Health health = run_health({backend.graph(), estimate, result, dropped,
                               !mapper.decisions().empty(), mapper.statistics()});
+  if (repeated_stamps > kRepeatedLimits.doubtful) {
+    health.push_back(judged_entry(
+        "stamps of the odometry that repeat", repeated_stamps, kRepeatedLimits,
+        fmt::format("{:.0f} % of the stamps of the odometry are that of the one before, although "
+                    "the robot moves: the clock is too coarse to tell when anything was seen.",
+                    100 * repeated_stamps),
+        "the clock that stamps the log"));
+  }
   if (!request.cross_check) return health;
   for (const RobotSettings& robot : settings.robots) {
     if (is_standard_input(robot.rawlog)) {

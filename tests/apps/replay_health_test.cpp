@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <mrpt/core/Clock.h>
+
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
 #include "tests/apps/replay_runner.h"
+#include "tests/mrpt_plugins/input/log_files.h"
 
 namespace hybrid {
 namespace {
@@ -56,6 +60,35 @@ TEST_F(ReplayHealthTest, NoiseStatedTooSmallIsBadAndStrictExitsWithIt) {
   const Json coarse = summary_of(small + " --strict", 0);
   EXPECT_EQ(bad(coarse), 0U) << coarse.at("health").dump(1);
   EXPECT_NE(coarse.at("configuration").at("BearingRangeAssociation").at("extent"), "0");
+}
+
+/// Stamps of whole seconds: the path is wrong by half a second of driving, and nothing else says
+/// so.
+TEST_F(ReplayHealthTest, AClockOfWholeSecondsIsBad) {
+  for (const double tick : {1.0, 0.05}) {
+    Objects objects;
+    for (int k = 0; k < 400; ++k) {
+      const double time = 0.05 * k, stamp = std::floor(time / tick) * tick, yaw = 0.3 * time;
+      objects.push_back(
+          absolute_odometry(1000 + stamp, {std::sin(yaw) / 0.3, (1 - std::cos(yaw)) / 0.3, yaw}));
+      if (k % 10 != 0) continue;
+      auto seen = mrpt::obs::CObservationBearingRange::Create();
+      seen->timestamp = mrpt::Clock::fromDouble(1000 + stamp);
+      seen->sensor_std_range = seen->sensor_std_yaw = 0.01F;
+      seen->sensedData.resize(1);
+      const mrpt::math::TPose2D pose(std::sin(yaw) / 0.3, (1 - std::cos(yaw)) / 0.3, yaw);
+      const mrpt::math::TPoint2D at = pose.inverseComposePoint({0.0, 3.0});
+      seen->sensedData[0].range = static_cast<float>(std::hypot(at.x, at.y));
+      seen->sensedData[0].yaw = static_cast<float>(std::atan2(at.y, at.x));
+      seen->sensedData[0].landmarkID = 1;
+      objects.push_back(seen);
+    }
+    write_log(at("clock.rawlog"), objects);
+    const Json summary = summary_of(at("clock.rawlog"), 0);
+    const Json repeated = entry(summary, "stamps of the odometry that repeat");
+    EXPECT_EQ(repeated.is_null(), tick < 0.1) << repeated.dump();
+    EXPECT_TRUE(tick < 0.1 || repeated.at("verdict") == "bad");
+  }
 }
 
 TEST_F(ReplayHealthTest, OdometryThatIsTooSureIsMappedAgainAsTheMapTells) {

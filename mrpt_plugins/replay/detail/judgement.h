@@ -12,8 +12,8 @@ namespace hybrid {
 /// What a map says about itself. If the request asks for it, every other detection is mapped apart
 /// from the rest, and both paths are compared; `settings` chose the plugins. Throws Error where a
 /// log can be read but once.
-Health judge_run(const ReplayRequest& request, const ReplaySettings& settings, const Mapper& mapper,
-                 const MapResult& result);
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result);
 
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
 /// where none of the other's is bad, fewer are in doubt.
