@@ -2,6 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <mrpt/core/Clock.h>
+#include <mrpt/math/TPoint2D.h>
+#include <mrpt/math/TPose2D.h>
 
 #include <cmath>
 #include <fstream>
