@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
@@ -234,7 +235,8 @@ TEST(DetectionTracker, DetectionsTellTheSameHoweverManyKeyframesThereAre) {
       frame.detections[0].id = 1;
       tracker.take(frame);
       if ((i + 1) % frames_of_a_keyframe != 0) continue;
-      for (const Detection& d : tracker.release().at(0).detections) sum += 1 / d.covariance(0, 0);
+      const std::vector<DetectionFrame> released = tracker.release();
+      for (const Detection& d : released.at(0).detections) sum += 1 / d.covariance(0, 0);
     }
     return sum;
   };
