@@ -11,25 +11,20 @@
 #include <memory>
 #include <string>
 
-#include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
+#include "mrpt_plugins/health/noise_entry.h"
 
 namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostFactors = 200;       // of a kind
 constexpr std::size_t kMostVariables = 100000;  // whose covariances take seconds
-constexpr double kLeastRedundancy = 10;
 constexpr int kRounds = 10;
-constexpr double kAlike = 1.1;   // scales that differ by less need no further round
-constexpr double kSure = 0.999;  // probability at which a factor is not by chance
-constexpr double kDoubtful = 1.5, kBad = 2;
-/// Noise that is stated too large makes covariances too large, and no map wrong.
-constexpr double kDoubtfulExcess = 3;
+constexpr double kAlike = 1.1;  // scales that differ by less need no further round
 
 struct Kind {
   const char* name;
@@ -116,18 +111,7 @@ void find_scales(std::vector<Kind>& kinds, Values values) {
 HealthEntry entry_on(const NoiseRecord& record) {
   const double factor = *record.measured;
   const double redundancy = std::pow(factor / *record.sigma, 2) / 2;
-  const int degrees = static_cast<int>(std::lround(redundancy));
-  const double sum = redundancy * factor * factor;
-  HealthEntry entry;
-  entry.name = "noise of " + record.kind;
-  entry.value = factor;
-  entry.least = 1 / kDoubtfulExcess;
-  entry.most = kDoubtful;
-  if (sum > chi_square_quantile(kSure, degrees)) {
-    entry.verdict = judge(factor, {kDoubtful, kBad});
-  } else if (sum < chi_square_quantile(1 - kSure, degrees)) {
-    entry.verdict = judge(1 / factor, {kDoubtfulExcess, std::numeric_limits<double>::infinity()});
-  }
+  HealthEntry entry = noise_entry("noise of " + record.kind, factor, redundancy);
   const std::string of = record.kind == "others" ? "priors and landmarks" : record.kind;
   entry.sentence =
       fmt::format("The residuals of {} are {:.2g} times what their information says.", of, factor);

@@ -10,6 +10,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
+#include "mrpt_plugins/health/noise_entry.h"
 
 namespace hybrid {
 namespace {
@@ -20,7 +21,6 @@ constexpr double kDoubtfulFactor = 1.5, kBadFactor = 2;
 /// Stated too large makes covariances too large, and no map wrong: in doubt from so much on.
 constexpr double kDoubtfulExcess = 3;
 constexpr double kSure = 0.999;  // probability at which a ratio is not by chance
-constexpr double kLeastRedundancy = 10;
 
 /// Squared sigmas of some rows, and how many were expected.
 struct SquaredSigmas {
@@ -80,21 +80,6 @@ SquaredSigmas squared_sigmas(const RunFacts& facts, const KindOfFactor& kind) {
   return out;
 }
 
-/// Whether a ratio is not by chance above, or below, what it should be.
-bool is_above(const SquaredSigmas& s) {
-  return s.sum > chi_square_quantile(kSure, static_cast<int>(std::lround(s.redundancy)));
-}
-bool is_below(const SquaredSigmas& s) {
-  return s.sum < chi_square_quantile(1 - kSure, static_cast<int>(std::lround(s.redundancy)));
-}
-
-HealthVerdict verdict_on(const SquaredSigmas& s) {
-  const double factor = std::sqrt(s.ratio());
-  if (is_above(s)) return judge(factor, {kDoubtfulFactor, kBadFactor});
-  if (!is_below(s)) return HealthVerdict::kGood;
-  return judge(1 / factor, {kDoubtfulExcess, std::numeric_limits<double>::infinity()});
-}
-
 std::string sentence_on(const KindOfFactor& kind, double factor) {
   if (factor > kDoubtfulFactor) {
     return fmt::format("The {} scatter {:.2g} times as much as their stated noise allows.",
@@ -109,17 +94,29 @@ std::string sentence_on(const KindOfFactor& kind, double factor) {
 
 }  // namespace
 
+HealthEntry noise_entry(const std::string& name, double factor, double redundancy) {
+  const double sum = factor * factor * redundancy;
+  const int degrees = static_cast<int>(std::lround(redundancy));
+  HealthEntry entry;
+  entry.name = name;
+  entry.value = factor;
+  entry.least = 1 / kDoubtfulExcess;
+  entry.most = kDoubtfulFactor;
+  if (sum > chi_square_quantile(kSure, degrees)) {
+    entry.verdict = judge(factor, {kDoubtfulFactor, kBadFactor});
+  } else if (sum < chi_square_quantile(1 - kSure, degrees)) {
+    entry.verdict = judge(1 / factor, {kDoubtfulExcess, std::numeric_limits<double>::infinity()});
+  }
+  return entry;
+}
+
 void check_residuals(const RunFacts& facts, Health& health) {
   if (!facts.marginals) return;
   for (const KindOfFactor& kind : kKinds) {
     const SquaredSigmas s = squared_sigmas(facts, kind);
     if (s.redundancy < kLeastRedundancy) continue;
-    HealthEntry entry;
-    entry.name = std::string("noise of ") + kind.name;
-    entry.value = std::sqrt(s.ratio());
-    entry.least = 1 / kDoubtfulExcess;
-    entry.most = kDoubtfulFactor;
-    entry.verdict = verdict_on(s);
+    HealthEntry entry =
+        noise_entry(std::string("noise of ") + kind.name, std::sqrt(s.ratio()), s.redundancy);
     entry.sentence = sentence_on(kind, entry.value);
     entry.scale = kind.scale;
     if (entry.verdict != HealthVerdict::kGood) entry.knob = kind.knob;
