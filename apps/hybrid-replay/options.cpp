@@ -84,6 +84,50 @@ void take_robots(const std::vector<std::string>& logs, const std::vector<std::st
   }
 }
 
+/// Plugins, settings and the map file.
+void add_plugins_and_map(CLI::App& app, ReplayRequest& request) {
+  app.add_option("-p,--plugins", request.plugin_libraries,
+                 "libraries with further plugins or observation classes, separated by commas")
+      ->type_name("LIB.so")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  add_settings(app, request.settings);
+  app.add_option("--map", request.map,
+                 "map file that the log makes, extends or is localised in, instead of [map] file")
+      ->type_name("F.hmap");
+  app.add_option("--map-mode", request.map_mode, "what the log does to it, instead of [map] mode")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"auto", "build", "extend", "localize"}));
+  app.add_flag("--resume", request.resume,
+               "go on with the session of the map file that was interrupted");
+}
+
+/// The folder of the result and what is written there.
+void add_outputs(CLI::App& app, ReplayRequest& request) {
+  add_output_folder(app, request.output);
+  app.add_flag("!--no-pictures", request.pictures,
+               "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
+  app.add_option("--frames", request.frames,
+                 "write the growing map as so many pictures, frames/frame_0001.png and so on")
+      ->type_name("N")
+      ->check(CLI::Range(1, 9999));
+  app.add_option(
+         "--video", request.video,
+         "write the growing map as an H.264 video of N frames, 100 without --frames; a name "
+         "without a folder is one in OUT")
+      ->type_name("FILE.mp4");
+  app.add_flag("--report", request.report,
+               "write report.html, a page to look into the run with a browser, and events.jsonl");
+  app.add_flag("--events", request.events,
+               "write events.jsonl: why each sighting was given to its landmark, what flipped, "
+               "merged and closed, the objective after every half-step");
+  app.add_flag("--stream", request.stream,
+               "write every keyframe to standard output when it is mapped, a line of JSON each; "
+               "what else is said goes to standard error");
+  app.add_flag("--sparsity", request.sparsity,
+               "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
+}
+
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
@@ -110,43 +154,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
   app.add_option("--truth-map", options.request.truth_map,
                  "true landmarks, instead of [log] truth_map: MRPT's _ground_truth.txt")
       ->type_name("FILE");
-  app.add_option("-p,--plugins", options.request.plugin_libraries,
-                 "libraries with further plugins or observation classes, separated by commas")
-      ->type_name("LIB.so")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  add_settings(app, options.request.settings);
-  app.add_option("--map", options.request.map,
-                 "map file that the log makes, extends or is localised in, instead of [map] file")
-      ->type_name("F.hmap");
-  app.add_option("--map-mode", options.request.map_mode,
-                 "what the log does to it, instead of [map] mode")
-      ->type_name("MODE")
-      ->check(CLI::IsMember({"auto", "build", "extend", "localize"}));
-  app.add_flag("--resume", options.request.resume,
-               "go on with the session of the map file that was interrupted");
-  add_output_folder(app, options.request.output);
-  app.add_flag("!--no-pictures", options.request.pictures,
-               "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
-  app.add_option("--frames", options.request.frames,
-                 "write the growing map as so many pictures, frames/frame_0001.png and so on")
-      ->type_name("N")
-      ->check(CLI::Range(1, 9999));
-  app.add_option(
-         "--video", options.request.video,
-         "write the growing map as an H.264 video of N frames, 100 without --frames; a name "
-         "without a folder is one in OUT")
-      ->type_name("FILE.mp4");
-  app.add_flag("--report", options.request.report,
-               "write report.html, a page to look into the run with a browser, and events.jsonl");
-  app.add_flag("--events", options.request.events,
-               "write events.jsonl: why each sighting was given to its landmark, what flipped, "
-               "merged and closed, the objective after every half-step");
-  app.add_flag("--stream", options.request.stream,
-               "write every keyframe to standard output when it is mapped, a line of JSON each; "
-               "what else is said goes to standard error");
-  app.add_flag("--sparsity", options.request.sparsity,
-               "draw sparsity_*.png: the Jacobian, the information matrix and its factor");
+  add_plugins_and_map(app, options.request);
+  add_outputs(app, options.request);
   app.add_flag("--cross-check", options.request.cross_check,
                "map every other detection apart from the rest, too, and compare: takes twice the "
                "time more; the result is under health in summary.json");

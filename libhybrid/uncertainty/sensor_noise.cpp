@@ -177,6 +177,73 @@ bool states_all(const PolarLog& log) {
   return true;
 }
 
+/// The components of the noise that rows of pairs of sightings tell, and what they are without each
+/// part of the log.
+struct NoiseFit {
+  Components variances;
+  std::vector<Components> without;
+};
+
+/// \param is_scaled set where factors of the stated noise explain the rows better than noise of one
+/// size
+NoiseFit fit_rows(const PolarLog& log, const PairMixture& mixture, bool& is_scaled) {
+  // Successive sightings, and those farther apart, which tell noise of the sensor from that of the
+  // odometry.
+  std::vector<VarianceRow> rows = rows_of(log, mixture.pairs, false);
+  std::vector<VarianceRow> stated_rows = rows_of(log, mixture.pairs, true);
+  for (const int lag : kLags) {
+    for (const SightingPair& pair : pairs_at(log, static_cast<std::size_t>(lag))) {
+      if (lag == 1) continue;
+      add_rows(log, pair, false, rows);
+      add_rows(log, pair, true, stated_rows);
+    }
+  }
+  Components variances = fit_variances(rows, mixture.variances);
+  if (states_all(log)) {
+    Components start = Components::Ones();
+    start[kRangeShare] = start[kAcross] = 0;
+    const Components factors = fit_variances(stated_rows, start);
+    // Two numbers more must be worth their price (BIC).
+    const double price = std::log(static_cast<double>(rows.size()));
+    if (log_likelihood(stated_rows, factors) > log_likelihood(rows, variances) - price) {
+      is_scaled = true;
+      variances = factors;
+      rows = std::move(stated_rows);
+    }
+  }
+  return {variances, leave_each_out(rows, variances)};
+}
+
+/// Notes what was found, of the size that errors have grown to over the lags.
+void note_components(const NoiseFit& fit, SensorNoise& noise) {
+  const Components& variances = fit.variances;
+  const Eigen::Vector2d growth = growth_over(noise.lags);
+  const double r = noise.at_range, stated_range = noise.stated_range;
+  const double stated_angle = noise.stated_angle;
+  const bool scaled = noise.is_scaled;
+  noise.range = jackknife(fit.without, variances, [&](const Components& v) {
+    return growth[0] * (scaled ? stated_range * std::sqrt(v[kRange])
+                               : std::sqrt(v[kRange] + v[kRangeShare] * r * r));
+  });
+  noise.angle = jackknife(fit.without, variances, [&](const Components& v) {
+    return growth[1] * (scaled ? stated_angle * std::sqrt(v[kAngle])
+                               : std::sqrt(v[kAngle] + v[kAcross] / (r * r)));
+  });
+  noise.translation = jackknife(fit.without, variances,
+                                [](const Components& v) { return std::sqrt(v[kTranslation]); });
+  noise.rotation = jackknife(fit.without, variances,
+                             [](const Components& v) { return std::sqrt(v[kRotation]); });
+  if (scaled) {
+    noise.range_factor = growth[0] * std::sqrt(variances[kRange]);
+    noise.angle_factor = growth[1] * std::sqrt(variances[kAngle]);
+  } else {
+    noise.range_m = growth[0] * std::sqrt(variances[kRange]);
+    noise.range_share = growth[0] * std::sqrt(variances[kRangeShare]);
+    noise.angle_rad = growth[1] * std::sqrt(variances[kAngle]);
+    noise.across_m = growth[1] * std::sqrt(variances[kAcross]);
+  }
+}
+
 }  // namespace
 
 bool Measured::is_sure() const {
@@ -219,63 +286,14 @@ SensorNoise measure_sensor_noise(const std::vector<MovedSightings>& frames) {
   }
   follow(mixture.pairs, log);
 
-  // Successive sightings, and those farther apart, which tell noise of the sensor from that of the
-  // odometry.
-  std::vector<VarianceRow> rows = rows_of(log, mixture.pairs, false);
-  std::vector<VarianceRow> stated_rows = rows_of(log, mixture.pairs, true);
-  for (const int lag : kLags) {
-    for (const SightingPair& pair : pairs_at(log, static_cast<std::size_t>(lag))) {
-      if (lag == 1) continue;
-      add_rows(log, pair, false, rows);
-      add_rows(log, pair, true, stated_rows);
-    }
-  }
-  Components variances = fit_variances(rows, mixture.variances);
-  if (states_all(log)) {
-    Components start = Components::Ones();
-    start[kRangeShare] = start[kAcross] = 0;
-    const Components factors = fit_variances(stated_rows, start);
-    // Two numbers more must be worth their price (BIC).
-    const double price = std::log(static_cast<double>(rows.size()));
-    if (log_likelihood(stated_rows, factors) > log_likelihood(rows, variances) - price) {
-      noise.is_scaled = true;
-      variances = factors;
-      rows = std::move(stated_rows);
-    }
-  }
-  const std::vector<Components> without = leave_each_out(rows, variances);
-
+  const NoiseFit fit = fit_rows(log, mixture, noise.is_scaled);
   for (const int lag : kLags) {
     const SensorNoise::Lag measured =
-        measure_lag(log, static_cast<std::size_t>(lag), noise.is_scaled, variances);
+        measure_lag(log, static_cast<std::size_t>(lag), noise.is_scaled, fit.variances);
     if (measured.pairs < kFewestPairs) continue;
     noise.lags.push_back(measured);
   }
-  const Eigen::Vector2d growth = growth_over(noise.lags);
-  const double r = noise.at_range, stated_range = noise.stated_range;
-  const double stated_angle = noise.stated_angle;
-  const bool scaled = noise.is_scaled;
-  noise.range = jackknife(without, variances, [&](const Components& v) {
-    return growth[0] * (scaled ? stated_range * std::sqrt(v[kRange])
-                               : std::sqrt(v[kRange] + v[kRangeShare] * r * r));
-  });
-  noise.angle = jackknife(without, variances, [&](const Components& v) {
-    return growth[1] * (scaled ? stated_angle * std::sqrt(v[kAngle])
-                               : std::sqrt(v[kAngle] + v[kAcross] / (r * r)));
-  });
-  noise.translation =
-      jackknife(without, variances, [](const Components& v) { return std::sqrt(v[kTranslation]); });
-  noise.rotation =
-      jackknife(without, variances, [](const Components& v) { return std::sqrt(v[kRotation]); });
-  if (scaled) {
-    noise.range_factor = growth[0] * std::sqrt(variances[kRange]);
-    noise.angle_factor = growth[1] * std::sqrt(variances[kAngle]);
-  } else {
-    noise.range_m = growth[0] * std::sqrt(variances[kRange]);
-    noise.range_share = growth[0] * std::sqrt(variances[kRangeShare]);
-    noise.angle_rad = growth[1] * std::sqrt(variances[kAngle]);
-    noise.across_m = growth[1] * std::sqrt(variances[kAcross]);
-  }
+  note_components(fit, noise);
   return noise;
 }
 

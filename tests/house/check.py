@@ -12,6 +12,7 @@ import sys
 
 SPDX = ("SPDX-License-Identifier: BSD-3-Clause", "Copyright (c) 2026, the hybrid mapping authors")
 MAX_LINES = 400
+MAX_FUNCTION_LINES = 60  # of a body, as clang-tidy counts, which reads only a part of the files at a time
 
 # Top-level rooms, and what each may include of the others.
 ROOMS = {
@@ -75,6 +76,8 @@ MACRO = re.compile(r"^\s*#\s*define\b")
 # between the versions of MRPT are in mrpt_plugins/mrpt_version.h.
 OUR_MACRO = re.compile(r"^#define (HYBRID_REGISTER_PLUGIN\(|HYBRID_API\b|HYBRID_(DEFINE|MRPT)_)")
 PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
+# How lines at the left margin begin that open no function.
+NO_FUNCTION = ("namespace", "class", "struct", "enum", "extern", "template", "using")
 
 NOT_OURS = {".git", "compile_commands.json"}
 CODE = {".h", ".cpp"}
@@ -128,6 +131,20 @@ def check_code(path, lines):
             yield number, "a macro of our own"
         if top in ("libhybrid", "mrpt_plugins") and PRINTS.search(line):
             yield number, "libraries do not print"
+
+
+def check_functions(lines):
+    """Bodies of functions at the left margin that are too long, in code as clang-format leaves it."""
+    head = body = None
+    for number, line in enumerate(lines, 1):
+        if line[:1].isalpha() and not line.startswith(NO_FUNCTION):
+            head, body = number, None
+        if head and body is None and line.endswith("{"):
+            body = number
+        if line == "}" and body:
+            if number - body > MAX_FUNCTION_LINES:
+                yield head, f"a body of {number - body} lines; a function has at most {MAX_FUNCTION_LINES}"
+            head = body = None
 
 
 def own_header(path, exists):
@@ -185,6 +202,8 @@ def check_file(path, text):
             yield len(lines), f"{len(lines)} lines; a file has at most {MAX_LINES}"
     if pathlib.PurePath(path).suffix in CODE:
         yield from check_code(path, lines)
+        if not path.startswith("tests/"):
+            yield from check_functions(lines)
     if path.endswith(".h") and path.split("/")[0] in FLOORS:
         yield from check_api(path, lines)
     for number, line in enumerate(lines, 1):

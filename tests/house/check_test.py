@@ -48,6 +48,12 @@ class CheckTest(unittest.TestCase):
             self.expect("libhybrid/core/a.cpp", code(f"#include <{name}>"),
                         ("libhybrid/core/a.cpp:3:", "libhybrid must not include"))
 
+    def test_long_functions(self):
+        def function(lines):
+            return code("int f(int a,", "      int b) {", *["  ++a;"] * lines, "}")
+        self.expect("apps/a.cpp", function(59))
+        self.expect("apps/a.cpp", function(60), ("apps/a.cpp:3:", "a body of 61 lines"))
+
     def test_no_include_runs_backwards(self):
         for path, target in (("libhybrid/io/a.cpp", "mrpt_plugins/output/a.h"),
                              ("libhybrid/io/a.cpp", "tests/a.h"),
