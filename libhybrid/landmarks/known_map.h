@@ -11,6 +11,12 @@
 
 namespace HYBRID_API hybrid {
 
+/// What a landmark stands for: one thing, or several that were not told apart.
+struct LandmarkSize {
+  double extent = 0;  ///< how far from it they are, a standard deviation along each axis [m]
+  int things = 1;
+};
+
 /// A landmark that is known before the first keyframe.
 struct KnownLandmark {
   std::int64_t id = 0;
@@ -19,6 +25,7 @@ struct KnownLandmark {
   std::vector<double> class_probabilities;               ///< empty: it has no class
   double existence = 0;                                  ///< log odds that it is there
   int sightings = 0;                                     ///< before
+  LandmarkSize size;
 };
 
 /// Landmarks that are known before the first keyframe, by ascending id.

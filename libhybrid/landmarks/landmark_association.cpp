@@ -9,7 +9,6 @@
 
 #include "libhybrid/association/association_factor.h"
 #include "libhybrid/core/detail/budget.h"
-#include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
@@ -19,8 +18,6 @@
 namespace hybrid {
 namespace {
 
-// Numbers of landmarks that a map may have had, one after the other: some 300 bytes each are kept.
-constexpr std::int64_t kMostIds = 1'000'000;
 constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
 }  // namespace
@@ -33,26 +30,6 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       merging_(options),
       loops_(options),
       things_(options.motion) {}
-
-void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
-  for (const KnownLandmark& landmark : known.landmarks) {
-    if (landmark.id >= 0 && landmark.id < kMostIds) continue;
-    throw Error("landmark " + std::to_string(landmark.id) +
-                " of the map has the id of a log, which numbers beyond 1,000,000 must be; use the "
-                "plugin that made the map");
-  }
-  if (!known.class_names.empty()) classes_.learn_names(known.class_names);
-  landmarks_.adopt(known.landmarks, classes_, is_3d);
-  adopted_ = !known.landmarks.empty();
-}
-
-std::map<std::int64_t, double> LandmarkAssociation::existence() const {
-  std::map<std::int64_t, double> out;
-  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
-    if (landmarks_.track(t).alive) out[t] = landmarks_.track(t).existence;
-  }
-  return out;
-}
 
 Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
   Contribution out;

@@ -40,6 +40,8 @@ class LandmarkAssociation {
   void adopt(const KnownMap& known, bool is_3d);
   /// Log odds that a landmark is there, by id.
   std::map<std::int64_t, double> existence() const;
+  /// What each landmark stands for, by id.
+  std::map<std::int64_t, LandmarkSize> sizes(const MapView& map) const;
 
   /// Factors and variables for one keyframe. Throws Error where classes of a sensor are not known.
   Contribution observe(const KeyframeView& frame, const MapView& map);

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -43,6 +45,8 @@ class LandmarkMapper {
   std::vector<Mover> movers(const std::vector<double>& times) const {
     return association_.movers(times, view());
   }
+  /// What each landmark stands for, by id.
+  std::map<std::int64_t, LandmarkSize> sizes() const { return association_.sizes(view()); }
   /// What became of every detection so far.
   std::vector<AssociationDecision> decisions() const { return association_.decisions(view()); }
 

@@ -74,6 +74,7 @@ void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const Cl
     track.existence = known.existence;
     track.sigma = std::sqrt(known.covariance.topLeftCorner(dim, dim).trace());
     track.known_sightings = std::max(1, known.sightings);
+    track.known_things = known.size.things;
     Sighting sighting;
     if (!known.class_probabilities.empty()) {
       const std::vector<double> prior = classes.prior();

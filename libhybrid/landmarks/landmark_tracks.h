@@ -45,6 +45,7 @@ struct Track {
   int open = 0;  ///< factors that hold it and are not decided
   bool alive = true;
   int known_sightings = 0;  ///< before the first keyframe; 0: it was not known then
+  int known_things = 1;     ///< that it stood for then
 };
 
 /// Landmarks and sightings, and how a change of what belongs to what becomes a change of the graph.

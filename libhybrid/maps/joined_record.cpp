@@ -70,6 +70,8 @@ std::vector<JoinedLandmark> landmarks_of_both(const MapRecord& first, const MapR
       MapLandmark& known = all[static_cast<std::size_t>(pair->second)].landmark;
       known.sightings += l.sightings;
       known.existence = std::max(known.existence, l.existence);
+      known.size.extent = std::max(known.size.extent, l.size.extent);
+      known.size.things = std::max(known.size.things, l.size.things);
       known.class_probabilities = class_belief(known.class_probabilities, l.class_probabilities,
                                                class_prior(second, l.session));
       continue;

@@ -33,7 +33,9 @@ struct SmootherOptions {
   /// This many of the newest poses are kept near the root, where the next measurements touch the
   /// tree.
   int recent = 10;
-  DiscreteOptions discrete;
+  /// Smaller tables than those of a batch, so that an update takes milliseconds where many
+  /// decisions hang together: beyond them it improves by local search.
+  DiscreteOptions discrete{{std::size_t{1} << 16, std::size_t{1} << 20}};
 };
 
 /// Online alternating minimisation (section IV-B): each update costs what it touches. The

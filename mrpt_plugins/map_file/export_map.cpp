@@ -104,6 +104,8 @@ std::string geojson_text(const MapRecord& map, const MapOrigin& origin) {
                        {"sightings", l.sightings},
                        {"sigma_m", std::sqrt(l.covariance.trace() / map.dim())}};
     const int best = most_probable(l.class_probabilities);
+    if (l.size.extent > 0) properties["extent_m"] = l.size.extent;
+    if (l.size.things > 1) properties["things"] = l.size.things;
     if (best >= 0) properties["class"] = map.class_names[static_cast<std::size_t>(best)];
     features.push_back({{"type", "Feature"},
                         {"geometry", {{"type", "Point"}, {"coordinates", globe(l.position)}}},

@@ -31,6 +31,8 @@ constexpr const char* kContent[] = {
 /// What files of a version with local maps have besides.
 constexpr const char* kScans[] = {"SELECT * FROM local_map ORDER BY session, number",
                                   "SELECT * FROM surface ORDER BY session, map, number"};
+/// What those that say what landmarks stand for have besides.
+constexpr const char* kSizes = "SELECT * FROM landmark_size ORDER BY landmark";
 
 /// FNV-1a of 64 bits.
 class Checksum {
@@ -83,6 +85,9 @@ std::string checksum_of(SQLite::Database& database) {
   for (const char* const query : kContent) add_rows(database, query, sum);
   if (pragma(database, "user_version") >= map_schema::kFirstWithScans) {
     for (const char* const query : kScans) add_rows(database, query, sum);
+  }
+  if (pragma(database, "user_version") >= map_schema::kFirstWithSizes) {
+    add_rows(database, kSizes, sum);
   }
   return sum.text();
 }

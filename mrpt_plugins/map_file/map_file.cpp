@@ -93,6 +93,7 @@ void MapFile::transaction(const Work& work) {
     const int version = pragma(*database_, "user_version");
     if (version == 1) database_->exec(map_schema::kFromVersion1);
     if (version < map_schema::kFirstWithScans) database_->exec(map_schema::kScanTables);
+    if (version < map_schema::kFirstWithSizes) database_->exec(map_schema::kSizeTable);
     database_->exec(fmt::format("PRAGMA user_version = {}", map_schema::kVersion));
     if (work()) all.commit();
   });

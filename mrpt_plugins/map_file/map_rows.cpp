@@ -32,8 +32,9 @@ using SQLite::Database;
 constexpr std::int64_t kLastLandmark = (std::int64_t{1} << 56) - 1;  // what a Key holds
 /// Of landmarks that the program numbers: a session has a track for each number, 300 MB.
 constexpr std::int64_t kLastNumber = 1000000;
-constexpr int kMostClasses = 10000;  // some half of those of the largest set of labelled pictures
-constexpr double kMostLoss = 1e6;    // [nat], where a prior says nothing any more
+constexpr int kMostClasses = 10000;   // some half of those of the largest set of labelled pictures
+constexpr int kMostThings = 1000000;  // that a landmark stands for
+constexpr double kMostLoss = 1e6;     // [nat], where a prior says nothing any more
 constexpr std::int64_t kMostSurfaces = 100000;  // of a local map, ten centimetres apart
 constexpr std::int64_t kFarthest = 100000;      // [mm], what a local map reaches
 constexpr std::int64_t kHalfTurn = 3142;        // [mrad]
@@ -188,7 +189,7 @@ std::map<std::int64_t, std::size_t> read_landmarks(Database& database, MapRecord
                               l.id, kLastNumber));
     }
     l.session = rows.count(1);
-    l.position << rows.real(2), rows.real(3), rows.real(4);
+    l.position = Eigen::Vector3d{rows.real(2), rows.real(3), rows.real(4)};
     const double xx = rows.real(5), xy = rows.real(6), xz = rows.real(7), yy = rows.real(8),
                  yz = rows.real(9), zz = rows.real(10);
     l.covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
@@ -271,6 +272,19 @@ void read_prior(Database& database, const std::map<std::int64_t, std::size_t>& p
   }
 }
 
+void read_sizes(Database& database, const std::map<std::int64_t, std::size_t>& place,
+                MapRecord& out) {
+  if (pragma(database, "user_version") < map_schema::kFirstWithSizes) return;
+  MapCells rows(database, "landmark_size",
+                "SELECT landmark, extent, things FROM landmark_size ORDER BY landmark");
+  while (rows.next()) {
+    MapLandmark& l = out.landmarks[landmark_at(place, rows.whole(0, 0, kLastLandmark))];
+    l.size.extent = rows.real(1);
+    l.size.things = static_cast<int>(rows.whole(2, 1, kMostThings));
+    if (!(l.size.extent >= 0)) throw Error(fmt::format("landmark {} has a negative extent", l.id));
+  }
+}
+
 /// Local maps and their surfaces: lengths are in millimetres, directions in milliradians.
 void read_local_maps(Database& database, MapRecord& out) {
   if (pragma(database, "user_version") < map_schema::kFirstWithScans) return;
@@ -289,7 +303,7 @@ void read_local_maps(Database& database, MapRecord& out) {
       throw Error(fmt::format("local maps of session {} are not of their form", map.session));
     }
     place[{map.session, next->second++}] = out.local_maps.size();
-    map.pose << maps.real(2), maps.real(3), maps.real(4);
+    map.pose = Eigen::Vector3d{maps.real(2), maps.real(3), maps.real(4)};
     const double xx = maps.real(5), xy = maps.real(6), xa = maps.real(7), yy = maps.real(8),
                  ya = maps.real(9), aa = maps.real(10);
     map.covariance << xx, xy, xa, xy, yy, ya, xa, ya, aa;
@@ -310,8 +324,8 @@ void read_local_maps(Database& database, MapRecord& out) {
                               surfaces.size()));
     }
     MapSurface surface;
-    surface.position << 1e-3 * double(rows.whole(3, -kFarthest, kFarthest)),
-        1e-3 * double(rows.whole(4, -kFarthest, kFarthest));
+    surface.position = Eigen::Vector2d{1e-3 * double(rows.whole(3, -kFarthest, kFarthest)),
+                                       1e-3 * double(rows.whole(4, -kFarthest, kFarthest))};
     if (!rows.is_null(5)) surface.direction = 1e-3 * double(rows.whole(5, -kHalfTurn, kHalfTurn));
     surfaces.push_back(surface);
   }
@@ -326,6 +340,7 @@ MapRecord read_rows(Database& database) {
   read_sessions(database, out);
   const auto place = read_landmarks(database, out);
   read_classes(database, place, out);
+  read_sizes(database, place, out);
   read_prior(database, place, out);
   read_local_maps(database, out);
   out.prior.loss = read_number(database, "loss", 0, kMostLoss).value_or(0);

@@ -36,7 +36,8 @@ std::int64_t in_thousandths(double value) {
   return std::llround(1e3 * value);
 }
 
-void write_landmark(const MapLandmark& l, Statement& landmark, Statement& classes) {
+void write_landmark(const MapLandmark& l, Statement& landmark, Statement& classes,
+                    Statement& size) {
   const Eigen::Vector3d& p = l.position;
   const Eigen::Matrix3d& C = l.covariance;
   run(landmark, l.id, l.session, p.x(), p.y(), p.z(), C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2),
@@ -44,6 +45,8 @@ void write_landmark(const MapLandmark& l, Statement& landmark, Statement& classe
   for (std::size_t c = 0; c < l.class_probabilities.size(); ++c) {
     run(classes, l.id, number_of(c), l.class_probabilities[c]);
   }
+  const bool is_single = l.size.extent == 0 && l.size.things == 1;
+  if (!is_single) run(size, l.id, l.size.extent, l.size.things);
 }
 
 void write_prior(const MapRecord& record, Statement& statement) {
@@ -179,8 +182,8 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   const std::set<int> kept = same_keyframes(record, before);
   database.exec("PRAGMA defer_foreign_keys = ON");  // sessions come back under their keyframes
   forget_keyframes(database, kept);
-  for (const char* table : {"draft", "surface", "local_map", "prior", "landmark_class", "landmark",
-                            "robot", "input", "class", "session"}) {
+  for (const char* table : {"draft", "surface", "local_map", "prior", "landmark_size",
+                            "landmark_class", "landmark", "robot", "input", "class", "session"}) {
     database.exec(fmt::format("DELETE FROM {}", table));
   }
   database.exec("DELETE FROM map WHERE name <> 'checksum'");
@@ -199,7 +202,8 @@ void write_rows(Database& database, const MapRecord& record, const MapRecord& be
   Statement landmark(database,
                      "INSERT INTO landmark VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   Statement classes(database, "INSERT INTO landmark_class VALUES (?, ?, ?)");
-  for (const MapLandmark& l : record.landmarks) write_landmark(l, landmark, classes);
+  Statement size(database, "INSERT INTO landmark_size VALUES (?, ?, ?)");
+  for (const MapLandmark& l : record.landmarks) write_landmark(l, landmark, classes, size);
   Statement prior(database, "INSERT INTO prior VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   write_prior(record, prior);
   write_local_maps(record, database);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
+#include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/movers/mover.h"
 #include "libhybrid/smoother/report.h"
 #include "mrpt_plugins/bridge/timed_pose.h"
@@ -28,6 +29,7 @@ struct LandmarkEstimate {
   std::optional<int> class_index;           ///< most probable class, into MapResult::class_names
   std::vector<double> class_probabilities;  ///< one per class name; empty when there are no classes
   int sightings = 0;
+  LandmarkSize size;
 };
 
 /// One thing that moves: no landmark, but a trajectory of its own.

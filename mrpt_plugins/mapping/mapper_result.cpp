@@ -89,12 +89,15 @@ MapResult Mapper::result() const {
     if (landmark.class_key) classes.push_back(*landmark.class_key);
   }
   const Uncertainty uncertainty = backend_->uncertainty(points, classes);
+  std::map<std::int64_t, LandmarkSize> sizes;
+  for (const auto& plugin : plugins_) sizes.merge(plugin->sizes(view()));
   for (const auto& [id, landmark] : landmarks_) {
     LandmarkEstimate out;
     out.id = id;
     out.position = point_at(values, landmark.position);
     out.is_3d = is_3d_;
     out.sightings = landmark.sightings;
+    if (const auto size = sizes.find(id); size != sizes.end()) out.size = size->second;
     const auto covariance = uncertainty.covariances.find(landmark.position);
     if (covariance != uncertainty.covariances.end()) out.covariance = padded(covariance->second);
     if (landmark.class_key) {

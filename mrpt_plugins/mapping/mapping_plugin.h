@@ -81,6 +81,9 @@ class MappingPlugin : public mrpt::rtti::CObject {
   /// Log odds of existence of landmarks by id; missing ones are taken to exist.
   virtual std::map<std::int64_t, double> existence() const { return {}; }
 
+  /// What landmarks stand for, by id; missing ones are single things without an extent.
+  virtual std::map<std::int64_t, LandmarkSize> sizes(const MapView&) const { return {}; }
+
   /// Factors and variables for one keyframe. Throws Error if the observations make no sense.
   virtual Contribution observe(const Frame& frame, const MapView& map) = 0;
 

@@ -47,6 +47,8 @@ Json landmark_json(const LandmarkEstimate& l, const std::vector<std::string>& cl
     out["class_probabilities"][class_names[c]] = l.class_probabilities[c];
   }
   out["sightings"] = l.sightings;
+  out["extent_m"] = l.size.extent;
+  out["things"] = l.size.things;
   return out;
 }
 
@@ -54,15 +56,17 @@ Json landmark_json(const LandmarkEstimate& l, const std::vector<std::string>& cl
 
 std::string landmarks_csv(const MapResult& result) {
   check_classes(result);
-  std::string text = "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings";
+  std::string text =
+      "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings,extent_m,things";
   for (const std::string& name : result.class_names) text += ',' + csv_field("p_" + name);
   text += '\n';
   for (const LandmarkEstimate& l : result.landmarks) {
     const auto& c = l.covariance;
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}", l.id,
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{},{}", l.id,
                    l.position.x(), l.position.y(), l.position.z(), c(0, 0), c(0, 1), c(0, 2),
                    c(1, 1), c(1, 2), c(2, 2),
-                   l.class_index ? csv_field(result.class_names[*l.class_index]) : "", l.sightings);
+                   l.class_index ? csv_field(result.class_names[*l.class_index]) : "", l.sightings,
+                   l.size.extent, l.size.things);
     if (l.class_probabilities.empty()) text.append(result.class_names.size(), ',');
     for (const double p : l.class_probabilities) text += fmt::format(",{}", p);
     text += '\n';

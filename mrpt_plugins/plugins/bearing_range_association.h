@@ -35,6 +35,9 @@ class BearingRangeAssociation : public MappingPlugin {
   }
   void adopt(const KnownMap& known, bool is_3d) override { association_.adopt(known, is_3d); }
   std::map<std::int64_t, double> existence() const override { return association_.existence(); }
+  std::map<std::int64_t, LandmarkSize> sizes(const MapView& map) const override {
+    return association_.sizes(map);
+  }
   Contribution observe(const Frame& frame, const MapView& map) override;
   void applied(const Outcome& outcome) override {
     if (asked_) association_.applied(outcome);

@@ -85,6 +85,7 @@ MapRecord record_of(const Mapper& mapper, const MapResult& result) {
     landmark.covariance = estimate.covariance;
     landmark.class_probabilities = estimate.class_probabilities;
     landmark.sightings = estimate.sightings;
+    landmark.size = estimate.size;
     const auto it = existence.find(estimate.id);
     landmark.existence = it == existence.end() ? kSure : it->second;
     out.landmarks.push_back(std::move(landmark));

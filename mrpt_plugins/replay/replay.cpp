@@ -22,7 +22,9 @@ namespace {
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
 constexpr int kMostMeasurements = 4;                 // of the noise, each with a map
 constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
-constexpr const char* kFoundAgain = "landmarks seen at one time only";
+/// The checks of whether landmarks were told apart as well as could be.
+constexpr std::array<const char*, 2> kTellApart{"landmarks seen at one time only",
+                                                "copies of landmarks"};
 /// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
 /// landmark it is, up to where it tells next to nothing.
 constexpr std::array<double, 3> kExtents{1, 2, 4};
@@ -79,31 +81,53 @@ const HealthEntry* find_entry(const Health& health, const std::string& name) {
   return it == health.end() ? nullptr : &*it;
 }
 
-/// Whether fewer landmarks of map `a` than of map `b` are lost where they should be seen again, and
-/// so few that the map is not bad: of two bad maps, neither is to be believed.
-bool finds_more_again(const Health& a, const Health& b) {
-  const HealthEntry *own = find_entry(a, kFoundAgain), *other = find_entry(b, kFoundAgain);
-  if (own == nullptr || other == nullptr || own->verdict == HealthVerdict::kBad) return false;
-  return own->value < other->value;
+/// How far a check is from where it begins to be in doubt, a factor; 0: it was not made.
+double excess(const Health& health, const char* check) {
+  const HealthEntry* entry = find_entry(health, check);
+  return entry == nullptr ? 0 : entry->value / entry->most;
+}
+
+/// The worst of what a map says of how its landmarks were told apart.
+double fineness(const Health& health) {
+  double worst = 0;
+  for (const char* check : kTellApart) worst = std::max(worst, excess(health, check));
+  return worst;
+}
+
+/// Whether landmarks of a map were decided finer than could be told.
+bool is_too_fine(const Health& health) {
+  return std::any_of(kTellApart.begin(), kTellApart.end(), [&](const char* check) {
+    const HealthEntry* entry = find_entry(health, check);
+    return entry != nullptr && entry->verdict == HealthVerdict::kBad;
+  });
+}
+
+/// Whether landmarks of map `a` are told apart better than those of map `b`, and so well that the
+/// map is not bad: of two bad maps, neither is to be believed.
+bool tells_apart_better(const Health& a, const Health& b) {
+  const bool made = std::all_of(kTellApart.begin(), kTellApart.end(), [&](const char* check) {
+    return find_entry(a, check) != nullptr || find_entry(b, check) == nullptr;
+  });
+  return made && !is_too_fine(a) && fineness(a) < fineness(b);
 }
 
 /// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
-/// detections find their landmarks and these are not found again; else none.
+/// detections find their landmarks, and this was decided too finely; else none.
 std::optional<double> sigma_to_coarsen(const Summary& summary) {
   const auto sigma = summary.statistics.find(kSigma);
-  const HealthEntry* lost = find_entry(summary.health, kFoundAgain);
   const IniFile::Settings& configuration = summary.provenance.configuration;
   const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
                        setting(configuration, "BearingRangeAssociation.extent") == 0;
-  const bool is_lost = lost != nullptr && lost->verdict == HealthVerdict::kBad;
-  if (sigma == summary.statistics.end() || !is_free || !is_lost) return std::nullopt;
+  if (sigma == summary.statistics.end() || !is_free || !is_too_fine(summary.health)) {
+    return std::nullopt;
+  }
   return sigma->second;
 }
 
-/// Where the landmarks of a map are not found again, which detection is of which landmark was
+/// Where landmarks are not found again, or mapped twice, which detection is of which landmark was
 /// decided finer than could be told. Landmarks get an extent, and what may be of one of them is of
 /// it (joint compatibility, which prefers a landmark that is known to a new one): the least extent
-/// with which they are found again, or else with which most of them are.
+/// with which neither is in doubt, or else with which it is least.
 void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
                   std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
@@ -113,12 +137,11 @@ void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
     coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
     coarse.settings.push_back(
         fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
-    Attempt next =
-        attempt(coarse, watchers, start, {&outcome.summary.health, finds_more_again, false, false});
+    Attempt next = attempt(coarse, watchers, start,
+                           {&outcome.summary.health, tells_apart_better, false, false});
     if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
     if (next.is_written) outcome = std::move(next.outcome);
-    const HealthEntry* lost = find_entry(outcome.summary.health, kFoundAgain);
-    if (outcome.signal != 0 || lost->verdict == HealthVerdict::kGood) return;
+    if (outcome.signal != 0 || fineness(outcome.summary.health) <= 1) return;
   }
 }
 

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
-"""Where landmarks are not found again, a log is mapped with landmarks of an extent.
+"""Where landmarks are not found again, or mapped twice, a log is mapped with landmarks of an extent.
 
 usage: coarse_to_fine_test.py BIN
 """
 
+import csv
 import json
 import pathlib
 import subprocess
@@ -16,6 +17,7 @@ import unittest
 ROOT = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 import boards_world  # noqa: E402
+from detector_world import World  # noqa: E402
 
 IMPORT = ["--sigma-range", ".12", "--sigma-bearing", ".02", "--walk-rotation", ".06", "--walk-translation", ".06"]
 SEED = 18
@@ -44,8 +46,11 @@ class CoarseToFine(unittest.TestCase):
         return summary["truth"]["trajectory"]["aligned"]["rmse_m"]
 
     @staticmethod
-    def lost(summary):
-        return next(e["verdict"] for e in summary["health"] if e["name"] == "landmarks seen at one time only")
+    def verdict(summary, name):
+        return next(e["verdict"] for e in summary["health"] if e["name"] == name)
+
+    def lost(self, summary):
+        return self.verdict(summary, "landmarks seen at one time only")
 
     def test_by_default(self):
         stated = self.mapped("sensor.noise=stated")
@@ -58,6 +63,19 @@ class CoarseToFine(unittest.TestCase):
         self.assertGreater(float(association["extent"]), 0.05)
         self.assertEqual(association["method"], "jcbb")
         self.assertLessEqual(coarse["landmarks"], 15)
+
+    def test_of_twins(self):
+        """Each thing beside one of its class: by default twice the landmarks, as many as things with an extent."""
+        World({"seed": 3, "seconds": 90, "twins": 0.3}).write(self.at)
+        self.run_program("hybrid-import", "csv", "--odometry", "odometry.tum", "--detections", "detections.csv",
+                         "--sigma-range", ".2", "-o", "boards.rawlog")
+        stated = self.mapped("sensor.noise=stated")
+        twins = self.mapped()
+        self.assertEqual(self.verdict(stated, "copies of landmarks"), "bad")
+        self.assertEqual(self.verdict(twins, "copies of landmarks"), "good")
+        self.assertLess(twins["landmarks"], stated["landmarks"])
+        with open(self.at / "out/landmarks.csv", newline="", encoding="utf-8") as file:
+            self.assertGreater(float(next(csv.DictReader(file))["extent_m"]), 0)
 
     def test_not_where_it_is_said_how_to_decide(self):
         for setting in "method=jcbb", "extent=.01":

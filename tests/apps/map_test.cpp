@@ -207,8 +207,8 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   const auto before = info_of("a.hmap");
   // What the second format has added.
   run_sql(at("a.hmap"),
-          "DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; ALTER TABLE keyframe DROP "
-          "COLUMN robot; PRAGMA user_version = 1");
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
+          "ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
   const std::string old = read("a.hmap");
   EXPECT_EQ(info_of("a.hmap"), before);
   EXPECT_EQ(run_app("hybrid-map check " + at("a.hmap")).code, 0);
@@ -217,7 +217,7 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
   EXPECT_EQ(read("a.hmap"), old);
   const MapRecord first = read_map(at("a.hmap"));
   ASSERT_EQ(run_replay(replay_of("second.rawlog", "a.hmap", "second")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 4);
+  EXPECT_EQ(format_of(at("a.hmap")), 5);
   const MapRecord both = read_map(at("a.hmap"));
   ASSERT_EQ(both.sessions.size(), 2u);
   ASSERT_EQ(both.sessions[0].keyframes.size(), first.sessions[0].keyframes.size());
@@ -228,12 +228,12 @@ TEST_F(MapTest, FilesOfTheFirstFormatAreReadAndCarriedOver) {
 TEST_F(MapTest, AChangeThatIsRefusedLeavesTheFirstFormat) {
   ASSERT_EQ(run_replay(replay_of("", "a.hmap", "out")).code, 0);
   run_sql(at("a.hmap"),
-          "DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; ALTER TABLE keyframe DROP "
-          "COLUMN robot; PRAGMA user_version = 1");
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; DROP TABLE robot; "
+          "ALTER TABLE keyframe DROP COLUMN robot; PRAGMA user_version = 1");
   expect_refusal("hybrid-map prune --session 9 " + at("a.hmap"), "a.hmap", "no session 9");
   EXPECT_EQ(format_of(at("a.hmap")), 1);
   ASSERT_EQ(run_app("hybrid-map prune --session 1 " + at("a.hmap")).code, 0);
-  EXPECT_EQ(format_of(at("a.hmap")), 4);
+  EXPECT_EQ(format_of(at("a.hmap")), 5);
 }
 
 TEST_F(MapTest, AKeyframeOfARobotThatIsNotThereIsAFault) {

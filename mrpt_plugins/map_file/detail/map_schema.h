@@ -9,13 +9,15 @@ namespace hybrid::map_schema {
 inline constexpr int kApplicationId = 0x484d4150;
 /// The user version in the header: raised with every change of the tables. Files of earlier
 /// versions are read, and changed by the first transaction.
-inline constexpr int kVersion = 4;
+inline constexpr int kVersion = 5;
 /// The version from which on files have a checksum.
 inline constexpr int kFirstWithChecksum = 3;
 /// The version from which on files have local maps.
 inline constexpr int kFirstWithScans = 4;
+/// The version from which on files say what landmarks stand for.
+inline constexpr int kFirstWithSizes = 5;
 
-/// The tables of docs/map_format.md but for those of laser scans.
+/// The tables of docs/map_format.md but for those of later versions.
 inline constexpr const char* kTables = R"(
 CREATE TABLE map (
   name TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
@@ -69,6 +71,13 @@ CREATE TABLE surface (
   x INTEGER NOT NULL, y INTEGER NOT NULL, direction INTEGER,
   PRIMARY KEY (session, map, number),
   FOREIGN KEY (session, map) REFERENCES local_map(session, number)) WITHOUT ROWID;
+)";
+/// The table of landmarks that are not single things without an extent, which versions before
+/// kFirstWithSizes lack.
+inline constexpr const char* kSizeTable = R"(
+CREATE TABLE landmark_size (
+  landmark INTEGER PRIMARY KEY REFERENCES landmark(id),
+  extent REAL NOT NULL, things INTEGER NOT NULL);
 )";
 /// Makes the tables of version 1, which knew of one robot a session, those of later versions.
 inline constexpr const char* kFromVersion1 = R"(

@@ -46,6 +46,7 @@ MapRecord small_map() {
     l.class_probabilities = {0.25, 0.75};
     l.existence = 5;
     l.sightings = 7;
+    if (i == 1) l.size = {0.25, 3};
     map.landmarks.push_back(l);
   }
   map.prior = sparsify(0.01 * Eigen::MatrixXd::Identity(6, 6), 2);
@@ -87,6 +88,7 @@ std::vector<double> numbers_of(const MapRecord& map) {
     out.insert(out.end(), l.covariance.reshaped().begin(), l.covariance.reshaped().end());
     out.insert(out.end(), l.class_probabilities.begin(), l.class_probabilities.end());
     out.insert(out.end(), {double(l.id), l.existence, double(l.sightings), double(l.session)});
+    out.insert(out.end(), {l.size.extent, double(l.size.things)});
   }
   for (const MapLocalMap& local : map.local_maps) {
     out.push_back(local.session);
@@ -258,14 +260,35 @@ TEST_F(MapFileTest, AFlippedBitChangesNoNumber) {
 
 TEST_F(MapFileTest, FilesWithoutChecksumAreReadAndGetOne) {
   run_sql(at("a.hmap"),
-          "DROP TABLE surface; DROP TABLE local_map; DELETE FROM map WHERE name = 'checksum'; "
-          "PRAGMA user_version = 2");
+          "DROP TABLE landmark_size; DROP TABLE surface; DROP TABLE local_map; "
+          "DELETE FROM map WHERE name = 'checksum'; PRAGMA user_version = 2");
   EXPECT_EQ(read_map(at("a.hmap")).sessions.size(), 2U);
   EXPECT_TRUE(read_map(at("a.hmap")).local_maps.empty());
   EXPECT_FALSE(has_checksum(at("a.hmap")));
   MapFile file(at("a.hmap"));
   file.replace(file.record());
   EXPECT_TRUE(has_checksum(at("a.hmap")));
+}
+
+TEST_F(MapFileTest, WhatLandmarksCannotStandForIsRefused) {
+  const std::string change = "UPDATE landmark_size SET ";
+  expect_refused_after(change + "things = 0", "0");
+  expect_refused_after(change + "things = 'x'", "no whole number");
+  expect_refused_after(change + "extent = -0.1", "landmark 10 has a negative extent");
+  expect_refused_after(change + "extent = 9e999", "finite");
+  expect_refused_after("PRAGMA foreign_keys = OFF; " + change + "landmark = 7",
+                       "rows of a landmark 7 that is not there");
+  expect_refused_after(change + "things = 4", "checksum");
+}
+
+TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
+  MapRecord single = small_map();
+  single.landmarks[1].size = {};
+  MapFile(at("a.hmap")).replace(single);
+  run_sql(at("a.hmap"), "DROP TABLE landmark_size; PRAGMA user_version = 4");
+  EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 1);
+  MapFile(at("a.hmap")).replace(small_map());
+  EXPECT_EQ(read_map(at("a.hmap")).landmarks[1].size.things, 3);
 }
 
 TEST_F(MapFileTest, ASessionThatIsNotedHasAChecksumToo) {

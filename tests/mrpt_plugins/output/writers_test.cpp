@@ -66,6 +66,7 @@ MapResult sample_map() {
   a.class_index = 1;
   a.class_probabilities = {0.25, 0.75};
   a.sightings = 12;
+  a.size = {0.4, 3};
   LandmarkEstimate b;
   b.id = -1;
   b.position = {std::nan(""), 2, 0};
@@ -75,10 +76,10 @@ MapResult sample_map() {
 
 TEST(LandmarkWriter, CsvHasTheStatedColumns) {
   EXPECT_EQ(landmarks_csv(sample_map()),
-            "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings,p_tree,"
+            "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings,extent_m,things,p_tree,"
             "\"p_pole, \"\"steel\"\"\"\n"
-            "7,1.5,-2.25,0.125,4,1,0.5,3,0.25,2,\"pole, \"\"steel\"\"\",12,0.25,0.75\n"
-            "-1,nan,2,0,0,0,0,0,0,0,,0,,\n");
+            "7,1.5,-2.25,0.125,4,1,0.5,3,0.25,2,\"pole, \"\"steel\"\"\",12,0.4,3,0.25,0.75\n"
+            "-1,nan,2,0,0,0,0,0,0,0,,0,0,1,,\n");
 }
 
 TEST(LandmarkWriter, JsonHoldsTheSameAndNullForWhatIsNotFinite) {
@@ -92,6 +93,8 @@ TEST(LandmarkWriter, JsonHoldsTheSameAndNullForWhatIsNotFinite) {
   EXPECT_EQ(a["class"], "pole, \"steel\"");
   EXPECT_EQ(a["class_probabilities"]["tree"], 0.25);
   EXPECT_EQ(a["sightings"], 12);
+  EXPECT_EQ(a["extent_m"], 0.4);
+  EXPECT_EQ(a["things"], 3);
   const auto& b = json["landmarks"][1];
   EXPECT_EQ(b["position"].size(), 2u);
   EXPECT_TRUE(b["position"][0].is_null());

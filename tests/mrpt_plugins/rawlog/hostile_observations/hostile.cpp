@@ -82,7 +82,7 @@ class Hog : public Observation {
 class Counter : public Observation {
   DEFINE_MRPT_OBJECT(Counter, hostile)
   void act() override {
-    volatile int count = 0;
+    volatile unsigned count = 0;
     while (true) count = count + 1;
   }
 };

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "libhybrid/landmarks/count_things.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "libhybrid/association/gate.h"
+#include "libhybrid/core/chi_square.h"
+#include "libhybrid/core/detail/prior_count.h"
+#include "libhybrid/core/spatial_values.h"
+#include "libhybrid/landmarks/sighting.h"
+
+namespace hybrid {
+namespace {
+
+constexpr int kMostThings = 20;  // that one landmark may stand for
+
+/// How many looks had so many detections of a landmark: looks[0] none, looks[1] one.
+using Looks = std::vector<int>;
+
+/// log of the mean of exp(terms).
+double log_mean(const std::vector<double>& terms) {
+  const double most = *std::max_element(terms.begin(), terms.end());
+  double sum = 0;
+  for (const double term : terms) sum += std::exp(term - most);
+  return most + std::log(sum / static_cast<double>(terms.size()));
+}
+
+/// Probability of so many detections in a look, of `things` that are detected with probability p
+/// each, and clutter.
+double probability(int detections, int things, double p, double clutter) {
+  double sum = 0;
+  for (int hits = 0; hits <= std::min(detections, things); ++hits) {
+    const int others = detections - hits;
+    sum +=
+        std::exp(std::lgamma(things + 1) - std::lgamma(hits + 1) - std::lgamma(things - hits + 1) +
+                 hits * std::log(p) + (things - hits) * std::log1p(-p) +
+                 others * std::log(clutter) - clutter - std::lgamma(others + 1));
+  }
+  return sum;
+}
+
+/// log probability of the looks at so many things: the mean over p, whose prior counts as much as
+/// kPriorCount looks.
+double log_probability(const Looks& looks, int things, double detected, double clutter) {
+  constexpr int kNodes = 40;
+  std::vector<double> terms;
+  for (int node = 0; node < kNodes; ++node) {
+    const double p = (node + 0.5) / kNodes;
+    double term = (kPriorCount * detected - 1) * std::log(p) +
+                  (kPriorCount * (1 - detected) - 1) * std::log1p(-p);
+    for (std::size_t n = 0; n < looks.size(); ++n) {
+      if (looks[n] == 0) continue;
+      term += looks[n] * std::log(probability(static_cast<int>(n), things, p, clutter));
+    }
+    terms.push_back(term);
+  }
+  return log_mean(terms);
+}
+
+int most_probable_count(const Looks& looks, double detected, double clutter) {
+  int best = 1;
+  double best_score = -std::numeric_limits<double>::infinity();
+  for (int things = 1; things <= kMostThings && things < static_cast<int>(looks.size()); ++things) {
+    const double score =
+        log_probability(looks, things, detected, clutter) - (things - 1) * std::log(2);
+    if (score > best_score) {
+      best_score = score;
+      best = things;
+    }
+  }
+  return best;
+}
+
+/// What the looks at a map show of its tracks.
+class Counter {
+ public:
+  Counter(const MapView& map, const ClassModel& classes, const AssociationOptions& options,
+          const LandmarkTracks& landmarks)
+      : map_(map),
+        classes_(classes),
+        landmarks_(landmarks),
+        dim_(map.is_3d ? 3 : 2),
+        gate_(chi_square_quantile(options.gate, dim_)),
+        counts_(landmarks.tracks().size()) {}
+
+  /// The detections of one look, by number of the sighting.
+  void take(const std::vector<int>& sightings) {
+    std::map<int, int> detections;  // by track
+    for (const int s : sightings) {
+      const int t = landmarks_.sighting(s).track;
+      if (t >= 0) ++detections[t];
+    }
+    for (const int s : sightings) {
+      const Sighting& sighting = landmarks_.sighting(s);
+      if (sighting.track >= 0 || !sighting.detection.may_be_landmark()) continue;
+      const int t = nearest(sighting, detections);
+      if (t >= 0) ++detections[t];
+    }
+    for (const auto& [t, n] : detections) {
+      Looks& looks = counts_[t];
+      if (looks.size() <= static_cast<std::size_t>(n)) looks.resize(n + 1);
+      ++looks[n];
+    }
+  }
+
+  /// The looks at a track; `in_view` had it in view.
+  Looks looks(int t, int in_view) const {
+    Looks looks = counts_[t];
+    if (looks.empty()) return looks;
+    for (std::size_t n = 1; n < looks.size(); ++n) in_view -= looks[n];
+    looks[0] = std::max(0, in_view);
+    return looks;
+  }
+
+  /// The space about a track where detections are counted with it [m^2 or m^3].
+  double space_about(int t) const {
+    const auto& sightings = landmarks_.track(t).sightings;
+    const Eigen::MatrixXd covariance =
+        sighted(landmarks_.sighting(sightings.back())).covariance.topLeftCorner(dim_, dim_);
+    const double ball = dim_ == 3 ? 4.0 / 3 * M_PI : M_PI;
+    return ball * std::pow(gate_, 0.5 * dim_) * std::sqrt(covariance.determinant());
+  }
+
+ private:
+  PointSighting sighted(const Sighting& sighting) const {
+    DetectionFrame sensor = *sighting.sensor;
+    if (sensor.calibrated && map_.holds(*sensor.calibrated)) {
+      sensor.T_robot_sensor = isometry_at(map_.values, *sensor.calibrated);
+    }
+    return point_sighting(isometry_at(map_.values, sighting.pose), sensor, sighting.detection,
+                          map_.is_3d);
+  }
+
+  /// The one among some tracks that a detection may be of, by its place and its class; -1: none.
+  int nearest(const Sighting& sighting, const std::map<int, int>& tracks) const {
+    const PointSighting seen = sighted(sighting);
+    int best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [t, n] : tracks) {
+      const Track& track = landmarks_.track(t);
+      const Eigen::VectorXd off = (point_at(map_.values, track.position) - seen.point).head(dim_);
+      const GaussianScore score = gaussian_score(off, seen.covariance.topLeftCorner(dim_, dim_));
+      if (!(score.chi_square <= gate_)) continue;
+      const double cost =
+          score.cost + (track.class_key
+                            ? class_cost(sighting.phi, landmarks_.class_belief(track, classes_))
+                            : 0);
+      if (cost >= least) continue;
+      least = cost;
+      best = t;
+    }
+    return best;
+  }
+
+  const MapView& map_;
+  const ClassModel& classes_;
+  const LandmarkTracks& landmarks_;
+  int dim_;
+  double gate_;
+  std::vector<Looks> counts_;  // by track; without those that show nothing
+};
+
+/// How many looks from poses that the map holds had a point well in view.
+int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map) {
+  int looks = 0;
+  if (views.empty()) return 0;
+  views.visit_near(point, views.back().coverage.max_range, [&](std::size_t view) {
+    looks += map.holds(views[view].pose) && views.covers(view, point, map) ? 1 : 0;
+  });
+  return looks;
+}
+
+}  // namespace
+
+std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
+                              const AssociationOptions& options, const LandmarkTracks& landmarks) {
+  Counter counter(map, classes, options, landmarks);
+  std::vector<int> frame;
+  const auto& sightings = landmarks.sightings();
+  for (int s = 0; s < static_cast<int>(sightings.size()); ++s) {
+    if (!frame.empty() && sightings[s].frame != sightings[s - 1].frame) {
+      counter.take(frame);
+      frame.clear();
+    }
+    if (map.holds(sightings[s].pose)) frame.push_back(s);
+  }
+  if (!frame.empty()) counter.take(frame);
+
+  std::vector<int> things(landmarks.tracks().size(), 1);
+  for (int t = 0; t < static_cast<int>(things.size()); ++t) {
+    const Track& track = landmarks.track(t);
+    if (!track.alive || views.empty() || !map.holds(track.position)) continue;
+    const Looks looks =
+        counter.looks(t, looks_at(point_at(map.values, track.position), views, map));
+    if (looks.size() <= 2) continue;  // never two at once
+    const SensorCoverage& coverage = views.back().coverage;
+    const double clutter =
+        options.clutter_in_view * counter.space_about(t) / coverage.space_in_view();
+    things[t] = most_probable_count(
+        looks, coverage.detection_probability(options.detection_probability), clutter);
+  }
+  return things;
+}
+
+}  // namespace hybrid
