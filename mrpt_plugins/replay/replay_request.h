@@ -34,7 +34,6 @@ struct ReplayRequest {
   bool report = false;       ///< write report.html, and events.jsonl
   bool stream = false;       ///< tell every keyframe as a line of JSON
   int frames = 0;            ///< pictures of the growing map, each a file; 0: none
-  std::string video;         ///< film of them; empty: none
   bool cross_check = false;  ///< map halves of the detections apart and compare them
 };
 

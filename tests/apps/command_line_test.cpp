@@ -37,6 +37,10 @@ TEST_F(CommandLine, MistypedOptionsAreCorrected) {
   }
 }
 
+TEST_F(CommandLine, AVideoIsToldHowToBeMadeOfFrames) {
+  expect_refusal("hybrid-replay", "--video a.mp4", "ffmpeg -framerate 10 -i OUT/frames/frame_%04d");
+}
+
 TEST_F(CommandLine, FormatsAreListed) {
   for (const char* arguments : {"foo", ""}) {
     expect_refusal("hybrid-import", arguments, "victoria-park mrclam kitti kitti-tracking stata");

@@ -188,25 +188,6 @@ TEST_F(OutputFolders, LackOfMemoryForPicturesIsSaidAsSuch) {
 }
 #endif
 
-TEST_F(OutputFolders, AVideoThatCannotBeWrittenIsAFailure) {
-  const std::string film = at("map.mp4");
-  write("map.mp4", "an older one");
-  const Ran ran =
-      run_app("hybrid-replay " + kClassed + " --no-pictures --video " + film + " -o " + at("out"),
-              limit(400));
-  EXPECT_EQ(ran.code, 1) << ran.text;
-  EXPECT_NE(ran.text.find(film), std::string::npos) << ran.text;
-  EXPECT_EQ(read("map.mp4"), "an older one");
-  EXPECT_FALSE(fs::exists(at("out")));
-  // In the folder of the result it is a file of the result.
-  EXPECT_EQ(
-      run_replay(kClassed + " --frames 2 --video " + at("out/map.mp4") + " -o " + at("out")).code,
-      0);
-  EXPECT_EQ(names().count("map.mp4"), 1U);
-  summary_of(kClassed);
-  EXPECT_EQ(names().count("map.mp4"), 0U);
-}
-
 TEST_F(OutputFolders, ALogThatCannotBeWrittenIsOneMessageWithItsName) {
   const std::string log = at("log.rawlog");
   const std::string simulate =
