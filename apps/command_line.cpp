@@ -92,6 +92,15 @@ void add_output_folder(CLI::App& app, std::string& output) {
       ->capture_default_str();
 }
 
+void add_picture_format(CLI::App& app, PictureFormat& format) {
+  const auto take = [&format](const std::string& name) { format = picture_format(name); };
+  app.add_option_function<std::string>(
+         "--picture-format", take,
+         "of the pictures in the plane: png, or lines and texts as svg or pdf, for papers")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"png", "svg", "pdf"}));
+}
+
 bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code) {
   app.set_version_flag("--version", app.get_name() + " " + program_version(),
                        "print the version and exit");

@@ -13,7 +13,7 @@
 
 #include "apps/exit_code.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/drawing/photograph.h"
 
 namespace hybrid {
 namespace {

@@ -107,6 +107,7 @@ void add_outputs(CLI::App& app, ReplayRequest& request) {
   add_output_folder(app, request.output);
   app.add_flag("!--no-pictures", request.pictures,
                "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
+  add_picture_format(app, request.picture_format);
   app.add_option("--frames", request.frames,
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")
       ->type_name("N")

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mrpt_plugins/bridge/provenance.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace HYBRID_API hybrid {
 
@@ -29,6 +30,7 @@ struct ReplayRequest {
   std::string map_mode;  ///< auto, build, extend, localize; empty: as the INI
   bool resume = false;   ///< go on with the session that was interrupted
   bool pictures = true;
+  PictureFormat picture_format = PictureFormat::kPng;  ///< of those in the plane
   bool sparsity = false;
   bool events = false;       ///< write events.jsonl
   bool report = false;       ///< write report.html, and events.jsonl

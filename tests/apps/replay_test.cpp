@@ -182,6 +182,21 @@ TEST_F(ReplayTest, GrowingMapAndMatricesWhereAsked) {
   }
 }
 
+TEST_F(ReplayTest, PicturesInThePlaneAreLinesWhereAsked) {
+  const std::string replay = "-c " + config("classed_demo.ini") + " -o " + at("out");
+  ASSERT_EQ(run_replay(replay).code, 0);
+  for (const std::string format : {"svg", "pdf"}) {
+    const Ran ran = run_replay(replay + " --picture-format " + format);
+    ASSERT_EQ(ran.code, 0) << ran.text;
+    for (const char* name : {"map", "steps", "error"}) {
+      const std::string start = read_file(folder / "out" / (std::string(name) + "." + format));
+      EXPECT_EQ(start.substr(0, 5), format == "svg" ? "<?xml" : "%PDF-") << name;
+      EXPECT_FALSE(fs::exists(folder / "out" / (std::string(name) + ".png"))) << name;
+    }
+    EXPECT_TRUE(fs::exists(at("out/map_3d.png")));
+  }
+}
+
 TEST_F(ReplayTest, SameInputGivesTheSameBytes) {
   summary_of("-c " + config("classed_demo.ini"));
   fs::rename(at("out"), at("first"));
