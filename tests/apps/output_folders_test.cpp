@@ -178,7 +178,7 @@ TEST_F(OutputFolders, AFileThatCannotBeWrittenIsNamedAndTheOldResultStays) {
 TEST_F(OutputFolders, LackOfMemoryForPicturesIsSaidAsSuch) {
   const std::string replay = "hybrid-replay -c " + config("classed_demo.ini") + " -o " + at("out");
   std::size_t lacking = 0;
-  for (int megabytes = 400; megabytes > 0; megabytes -= 5) {
+  for (int megabytes = 350; megabytes > 0; megabytes -= 10) {
     const std::string limit = "export __EGL_VENDOR_LIBRARY_DIRS=/nowhere; ulimit -v " +
                               std::to_string(megabytes * 1000) + "; ";
     if (run_app("hybrid-replay --version", limit).code != 0) break;
