@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <memory>
 #include <vector>
 
+#include "apps/help_formatter.h"
 #include "apps/program.h"
 #include "apps/version.h"
 #include "libhybrid/io/escaped.h"
@@ -66,6 +68,15 @@ int complain_of(const CLI::App& app, const CLI::ParseError& error) {
   return kExitFailure;
 }
 
+/// Lets --help of the program and of its commands be laid out alike.
+void lay_out_help(CLI::App& app, const std::shared_ptr<HelpFormatter>& formatter) {
+  app.formatter(formatter);
+  app.get_help_ptr()->description("print this text and exit");
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    lay_out_help(*command, formatter);
+  }
+}
+
 }  // namespace
 
 void add_settings(CLI::App& app, std::vector<std::string>& settings) {
@@ -81,9 +92,19 @@ void add_output_folder(CLI::App& app, std::string& output) {
       ->capture_default_str();
 }
 
+void add_picture_format(CLI::App& app, PictureFormat& format) {
+  const auto take = [&format](const std::string& name) { format = picture_format(name); };
+  app.add_option_function<std::string>(
+         "--picture-format", take,
+         "of the pictures in the plane: png, or lines and texts as svg or pdf, for papers")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"png", "svg", "pdf"}));
+}
+
 bool parse_command_line(CLI::App& app, int argc, char** argv, int& exit_code) {
   app.set_version_flag("--version", app.get_name() + " " + program_version(),
                        "print the version and exit");
+  lay_out_help(app, std::make_shared<HelpFormatter>(help_width()));
   try {
     app.parse(argc, argv);
     return true;

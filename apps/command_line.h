@@ -9,6 +9,7 @@
 
 #include "apps/exit_code.h"
 #include "mrpt_plugins/bridge/provenance.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace hybrid {
 
@@ -17,6 +18,9 @@ void add_settings(CLI::App& app, std::vector<std::string>& settings);
 
 /// Adds the option -o of a program that writes a folder.
 void add_output_folder(CLI::App& app, std::string& output);
+
+/// Adds the option --picture-format of a program that draws.
+void add_picture_format(CLI::App& app, PictureFormat& format);
 
 /// Whether the program is to continue after parsing. If not, as after --help, --version or an
 /// error, the text for the user has been printed and `exit_code` is set. For an unknown option or

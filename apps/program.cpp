@@ -8,12 +8,13 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <new>
 
 #include "apps/exit_code.h"
 #include "mrpt_plugins/bridge/interrupt.h"
-#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/drawing/photograph.h"
 
 namespace hybrid {
 namespace {
@@ -42,6 +43,8 @@ void end_without_memory() {
     if (const auto exception = std::current_exception()) std::rethrow_exception(exception);
   } catch (const std::bad_alloc&) {
     std::_Exit(failed("out of memory"));
+  } catch (const std::exception& e) {  // as MRPT's of OpenGL
+    if (std::strstr(e.what(), "out of memory") != nullptr) std::_Exit(failed("out of memory"));
   } catch (...) {
   }
   end_otherwise();

@@ -21,6 +21,7 @@
 #include "libhybrid/marginals/posterior.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/evaluation/reliability.h"
+#include "mrpt_plugins/experiment/plots.h"
 #include "mrpt_plugins/output/figures.h"
 
 namespace hybrid {
@@ -83,18 +84,6 @@ void run(const bench::DiscreteWorld& world, Counts& counts) {
   }
 }
 
-/// Joins two pictures of the same height side by side.
-Image beside(const Image& a, const Image& b) {
-  Image out{a.width + b.width, a.height, {}};
-  for (int row = 0; row < a.height; ++row) {
-    for (const Image* image : {&a, &b}) {
-      const auto begin = image->rgb.begin() + 3L * row * image->width;
-      out.rgb.insert(out.rgb.end(), begin, begin + 3L * image->width);
-    }
-  }
-  return out;
-}
-
 void report(const Task& task, const Counts& counts, int worlds, const std::string& folder) {
   const Calibration given = calibration(counts.given);
   const Calibration integrated = calibration(counts.integrated);
@@ -114,9 +103,10 @@ void report(const Task& task, const Counts& counts, int worlds, const std::strin
       "  largest standard error of sampling {:.4f}; {:.1f} ms for each world, its estimate {:.1f} "
       "ms\n",
       counts.largest_error, 1e3 * counts.seconds / worlds, 1e3 * counts.solve / worlds);
-  write_file(fmt::format("{}/reliability_{}.png", folder, task.name),
-             png(beside(reliability_image(given, "Given the estimate (eq. 11a)", task.names),
-                        reliability_image(integrated, "Poses integrated out", task.names))));
+  write_file(
+      fmt::format("{}/reliability_{}.png", folder, task.name),
+      png(side_by_side({reliability_image(given, "Given the estimate (eq. 11a)", task.names),
+                        reliability_image(integrated, "Poses integrated out", task.names)})));
 }
 
 }  // namespace

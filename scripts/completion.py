@@ -12,10 +12,8 @@ import re
 import subprocess
 import sys
 
-# "  -c,--config INI   meaning", "  --set X ... meaning", "  --no-pictures{false}   meaning", "  --online Excludes: --method";
-# with a long name, the meaning is on the next line.
-OPTION = re.compile(r"^  (?:(-\w),)?(--[\w-]+)(?:\{\w+\})?"
-                    r"( (?! )[^ ]+)?(?:.*?(?: \.\.\. |  +)(.*))?")
+# "  -c, --config INI   meaning"; the meaning may go on in further rows, or begin in the next one.
+OPTION = re.compile(r"^  (?:(-\w), )?(--[\w-]+)( [^ ]+)?(?: {2,}(.*))?$")
 COMMAND = re.compile(r"^  ([a-z][\w-]*)  +(.*)$")
 
 
@@ -54,22 +52,20 @@ def keys_of(program):
 def options_of(lines):
     """(short name or None, long name, its value or None, meaning) of every option."""
     found, methods = [], [line.split()[0] for line in parts(lines, "Methods:")]
-    rows = [re.sub(r" (?:Excludes|Needs): --[\w-]+", "  ", line) for line in parts(lines, "Options:")]
-    for i, line in enumerate(rows):
+    for line in parts(lines, "Options:"):
         match = OPTION.match(line)
-        if not match:
-            continue
-        below = rows[i + 1] if i + 1 < len(rows) and not OPTION.match(rows[i + 1]) else ""
-        meaning = match[4] or below
-        value = f" METHOD:{{{','.join(methods)}}}" if methods and match[3] == " METHOD" else match[3]
-        found.append((match[1], match[2], value, meaning.strip()))
+        if match:
+            value = f" one of: {' '.join(methods)}" if methods and match[3] == " METHOD" else match[3]
+            found.append([match[1], match[2], value, match[4] or ""])
+        elif found:
+            found[-1][3] = f"{found[-1][3]} {line.strip()}".strip()
     return found
 
 
-def choices_of(value):
-    """The values of an option whose help lists them, such as " MODE:{auto,build}" or " all|odometry|FILE"."""
-    listed = re.search(r"\{(.+)\}", value or "")
-    return listed[1].split(",") if listed else re.findall(r"[a-z]+", value or "") if "|" in (value or "") else []
+def choices_of(value, meaning):
+    """The values of an option: those listed as "(one of: auto build; default auto)", or of " all|odometry|FILE"."""
+    listed = re.search(r"one of: ([^;)]*)", f"{value} {meaning}")
+    return listed[1].split() if listed else re.findall(r"[a-z]+", value or "") if "|" in (value or "") else []
 
 
 def or_file(value):
@@ -84,9 +80,9 @@ def words_of(options):
 def bash_values(options, keys):
     """Lines of a case that complete what follows an option: one of few values, a key, or a file."""
     lines, plain = [], set()
-    for short, long, value, _ in options:
+    for short, long, value, meaning in options:
         names = [n for n in (short, long) if n]
-        choices = [f"{key}=" for key in keys] if long == "--set" else choices_of(value)
+        choices = [f"{key}=" for key in keys] if long == "--set" else choices_of(value, meaning)
         if choices:
             files = " files=yes" if or_file(value) else ""
             lines.append(f'    {"|".join(names)}) values="{" ".join(choices)}"{files} ;;')
@@ -128,9 +124,9 @@ def bash_text(name, top, commands, keys):
 
 
 def zsh_option(keys, short, long, valued, meaning):
-    meaning = re.sub(r"['\[\]:]", "", meaning)
     settings = [f"{key}={value}" for key, values in keys.items() for value in values or [""]]
-    choices = settings if long == "--set" else choices_of(valued)
+    choices = settings if long == "--set" else choices_of(valued, meaning)
+    meaning = re.sub(r"['\[\]:]", "", meaning)
     value = f":value:({' '.join(choices)})" if choices and not or_file(valued) else ":value:_files" if valued else ""
     if or_file(valued):
         value = ":value:{ _alternative \"values\\:value\\:(" + " ".join(choices) + ")\" \"files\\:file\\:_files\" }"

@@ -48,6 +48,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
                  "latitude and longitude of the origin of the map, and the direction of its x axis "
                  "counter-clockwise from east [deg]")
       ->expected(3);
+  to->add_flag("--mcap", o.mcap, "write map.mcap too, landmarks and paths for Foxglove");
   to->add_flag("!--no-pictures", o.pictures, "do not draw map.png");
   CLI::App* join =
       command("join", "makes one map of several by the landmarks or laser scans that they share");

@@ -19,6 +19,7 @@ struct Options {
   std::string output;          ///< folder of export, map file of join
   std::vector<double> origin;  ///< latitude, longitude, direction [deg]
   bool pictures = true;
+  bool mcap = false;
   std::vector<int> sessions;        ///< to remove
   std::vector<std::string> robots;  ///< whose keyframes to remove
   bool vanished = false;            ///< remove landmarks that no longer exist

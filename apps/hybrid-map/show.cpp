@@ -10,6 +10,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/hybrid-map/commands.h"
+#include "apps/hybrid-map/map_scene.h"
 #include "apps/program.h"
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/output_directory.h"
@@ -117,6 +118,7 @@ int export_map(const Options& options) {
   }
   const std::vector<double>& o = options.origin.empty() ? map.origin : options.origin;
   if (!o.empty()) out.write("map.geojson", geojson_text(map, {o[0], o[1], o[2]}));
+  if (options.mcap) out.write("map.mcap", mcap_of(map));
   if (options.pictures) out.write("map.png", png(map_image(result)));
   Provenance provenance = options.provenance;
   provenance.add_input(options.maps[0]);

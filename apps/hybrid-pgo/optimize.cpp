@@ -191,7 +191,8 @@ void write_outputs(const Options& options, const OutputDirectory& out, const Inp
   if (!truth.empty()) {
     out.write("trajectory_truth.tum", tum_text(true_path(path, truth), ids));
   }
-  if (options.pictures) draw_graph(out, title, input, solution, loops, truth);
+  if (options.pictures)
+    draw_graph(out, options.picture_format, title, input, solution, loops, truth);
   if (!options.sparsity) return;
   HybridGraph graph;
   for (const auto& factor : input.factors) graph.add(factor);

@@ -112,7 +112,7 @@ void add_graph_options(CLI::App& app, Options& options) {
          "has a VERTEX line for every vertex, else the odometry, and with --method lm, "
          "where noise does not explain what that comes to, the best of all. Online, poses "
          "start at their first measurement, and this tells the first pose only")
-      ->type_name("auto|file|odometry|chordal|tree")
+      ->type_name("START")
       ->check(CLI::IsMember({"auto", "file", "odometry", "chordal", "tree"}));
   app.add_option("--shuffle", options.shuffle,
                  "seed of a random order of the hypotheses of an edge, which is that of the file "
@@ -134,6 +134,7 @@ void add_graph_options(CLI::App& app, Options& options) {
                "write report.html, a page to look into the graph and its closures with a browser");
   app.add_flag("!--no-pictures", options.pictures,
                "do not draw graph_start.png, graph.png and graph_3d.png");
+  add_picture_format(app, options.picture_format);
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "
                "fill-in, and of a marginalisation");

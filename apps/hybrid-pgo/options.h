@@ -10,6 +10,7 @@
 
 #include "libhybrid/selection/robust_methods.h"
 #include "mrpt_plugins/bridge/provenance.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace hybrid {
 
@@ -28,6 +29,7 @@ struct Options {
   SolverOptions solver;                  ///< of a batch with all closures
   std::vector<std::string> warnings;     ///< about deprecated names
   bool pictures = true;
+  PictureFormat picture_format = PictureFormat::kPng;
   bool sparsity = false;
   bool certify = false;
   bool repair_information = false;  ///< if it is not positive definite

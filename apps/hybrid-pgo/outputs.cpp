@@ -148,8 +148,8 @@ GraphDrawing drawing_of_start(const std::string& title, const Input& input) {
 
 }  // namespace
 
-void draw_graph(const OutputDirectory& out, const std::string& title, const Input& input,
-                const Solution& solution, const std::vector<Loop>& loops,
+void draw_graph(const OutputDirectory& out, PictureFormat format, const std::string& title,
+                const Input& input, const Solution& solution, const std::vector<Loop>& loops,
                 const std::vector<PosePair>& truth) {
   const Values& values = solution.values;
   GraphDrawing drawing = drawing_of(title, input, values);
@@ -162,8 +162,11 @@ void draw_graph(const OutputDirectory& out, const std::string& title, const Inpu
   for (const PosePair& pair : truth) {
     drawing.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());
   }
-  out.write("graph_start.png", png(graph_image(drawing_of_start(title, input))));
-  out.write("graph.png", png(graph_image(drawing)));
+  const auto write = [&](const std::string& name, const Image& image) {
+    out.write(name + ending(format), encoded(image, format));
+  };
+  write("graph_start", graph_image(drawing_of_start(title, input)));
+  write("graph", graph_image(drawing));
   if (drawing.is_3d) out.write("graph_3d.png", png(graph_3d_image(drawing)));
 }
 

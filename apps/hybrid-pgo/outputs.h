@@ -54,8 +54,8 @@ Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values);
 
 /// Draws graph_start.png (the initial poses with all measurements), graph.png and, for a 3-D graph,
 /// graph_3d.png.
-void draw_graph(const OutputDirectory& out, const std::string& title, const Input& input,
-                const Solution& solution, const std::vector<Loop>& loops,
+void draw_graph(const OutputDirectory& out, PictureFormat format, const std::string& title,
+                const Input& input, const Solution& solution, const std::vector<Loop>& loops,
                 const std::vector<PosePair>& truth);
 
 /// The content of report.html.

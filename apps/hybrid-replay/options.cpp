@@ -107,15 +107,20 @@ void add_outputs(CLI::App& app, ReplayRequest& request) {
   add_output_folder(app, request.output);
   app.add_flag("!--no-pictures", request.pictures,
                "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
+  add_picture_format(app, request.picture_format);
   app.add_option("--frames", request.frames,
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")
       ->type_name("N")
       ->check(CLI::Range(1, 9999));
-  app.add_option(
-         "--video", request.video,
-         "write the growing map as an H.264 video of N frames, 100 without --frames; a name "
-         "without a folder is one in OUT")
-      ->type_name("FILE.mp4");
+  app.add_option_function<std::string>(
+         "--video",
+         [](const std::string&) {
+           throw CLI::ValidationError(
+               "--video",
+               "videos are no longer written; --frames 100 draws their pictures, and ffmpeg joins "
+               "them: ffmpeg -framerate 10 -i OUT/frames/frame_%04d.png -pix_fmt yuv420p map.mp4");
+         })
+      ->group("");  // not in --help
   app.add_flag("--report", request.report,
                "write report.html, a page to look into the run with a browser, and events.jsonl");
   app.add_flag("--events", request.events,

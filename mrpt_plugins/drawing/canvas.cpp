@@ -6,183 +6,155 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+
+#include "mrpt_plugins/drawing/detail/drawing.h"
+#include "mrpt_plugins/drawing/detail/font.h"
 
 namespace hybrid {
 namespace {
 
-constexpr int kFractionBits = 4;
-constexpr double kFarAway = 1e5;   // pixels; limits fixed-point coordinates to the range of int
-constexpr double kCapHeight = 21;  // of the font at scale 1
-constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-
-cv::Scalar bgr(Color c) {
-  return {double(c.blue), double(c.green), double(c.red)};
-}
-
-int thickness(double pixels) {
-  return std::max(1, static_cast<int>(std::lround(pixels * Canvas::kScale)));
-}
-
-double font_scale(const TextStyle& style) {
-  return style.size * Canvas::kScale / kCapHeight;
-}
-
-int font_thickness(const TextStyle& style) {
-  return thickness(style.size * (style.bold ? 0.17 : 0.105));
-}
+constexpr double kFarAway = 1e5;  // pixels; Cairo's coordinates are of fixed point
 
 double shift(Align align, double extent) {
   return align == Align::kStart ? 0 : align == Align::kCenter ? -0.5 * extent : -extent;
 }
 
-/// Mixes `color` into `target` where the mask is set.
-void blend(cv::Mat target, const cv::Mat& mask, Color color) {
-  const int value[3] = {color.blue, color.green, color.red};
-  for (int y = 0; y < target.rows; ++y) {
-    auto* pixel = target.ptr<cv::Vec3b>(y);
-    const auto* weight = mask.ptr<std::uint8_t>(y);
-    for (int x = 0; x < target.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const int mixed = pixel[x][c] * (255 - weight[x]) + value[c] * weight[x];
-        pixel[x][c] = static_cast<std::uint8_t>((mixed + 127) / 255);
-      }
-    }
-  }
+Pixel limited(const Pixel& p) {
+  return p.array().max(-kFarAway).min(kFarAway);
+}
+
+/// The middle of a line of the given width next to `at` whose edges are those of pixels.
+double snapped(double at, double width) {
+  const bool is_odd = std::lround(std::max(1.0, width)) % 2 == 1;
+  return is_odd ? std::floor(at) + 0.5 : std::round(at);
 }
 
 }  // namespace
 
-/// The picture at twice its size, and the clipped view of it.
 struct Canvas::Sheet {
-  cv::Mat all;  // BGR
-  cv::Mat window;
-  Pixel origin = Pixel::Zero();  // corner of the window, in `all`
+  Sheet(int width, int height)
+      : drawing(std::make_shared<Drawing>(width, height)),
+        context(cairo_create(drawing->surface())) {
+    cairo::check(cairo_status(pen()));
+    cairo_save(pen());
+  }
 
-  std::vector<cv::Point> fixed_point(const std::vector<Pixel>& points) const {
-    std::vector<cv::Point> out;
-    out.reserve(points.size());
-    for (const Pixel& p : points) {
-      const Pixel q = ((p * kScale - origin).array() - 0.5).max(-kFarAway).min(kFarAway);
-      out.emplace_back(static_cast<int>(std::lround(q.x() * (1 << kFractionBits))),
-                       static_cast<int>(std::lround(q.y() * (1 << kFractionBits))));
+  cairo_t* pen() const { return context.get(); }
+
+  void ink(Color color, double opacity = 1) const {
+    constexpr double kFull = 255;
+    cairo_set_source_rgba(pen(), color.red / kFull, color.green / kFull, color.blue / kFull,
+                          opacity);
+  }
+
+  void move_to(const Pixel& p) const { cairo_move_to(pen(), limited(p).x(), limited(p).y()); }
+  void line_to(const Pixel& p) const { cairo_line_to(pen(), limited(p).x(), limited(p).y()); }
+
+  /// Sets the pen for a line that begins `travelled` pixels after the first dash.
+  void take(const Stroke& stroke, double travelled = 0) const {
+    ink(stroke.color);
+    cairo_set_line_width(pen(), stroke.width);
+    cairo_set_line_cap(pen(), CAIRO_LINE_CAP_ROUND);
+    cairo_set_line_join(pen(), CAIRO_LINE_JOIN_ROUND);
+    const bool is_dashed = stroke.style == LineStyle::kDashed;
+    const double dashes[] = {stroke.width * (is_dashed ? 4.5 : 0.1),
+                             stroke.width * (is_dashed ? 3 : 2.2)};
+    cairo_set_dash(pen(), dashes, stroke.style == LineStyle::kSolid ? 0 : 2, travelled);
+  }
+
+  /// Points without a gap. Long lines are drawn in pieces, since what Cairo needs for one grows
+  /// with the square of its crossings.
+  void connected(const Pixel* points, std::size_t count, const Stroke& stroke) const {
+    constexpr std::size_t kPiece = 200;
+    double travelled = 0;
+    for (std::size_t first = 0; first == 0 || first + 1 < count; first += kPiece) {
+      take(stroke, travelled);
+      move_to(points[first]);
+      if (count == 1) line_to(points[first]);
+      const std::size_t last = std::min(first + kPiece, count - 1);
+      for (std::size_t i = first + 1; i <= last; ++i) {
+        line_to(points[i]);
+        travelled += (limited(points[i]) - limited(points[i - 1])).norm();
+      }
+      cairo_stroke(pen());
     }
-    return out;
   }
 
-  void solid(const std::vector<Pixel>& points, const Stroke& stroke) {
-    if (points.empty()) return;
-    cv::polylines(window, fixed_point(points), false, bgr(stroke.color), thickness(stroke.width),
-                  cv::LINE_AA, kFractionBits);
-  }
+  std::shared_ptr<Drawing> drawing;
+  cairo::Context context;
 };
 
-Canvas::Canvas(int width, int height) : sheet_(std::make_unique<Sheet>()) {
-  sheet_->all = cv::Mat(height * kScale, width * kScale, CV_8UC3, cv::Scalar(255, 255, 255));
-  sheet_->window = sheet_->all;
-}
+Canvas::Canvas(int width, int height) : sheet_(std::make_unique<Sheet>(width, height)) {}
 
 Canvas::~Canvas() = default;
 
 void Canvas::paste(const Image& doubled, const Pixel& corner) {
-  const cv::Mat rgb(doubled.height, doubled.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(doubled.rgb.data()));
-  const cv::Rect whole(static_cast<int>(corner.x() * kScale), static_cast<int>(corner.y() * kScale),
-                       doubled.width, doubled.height);
-  const cv::Rect seen = whole & cv::Rect(0, 0, sheet_->all.cols, sheet_->all.rows);
-  if (seen.empty()) return;
-  cv::cvtColor(rgb(seen - whole.tl()), sheet_->all(seen), cv::COLOR_RGB2BGR);
+  const cairo::Surface pixels = cairo::surface_of(doubled);
+  cairo_t* pen = sheet_->pen();
+  cairo_save(pen);
+  cairo_translate(pen, corner.x(), corner.y());
+  cairo_scale(pen, 1.0 / kScale, 1.0 / kScale);
+  cairo_set_source_surface(pen, pixels.get(), 0, 0);
+  cairo_rectangle(pen, 0, 0, doubled.width, doubled.height);
+  cairo_fill(pen);
+  cairo_restore(pen);
 }
 
 void Canvas::clip(const Box& box) {
-  const cv::Rect all(0, 0, sheet_->all.cols, sheet_->all.rows);
-  const cv::Point first(static_cast<int>(box.left * kScale), static_cast<int>(box.top * kScale));
-  const cv::Point last(static_cast<int>(box.right * kScale), static_cast<int>(box.bottom * kScale));
-  const cv::Rect part = cv::Rect(first, last) & all;
-  sheet_->window = sheet_->all(part);
-  sheet_->origin = Pixel(part.x, part.y);
+  unclip();
+  cairo_rectangle(sheet_->pen(), std::round(box.left), std::round(box.top),
+                  std::round(box.right) - std::round(box.left),
+                  std::round(box.bottom) - std::round(box.top));
+  cairo_clip(sheet_->pen());
 }
 
 void Canvas::unclip() {
-  sheet_->window = sheet_->all;
-  sheet_->origin.setZero();
+  cairo_restore(sheet_->pen());
+  cairo_save(sheet_->pen());
 }
 
 void Canvas::line(const Pixel& a, const Pixel& b, const Stroke& stroke) {
-  polyline({a, b}, stroke);
+  const bool is_level = a.y() == b.y();
+  if (stroke.style != LineStyle::kSolid || is_level == (a.x() == b.x())) {
+    polyline({a, b}, stroke);
+    return;
+  }
+  if (!a.allFinite() || !b.allFinite()) return;
+  sheet_->take(stroke);
+  cairo_set_line_cap(sheet_->pen(), CAIRO_LINE_CAP_BUTT);
+  const double middle = snapped(is_level ? a.y() : a.x(), stroke.width);
+  sheet_->move_to(is_level ? Pixel(a.x(), middle) : Pixel(middle, a.y()));
+  sheet_->line_to(is_level ? Pixel(b.x(), middle) : Pixel(middle, b.y()));
+  cairo_stroke(sheet_->pen());
 }
 
 void Canvas::polyline(const std::vector<Pixel>& points, const Stroke& stroke) {
   if (stroke.style == LineStyle::kNone) return;
-  const bool dashed = stroke.style == LineStyle::kDashed;
-  const double on = stroke.style == LineStyle::kSolid ? 1e300 : stroke.width * (dashed ? 4.5 : 0.1);
-  const double off = stroke.width * (dashed ? 3 : 2.2);
-  std::vector<Pixel> piece;
-  bool drawing = true;
-  double left = on;  // pixels until the pen is lifted or lowered
-  const auto finish = [&] {
-    sheet_->solid(piece, stroke);
-    piece.clear();
-  };
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!points[i].allFinite()) {
-      finish();
-      continue;
-    }
-    if (i == 0 || !points[i - 1].allFinite()) {
-      piece = {points[i]};
-      drawing = true;
-      left = on;
-      continue;
-    }
-    Pixel at = points[i - 1];
-    const double length = std::min((points[i] - at).norm(), kFarAway);
-    const Pixel direction = length > 0 ? Pixel((points[i] - at) / length) : Pixel::Zero();
-    double rest = length;
-    while (rest > left) {
-      at += left * direction;
-      rest -= left;
-      if (drawing) piece.push_back(at);
-      if (drawing) finish();
-      drawing = !drawing;
-      left = drawing ? on : off;
-      if (drawing) piece = {at};
-    }
-    left -= rest;
-    if (drawing) piece.push_back(points[i]);
+  for (std::size_t first = 0; first < points.size(); ++first) {
+    std::size_t end = first;
+    while (end < points.size() && points[end].allFinite()) ++end;
+    if (end > first) sheet_->connected(&points[first], end - first, stroke);
+    first = end;
   }
-  finish();
 }
 
 void Canvas::fill(const std::vector<Pixel>& corners, Color color, double opacity) {
   for (const Pixel& p : corners) {
     if (!p.allFinite()) return;
   }
-  const std::vector<cv::Point> points = sheet_->fixed_point(corners);
-  if (points.empty()) return;
-  if (opacity >= 1) {
-    cv::fillPoly(sheet_->window, std::vector<std::vector<cv::Point>>{points}, bgr(color),
-                 cv::LINE_AA, kFractionBits);
-    return;
-  }
-  cv::Rect bounds = cv::boundingRect(points);
-  bounds =
-      cv::Rect(bounds.x / (1 << kFractionBits) - 2, bounds.y / (1 << kFractionBits) - 2,
-               bounds.width / (1 << kFractionBits) + 5, bounds.height / (1 << kFractionBits) + 5) &
-      cv::Rect(0, 0, sheet_->window.cols, sheet_->window.rows);
-  if (bounds.empty()) return;
-  cv::Mat mask = cv::Mat::zeros(bounds.size(), CV_8UC1);
-  std::vector<cv::Point> local = points;
-  for (cv::Point& p : local) p -= cv::Point(bounds.x, bounds.y) * (1 << kFractionBits);
-  cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{local}, cv::Scalar(255 * opacity),
-               cv::LINE_AA, kFractionBits);
-  blend(sheet_->window(bounds), mask, color);
+  sheet_->ink(color, opacity);
+  for (const Pixel& p : corners) sheet_->line_to(p);
+  cairo_fill(sheet_->pen());
 }
 
-void Canvas::rectangle(const Box& b, const Stroke& stroke) {
-  polyline(
-      {{b.left, b.top}, {b.right, b.top}, {b.right, b.bottom}, {b.left, b.bottom}, {b.left, b.top}},
-      stroke);
+void Canvas::rectangle(const Box& box, const Stroke& stroke) {
+  const double left = snapped(box.left, stroke.width);
+  const double top = snapped(box.top, stroke.width);
+  sheet_->take(stroke);
+  cairo_set_line_join(sheet_->pen(), CAIRO_LINE_JOIN_MITER);
+  cairo_rectangle(sheet_->pen(), left, top, snapped(box.right, stroke.width) - left,
+                  snapped(box.bottom, stroke.width) - top);
+  cairo_stroke(sheet_->pen());
 }
 
 void Canvas::marker(const Pixel& center, Marker shape, double radius, Color color, bool rim) {
@@ -205,55 +177,37 @@ void Canvas::marker(const Pixel& center, Marker shape, double radius, Color colo
 }
 
 Eigen::Vector2d Canvas::text_extent(const std::string& text, const TextStyle& style) {
-  int below = 0;
-  const cv::Size size =
-      cv::getTextSize(text, kFont, font_scale(style), font_thickness(style), &below);
-  const Eigen::Vector2d extent(static_cast<double>(size.width) / kScale, style.size);
+  const Eigen::Vector2d extent(font::width(text, style.size, style.bold), style.size);
   return style.upwards ? Eigen::Vector2d(extent.y(), extent.x()) : extent;
 }
 
 void Canvas::text(const Pixel& at, const std::string& text, const TextStyle& style) {
   if (text.empty() || !at.allFinite()) return;
-  const int pen = font_thickness(style);
-  const int rim = style.halo ? thickness(0.22 * style.size) : 0;
-  int below = 0;
-  const cv::Size size = cv::getTextSize(text, kFont, font_scale(style), pen, &below);
-  const int margin = pen + rim + 2;
-  const int descent = size.height / 2;  // room for descenders and brackets
-  const int cap = static_cast<int>(std::lround(style.size * kScale));
-  cv::Mat mask = cv::Mat::zeros(cap + descent + 2 * margin, size.width + 2 * margin, CV_8UC1);
-  const cv::Point base(margin, margin + cap);
-  cv::putText(mask, text, base, kFont, font_scale(style), 255, pen, cv::LINE_AA);
-  cv::Mat halo = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const Eigen::Vector2d extent = text_extent(text, style);
+  const Pixel corner =
+      at + Pixel(shift(style.horizontal, extent.x()), shift(style.vertical, extent.y()));
+  cairo_t* pen = sheet_->pen();
+  cairo_save(pen);
+  cairo_translate(pen, corner.x() + (style.upwards ? style.size : 0), corner.y() + extent.y());
+  if (style.upwards) cairo_rotate(pen, -M_PI / 2);
   if (style.halo) {
-    cv::putText(halo, text, base, kFont, font_scale(style), 255, pen + 2 * rim, cv::LINE_AA);
+    constexpr double kRim = 0.22;  // of the height of a capital letter
+    cairo_move_to(pen, 0, 0);
+    font::add_outline(pen, text, style.size, style.bold);
+    sheet_->take({palette::kWhite, 2 * kRim * style.size});
+    cairo_stroke(pen);
   }
-  const Eigen::Vector2d extent = text_extent(text, style) * kScale;
-  Pixel corner = at * kScale - sheet_->origin +
-                 Pixel(shift(style.horizontal, extent.x()), shift(style.vertical, extent.y()));
-  corner -= Pixel(margin, margin);
-  if (style.upwards) {
-    cv::rotate(mask, mask, cv::ROTATE_90_COUNTERCLOCKWISE);
-    cv::rotate(halo, halo, cv::ROTATE_90_COUNTERCLOCKWISE);
-  }
-  const cv::Rect whole(static_cast<int>(std::lround(corner.x())),
-                       static_cast<int>(std::lround(corner.y())), mask.cols, mask.rows);
-  const cv::Rect seen = whole & cv::Rect(0, 0, sheet_->window.cols, sheet_->window.rows);
-  if (seen.empty()) return;
-  const cv::Rect part(seen.x - whole.x, seen.y - whole.y, seen.width, seen.height);
-  if (style.halo) blend(sheet_->window(seen), halo(part), palette::kWhite);
-  blend(sheet_->window(seen), mask(part), style.color);
+  cairo_move_to(pen, 0, 0);
+  sheet_->ink(style.color);
+  font::draw(pen, text, style.size, style.bold);
+  cairo_new_path(pen);  // the end of the text is no corner of what is filled next
+  cairo_restore(pen);
 }
 
 Image Canvas::image() const {
-  cv::Mat reduced;
-  cv::resize(sheet_->all, reduced, cv::Size(sheet_->all.cols / kScale, sheet_->all.rows / kScale),
-             0, 0, cv::INTER_AREA);
-  cv::cvtColor(reduced, reduced, cv::COLOR_BGR2RGB);
-  Image image;
-  image.width = reduced.cols;
-  image.height = reduced.rows;
-  image.rgb.assign(reduced.datastart, reduced.dataend);
+  cairo::check(cairo_status(sheet_->pen()));
+  Image image = sheet_->drawing->pixels();
+  image.drawing = sheet_->drawing;
   return image;
 }
 

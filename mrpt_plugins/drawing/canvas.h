@@ -44,14 +44,15 @@ struct TextStyle {
   bool halo = false;     ///< white rim, for text over data
 };
 
-/// A white sheet to draw on: coordinates in pixels of the final picture, drawn at twice the size
-/// and reduced at the end. Points that are not finite are left out. Text is ASCII.
+/// A white sheet to draw on, in coordinates of pixels. Points that are not finite are left out.
+/// Text is UTF-8; what is none is drawn as U+FFFD. Lines along an axis and frames keep to whole
+/// pixels.
 class Canvas {
  public:
   Canvas(int width, int height);
   ~Canvas();
 
-  /// Puts a picture of twice the final resolution on the sheet, its top left at `corner`.
+  /// Puts a picture of twice the resolution of the sheet on it, its top left at `corner`.
   void paste(const Image& doubled, const Pixel& corner);
 
   /// Limits the following drawing to a box, until unclip().
@@ -70,6 +71,7 @@ class Canvas {
   /// Width and height that `text` takes, pixels.
   static Eigen::Vector2d text_extent(const std::string& text, const TextStyle& style);
 
+  /// What was drawn, as pixels, and for formats of lines.
   Image image() const;
 
   static constexpr int kScale = 2;

@@ -3,84 +3,65 @@
 
 #include "mrpt_plugins/drawing/image.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <new>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/drawing/canvas.h"
+#include "mrpt_plugins/drawing/detail/drawing.h"
+
 namespace hybrid {
-namespace {
-
-constexpr int kCompression = 6;  // of 0 to 9: half the size of OpenCV's default, in tens of ms
-
-/// The pixels of a picture, which stay its own.
-cv::Mat pixels_of(const Image& image) {
+cairo::Surface cairo::surface_of(const Image& image) {
   const auto expected = static_cast<std::size_t>(image.width) * image.height * 3;
   if (image.width <= 0 || image.height <= 0 || image.rgb.size() != expected) {
     throw std::runtime_error("a picture without pixels cannot be encoded");
   }
-  return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
-}
-
-std::string encoded(const Image& image, const char* ending, const std::vector<int>& settings) {
-  cv::Mat bgr;
-  cv::cvtColor(pixels_of(image), bgr, cv::COLOR_RGB2BGR);
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(ending, bgr, bytes, settings)) {
-    throw std::runtime_error("cannot encode a picture");
+  Surface out(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  check(cairo_surface_status(out.get()));
+  unsigned char* data = cairo_image_surface_get_data(out.get());
+  const int stride = cairo_image_surface_get_stride(out.get());
+  const std::uint8_t* from = image.rgb.data();
+  for (int y = 0; y < image.height; ++y) {
+    auto* row = reinterpret_cast<std::uint32_t*>(data + std::ptrdiff_t{stride} * y);
+    for (int x = 0; x < image.width; ++x, from += 3) {
+      row[x] = std::uint32_t{from[0]} << 16U | std::uint32_t{from[1]} << 8U | from[2];
+    }
   }
-  return {bytes.begin(), bytes.end()};
+  cairo_surface_mark_dirty(out.get());
+  return out;
 }
 
-/// Called by OpenCV before it throws its own exception; another one takes its place.
-int throw_bad_alloc(int status, const char*, const char*, const char*, int, void*) {
-  if (status == cv::Error::StsNoMem) throw std::bad_alloc();
-  return 0;
+PictureFormat picture_format(const std::string& name) {
+  if (name == "png") return PictureFormat::kPng;
+  if (name == "svg") return PictureFormat::kSvg;
+  if (name == "pdf") return PictureFormat::kPdf;
+  throw Error("there is no format '" + name + "' of pictures: png, svg or pdf");
 }
 
-}  // namespace
-
-void expect_bad_alloc_of_opencv() {
-  cv::redirectError(throw_bad_alloc);
+std::string ending(PictureFormat format) {
+  switch (format) {
+    case PictureFormat::kSvg:
+      return ".svg";
+    case PictureFormat::kPdf:
+      return ".pdf";
+    case PictureFormat::kPng:
+      break;
+  }
+  return ".png";
 }
 
 std::string png(const Image& image) {
-  return encoded(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, kCompression});
-}
-
-std::string jpeg(const Image& image, int quality) {
-  return encoded(image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
-}
-
-Image decoded(std::string_view bytes) {
-  if (bytes.empty() || bytes.size() > std::numeric_limits<int>::max()) {
-    throw std::runtime_error("the bytes are no picture");
-  }
-  const cv::Mat file(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-  const cv::Mat bgr = cv::imdecode(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  if (bgr.empty()) throw std::runtime_error("the bytes are no picture");
-  Image out{bgr.cols, bgr.rows,
-            std::vector<std::uint8_t>(static_cast<std::size_t>(bgr.cols) * bgr.rows * 3)};
-  cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, out.rgb.data());
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  std::string out;
+  cairo::check(
+      cairo_surface_write_to_png_stream(cairo::surface_of(image).get(), cairo::append, &out));
   return out;
 }
 
-void prepare_decoding() {
-  cv::setNumThreads(1);
-}
-
-Image shrunk(const Image& image, int width) {
-  if (image.width <= width) return image;
-  const int height = std::max(
-      1, static_cast<int>(std::lround(static_cast<double>(image.height) * width / image.width)));
-  Image out{width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height * 3)};
-  cv::Mat small(height, width, CV_8UC3, out.rgb.data());
-  cv::resize(pixels_of(image), small, small.size(), 0, 0, cv::INTER_AREA);
-  return out;
+std::string encoded(const Image& image, PictureFormat format) {
+  if (format == PictureFormat::kPng) return png(image);
+  if (image.drawing) return image.drawing->file(format);
+  Canvas sheet(image.width / Canvas::kScale, image.height / Canvas::kScale);
+  sheet.paste(image, Pixel::Zero());
+  return encoded(sheet.image(), format);
 }
 
 }  // namespace hybrid

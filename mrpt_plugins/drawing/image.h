@@ -4,38 +4,37 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "libhybrid/export.h"
 
 namespace HYBRID_API hybrid {
 
+class Drawing;
+
 /// A colour picture, rows from the top, three bytes (red, green, blue) per pixel.
 struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgb;
+  /// The lines and texts of which the pixels were made, for formats that keep them; none of others.
+  std::shared_ptr<const Drawing> drawing = nullptr;
 };
 
-/// The picture as the bytes of a PNG file; throws std::runtime_error if it cannot be encoded.
+enum class PictureFormat { kPng, kSvg, kPdf };
+
+/// The format of a name: png, svg or pdf. Throws Error for others.
+PictureFormat picture_format(const std::string& name);
+/// The end of the name of such a file, as ".png".
+std::string ending(PictureFormat format);
+
+/// The picture as the bytes of a file. As SVG and PDF, what was drawn stays lines and texts; pixels
+/// are in it as they are, at two for a unit of length where they were pasted. Throws
+/// std::runtime_error if it cannot be encoded.
+std::string encoded(const Image& image, PictureFormat format);
+/// The same of PNG.
 std::string png(const Image& image);
-/// The same of a JPEG file of a quality of 0 to 100.
-std::string jpeg(const Image& image, int quality);
-
-/// The picture in the bytes of a file, whose format they tell, as the camera has it: what the file
-/// says of its orientation is not applied. Throws std::exception if they are none. Bytes of
-/// somebody else's are decoded in a process of its own: rawlog/image_decoder.h.
-Image decoded(std::string_view bytes);
-/// Lets this process decode without further threads.
-void prepare_decoding();
-
-/// Lets lack of memory inside OpenCV be std::bad_alloc in this process, as everywhere else. For
-/// programs: the handler is one for the process.
-void expect_bad_alloc_of_opencv();
-
-/// The picture made so small that it is at most `width` pixels wide, with its own proportions.
-Image shrunk(const Image& image, int width);
 
 }  // namespace hybrid

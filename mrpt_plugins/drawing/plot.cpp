@@ -102,18 +102,22 @@ void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
   }
 }
 
-/// The area between the ends of the error bars, one quadrilateral per stretch of the line.
+/// The area between the ends of the error bars, a polygon for each stretch of the line.
 void draw_band(Canvas& canvas, const Axes& axes, const PlotSpec& spec, const Series& s) {
   constexpr double kOpacity = 0.15;
-  const auto drawn = [&](std::size_t i) {
-    return usable(s.x[i], spec.x.scale) && usable(s.lower[i], spec.y.scale) &&
-           usable(s.upper[i], spec.y.scale);
-  };
-  for (std::size_t i = 1; i < s.lower.size(); ++i) {
-    if (!drawn(i - 1) || !drawn(i)) continue;
-    canvas.fill({axes.pixel(s.x[i - 1], s.lower[i - 1]), axes.pixel(s.x[i], s.lower[i]),
-                 axes.pixel(s.x[i], s.upper[i]), axes.pixel(s.x[i - 1], s.upper[i - 1])},
-                s.color, kOpacity);
+  std::vector<Pixel> lower, upper;
+  for (std::size_t i = 0; i <= s.lower.size(); ++i) {
+    const bool drawn = i < s.lower.size() && usable(s.x[i], spec.x.scale) &&
+                       usable(s.lower[i], spec.y.scale) && usable(s.upper[i], spec.y.scale);
+    if (drawn) {
+      lower.push_back(axes.pixel(s.x[i], s.lower[i]));
+      upper.push_back(axes.pixel(s.x[i], s.upper[i]));
+      continue;
+    }
+    lower.insert(lower.end(), upper.rbegin(), upper.rend());
+    canvas.fill(lower, s.color, kOpacity);
+    lower.clear();
+    upper.clear();
   }
 }
 

@@ -67,6 +67,7 @@ Image heading(const std::string& title, const std::string& about, int width) {
 Image stacked(Image above, const Image& below) {
   above.height += below.height;
   above.rgb.insert(above.rgb.end(), below.rgb.begin(), below.rgb.end());
+  above.drawing = nullptr;
   return above;
 }
 

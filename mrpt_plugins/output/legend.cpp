@@ -21,7 +21,11 @@ constexpr double kText = 14;
 /// The text, shortened to `room` pixels with dots at its end.
 std::string shortened(std::string text, const TextStyle& style, double room) {
   if (Canvas::text_extent(text, style).x() <= room) return text;
-  while (!text.empty() && Canvas::text_extent(text + "...", style).x() > room) text.pop_back();
+  const auto is_inside_character = [&] { return (text.back() & 0xC0) == 0x80; };  // of UTF-8
+  while (!text.empty() && Canvas::text_extent(text + "...", style).x() > room) {
+    while (text.size() > 1 && is_inside_character()) text.pop_back();
+    text.pop_back();
+  }
   return text + "...";
 }
 

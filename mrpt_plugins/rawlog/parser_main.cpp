@@ -21,7 +21,7 @@
 #include <string_view>
 
 #include "libhybrid/core/error.h"
-#include "mrpt_plugins/drawing/image.h"
+#include "mrpt_plugins/drawing/photograph.h"
 #include "mrpt_plugins/rawlog/asked_classes.h"
 #include "mrpt_plugins/rawlog/detail/parse_log.h"
 

@@ -14,7 +14,6 @@
 #include "mrpt_plugins/evaluation/mode_truth.h"
 #include "mrpt_plugins/mapping/mapper.h"
 #include "mrpt_plugins/output/sparsity.h"
-#include "mrpt_plugins/replay/detail/film.h"
 #include "mrpt_plugins/replay/detail/judgement.h"
 #include "mrpt_plugins/replay/detail/map_place.h"
 #include "mrpt_plugins/replay/detail/movie.h"
@@ -31,8 +30,6 @@ namespace {
 
 using Plugins = std::vector<std::shared_ptr<MappingPlugin>>;
 
-constexpr int kVideoFrames = 100;  // where --frames does not say
-
 std::size_t count_keyframes(const ReplaySettings& settings) {
   LogMerge logs = open_logs(settings);
   std::size_t count = 0;
@@ -45,9 +42,8 @@ std::size_t count_keyframes(const ReplaySettings& settings) {
 
 /// The pictures of the growing map that are asked for, or none.
 Movie make_movie(const ReplayRequest& request, const ReplaySettings& settings) {
-  const bool asked = request.frames > 0 || !request.video.empty();
-  if (!asked) return {0, 0};
-  return {request.frames > 0 ? request.frames : kVideoFrames, count_keyframes(settings)};
+  if (request.frames <= 0) return {0, 0};
+  return {request.frames, count_keyframes(settings)};
 }
 
 /// How a replay ended.
@@ -103,21 +99,19 @@ void tell(const Team& team, Summary& summary) {
   summary.message += (summary.message.empty() ? "" : "; ") + team.message();
 }
 
-/// What only the command line asks for: matrices, frames, video. Returns warnings.
+/// What only the command line asks for: matrices, frames. Returns warnings.
 std::vector<std::string> write_extras(const ReplayRequest& request, const OutputDirectory& out,
                                       const MapResult& result, const GroundTruth& truth,
-                                      const Mapper& mapper, Movie& movie, const Film& film) {
+                                      const Mapper& mapper, Movie& movie) {
   std::vector<std::string> warnings;
   if (request.sparsity) {
     const Backend& backend = mapper.backend();
     warnings = write_sparsity(out, backend.graph(), backend.assignment(),
                               backend.elimination_order(), result.title);
   }
-  if (movie.size() > 0) movie.finish(result);
-  if (request.frames > 0) movie.write_frames(out, truth);
-  if (!film.wanted()) return warnings;
-  const std::string note = film.encode(movie.size(), [&](int i) { return movie.frame(i, truth); });
-  if (!note.empty()) warnings.push_back(note);
+  if (movie.size() == 0) return warnings;
+  movie.finish(result);
+  movie.write_frames(out, truth);
   return warnings;
 }
 
@@ -235,17 +229,6 @@ std::vector<std::string> write_estimates(const OutputDirectory& out, const MapRe
   return warnings;
 }
 
-/// Shows film and result, both or none; returns warnings.
-std::vector<std::string> publish(const Summary& summary, OutputDirectory& out, Film& film) {
-  film.commit();
-  try {
-    return out.publish(summary_json(summary));
-  } catch (...) {
-    film.undo();
-    throw;
-  }
-}
-
 /// Whether noise, clock and mounting are to be measured where the map is bad: logs can be read
 /// twice, and nothing but OUT holds what was mapped.
 bool may_measure(const ReplayRequest& request, const ReplaySettings& settings) {
@@ -292,27 +275,27 @@ void tell_all(const ReplaySettings& settings, const MapPlace& place, const Team&
 /// Pictures, and what the request asks for besides; returns warnings.
 std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out,
                               const MapResult& result, const std::vector<RobotPart>& parts,
-                              const std::vector<Truth>& truths, const Mapper& mapper, Movie& movie,
-                              Film& film) {
+                              const std::vector<Truth>& truths, const Mapper& mapper,
+                              Movie& movie) {
   const GroundTruth truth = joint_truth(truths);
   std::vector<std::string> warnings;
   if (request.pictures) {
-    warnings = write_pictures(out, result, truth);
-    write_error_plots(out, parts, truths);
+    warnings = write_pictures(out, request.picture_format, result, truth);
+    write_error_plots(out, request.picture_format, parts, truths);
   }
-  for (std::string& warning : write_extras(request, out, result, truth, mapper, movie, film)) {
+  for (std::string& warning : write_extras(request, out, result, truth, mapper, movie)) {
     warnings.push_back(std::move(warning));
   }
   return warnings;
 }
 
 /// Shows the result together with the map file, if the run was not interrupted; returns warnings.
-std::vector<std::string> publish_with_map(const Summary& summary, OutputDirectory& out, Film& film,
+std::vector<std::string> publish_with_map(const Summary& summary, OutputDirectory& out,
                                           MapPlace& place, const Mapper& mapper,
                                           const MapResult& result, const ScanOutputs& scans,
                                           int signal) {
   std::vector<std::string> told;
-  const auto show = [&] { told = publish(summary, out, film); };
+  const auto show = [&] { told = out.publish(summary_json(summary)); };
   std::vector<MapLocalMap> local_maps;
   if (place.writes()) local_maps = scans.local_maps(result, mapper);
   signal != 0 ? show() : place.finish(mapper, result, local_maps, show);
@@ -329,7 +312,6 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   if (conditions.corrected && takes_at_word(settings, conditions.aligned)) return {{}, false};
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
-  Film film(request.video, out);
   LogMerge source = open_logs(settings);
   const bool is_3d = source.is_3d();
   MapPlace place(
@@ -373,10 +355,10 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   warn(summary, input_warnings(ini, truths, parts, summary.provenance));
   warn(summary, write_estimates(out, result, parts, truths, mapper, scans, place.localizes()));
   summary.total_s = seconds_since(start);  // without pictures
-  warn(summary, draw(request, out, result, parts, truths, mapper, movie, film));
+  warn(summary, draw(request, out, result, parts, truths, mapper, movie));
   report.write(result, parts, truths, scans.drawn(), summary_json(summary));
   const std::vector<std::string> told =
-      publish_with_map(summary, out, film, place, mapper, result, scans, signal);
+      publish_with_map(summary, out, place, mapper, result, scans, signal);
   if (watchers.published) watchers.published(made.outcome);
   warn(summary, told);
   return made;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mrpt_plugins/bridge/provenance.h"
+#include "mrpt_plugins/drawing/image.h"
 
 namespace HYBRID_API hybrid {
 
@@ -29,12 +30,12 @@ struct ReplayRequest {
   std::string map_mode;  ///< auto, build, extend, localize; empty: as the INI
   bool resume = false;   ///< go on with the session that was interrupted
   bool pictures = true;
+  PictureFormat picture_format = PictureFormat::kPng;  ///< of those in the plane
   bool sparsity = false;
   bool events = false;       ///< write events.jsonl
   bool report = false;       ///< write report.html, and events.jsonl
   bool stream = false;       ///< tell every keyframe as a line of JSON
   int frames = 0;            ///< pictures of the growing map, each a file; 0: none
-  std::string video;         ///< film of them; empty: none
   bool cross_check = false;  ///< map halves of the detections apart and compare them
 };
 

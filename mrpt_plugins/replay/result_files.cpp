@@ -68,20 +68,20 @@ void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>&
   }
 }
 
-std::vector<std::string> write_pictures(const OutputDirectory& out, const MapResult& result,
-                                        const GroundTruth& truth) {
+std::vector<std::string> write_pictures(const OutputDirectory& out, PictureFormat format,
+                                        const MapResult& result, const GroundTruth& truth) {
   std::vector<std::string> warnings;
-  out.write("map.png", png(map_image(result, truth)));
+  out.write("map" + ending(format), encoded(map_image(result, truth), format));
   const Map3dImage view = map_3d_image(result, truth);
   if (!view.warning.empty()) warnings.push_back(view.warning);
   out.write("map_3d.png", png(view.image));
   save_scene(out, "scene.3Dscene", result, truth);
-  out.write("steps.png", png(steps_image(result.steps, result.title)));
+  out.write("steps" + ending(format), encoded(steps_image(result.steps, result.title), format));
   return warnings;
 }
 
-void write_error_plots(const OutputDirectory& out, const std::vector<RobotPart>& parts,
-                       const std::vector<Truth>& truths) {
+void write_error_plots(const OutputDirectory& out, PictureFormat format,
+                       const std::vector<RobotPart>& parts, const std::vector<Truth>& truths) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const RobotPart& part = parts[i];
     if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
@@ -89,8 +89,8 @@ void write_error_plots(const OutputDirectory& out, const std::vector<RobotPart>&
     const Truth::Pairs reckoned = truths[i].pairs(part.result.dead_reckoning, part.log_rows);
     const std::string title =
         part.name.empty() ? part.result.title : part.result.title + ", robot " + part.name;
-    out.write(file_of(part, "error.png"),
-              png(error_image(estimate.times, estimate.poses, reckoned.poses, title)));
+    out.write(file_of(part, "error" + ending(format)),
+              encoded(error_image(estimate.times, estimate.poses, reckoned.poses, title), format));
   }
 }
 

@@ -199,8 +199,8 @@ void reject_second_reading(const ReplayRequest& request, const SourceOptions& so
     lacking += std::string(lacking.empty() ? "" : ", and ") + "[map] dimension, 2 or 3";
   }
   if (!lacking.empty()) throw Error(reason + "give " + lacking + "; auto would read ahead");
-  if (request.frames > 0 || !request.video.empty()) {
-    throw Error(reason + "--frames and --video need a file, to know how many keyframes there are");
+  if (request.frames > 0) {
+    throw Error(reason + "--frames needs a file, to know how many keyframes there are");
   }
   if (request.resume) throw Error(reason + "--resume needs a file, whose start it reads again");
 }

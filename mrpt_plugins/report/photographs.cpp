@@ -16,6 +16,7 @@
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/drawing/mrpt_image.h"
+#include "mrpt_plugins/drawing/photograph.h"
 #include "mrpt_plugins/report/columns.h"
 #include "mrpt_plugins/report/page.h"
 

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/apps/run_app.h"
 #include "tests/support/scratch_folder.h"
@@ -32,6 +35,10 @@ TEST_F(CommandLine, MistypedOptionsAreCorrected) {
     expect_refusal(program, "--versio", "no option --versio; did you mean --version?");
     expect_refusal(program, "--qqqqqqqq", "no option --qqqqqqqq\n");
   }
+}
+
+TEST_F(CommandLine, AVideoIsToldHowToBeMadeOfFrames) {
+  expect_refusal("hybrid-replay", "--video a.mp4", "ffmpeg -framerate 10 -i OUT/frames/frame_%04d");
 }
 
 TEST_F(CommandLine, FormatsAreListed) {
@@ -75,6 +82,72 @@ TEST_F(CommandLine, FilesOfOtherProgramsAreNamed) {
   expect_refusal("hybrid-replay", replay, "this is an INI file: give it with -c");
   const std::string log = HYBRID_SOURCE_DIR "/rawlogs/classed_demo.rawlog";
   expect_refusal("hybrid-pgo", log, "use hybrid-replay");
+}
+
+/// All texts of --help, those of commands too.
+std::vector<std::string> help_texts() {
+  std::vector<std::string> texts;
+  for (const char* command :
+       {"hybrid-experiment", "hybrid-import", "hybrid-import csv", "hybrid-import kitti",
+        "hybrid-map", "hybrid-map export", "hybrid-map join", "hybrid-objects", "hybrid-pgo",
+        "hybrid-register", "hybrid-replay", "hybrid-simulate", "hybrid-switching"}) {
+    texts.push_back(run_app(std::string(command) + " --help").text);
+  }
+  return texts;
+}
+
+/// The column where what is said of an option begins in a line of --help.
+std::size_t column_of_meaning(const std::string& line) {
+  const bool is_name = line.rfind("  -", 0) == 0;
+  const std::size_t gap = is_name ? line.find("  ", 2) : 0;
+  return line.find_first_not_of(' ', gap);
+}
+
+TEST_F(CommandLine, HelpKeepsItsColumns) {
+  for (const std::string& text : help_texts()) {
+    EXPECT_EQ(text.find("\n\n\n"), std::string::npos) << text;
+    std::istringstream lines(text);
+    bool in_options = false;
+    std::size_t meanings = 0;
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_LE(line.size(), 100U) << line;
+      if (line.empty() || line[0] != ' ') in_options = line == "Options:";
+      if (!in_options || line[0] != ' ') continue;
+      const std::size_t column = column_of_meaning(line);
+      if (column == std::string::npos) continue;  // a long name, whose meaning is below
+      EXPECT_EQ(column, 30U) << line;
+      ++meanings;
+    }
+    EXPECT_GT(meanings, 1U) << text;
+  }
+}
+
+TEST_F(CommandLine, HelpTellsValuesInWords) {
+  for (const std::string& text : help_texts()) {
+    for (const char* mark :
+         {"{", "Excludes", "REQUIRED", "INT in", "FLOAT", " x 2", "(2x)", "=["}) {
+      EXPECT_EQ(text.find(mark), std::string::npos) << mark << "\n" << text;
+    }
+  }
+  const std::string help = run_app("hybrid-replay --help").text;
+  EXPECT_NE(help.find("(one of: auto build"), std::string::npos) << help;
+  EXPECT_NE(help.find("(default hybrid-replay-out)"), std::string::npos) << help;
+  EXPECT_NE(run_app("hybrid-pgo --help").text.find("not with --method"), std::string::npos);
+}
+
+TEST_F(CommandLine, HelpFitsTheTerminal) {
+  for (const auto& [columns, widest] :
+       {std::pair(70, 70U), std::pair(40, 60U), std::pair(300, 100U)}) {
+    const std::string command = "script -qec 'stty cols " + std::to_string(columns) + "; " +
+                                HYBRID_BINARY_DIR "/bin/hybrid-import csv --help' /dev/null";
+    std::istringstream lines(run_shell(command).text);
+    std::size_t longest = 0;
+    for (std::string line; std::getline(lines, line);) {
+      longest = std::max(longest, line.size() - (!line.empty() && line.back() == '\r' ? 1 : 0));
+    }
+    EXPECT_LE(longest, widest);
+    EXPECT_GT(longest, widest - 8);
+  }
 }
 
 }  // namespace

@@ -173,13 +173,16 @@ TEST_F(OutputFolders, AFileThatCannotBeWrittenIsNamedAndTheOldResultStays) {
 
 // Sanitizers reserve address space of their own.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// Where memory ends depends on the machine, so that several limits are tried.
+// Where memory ends depends on the machine, so that limits are tried down to the one at which no
+// program starts. OpenGL's drivers end programs that lack memory: they are kept out.
 TEST_F(OutputFolders, LackOfMemoryForPicturesIsSaidAsSuch) {
-  const std::string command = "hybrid-replay -c " + config("classed_demo.ini") + " -o " + at("out");
+  const std::string replay = "hybrid-replay -c " + config("classed_demo.ini") + " -o " + at("out");
   std::size_t lacking = 0;
-  for (int megabytes = 900; megabytes >= 400; megabytes -= 50) {
-    const std::string limit = "ulimit -v " + std::to_string(megabytes * 1000) + "; ";
-    const Ran ran = run_app(command, limit);
+  for (int megabytes = 350; megabytes > 0; megabytes -= 10) {
+    const std::string limit = "export __EGL_VENDOR_LIBRARY_DIRS=/nowhere; ulimit -v " +
+                              std::to_string(megabytes * 1000) + "; ";
+    if (run_app("hybrid-replay --version", limit).code != 0) break;
+    const Ran ran = run_app(replay, limit);
     EXPECT_EQ(ran.text.find("OpenCV("), std::string::npos) << ran.text;
     EXPECT_LE(ran.code, 1) << ran.text;
     lacking += ran.text.find("hybrid-replay: out of memory") != std::string::npos ? 1 : 0;
@@ -187,25 +190,6 @@ TEST_F(OutputFolders, LackOfMemoryForPicturesIsSaidAsSuch) {
   if (lacking == 0) GTEST_SKIP() << "no limit leaves memory for all but the pictures";
 }
 #endif
-
-TEST_F(OutputFolders, AVideoThatCannotBeWrittenIsAFailure) {
-  const std::string film = at("map.mp4");
-  write("map.mp4", "an older one");
-  const Ran ran =
-      run_app("hybrid-replay " + kClassed + " --no-pictures --video " + film + " -o " + at("out"),
-              limit(400));
-  EXPECT_EQ(ran.code, 1) << ran.text;
-  EXPECT_NE(ran.text.find(film), std::string::npos) << ran.text;
-  EXPECT_EQ(read("map.mp4"), "an older one");
-  EXPECT_FALSE(fs::exists(at("out")));
-  // In the folder of the result it is a file of the result.
-  EXPECT_EQ(
-      run_replay(kClassed + " --frames 2 --video " + at("out/map.mp4") + " -o " + at("out")).code,
-      0);
-  EXPECT_EQ(names().count("map.mp4"), 1U);
-  summary_of(kClassed);
-  EXPECT_EQ(names().count("map.mp4"), 0U);
-}
 
 TEST_F(OutputFolders, ALogThatCannotBeWrittenIsOneMessageWithItsName) {
   const std::string log = at("log.rawlog");

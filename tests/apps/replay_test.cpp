@@ -166,8 +166,7 @@ TEST_F(ReplayTest, TheTruthHasTheStampsOfTheTrajectory) {
 
 TEST_F(ReplayTest, GrowingMapAndMatricesWhereAsked) {
   const std::string arguments = "-c " + config("classed_demo.ini") +
-                                " --no-pictures --sparsity -o " + at("out") + " --video " +
-                                at("map.mp4") + " --frames ";
+                                " --no-pictures --sparsity -o " + at("out") + " --frames ";
   for (const int frames : {6, 4}) {  // no frame is left of the first run
     const Ran ran = run_replay(arguments + std::to_string(frames));
     ASSERT_EQ(ran.code, 0) << ran.text;
@@ -178,19 +177,24 @@ TEST_F(ReplayTest, GrowingMapAndMatricesWhereAsked) {
     pictures.insert(read_file(folder / "out/frames" / ("frame_000" + std::to_string(i) + ".png")));
   }
   EXPECT_EQ(pictures.size(), 4U);  // all different: it grows
-  EXPECT_GT(fs::file_size(at("map.mp4")), 10000U);
-  EXPECT_EQ(read_file(folder / "map.mp4").substr(4, 4), "ftyp");
   for (const char* name : {"jacobian", "information", "factor", "marginalized"}) {
     EXPECT_TRUE(fs::exists(folder / "out" / (std::string("sparsity_") + name + ".png"))) << name;
   }
 }
 
-TEST_F(ReplayTest, VideoThatCannotBeWrittenIsAnErrorBeforeTheWork) {
-  const std::string replay = "-c " + config("classed_demo.ini") + " --video ";
-  expect_failure(replay + at("map.txt"), "ends in .mp4");
-  expect_failure(replay + at("nowhere/map.mp4"), "no folder");
-  EXPECT_EQ(run_replay(replay + at("map.mp4") + " --frames 0").code, 1);
-  EXPECT_FALSE(fs::exists(at("map.mp4")));
+TEST_F(ReplayTest, PicturesInThePlaneAreLinesWhereAsked) {
+  const std::string replay = "-c " + config("classed_demo.ini") + " -o " + at("out");
+  ASSERT_EQ(run_replay(replay).code, 0);
+  for (const std::string format : {"svg", "pdf"}) {
+    const Ran ran = run_replay(replay + " --picture-format " + format);
+    ASSERT_EQ(ran.code, 0) << ran.text;
+    for (const char* name : {"map", "steps", "error"}) {
+      const std::string start = read_file(folder / "out" / (std::string(name) + "." + format));
+      EXPECT_EQ(start.substr(0, 5), format == "svg" ? "<?xml" : "%PDF-") << name;
+      EXPECT_FALSE(fs::exists(folder / "out" / (std::string(name) + ".png"))) << name;
+    }
+    EXPECT_TRUE(fs::exists(at("out/map_3d.png")));
+  }
 }
 
 TEST_F(ReplayTest, SameInputGivesTheSameBytes) {

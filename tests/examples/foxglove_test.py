@@ -167,24 +167,62 @@ class Foxglove(unittest.TestCase):
 
         asyncio.run(asyncio.wait_for(view(), 60))
 
-    def test_a_replay_is_shown_live_and_after(self):
+    def replay(self, log, *options):
         if BIN is None:
             self.skipTest("skipped: no programs")
-        log = ROOT / "rawlogs/classed_demo.rawlog"
-        ran = subprocess.run([BIN / "hybrid-replay", log, "--stream", "--no-pictures", "-o", self.at / "out"], text=True,
-                             capture_output=True, check=False)
+        ran = subprocess.run([BIN / "hybrid-replay", ROOT / "rawlogs" / log, "--no-pictures", "-o", self.at / "out", *options],
+                             text=True, capture_output=True, check=False)
         self.assertEqual(ran.returncode, 0, ran.stderr)
-        live = [message for _, message in updates(map(json.loads, ran.stdout.splitlines()))]
+        return ran.stdout
+
+    def test_a_replay_is_shown_live(self):
+        live = [message for _, message in updates(map(json.loads, self.replay("classed_demo.rawlog", "--stream").splitlines()))]
         self.assertGreater(len(live), 10)
-        done = self.run_script("map_to_foxglove.py", self.at / "out", "-o", self.at / "map.mcap")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        found, _ = messages_in(self.at / "map.mcap")
-        self.assertEqual(len(found), len(live))
-        summary = json.loads((self.at / "out/summary.json").read_text())
-        shown = [e for e in found[0][1]["entities"] if e["id"].startswith("landmark/")]
-        self.assertEqual(len(shown), summary["landmarks"])
-        self.assertIn("should be an output folder", self.run_script("map_to_foxglove.py", self.at, "-o", self.at / "b").stderr)
-        self.check([*live, *(message for _, message in found)])
+        self.check(live)
+
+    def exported(self, log):
+        """Messages of the map of a log, what it holds as JSON, and its path."""
+        (self.at / "map.hmap").unlink(missing_ok=True)
+        self.replay(log, "--map", self.at / "map.hmap")
+        subprocess.run([BIN / "hybrid-map", "export", self.at / "map.hmap", "--mcap", "--no-pictures", "-o", self.at / "map"],
+                       check=True, capture_output=True)
+        found, name = messages_in(self.at / "map/map.mcap")
+        self.assertEqual(name, "foxglove.SceneUpdate")
+        self.check([message for _, message in found])
+        return (found, json.loads((self.at / "map/landmarks.json").read_text())["landmarks"],
+                [row for row in (self.at / "map/trajectory_1.tum").read_text().splitlines() if not row.startswith("#")])
+
+    def test_a_map_file_is_shown(self):
+        for log in ("classed_demo.rawlog", "classed_demo_3d.rawlog"):
+            with self.subTest(log=log):
+                found, landmarks, path = self.exported(log)
+                self.assertEqual(len(found), 1 + len(path))
+                self.assertEqual([time for time, _ in found], sorted(time for time, _ in found))
+                entities = {e["id"]: e for e in found[0][1]["entities"]}
+                self.assertEqual(len(entities), len(landmarks) + 1)
+                line = entities["path/1"]["lines"][0]["points"]
+                for point, row, (_, message) in zip(line, path, found[1:], strict=True):
+                    self.assertAlmostEqual(point["x"], float(row.split()[1]), delta=1e-6)
+                    (robot,) = message["entities"]
+                    self.assertEqual((robot["id"], robot["arrows"][0]["pose"]["position"]), ("robot/1", point))
+                    turn = robot["arrows"][0]["pose"]["orientation"]
+                    near = sum(float(word) * turn[axis] for word, axis in zip(row.split()[4:], "xyzw"))
+                    self.assertAlmostEqual(abs(near), 1, delta=1e-6)
+                for landmark in landmarks:
+                    entity = entities[f"landmark/{landmark['id']}"]
+                    self.assertEqual(entity["texts"][0]["text"], f"{landmark['id']} {landmark['class']}")
+                    center, ellipsoid = entity["spheres"]
+                    self.assertAlmostEqual(center["pose"]["position"]["y"], landmark["position"][1], delta=1e-9)
+                    trace = sum(landmark["covariance"][i][i] for i in range(len(landmark["covariance"])))
+                    variances = [(ellipsoid["size"][axis] / 6) ** 2 for axis in "xyz"]
+                    self.assertAlmostEqual(sum(variances), trace, delta=1e-2 * trace)
+
+    def test_the_schema_in_a_file_is_that_of_the_scripts(self):
+        self.exported("classed_demo.rawlog")
+        (schema,) = [Bytes(content) for code, content in bag_records(self.at / "map/map.mcap", print) if code == 3]
+        schema.take(2)
+        self.assertEqual([schema.text(), schema.text()], ["foxglove.SceneUpdate", "jsonschema"])
+        self.assertEqual(json.loads(schema.text()), SCHEMA)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
+#include <vector>
 
+#include "libhybrid/core/error.h"
 #include "mrpt_plugins/drawing/axes.h"
 #include "mrpt_plugins/drawing/heading.h"
 #include "mrpt_plugins/drawing/labels.h"
@@ -250,6 +253,98 @@ TEST(Canvas, TextTakesTheSizeItSays) {
   EXPECT_NEAR(bottom, 40, 3);
   EXPECT_NEAR(left, 21, 6);
   EXPECT_NEAR(right, 20 + extent.x(), 6);  // the last letter brings its own space
+}
+
+/// The pixels of a text alone.
+Image written(const std::string& text) {
+  Canvas canvas(220, 40);
+  TextStyle style;
+  style.size = 20;
+  canvas.text({10, 20}, text, style);
+  return canvas.image();
+}
+
+TEST(Canvas, TextIsUtf8) {
+  const Image umlaut = written("Fußgänger");
+  EXPECT_NE(umlaut.rgb, written("Fu??g??nger").rgb);
+  EXPECT_NE(umlaut.rgb, written("Fu?g?nger").rgb);
+  EXPECT_NE(umlaut.rgb, written("Fu\uFFFDg\uFFFDnger").rgb);
+  EXPECT_NE(umlaut.rgb, written("Fußganger").rgb);  // the dots are there
+  TextStyle style;
+  const double wide = Canvas::text_extent("Fußgänger", style).x();
+  EXPECT_NEAR(wide, Canvas::text_extent("Fusganger", style).x(), 0.1 * wide);  // no letter is two
+  EXPECT_NE(written("信号").rgb, written("??????").rgb);
+  // Bytes that are no UTF-8 are drawn as such, each.
+  EXPECT_EQ(written("a\xFF\xC3").rgb, written("a\uFFFD\uFFFD").rgb);
+  EXPECT_EQ(written("a\n").rgb, written("a").rgb);
+}
+
+TEST(Canvas, WhatIsFilledAfterATextBeginsAtItsOwnCorner) {
+  Canvas canvas(100, 100);
+  canvas.text({10, 15}, "text", {});
+  canvas.fill({{60, 60}, {90, 60}, {90, 90}, {60, 90}}, {255, 0, 0});
+  EXPECT_EQ(count(canvas.image(), {255, 0, 0}), 30 * 30);
+}
+
+TEST(Canvas, LinesAlongAnAxisKeepToPixels) {
+  Canvas canvas(40, 40);
+  canvas.line({5, 20}, {35, 20}, {{0, 0, 0}, 1});
+  canvas.line({20.3, 25}, {20.3, 35}, {{0, 0, 0}, 2});
+  EXPECT_EQ(count(canvas.image(), {0, 0, 0}), 30 + 2 * 10);
+}
+
+TEST(Canvas, LongLinesInPiecesAreWhole) {
+  std::vector<Pixel> points;
+  for (int i = 0; i <= 1000; ++i) points.emplace_back(10 + 0.18 * i, 20);
+  for (const LineStyle style : {LineStyle::kSolid, LineStyle::kDashed, LineStyle::kDotted}) {
+    Canvas pieces(200, 40), whole(200, 40);
+    pieces.polyline(points, {{0, 0, 0}, 4, style});
+    whole.polyline({points.front(), points.back()}, {{0, 0, 0}, 4, style});
+    const int expected = count(whole.image(), {0, 0, 0});
+    EXPECT_GT(expected, 100);
+    EXPECT_NEAR(count(pieces.image(), {0, 0, 0}), expected, 0.02 * expected);
+  }
+}
+
+TEST(Picture, AsLinesItHasTextsAndTheSameBytesEachTime) {
+  const auto drawn = [](const std::string& label) {
+    PlotSpec plot;
+    plot.title = label;
+    plot.width = plot.height = 400;
+    plot.series.resize(1);
+    plot.series[0].x = plot.series[0].y = {1, 2, 3};
+    return render(plot);
+  };
+  const std::string svg = encoded(drawn("Fußgänger"), PictureFormat::kSvg);
+  EXPECT_EQ(svg.rfind("<?xml", 0), 0U);
+  EXPECT_EQ(svg.find("<image"), std::string::npos);  // no pixels
+  EXPECT_NE(svg.find("<path"), std::string::npos);
+  const std::string pdf = encoded(drawn("Fußgänger"), PictureFormat::kPdf);
+  EXPECT_EQ(pdf.rfind("%PDF-", 0), 0U);
+  EXPECT_EQ(pdf.find("CreationDate"), std::string::npos);
+  written("something else between");
+  EXPECT_EQ(encoded(drawn("Fußgänger"), PictureFormat::kSvg), svg);
+  EXPECT_EQ(encoded(drawn("Fußgänger"), PictureFormat::kPdf), pdf);
+  EXPECT_NE(encoded(drawn("other"), PictureFormat::kSvg), svg);
+  // Pixels alone are put in as they are.
+  Image pixels = drawn("a");
+  pixels.drawing = nullptr;
+  EXPECT_NE(encoded(pixels, PictureFormat::kSvg).find("<image"), std::string::npos);
+  EXPECT_THROW(picture_format("gif"), Error);
+  EXPECT_EQ(ending(picture_format("pdf")), ".pdf");
+}
+
+TEST(Picture, HasTheSamePixelsOnAnyThread) {
+  const Image alone = written("Fußgänger 42");
+  std::vector<Image> images(4);
+  std::vector<std::thread> threads;
+  for (Image& image : images) {
+    threads.emplace_back([&image] {
+      for (int i = 0; i < 10; ++i) image = written("Fußgänger 42");
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const Image& image : images) EXPECT_EQ(image.rgb, alone.rgb);
 }
 
 TEST(Canvas, CovarianceEllipseHasTheAxesOfTheCovariance) {
