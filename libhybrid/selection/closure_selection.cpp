@@ -38,29 +38,56 @@ class ClosureSelection {
   }
 
  private:
+  /// Closures to admit together.
+  struct Batch {
+    std::vector<Candidate> sure;    ///< by the evidence for each
+    std::vector<Candidate> beyond;  ///< by what agrees with them, in the order of its discovery
+    std::size_t size() const { return sure.size() + beyond.size(); }
+    std::vector<Candidate> all() const {
+      std::vector<Candidate> both = sure;
+      both.insert(both.end(), beyond.begin(), beyond.end());
+      return both;
+    }
+  };
+
+  static void cut(std::vector<Candidate>& batch, double share) {
+    batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
+  }
+
+  /// Closures that pass alone; else clusters of them; else the best pair.
+  Batch next_batch() {
+    Batch batch;
+    batch.sure = map_.candidates();
+    if (!batch.sure.empty() || !options_.pairs) return batch;
+    batch.beyond = map_.clusters();
+    if (batch.beyond.empty()) batch.sure = map_.best_pair();
+    return batch;
+  }
+
   /// Macro-steps until no closure is left to admit; at last those that have no information to be
   /// told by. Adds the objective after each.
   void admit_all(std::vector<double>& objectives, bool last = false) {
     double share = 1.0;
     for (; round_ < options_.max_rounds; ++round_) {
-      std::vector<Candidate> batch = map_.candidates();
-      if (batch.empty() && options_.pairs) batch = map_.best_pair();
-      if (batch.empty() && unfolds()) {
+      Batch batch = next_batch();
+      if (batch.size() == 0 && unfolds()) {
         objectives.push_back(map_.objective());
         continue;
       }
-      if (batch.empty() && last) batch = map_.uninformative();
-      if (batch.empty()) break;
-      if (batch.front().partner < 0) {
-        batch.resize(static_cast<std::size_t>(std::ceil(share * double(batch.size()))));
+      if (batch.size() == 0 && last) batch.sure = map_.uninformative();
+      if (batch.size() == 0) break;
+      if (batch.sure.empty() || batch.sure.front().partner < 0) {
+        cut(batch.sure, share);
+        cut(batch.beyond, share);
       }
+      if (share == 1.0 && batch.beyond.empty()) batch.beyond = map_.beyond(batch.sure);
       if (macro_step(batch)) {
         objectives.push_back(map_.objective());
         share = std::min(1.0, 2.0 * share);
       } else if (batch.size() > kCut) {
         share /= kCut;
       } else {
-        for (const Candidate& candidate : batch) map_.refuse(candidate.closure);
+        for (const Candidate& candidate : batch.all()) map_.refuse(candidate.closure);
       }
     }
   }
@@ -97,17 +124,21 @@ class ClosureSelection {
     const std::vector<Candidate> plausible = map_.all_plausible();
     const double out = double(drops_.size()) - double(plausible.size());
     const double few = kContradictedShare / kCut * double(drops_.size());
-    return out <= few && macro_step(plausible, true);
+    return out <= few && macro_step({plausible, {}}, true);
   }
 
   /// Admits a batch and drops the closures, new or old, that the solution contradicts, and of an
   /// `untested` batch those that it would not admit. False, with nothing changed, unless the
-  /// objective falls, and for a batch that the map does not afford.
-  bool macro_step(const std::vector<Candidate>& batch, bool untested = false) {
-    if (batch.size() > kCut && !map_.affords(batch)) return false;
+  /// objective falls, and for a batch that the map does not afford, of which those beyond it are
+  /// left for later first.
+  bool macro_step(Batch batch, bool untested = false) {
+    while (batch.size() > kCut && !map_.affords(batch.all())) {
+      if (batch.beyond.empty()) return false;
+      batch.beyond.resize(batch.beyond.size() / kCut);
+    }
     const Readmission::Snapshot before = map_.snapshot();
     const std::vector<bool>* tested = untested ? &before.accepted : nullptr;
-    map_.admit(batch);
+    map_.admit(batch.all());
     std::vector<int> contradicted = map_.contradicted(tested);
     const double allowed = std::max(2.0, kContradictedShare * double(batch.size()));
     if (batch.size() > kCut && double(contradicted.size()) > allowed) {

@@ -34,10 +34,6 @@ MixtureOptions without_outliers() {
   return options;
 }
 
-bool by_evidence(const Candidate& a, const Candidate& b) {
-  return a.evidence != b.evidence ? a.evidence > b.evidence : a.closure < b.closure;
-}
-
 }  // namespace
 
 Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOptions& options)
@@ -46,6 +42,7 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
       rough_(options.solver),
       graph_(mixture_graph(problem, without_outliers())),
       pool_(options.solver.threads),
+      front_(make_closure_front(problem)),
       values_(problem.initial),
       accepted_(problem.closures.size(), false),
       refused_(accepted_),
@@ -53,7 +50,8 @@ Readmission::Readmission(const RobustProblem& problem, const ClosureSelectionOpt
       attainable_(accepted_.size(), std::numeric_limits<double>::infinity()),
       redundancy_(accepted_.size(), 1.0),
       innovation_(accepted_.size()),
-      predicted_(accepted_.size()) {
+      predicted_(accepted_.size()),
+      asked_(accepted_.size(), 0) {
   for (const auto& factor : problem.trusted) trusted_normalizer_ += factor->log_normalizer();
   for (const auto& closure : problem.closures) {
     const double normalizer = closure->log_normalizer();
@@ -102,6 +100,7 @@ void Readmission::trust(const Values& values) {
 
 /// Solves for the poses given the accepted closures, and updates all that depends on the solution.
 void Readmission::settle(const SolverOptions& solver) {
+  ++settled_;
   accepted_count_ = static_cast<int>(std::count(accepted_.begin(), accepted_.end(), true));
   problem_->set_assignment(to_assignment(accepted_));
   const SolverReport report = levenberg_marquardt(*problem_, state_, solver);
@@ -192,7 +191,7 @@ std::vector<int> Readmission::contradicted(const std::vector<bool>* tested) cons
       found.push_back({-evidence_[k], static_cast<int>(k)});
     }
   }
-  std::sort(found.begin(), found.end(), by_evidence);
+  std::sort(found.begin(), found.end());
   std::vector<int> closures;
   for (const Candidate& candidate : found) closures.push_back(candidate.closure);
   return closures;
@@ -206,6 +205,7 @@ void Readmission::restore(const Snapshot& snapshot) {
 
 void Readmission::admit(const std::vector<Candidate>& batch) {
   for (const Candidate& candidate : batch) accepted_[candidate.closure] = true;
+  chain();
   settle(rough_);
 }
 
@@ -238,13 +238,14 @@ void Readmission::unfold() {
   if (objective_ > folded.objective) restore(folded);
 }
 
-/// Updates innovations, evidence and redundancy of the closures that are not admitted; unless
-/// `all`, of those that the evidence was for.
+/// Updates innovations, evidence and redundancy of the closures that are not admitted and were not
+/// predicted by this map yet; unless `all`, of those that the evidence was for.
 void Readmission::predict_others(bool all) {
   std::vector<bool> fresh(accepted_.size(), false);
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
     if (accepted_[k] || refused_[k]) continue;
-    if (!all && evidence_[k] < 0.0) continue;
+    if (asked_[k] == settled_ || (!all && evidence_[k] < 0.0)) continue;
+    asked_[k] = settled_;
     fresh[k] = true;
     const ContinuousFactor& closure = *closure_problem_.closures[k];
     if (predicted_[k].size() > 0 && accepted_count_ > 0 && is_informative(closure)) {
@@ -316,7 +317,7 @@ std::vector<Candidate> Readmission::above_threshold() const {
     if (options_.refuse_uncheckable && redundancy_[k] < options_.min_redundancy) continue;
     found.push_back({evidence_[k], static_cast<int>(k)});
   }
-  std::sort(found.begin(), found.end(), by_evidence);
+  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -331,7 +332,7 @@ std::vector<Candidate> Readmission::all_plausible() {
       found.push_back({evidence_[k], static_cast<int>(k)});
     }
   }
-  std::sort(found.begin(), found.end(), by_evidence);
+  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -354,7 +355,7 @@ std::vector<Candidate> Readmission::best_pair() {
     if (innovation_[k].size() == 0 || is_excluded(k)) continue;
     hopeful.push_back({evidence_[k], static_cast<int>(k)});
   }
-  std::sort(hopeful.begin(), hopeful.end(), by_evidence);
+  std::sort(hopeful.begin(), hopeful.end());
   hopeful.resize(std::min(hopeful.size(), kMostCompared));
   const double needed = 2.0 * threshold() - options_.margin;
   std::optional<Candidate> best;
@@ -362,7 +363,7 @@ std::vector<Candidate> Readmission::best_pair() {
     for (std::size_t i = 0; i < j; ++i) {
       const Candidate pair = {pair_evidence(hopeful[i], hopeful[j]), hopeful[i].closure,
                               hopeful[j].closure};
-      if (pair.evidence > needed && (!best || by_evidence(pair, *best))) best = pair;
+      if (pair.evidence > needed && (!best || pair < *best)) best = pair;
     }
   }
   if (!best) return {};

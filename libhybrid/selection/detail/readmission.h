@@ -7,19 +7,14 @@
 #include <vector>
 
 #include "libhybrid/selection/closure_selection.h"
+#include "libhybrid/selection/detail/candidate.h"
+#include "libhybrid/selection/detail/closure_front.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
 #include "libhybrid/solvers/problem.h"
 #include "libhybrid/solvers/starts.h"
 
 namespace hybrid {
-
-/// A closure that might be admitted.
-struct Candidate {
-  double evidence = 0.0;  ///< log, see EvidenceModel
-  int closure = 0;
-  int partner = -1;  ///< of a pair
-};
 
 /// The state of select_closures: the admitted closures, the map given these, and its predictions.
 class Readmission {
@@ -55,6 +50,12 @@ class Readmission {
 
   /// Closures whose evidence exceeds the threshold, best first.
   std::vector<Candidate> candidates();
+  /// Open closures beyond a batch that agree with it by short paths, see ClosureFront; none if
+  /// fewer closures are open than the batch has, since these are predicted sooner.
+  std::vector<Candidate> beyond(const std::vector<Candidate>& batch);
+  /// Open closures that agree with others near them, see ClosureFront, so that their joint evidence
+  /// suffices for all of them.
+  std::vector<Candidate> clusters();
   /// Closures inside the gate, with the present variance factor, whatever their evidence, best
   /// first.
   std::vector<Candidate> all_plausible();
@@ -72,9 +73,12 @@ class Readmission {
 
  private:
   double work(const std::vector<bool>& accepted) const;
+  void chain();
   void settle(const SolverOptions& solver);
   void assess_accepted();
   void trust(const Values& values);
+  std::vector<bool> open_closures() const;
+  ClosureFront::Known known(const std::vector<bool>& open) const;
   void predict_others(bool all);
   std::vector<Candidate> above_threshold() const;
   double threshold() const;
@@ -95,6 +99,7 @@ class Readmission {
   std::unique_ptr<Problem> problem_;
   std::unique_ptr<InnovationPredictor> predictor_;
   WorkerPool pool_;
+  std::unique_ptr<ClosureFront> front_;  // null if no closure measures a relative pose
   EvidenceModel model_;
   Problem::State state_;
   Values values_;
@@ -116,6 +121,8 @@ class Readmission {
   /// admitted, apart from changes of the linearisation, so closures far outside the gate need no
   /// new one. Empty if unknown.
   std::vector<Eigen::MatrixXd> predicted_;
+  int settled_ = 0;         // how often the map was solved
+  std::vector<int> asked_;  // settled_ when each closure was predicted last
 };
 
 }  // namespace hybrid

@@ -13,6 +13,7 @@ namespace hybrid {
 namespace {
 
 constexpr int kPosesOfLap = 100;
+constexpr int kTrue = 50, kFalse = 20;  // closures of drifted_laps
 
 SE2 on_circle(int k) {
   const double angle = 2.0 * M_PI * k / kPosesOfLap;
@@ -68,6 +69,53 @@ TEST(Readmission, SelectionEndsWhereAllFalseClosuresArePlausibleAndFillTheSystem
     wrong += result.verdicts[k].accepted != (k < laps.true_closures) ? 1 : 0;
   }
   EXPECT_EQ(wrong, 0);
+}
+
+/// Two laps of a circle with so much noise that a lap later no closure can be told alone, though
+/// those near each other agree: true closures between the laps, then false ones.
+RobustProblem drifted_laps() {
+  testing::Random random(3);
+  const Eigen::Vector3d sigmas(0.3, 0.3, 0.06), exact(0.05, 0.05, 0.01);
+  PoseGraph graph;
+  const auto add = [&](int from, int to, const SE2& moved, const Eigen::Vector3d& sigma) {
+    const Eigen::Vector3d e(random.normal(sigma[0]), random.normal(sigma[1]),
+                            random.normal(sigma[2]));
+    graph.poses2.push_back(
+        {Key('x', from), Key('x', to), moved * SE2::exp(e), Noise::diagonal(sigma)});
+  };
+  for (int k = 1; k < 2 * kPosesOfLap; ++k) {
+    add(k - 1, k, on_circle(k - 1).inverse() * on_circle(k), sigmas);
+  }
+  for (int k = 0; k < kTrue; ++k) add(2 * k, kPosesOfLap + 2 * k, SE2(), exact);
+  for (int k = 0; k < kFalse; ++k) {
+    add(4 * k, kPosesOfLap + 4 * k + 1,
+        SE2(random.uniform(5.0, 9.0), random.uniform(-9.0, 9.0), random.uniform(-3.0, 3.0)),
+        exact);
+  }
+  return to_robust_problem(graph, initialize_from_odometry(graph));
+}
+
+TEST(Readmission, ClosuresThatAgreeAreFoundByShortPathsWhereNoneIsToldAlone) {
+  const RobustProblem problem = drifted_laps();
+  const ClosureSelectionOptions options;
+  Readmission map(problem, options);
+  map.begin();
+  ASSERT_TRUE(map.candidates().empty());
+  std::vector<bool> found(problem.closures.size(), false);
+  for (const Candidate& member : map.clusters()) found[member.closure] = true;
+  const std::vector<Candidate> beyond = map.beyond({{0.0, 0}});
+  EXPECT_GT(beyond.size(), std::size_t(kTrue) / 2);
+  for (const Candidate& candidate : beyond) EXPECT_LT(candidate.closure, kTrue);
+  for (int k = 0; k < kTrue + kFalse; ++k) EXPECT_EQ(found[k], k < kTrue) << k;
+}
+
+TEST(Readmission, DriftedLapsAreSelectedInAFewMacroSteps) {
+  const RobustProblem problem = drifted_laps();
+  const RobustResult result = select_closures(problem);
+  for (int k = 0; k < kTrue + kFalse; ++k) {
+    EXPECT_EQ(result.verdicts[k].accepted, k < kTrue) << k;
+  }
+  EXPECT_LE(result.objectives.size(), 4U);
 }
 
 }  // namespace
