@@ -75,11 +75,12 @@ MapResult sample_map() {
 }
 
 TEST(LandmarkWriter, CsvHasTheStatedColumns) {
-  EXPECT_EQ(landmarks_csv(sample_map()),
-            "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings,extent_m,things,p_tree,"
-            "\"p_pole, \"\"steel\"\"\"\n"
-            "7,1.5,-2.25,0.125,4,1,0.5,3,0.25,2,\"pole, \"\"steel\"\"\",12,0.4,3,0.25,0.75\n"
-            "-1,nan,2,0,0,0,0,0,0,0,,0,0,1,,\n");
+  EXPECT_EQ(
+      landmarks_csv(sample_map()),
+      "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,class,sightings,extent_m,things,p_tree,"
+      "\"p_pole, \"\"steel\"\"\"\n"
+      "7,1.5,-2.25,0.125,4,1,0.5,3,0.25,2,\"pole, \"\"steel\"\"\",12,0.4,3,0.25,0.75\n"
+      "-1,nan,2,0,0,0,0,0,0,0,,0,0,1,,\n");
 }
 
 TEST(LandmarkWriter, JsonHoldsTheSameAndNullForWhatIsNotFinite) {
