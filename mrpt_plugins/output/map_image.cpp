@@ -86,18 +86,48 @@ void draw_grid(Canvas& canvas, const Axes& axes, const Box& box, const GridMap& 
   canvas.paste(sheet.image(), {box.left, box.top});
 }
 
+/// The id of a landmark and, where it stands for several things, their number.
+std::string label_of(const LandmarkEstimate& l) {
+  return l.size.things > 1 ? fmt::format("{} \u00d7{}", l.id, l.size.things) : std::to_string(l.id);
+}
+
+std::vector<Pixel> ellipse(const Axes& axes, const LandmarkEstimate& landmark,
+                           const Eigen::Matrix2d& covariance, double sigmas) {
+  std::vector<Pixel> outline;
+  for (const auto& p : covariance_ellipse(landmark.position.head<2>(), covariance, sigmas)) {
+    outline.push_back(axes.pixel(p.x(), p.y()));
+  }
+  return outline;
+}
+
 void draw_ellipses(Canvas& canvas, const Axes& axes, const MapResult& result, double factor) {
   for (const LandmarkEstimate& l : result.landmarks) {
     const Eigen::Matrix2d covariance = l.covariance.topLeftCorner<2, 2>();
     if (!covariance.allFinite() || !(covariance.trace() > 0)) continue;
-    std::vector<Pixel> outline;
-    for (const auto& p :
-         covariance_ellipse(l.position.head<2>(), covariance, map_style::kSigmas * factor)) {
-      outline.push_back(axes.pixel(p.x(), p.y()));
-    }
+    const std::vector<Pixel> outline = ellipse(axes, l, covariance, map_style::kSigmas * factor);
     canvas.fill(outline, landmark_color(l), 0.25);
     canvas.polyline(outline, {landmark_color(l), 1.25});
   }
+}
+
+/// How far from landmarks things are that were not told apart from them: a standard deviation.
+void draw_extents(Canvas& canvas, const Axes& axes, const MapResult& result) {
+  for (const LandmarkEstimate& l : result.landmarks) {
+    if (!(l.size.extent > 0)) continue;
+    const Eigen::Matrix2d spread = l.size.extent * l.size.extent * Eigen::Matrix2d::Identity();
+    canvas.polyline(ellipse(axes, l, spread, 1), {landmark_color(l), 1, LineStyle::kDotted});
+  }
+}
+
+void extent_legend(Legend& legend, const MapResult& result) {
+  const auto& all = result.landmarks;
+  if (std::any_of(all.begin(), all.end(), [](const auto& l) { return l.size.extent > 0; })) {
+    legend.line("extent", {palette::kMuted, 1, LineStyle::kDotted});
+  }
+  const auto several =
+      std::find_if(all.begin(), all.end(), [](const auto& l) { return l.size.things > 1; });
+  if (several == all.end()) return;
+  legend.note(fmt::format("{}: {} things in one place.", label_of(*several), several->size.things));
 }
 
 /// The true path, split where the receiver had no position.
@@ -237,7 +267,7 @@ std::size_t draw_landmarks(Canvas& canvas, const Axes& axes, const MapResult& re
   std::size_t drawn = 0;
   for (const LandmarkEstimate& l : result.landmarks) {
     const Pixel p = axes.pixel(l.position.x(), l.position.y());
-    if (labels.place(canvas, p, radius, std::to_string(l.id), style)) ++drawn;
+    if (labels.place(canvas, p, radius, label_of(l), style)) ++drawn;
   }
   return drawn;
 }
@@ -269,6 +299,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   canvas.clip(box);
   draw_closures(canvas, axes, result);
   draw_ellipses(canvas, axes, result, frame.magnification);
+  draw_extents(canvas, axes, result);
   draw_rays(canvas, axes, result, moment.seen);
   draw_paths(canvas, axes, result, truth, labels);
   draw_movers(canvas, axes, result, labels);
@@ -282,6 +313,7 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", palette::kMuted);
     legend.note(ellipse_note("Ellipses", frame.magnification));
+    extent_legend(legend, result);
   }
   if (ids < result.landmarks.size()) {
     legend.note(

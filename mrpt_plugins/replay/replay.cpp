@@ -22,9 +22,8 @@ namespace {
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
 constexpr int kMostMeasurements = 4;                 // of the noise, each with a map
 constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
-/// The checks of whether landmarks were told apart as well as could be.
-constexpr std::array<const char*, 2> kTellApart{"landmarks seen at one time only",
-                                                "copies of landmarks"};
+constexpr const char* kFoundAgain = "landmarks seen at one time only";
+constexpr const char* kCopies = "copies of landmarks";
 /// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
 /// landmark it is, up to where it tells next to nothing.
 constexpr std::array<double, 3> kExtents{1, 2, 4};
@@ -87,28 +86,27 @@ double excess(const Health& health, const char* check) {
   return entry == nullptr ? 0 : entry->value / entry->most;
 }
 
-/// The worst of what a map says of how its landmarks were told apart.
-double fineness(const Health& health) {
-  double worst = 0;
-  for (const char* check : kTellApart) worst = std::max(worst, excess(health, check));
-  return worst;
+bool is_bad(const Health& health, const char* check) {
+  const HealthEntry* entry = find_entry(health, check);
+  return entry != nullptr && entry->verdict == HealthVerdict::kBad;
 }
 
-/// Whether landmarks of a map were decided finer than could be told.
-bool is_too_fine(const Health& health) {
-  return std::any_of(kTellApart.begin(), kTellApart.end(), [&](const char* check) {
-    const HealthEntry* entry = find_entry(health, check);
-    return entry != nullptr && entry->verdict == HealthVerdict::kBad;
-  });
+/// The check that calls a map bad because its landmarks were decided finer than could be told; none
+/// if there is none. Landmarks that are near each other may look like copies of each other, so that
+/// these count where all are found again.
+const char* too_fine(const Health& health) {
+  for (const char* check : {kFoundAgain, kCopies}) {
+    if (is_bad(health, check)) return check;
+  }
+  return nullptr;
 }
 
-/// Whether landmarks of map `a` are told apart better than those of map `b`, and so well that the
-/// map is not bad: of two bad maps, neither is to be believed.
-bool tells_apart_better(const Health& a, const Health& b) {
-  const bool made = std::all_of(kTellApart.begin(), kTellApart.end(), [&](const char* check) {
-    return find_entry(a, check) != nullptr || find_entry(b, check) == nullptr;
-  });
-  return made && !is_too_fine(a) && fineness(a) < fineness(b);
+/// Whether map `a` is better by a check than map `b`, and so good that it is not bad, nor are its
+/// landmarks lost: of two bad maps, neither is to be believed.
+bool is_better_by(const char* check, const Health& a, const Health& b) {
+  const bool made = find_entry(a, kFoundAgain) != nullptr && find_entry(a, check) != nullptr;
+  return made && !is_bad(a, kFoundAgain) && !is_bad(a, check) &&
+         excess(a, check) < excess(b, check);
 }
 
 /// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
@@ -118,7 +116,7 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
   const IniFile::Settings& configuration = summary.provenance.configuration;
   const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
                        setting(configuration, "BearingRangeAssociation.extent") == 0;
-  if (sigma == summary.statistics.end() || !is_free || !is_too_fine(summary.health)) {
+  if (sigma == summary.statistics.end() || !is_free || too_fine(summary.health) == nullptr) {
     return std::nullopt;
   }
   return sigma->second;
@@ -127,21 +125,25 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
 /// Where landmarks are not found again, or mapped twice, which detection is of which landmark was
 /// decided finer than could be told. Landmarks get an extent, and what may be of one of them is of
 /// it (joint compatibility, which prefers a landmark that is known to a new one): the least extent
-/// with which neither is in doubt, or else with which it is least.
+/// with which what was bad is not in doubt any more, or else with which it is least.
 void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
                   std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
   if (!sigma) return;
+  const char* check = too_fine(outcome.summary.health);
+  const auto better = [check](const Health& a, const Health& b) {
+    return is_better_by(check, a, b);
+  };
   for (const double extent : kExtents) {
     ReplayRequest coarse = request;
     coarse.settings.emplace_back("BearingRangeAssociation.method=jcbb");
     coarse.settings.push_back(
         fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
-    Attempt next = attempt(coarse, watchers, start,
-                           {&outcome.summary.health, tells_apart_better, false, false});
+    Attempt next =
+        attempt(coarse, watchers, start, {&outcome.summary.health, better, false, false});
     if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
     if (next.is_written) outcome = std::move(next.outcome);
-    if (outcome.signal != 0 || fineness(outcome.summary.health) <= 1) return;
+    if (outcome.signal != 0 || excess(outcome.summary.health, check) <= 1) return;
   }
 }
 

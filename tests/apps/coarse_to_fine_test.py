@@ -66,7 +66,7 @@ class CoarseToFine(unittest.TestCase):
 
     def test_of_twins(self):
         """Each thing beside one of its class: by default twice the landmarks, as many as things with an extent."""
-        World({"seed": 3, "seconds": 90, "twins": 0.3}).write(self.at)
+        World({"seed": 2, "twins": 0.3}).write(self.at)
         self.run_program("hybrid-import", "csv", "--odometry", "odometry.tum", "--detections", "detections.csv",
                          "--sigma-range", ".2", "-o", "boards.rawlog")
         stated = self.mapped("sensor.noise=stated")

@@ -28,7 +28,7 @@ struct Attempt {
 /// When a map of the logs is not the one to write.
 struct Conditions {
   const Health* other = nullptr;  ///< of a map that this one has to be better than,
-  bool (*better)(const Health&, const Health&) = is_better;  ///< in this sense
+  std::function<bool(const Health&, const Health&)> better = is_better;  ///< in this sense
   bool corrected = false;  ///< it is made only if something of the logs is corrected,
   bool aligned = false;    ///< which is more than noise
 };

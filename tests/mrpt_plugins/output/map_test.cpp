@@ -105,6 +105,17 @@ TEST(MapImage, DrawsOnlyWhatIsGiven) {
   EXPECT_EQ(map_image({}).width, 1600);
 }
 
+TEST(MapImage, ShowsExtentsAndHowManyThingsALandmarkStandsFor) {
+  const MapResult single = round_trip(false);
+  MapResult extended = single, several = single;
+  extended.landmarks[0].size.extent = 0.5;
+  several.landmarks[0].size.things = 2;
+  const auto drawn = [](const MapResult& map) { return map_image(map, {}).rgb; };
+  EXPECT_NE(drawn(extended), drawn(single));
+  EXPECT_NE(drawn(several), drawn(single));
+  EXPECT_NE(drawn(several), drawn(extended));
+}
+
 TEST(MapImage, OfAFilmHasAClockAndRaysToWhatIsSeen) {
   const MapResult map = round_trip(false);
   const auto rays = [&](const std::vector<std::int64_t>& seen) {
