@@ -89,8 +89,7 @@ RobustProblem drifted_laps() {
   for (int k = 0; k < kTrue; ++k) add(2 * k, kPosesOfLap + 2 * k, SE2(), exact);
   for (int k = 0; k < kFalse; ++k) {
     add(4 * k, kPosesOfLap + 4 * k + 1,
-        SE2(random.uniform(5.0, 9.0), random.uniform(-9.0, 9.0), random.uniform(-3.0, 3.0)),
-        exact);
+        SE2(random.uniform(5.0, 9.0), random.uniform(-9.0, 9.0), random.uniform(-3.0, 3.0)), exact);
   }
   return to_robust_problem(graph, initialize_from_odometry(graph));
 }
