@@ -15,12 +15,13 @@ namespace {
 
 constexpr double kLongest = 1.0;  // s, the longest delay, and time between two frames
 constexpr double kStep = 0.04;    // s, of the delays tried: shorter than motion changes in
-constexpr int kTried = 2 * static_cast<int>(kLongest / kStep) + 1;
+constexpr int kMostSteps = static_cast<int>(kLongest / kStep);
+constexpr int kTried = 2 * kMostSteps + 1;
 constexpr Eigen::Index kParts = 10;  // of the log, for the jackknife
 constexpr double kSigmas = 3;        // of a delay that is none by chance
 
 double delay_of(int tried) {
-  return kStep * (tried - kTried / 2);
+  return kStep * (tried - kMostSteps);
 }
 
 /// Pairs of successive frames that both saw something, by the number of the second.
