@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "libhybrid/discrete/probabilities.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/drawing/style.h"
+#include "mrpt_plugins/map_file/export_map.h"
 
 namespace hybrid {
 namespace {
@@ -212,30 +214,17 @@ Json landmark_entity(const MapRecord& map, const MapLandmark& l, double seconds)
   return out;
 }
 
-/// The keyframes of one robot in one session.
-struct Way {
-  std::string name;
-  std::vector<const MapKeyframe*> keyframes;
-};
-
-std::vector<Way> ways_in(const MapRecord& map) {
-  std::vector<Way> out;
-  for (const MapSession& session : map.sessions) {
-    const std::size_t first = out.size();
-    for (const std::string& robot : session.robots) {
-      out.push_back({fmt::format("{}/{}", session.id, robot), {}});
-    }
-    if (session.robots.empty()) out.push_back({std::to_string(session.id), {}});
-    for (const MapKeyframe& k : session.keyframes) out[first + k.robot].keyframes.push_back(&k);
-  }
-  return out;
+/// The session and, where it has a name, the robot.
+std::string name_of(const MapWay& way) {
+  return way.robot.empty() ? std::to_string(way.session)
+                           : fmt::format("{}/{}", way.session, way.robot);
 }
 
-Json path_entity(const Way& way, double seconds) {
-  Json out = entity_json(seconds, "path/" + way.name);
+Json path_entity(const MapWay& way, double seconds) {
+  Json out = entity_json(seconds, "path/" + name_of(way));
   Json points = Json::array();
-  for (const MapKeyframe* k : way.keyframes) {
-    points.push_back(point_json(k->T_map_robot.translation()));
+  for (const TimedPose& p : way.poses) {
+    points.push_back(point_json({p.pose.x(), p.pose.y(), p.pose.z()}));
   }
   out["lines"] = Json::array({{{"type", 0},
                                {"pose", pose_json(Eigen::Vector3d::Zero())},
@@ -248,9 +237,9 @@ Json path_entity(const Way& way, double seconds) {
   return out;
 }
 
-Json robot_entity(const std::string& name, const MapKeyframe& keyframe) {
-  Json out = entity_json(keyframe.time, "robot/" + name);
-  const Eigen::Isometry3d& T = keyframe.T_map_robot;
+Json robot_entity(const std::string& name, const TimedPose& at) {
+  Json out = entity_json(at.time, "robot/" + name);
+  const Eigen::Isometry3d T = to_isometry(at.pose);
   out["arrows"] =
       Json::array({{{"pose", pose_json(T.translation(), Eigen::Quaterniond(T.linear()))},
                     {"shaft_length", 0.6},
@@ -268,18 +257,18 @@ Json update_of(Json entities) {
 }  // namespace
 
 std::string mcap_of(const MapRecord& map) {
-  const std::vector<Way> ways = ways_in(map);
-  std::multimap<double, std::pair<std::string, const MapKeyframe*>> moments;
-  for (const Way& way : ways) {
-    for (const MapKeyframe* k : way.keyframes) moments.insert({k->time, {way.name, k}});
+  const std::vector<MapWay> ways = ways_of(map);
+  std::multimap<double, std::pair<std::string, const TimedPose*>> moments;
+  for (const MapWay& way : ways) {
+    for (const TimedPose& at : way.poses) moments.insert({at.time, {name_of(way), &at}});
   }
   const double start = moments.empty() ? 0 : moments.begin()->first;
   Json entities = Json::array();
   for (const MapLandmark& l : map.landmarks) {
     if (exists(l)) entities.push_back(landmark_entity(map, l, start));
   }
-  for (const Way& way : ways) {
-    if (!way.keyframes.empty()) entities.push_back(path_entity(way, start));
+  for (const MapWay& way : ways) {
+    if (!way.poses.empty()) entities.push_back(path_entity(way, start));
   }
   McapWriter out("/hybrid/map", "foxglove.SceneUpdate", scene_schema());
   out.write(start, update_of(std::move(entities)));

@@ -89,6 +89,7 @@ MapResult result_of(const MapRecord& map, const std::string& title) {
       landmark.class_index = best;
     }
     landmark.sightings = l.sightings;
+    landmark.size = l.size;
     out.landmarks.push_back(std::move(landmark));
   }
   return out;

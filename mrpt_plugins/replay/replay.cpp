@@ -110,15 +110,13 @@ bool is_better_by(const char* check, const Health& a, const Health& b) {
 }
 
 /// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
-/// detections find their landmarks, and this was decided too finely; else none.
+/// detections find their landmarks; else none.
 std::optional<double> sigma_to_coarsen(const Summary& summary) {
   const auto sigma = summary.statistics.find(kSigma);
   const IniFile::Settings& configuration = summary.provenance.configuration;
   const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
                        setting(configuration, "BearingRangeAssociation.extent") == 0;
-  if (sigma == summary.statistics.end() || !is_free || too_fine(summary.health) == nullptr) {
-    return std::nullopt;
-  }
+  if (sigma == summary.statistics.end() || !is_free) return std::nullopt;
   return sigma->second;
 }
 
@@ -128,9 +126,9 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
 /// with which what was bad is not in doubt any more, or else with which it is least.
 void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
                   std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
-  const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
-  if (!sigma) return;
   const char* check = too_fine(outcome.summary.health);
+  const std::optional<double> sigma = sigma_to_coarsen(outcome.summary);
+  if (check == nullptr || !sigma) return;
   const auto better = [check](const Health& a, const Health& b) {
     return is_better_by(check, a, b);
   };

@@ -15,6 +15,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/regular_file.h"
+#include "mrpt_plugins/map_file/export_map.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hybrid {
@@ -279,6 +280,13 @@ TEST_F(MapFileTest, WhatLandmarksCannotStandForIsRefused) {
   expect_refused_after("PRAGMA foreign_keys = OFF; " + change + "landmark = 7",
                        "rows of a landmark 7 that is not there");
   expect_refused_after(change + "things = 4", "checksum");
+}
+
+TEST_F(MapFileTest, WhatLandmarksStandForIsInTheResult) {
+  const MapResult result = result_of(read_map(at("a.hmap")), "");
+  ASSERT_EQ(result.landmarks.size(), 3U);
+  EXPECT_EQ(result.landmarks[1].size.things, 3);
+  EXPECT_EQ(result.landmarks[1].size.extent, 0.25);
 }
 
 TEST_F(MapFileTest, FilesWithoutSizesAreReadAndGetThem) {
