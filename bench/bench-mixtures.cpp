@@ -80,10 +80,10 @@ void run(const std::string& path) {
         const double e = error(result.values, truth);
         ate += e / kSeeds;
         worst = std::max(worst, e);
-        for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-          found += result.verdicts[k].accepted;
+        for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+          found += result.decisions[k].accepted();
           real += k < closures;
-          both += result.verdicts[k].accepted && k < closures;
+          both += result.decisions[k].accepted() && k < closures;
         }
       }
       std::printf(

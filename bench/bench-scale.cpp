@@ -142,13 +142,13 @@ Measured robust(World world, std::uint64_t seed) {
   const RobustResult result = robust_method("selection").solve(task, {});
   const Time time = watch.elapsed();
   std::size_t accepted = 0, good = 0;
-  for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-    accepted += result.verdicts[k].accepted;
-    good += result.verdicts[k].accepted && k < right;
+  for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+    accepted += result.decisions[k].accepted();
+    good += result.decisions[k].accepted() && k < right;
   }
   return {time, 0,
           format("%zu closures, %zu false, accepted %zu true and %zu false, %d iterations",
-                 result.verdicts.size(), result.verdicts.size() - right, good, accepted - good,
+                 result.decisions.size(), result.decisions.size() - right, good, accepted - good,
                  result.iterations)};
 }
 

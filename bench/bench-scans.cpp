@@ -137,7 +137,7 @@ int run(const std::string& file, const std::string& prefix, bool use_odometry, d
   write_picture(prefix + ".pgm", log, mapper.path(), 0.05);
   std::size_t accepted = 0;
   std::ofstream closures(prefix + "_closures.csv");
-  const std::vector<Verdict> verdicts = mapper.verdicts();
+  const std::vector<ClosureDecision> decisions = mapper.decisions();
   for (std::size_t k = 0; k < mapper.closures().size(); ++k) {
     const ScanClosure& closure = mapper.closures()[k];
     const SE2 now = mapper.pose(closure.from).between(mapper.pose(closure.to));
@@ -145,8 +145,8 @@ int run(const std::string& file, const std::string& prefix, bool use_odometry, d
     accepted += mapper.status(k) == ClosureStatus::kAccepted ? 1 : 0;
     closures << closure.from << "," << closure.to << "," << closure.modes << ","
              << closure.mode.inliers << "," << closure.mode.score << ","
-             << static_cast<int>(mapper.status(k)) << "," << verdicts[k].inlier_probability << ","
-             << verdicts[k].chi_square << "," << off.head<2>().norm() << "," << off.z() << ","
+             << static_cast<int>(mapper.status(k)) << "," << decisions[k].inlier_probability << ","
+             << decisions[k].chi_square << "," << off.head<2>().norm() << "," << off.z() << ","
              << std::sqrt(closure.mode.pose.covariance(0, 0)) << ","
              << std::sqrt(closure.mode.pose.covariance(1, 1)) << ","
              << std::sqrt(closure.mode.pose.covariance(2, 2)) << "\n";

@@ -40,13 +40,13 @@ int main() {
   }
   const RobustResult result = select_closures(problem);
   bool right = true;
-  for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-    const Verdict& verdict = result.verdicts[k];
+  for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+    const ClosureDecision& decision = result.decisions[k];
     const bool is_true = k % 2 == 0;
     std::cout << (is_true ? "true " : "false")
-              << " closure: " << (verdict.accepted ? "accepted" : "rejected") << ", probability "
-              << verdict.inlier_probability << '\n';
-    right = right && verdict.accepted == is_true;
+              << " closure: " << (decision.accepted() ? "accepted" : "rejected") << ", probability "
+              << decision.inlier_probability << '\n';
+    right = right && decision.accepted() == is_true;
   }
   return right ? 0 : 1;
 }

@@ -35,24 +35,34 @@ void bind_problem(py::module_& m) {
       .def_readonly("trusted", &RobustProblem::trusted)
       .def_readonly("closures", &RobustProblem::closures)
       .def_readwrite("initial", &RobustProblem::initial);
-  py::class_<Verdict>(m, "Verdict", "The decision of a robust method about one closure.")
-      .def_readonly("accepted", &Verdict::accepted)
-      .def_readonly("inlier_probability", &Verdict::inlier_probability)
-      .def_readonly("chi_square", &Verdict::chi_square, "Squared whitened residual.")
-      .def_readonly("redundancy", &Verdict::redundancy,
+  py::enum_<ClosureStatus>(m, "ClosureStatus", "What was decided about a closure.")
+      .value("REJECTED", ClosureStatus::kRejected)
+      .value("UNDECIDED", ClosureStatus::kUndecided)
+      .value("ACCEPTED", ClosureStatus::kAccepted)
+      .value("TRUSTED", ClosureStatus::kTrusted);
+  py::class_<ClosureDecision>(m, "ClosureDecision", "The decision on one closure.")
+      .def_readonly("status", &ClosureDecision::status)
+      .def_property_readonly("accepted", &ClosureDecision::accepted)
+      .def_readonly("inlier_probability", &ClosureDecision::inlier_probability)
+      .def_readonly("chi_square", &ClosureDecision::chi_square, "Squared whitened residual.")
+      .def_readonly("redundancy", &ClosureDecision::redundancy,
                     "How far other factors check this one, in [0, 1].")
-      .def_readonly("checkable", &Verdict::checkable)
-      .def_readonly("margin", &Verdict::margin, "Excess of the log evidence over its threshold.");
+      .def_readonly("checkable", &ClosureDecision::checkable)
+      .def_readonly("evidence", &ClosureDecision::evidence,
+                    "Log evidence relative to that for a false closure.")
+      .def_readonly("margin", &ClosureDecision::margin,
+                    "Excess of the log evidence over its threshold.");
   py::class_<RobustResult>(m, "RobustResult", "The result of a robust method.")
       .def_readonly("method", &RobustResult::method)
       .def_readonly("values", &RobustResult::values)
-      .def_readonly("verdicts", &RobustResult::verdicts, "Decisions in the order of the closures.")
+      .def_readonly("decisions", &RobustResult::decisions,
+                    "Decisions in the order of the closures.")
       .def_property_readonly(
           "accepted",
           [](const RobustResult& result) {
-            py::array_t<bool> accepted(static_cast<py::ssize_t>(result.verdicts.size()));
-            for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-              accepted.mutable_at(k) = result.verdicts[k].accepted;
+            py::array_t<bool> accepted(static_cast<py::ssize_t>(result.decisions.size()));
+            for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+              accepted.mutable_at(k) = result.decisions[k].accepted();
             }
             return accepted;
           },
@@ -156,10 +166,6 @@ void bind_batch(py::module_& m) {
 }
 
 void bind_online(py::module_& m) {
-  py::enum_<ClosureStatus>(m, "ClosureStatus", "The present decision on a closure.")
-      .value("REJECTED", ClosureStatus::kRejected)
-      .value("UNDECIDED", ClosureStatus::kUndecided)
-      .value("ACCEPTED", ClosureStatus::kAccepted);
   py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
       .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
       .def_readonly("tried", &SelectionReport::tried);
@@ -187,7 +193,7 @@ void bind_online(py::module_& m) {
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; update the selection, not the smoother.")
       .def("status", reading(&OnlineSelection::status), "closure"_a)
-      .def("verdicts", reading(&OnlineSelection::verdicts), "Decisions by closure.");
+      .def("decisions", reading(&OnlineSelection::decisions), "Decisions by closure.");
 }
 
 }  // namespace

@@ -35,8 +35,8 @@ double mean(const std::vector<double>& errors) {
 }
 
 std::size_t accepted(const RobustResult& result) {
-  return std::count_if(result.verdicts.begin(), result.verdicts.end(),
-                       [](const Verdict& verdict) { return verdict.accepted; });
+  return std::count_if(result.decisions.begin(), result.decisions.end(),
+                       [](const ClosureDecision& decision) { return decision.accepted(); });
 }
 
 std::string objects_csv(const ObjectReport& report) {
@@ -137,7 +137,7 @@ std::vector<Series> detection_series(const ObjectReport& report) {
   for (std::size_t c = 0; c < report.problem.closures.size(); ++c) {
     const auto& sighting = dynamic_cast<const Between<SE3>&>(*report.problem.closures[c]);
     const SE3 seen = ours.values.at<SE3>(sighting.keys()[0]) * sighting.measured();
-    add(ours.verdicts[c].accepted ? in : out, seen.translation());
+    add(ours.decisions[c].accepted() ? in : out, seen.translation());
   }
   return {out, in};
 }

@@ -23,7 +23,7 @@ std::vector<ContinuousFactorPtr> factors_in_force(const Input& input,
     const std::vector<Key>& keys = factor->keys();
     const bool is_loop = next < loops.size() && keys.size() == 2 && loops[next].from == keys[0] &&
                          loops[next].to == keys[1];
-    if (is_loop && !loops[next++].in_force()) continue;
+    if (is_loop && !loops[next++].decision.in_force()) continue;
     factors.push_back(factor);
   }
   return factors;

@@ -45,7 +45,7 @@ std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
       kinds[2].factors.push_back(factor);
     } else if (is_odometry(factor->keys()[0], factor->keys()[1])) {
       kinds[0].factors.push_back(factor);
-    } else if ((loop++)->in_force()) {
+    } else if ((loop++)->decision.in_force()) {
       kinds[1].factors.push_back(factor);
     }
   }

@@ -91,13 +91,15 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   for (std::size_t f = 0; f < feed.factors().size(); ++f) number[feed.factors()[f].get()] = f;
   const std::size_t relative_poses = input.graph.poses2.size() + input.graph.poses3.size();
   std::vector<std::size_t> arrived;  // numbers of the closures, in the order of arrival
-  std::vector<Decision> decisions;   // decisions on these closures
+  std::vector<decltype(ClosureDecision::history)> histories;  // of these closures
   Key newest;
-  const auto note = [&](std::size_t k) {
-    const char* const now = to_string(selection.status(k));
-    if (decisions[k].text == now) return;
-    decisions[k].text = now;
-    if (keep_history) decisions[k].history.emplace_back(newest.index(), now);
+  const auto note_changes = [&] {
+    histories.resize(arrived.size());
+    for (std::size_t k = 0; keep_history && k < arrived.size(); ++k) {
+      const ClosureStatus now = selection.status(k);
+      if (!histories[k].empty() && histories[k].back().second == now) continue;
+      histories[k].emplace_back(newest.index(), now);
+    }
   };
   Solution solution = run(feed, selection, [&](Key pose, Delta delta) {
     newest = pose;
@@ -112,9 +114,7 @@ Solution solve_selection(const Input& input, const std::string& trusted,
     }
     delta.continuous = std::move(known);
     const UpdateReport report = selection.update(delta, closures);
-    decisions.resize(arrived.size());
-    if (!keep_history || report.status != UpdateReport::Status::kOk) return report;
-    for (std::size_t k = 0; k < arrived.size(); ++k) note(k);
+    if (report.status == UpdateReport::Status::kOk) note_changes();
     return report;
   });
   const std::size_t choices = input.graph.alternatives_count();
@@ -124,10 +124,10 @@ Solution solve_selection(const Input& input, const std::string& trusted,
   for (std::size_t i = 0; i < choices; ++i) {
     solution.hypotheses.push_back(selection.smoother().assignment().find(hypothesis_key(i)));
   }
-  const std::vector<Verdict> verdicts = selection.verdicts();
+  note_changes();
+  std::vector<ClosureDecision> decisions = selection.decisions();
   for (std::size_t k = 0; k < arrived.size(); ++k) {
-    note(k);
-    decisions[k].verdict = verdicts[k];
+    decisions[k].history = std::move(histories[k]);
     solution.decisions[arrived[k]] = std::move(decisions[k]);
   }
   return solution;

@@ -48,15 +48,13 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
   summary.objective = solution.objective;
   summary.cost = solution.cost;
   summary.cost_online = solution.cost_online;
-  std::vector<JudgedClosure> judged;
+  std::vector<ClosureDecision> decisions;
   for (const Loop& loop : loops) {
-    if (loop.decision != "trusted") {
-      judged.push_back({loop.in_force(), loop.checkable, loop.margin});
-    }
-    ++(loop.in_force() ? summary.inliers : summary.outliers);
-    if (!loop.checkable && loop.decision == "accepted") ++summary.unchecked;
+    decisions.push_back(loop.decision);
+    ++(loop.decision.in_force() ? summary.inliers : summary.outliers);
+    if (!loop.decision.checkable && loop.decision.accepted()) ++summary.unchecked;
   }
-  summary.health = closure_health(judged);
+  summary.health = closure_health(decisions);
   summary.noise = graph_noise(input, solution, loops);
   for (HealthEntry& entry : noise_health(summary.noise)) summary.health.push_back(std::move(entry));
   summary.hypotheses = solution.hypotheses.size();

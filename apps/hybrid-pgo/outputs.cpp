@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 #include <unordered_map>
 
@@ -15,6 +14,7 @@
 #include "libhybrid/pose_graph/vertex_id.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
+#include "mrpt_plugins/output/closure_csv.h"
 #include "mrpt_plugins/output/graph_image.h"
 
 namespace hybrid {
@@ -42,15 +42,8 @@ Eigen::Vector3d position(const Values& values, Key key) {
 
 }  // namespace
 
-void set_verdict(const Verdict& verdict, Loop& loop) {
-  loop.inlier_probability = verdict.inlier_probability;
-  loop.redundancy = verdict.redundancy;
-  loop.checkable = verdict.checkable;
-  loop.margin = verdict.finite_margin();
-}
-
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
-                             const std::map<std::size_t, Decision>& decisions) {
+                             const std::map<std::size_t, ClosureDecision>& decisions) {
   std::vector<Loop> loops;
   std::size_t number = 0;
   for_each_relative_pose(input,
@@ -58,11 +51,9 @@ std::vector<Loop> find_loops(const Input& input, const Values& estimate,
                            const auto decision = decisions.find(number++);
                            if (is_odometry) return;
                            loops.push_back({from, to});
-                           loops.back().residual = std::sqrt(2 * factor.cost(estimate));
-                           if (decision == decisions.end()) return;
-                           loops.back().decision = decision->second.text;
-                           set_verdict(decision->second.verdict, loops.back());
-                           loops.back().history = decision->second.history;
+                           if (decision != decisions.end())
+                             loops.back().decision = decision->second;
+                           loops.back().decision.chi_square = 2 * factor.cost(estimate);
                          });
   return loops;
 }
@@ -82,12 +73,10 @@ std::string hypotheses_csv(const Input& input, const std::vector<int>& chosen) {
 }
 
 std::string loops_csv(const std::vector<Loop>& loops) {
-  std::string text = "i,j,decision,inlier_probability,residual,redundancy,checkable,margin\n";
+  std::string text = fmt::format("i,j,{}\n", kDecisionColumns);
   for (const Loop& loop : loops) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n",
-                   vertex_id(loop.from.index()), vertex_id(loop.to.index()), loop.decision,
-                   loop.inlier_probability, loop.residual, loop.redundancy, loop.checkable ? 1 : 0,
-                   loop.margin);
+    fmt::format_to(std::back_inserter(text), "{},{},{}\n", vertex_id(loop.from.index()),
+                   vertex_id(loop.to.index()), decision_cells(loop.decision));
   }
   return text;
 }
@@ -156,7 +145,7 @@ void draw_graph(const OutputDirectory& out, PictureFormat format, const std::str
   drawing.subtitle = fmt::format("After optimisation ({}): cost {:.6g}",
                                  solution.steps.empty() ? "batch" : "online", solution.cost);
   for (const Loop& loop : loops) {
-    (loop.in_force() ? drawing.closures : drawing.rejected)
+    (loop.decision.in_force() ? drawing.closures : drawing.rejected)
         .emplace_back(position(values, loop.from), position(values, loop.to));
   }
   for (const PosePair& pair : truth) {
@@ -191,9 +180,7 @@ GraphReport graph_report(const std::string& title, const Input& input, const Sol
     if (is_odometry) report.edges.emplace_back(place.at(from), place.at(to));
   });
   for (const Loop& loop : loops) {
-    report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision,
-                               loop.inlier_probability, loop.residual, loop.redundancy, loop.margin,
-                               loop.checkable, loop.history});
+    report.closures.push_back({place.at(loop.from), place.at(loop.to), loop.decision});
   }
   for (const PosePair& pair : truth) {
     report.truth.emplace_back(pair.truth.x(), pair.truth.y(), pair.truth.z());

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/hybrid-pgo/solution.h"
-#include "libhybrid/closures/problem.h"
+#include "libhybrid/closures/closure_decision.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/image.h"
 #include "mrpt_plugins/evaluation/trajectory_metrics.h"
@@ -18,23 +18,12 @@ namespace hybrid {
 /// A loop closure and the decision about it.
 struct Loop {
   Key from, to;
-  std::string decision = "trusted";
-  double inlier_probability = 1;
-  double residual = 0;    ///< norm of the whitened residual
-  double redundancy = 1;  ///< see Verdict, also for the next two fields
-  bool checkable = true;
-  double margin = 0;
-  std::vector<std::pair<std::uint64_t, std::string>> history = {};  ///< see Decision
-
-  bool in_force() const { return decision == "trusted" || decision == "accepted"; }
+  ClosureDecision decision = ClosureDecision::trusted();
 };
-
-/// Probability, redundancy and margin, finite ones.
-void set_verdict(const Verdict& verdict, Loop& loop);
 
 /// All loop closures of a graph in the order of the file.
 std::vector<Loop> find_loops(const Input& input, const Values& estimate,
-                             const std::map<std::size_t, Decision>& decisions);
+                             const std::map<std::size_t, ClosureDecision>& decisions);
 
 /// hypotheses.csv: i, j, chosen hypothesis, and the position of the hypothesis that was first in
 /// the file.

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <map>
 #include <set>
 #include <unordered_map>
@@ -135,12 +134,8 @@ Solution solve_robust(const Input& input, const Options& options, std::vector<Lo
         "trusted",
         task.bridges);
   }
-  for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-    const Verdict& verdict = result.verdicts[k];
-    Loop& loop = loops[task.loop_of[k]];
-    loop.decision = verdict.accepted ? "accepted" : "rejected";
-    set_verdict(verdict, loop);
-    loop.residual = std::sqrt(verdict.chi_square);
+  for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+    loops[task.loop_of[k]].decision = result.decisions[k];
   }
   return solution;
 }
@@ -150,7 +145,8 @@ double discrete_gap(const Input& input, const Options& options, const std::vecto
   std::vector<Loop> all_loops;
   const Task task = make_task(input, options, all_loops);
   std::vector<bool> accepted;
-  for (const std::size_t loop : task.loop_of) accepted.push_back(loops.at(loop).in_force());
+  for (const std::size_t loop : task.loop_of)
+    accepted.push_back(loops.at(loop).decision.in_force());
   return bound_objective(task.problem, values, accepted, options.methods.common.mixture, budget)
       .gap;
 }
@@ -164,7 +160,7 @@ void compare_with_labels(const std::string& file, const std::vector<Loop>& loops
     const auto label = labels.find({loop.from.index(), loop.to.index()});
     if (label == labels.end() && others_unknown) continue;
     const bool is_true = label != labels.end() && label->second;
-    const bool in = loop.in_force();
+    const bool in = loop.decision.in_force();
     accepted += in;
     accepted_true += in && is_true;
     all_true += is_true;

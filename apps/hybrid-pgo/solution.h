@@ -42,14 +42,6 @@ Input read_input(const std::string& path, const std::string& start,
                  std::optional<std::uint64_t> shuffle = std::nullopt,
                  bool repair_information = false);
 
-/// The decision about a loop closure that was not trusted.
-struct Decision {
-  std::string text;  ///< "accepted", "undecided" or "rejected"
-  Verdict verdict;
-  /// Online: poses at which the decision changed, and the new decision.
-  std::vector<std::pair<std::uint64_t, std::string>> history = {};
-};
-
 /// The result of a solver.
 struct Solution {
   Values values;
@@ -66,11 +58,12 @@ struct Solution {
   std::optional<double> variance_factor;  ///< of the noise, if the method estimates it
   std::vector<MemberSummary> members;     ///< of a portfolio
   std::optional<double> cost_online;      ///< after the last step, before solving to convergence
-  std::map<std::size_t, Decision> decisions;  ///< by number of the relative pose in the graph
-  std::vector<int> hypotheses;                ///< chosen index, for each edge with several
-  std::vector<StartTrial> starts;             ///< starts tried; empty without a choice
-  std::string start;                          ///< the best start
-  std::vector<Key> order;                     ///< elimination order; empty if the solver has none
+  /// On closures that were not trusted, by number of the relative pose in the graph.
+  std::map<std::size_t, ClosureDecision> decisions;
+  std::vector<int> hypotheses;     ///< chosen index, for each edge with several
+  std::vector<StartTrial> starts;  ///< starts tried; empty without a choice
+  std::string start;               ///< the best start
+  std::vector<Key> order;          ///< elimination order; empty if the solver has none
 };
 
 /// Levenberg-Marquardt on the whole graph, from the initial values of the input, or with `compare`

@@ -63,7 +63,7 @@ void keep_solved(Input& input, Solution& solution) {
   keep(graph.points3, values);
   const std::vector<std::size_t>& numbers = numbers2.empty() ? numbers3 : numbers2;
 
-  std::map<std::size_t, Decision> decisions;
+  std::map<std::size_t, ClosureDecision> decisions;
   for (const auto& [number, decision] : solution.decisions) {
     if (numbers[number] != kGone) decisions[numbers[number]] = decision;
   }

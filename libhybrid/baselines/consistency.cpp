@@ -245,12 +245,12 @@ RobustResult solve_consistent(const RobustProblem& problem, const ConsistencyOpt
   RobustResult result = solver(kept);
   std::vector<bool> accepted(problem.closures.size(), false);
   for (std::size_t k = 0, compared = 0; k < accepted.size(); ++k) {
-    if (consistency.kept[k]) accepted[k] = result.verdicts[compared++].accepted;
+    if (consistency.kept[k]) accepted[k] = result.decisions[compared++].accepted();
   }
-  const std::vector<Verdict> by_solver = std::move(result.verdicts);
-  result.verdicts = make_verdicts(problem, result.values, accepted, mixture);
+  const std::vector<ClosureDecision> by_solver = std::move(result.decisions);
+  result.decisions = make_decisions(problem, result.values, accepted, mixture);
   for (std::size_t k = 0, compared = 0; k < accepted.size(); ++k) {
-    if (consistency.kept[k]) result.verdicts[k] = by_solver[compared++];
+    if (consistency.kept[k]) result.decisions[k] = by_solver[compared++];
   }
   const JointObjective joint = joint_objective(problem, result.values, accepted, mixture);
   result.objective = joint.objective;

@@ -135,7 +135,7 @@ RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kerne
 
 void finish(const RobustProblem& problem, const std::vector<bool>& accepted,
             const MixtureOptions& mixture, RobustResult& result) {
-  result.verdicts = make_verdicts(problem, result.values, accepted, mixture);
+  result.decisions = make_decisions(problem, result.values, accepted, mixture);
   const JointObjective joint = joint_objective(problem, result.values, accepted, mixture);
   result.objective = joint.objective;
   result.cost = joint.cost;

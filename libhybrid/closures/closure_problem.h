@@ -79,7 +79,7 @@ std::vector<double> chi_squares(const RobustProblem& problem, const Values& valu
 RobustResult solve_kernels(const RobustProblem& problem, const std::vector<Kernel>& kernels,
                            double least_weight, const ComparisonOptions& options);
 
-/// Fills verdicts, objective and cost of a result that has values.
+/// Fills decisions, objective and cost of a result that has values.
 void finish(const RobustProblem& problem, const std::vector<bool>& accepted,
             const MixtureOptions& mixture, RobustResult& result);
 

@@ -104,19 +104,19 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
   return joint;
 }
 
-std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& values,
-                                   const std::vector<bool>& accepted,
-                                   const MixtureOptions& options) {
-  std::vector<Verdict> verdicts(problem.closures.size());
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
+std::vector<ClosureDecision> make_decisions(const RobustProblem& problem, const Values& values,
+                                            const std::vector<bool>& accepted,
+                                            const MixtureOptions& options) {
+  std::vector<ClosureDecision> decisions(problem.closures.size());
+  for (std::size_t k = 0; k < decisions.size(); ++k) {
     const ContinuousFactor& closure = *problem.closures[k];
     const double cost = closure.cost(values);
     const Costs costs = component_costs(closure, cost, options);
-    verdicts[k].accepted = accepted[k];
-    verdicts[k].chi_square = 2.0 * cost;
-    verdicts[k].inlier_probability = 1.0 / (1.0 + std::exp(costs.inlier - costs.outlier));
+    decisions[k].accept(accepted[k]);
+    decisions[k].chi_square = 2.0 * cost;
+    decisions[k].inlier_probability = 1.0 / (1.0 + std::exp(costs.inlier - costs.outlier));
   }
-  return verdicts;
+  return decisions;
 }
 
 RobustProblem to_robust_problem(const PoseGraph& graph, const Values& initial, const Trust& trusted,

@@ -63,10 +63,11 @@ JointObjective joint_objective(const RobustProblem& problem, const Values& value
                                const std::vector<bool>& accepted,
                                const MixtureOptions& options = {});
 
-/// The verdicts for given decisions and values (eq. 14), with redundancies of one.
-std::vector<Verdict> make_verdicts(const RobustProblem& problem, const Values& values,
-                                   const std::vector<bool>& accepted,
-                                   const MixtureOptions& options = {});
+/// The decisions on closures that are accepted or not, at these values (eq. 14), with redundancies
+/// of one.
+std::vector<ClosureDecision> make_decisions(const RobustProblem& problem, const Values& values,
+                                            const std::vector<bool>& accepted,
+                                            const MixtureOptions& options = {});
 
 /// Whether a relative pose is trusted; all others are candidate closures.
 using Trust = std::function<bool(Key from, Key to)>;

@@ -14,11 +14,9 @@ namespace {
 
 constexpr double kNegligible = 1e-6;  // difference of objectives
 
-enum class Decision : char { kOpen, kIn, kOut };
-
 /// A node of the search. Objectives are relative to those with all closures accepted at zero cost.
 struct Node {
-  std::vector<Decision> decisions;
+  std::vector<ClosureStatus> decisions;
   double poses = 0.0;              // bound on the cost of the relative poses in force
   std::vector<double> chi_square;  // of each closure at the poses of the relaxation
   double bound = 0.0;
@@ -37,7 +35,7 @@ class DecisionSearch {
   /// The bound, at most `incumbent`.
   ObjectiveBound run(double incumbent, int budget) {
     Node root;
-    root.decisions.assign(outlier_.size(), Decision::kOpen);
+    root.decisions.assign(outlier_.size(), ClosureStatus::kUndecided);
     root.chi_square.assign(outlier_.size(), 0.0);
     if (budget > 0) relax(root);
     push(std::move(root));
@@ -48,10 +46,10 @@ class DecisionSearch {
       if (split == outlier_.size()) break;  // all are decided: no other node has a lower bound
       open_.pop();
       Node out = node;
-      out.decisions[split] = Decision::kOut;
+      out.decisions[split] = ClosureStatus::kRejected;
       push(std::move(out));
       Node in = node;
-      in.decisions[split] = Decision::kIn;
+      in.decisions[split] = ClosureStatus::kAccepted;
       relax(in);
       push(std::move(in));
     }
@@ -73,7 +71,7 @@ class DecisionSearch {
     ++solves_;
     std::vector<ContinuousFactorPtr> factors = problem_.trusted;
     for (std::size_t k = 0; k < outlier_.size(); ++k) {
-      if (node.decisions[k] == Decision::kIn) factors.push_back(problem_.closures[k]);
+      if (node.decisions[k] == ClosureStatus::kAccepted) factors.push_back(problem_.closures[k]);
     }
     const RelaxedPoses relaxed = relax_poses(factors, values_);
     node.poses = std::max(node.poses, relaxed.bound);
@@ -86,8 +84,8 @@ class DecisionSearch {
   void push(Node node) {
     node.bound = node.poses;
     for (std::size_t k = 0; k < outlier_.size(); ++k) {
-      if (node.decisions[k] == Decision::kOut) node.bound += outlier_[k];
-      if (node.decisions[k] == Decision::kOpen) node.bound += std::min(0.0, outlier_[k]);
+      if (node.decisions[k] == ClosureStatus::kRejected) node.bound += outlier_[k];
+      if (node.decisions[k] == ClosureStatus::kUndecided) node.bound += std::min(0.0, outlier_[k]);
     }
     open_.push(std::move(node));
   }
@@ -96,7 +94,7 @@ class DecisionSearch {
   std::size_t worst_open(const Node& node) const {
     std::size_t worst = outlier_.size();
     for (std::size_t k = 0; k < outlier_.size(); ++k) {
-      if (node.decisions[k] != Decision::kOpen) continue;
+      if (node.decisions[k] != ClosureStatus::kUndecided) continue;
       if (worst == outlier_.size() || node.chi_square[k] > node.chi_square[worst]) worst = k;
     }
     return worst;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libhybrid/closures/alternatives.h"
+#include "libhybrid/closures/closure_decision.h"
 #include "libhybrid/core/values.h"
 #include "libhybrid/factors/factor.h"
 
@@ -23,24 +24,6 @@ struct RobustProblem {
   Alternatives alternatives = {};
 };
 
-/// The decision of a robust solver about one candidate.
-struct Verdict {
-  bool accepted = false;
-  double inlier_probability = 0.0;  ///< see RobustResult::poses_integrated
-  double chi_square = 0.0;          ///< squared whitened residual at the estimate
-  /// tr(I - A P A') / d in [0, 1], with A the whitened Jacobian and P the covariance: how far the
-  /// other factors can check this one. Near 0, the closure alone determines what it measures.
-  double redundancy = 1.0;
-  bool checkable = true;  ///< false if the redundancy is too small to tell false from true
-  /// Logarithm of the evidence for the closure minus the threshold of admission; 0 if the method
-  /// has none.
-  double margin = 0.0;
-
-  /// The margin as files have it: -1000 where no evidence is enough, since the residual is beyond
-  /// every gate.
-  double finite_margin() const { return std::isfinite(margin) ? margin : -1e3; }
-};
-
 /// The result of one member of a portfolio of solvers.
 struct MemberSummary {
   std::string method;
@@ -53,11 +36,11 @@ struct MemberSummary {
   double seconds = 0.0;
 };
 
-/// The result of a robust solver. `verdicts` is in the order of `RobustProblem::closures`.
+/// The result of a robust solver. `decisions` is in the order of `RobustProblem::closures`.
 struct RobustResult {
   std::string method;
   Values values;
-  std::vector<Verdict> verdicts;
+  std::vector<ClosureDecision> decisions;
   double objective = 0.0;  ///< joint negative log posterior of eq. 6 under the mixture of eq. 17
   double cost = 0.0;       ///< half the weighted squared error of trusted and accepted factors
   int iterations = 0;      ///< linear systems solved

@@ -140,7 +140,7 @@ RobustResult count_repetitions(const ObjectSequence& sequence, const ObjectNoise
   for (std::size_t k = 0; k < sequence.objects.size(); ++k) {
     for (std::size_t i = 0; i < sequence.odometry.size(); ++i) {
       const std::optional<SE3>& z = sequence.objects[k].sightings[i];
-      if (!z || !decided.verdicts[sighting++].accepted) continue;
+      if (!z || !decided.decisions[sighting++].accepted()) continue;
       const Noise repeated = noise.sightings[k].of(*z).inflated(noise.sightings[k].repetitions);
       graph.add(std::make_shared<Between<SE3>>(camera_key(i), object_key(k), *z, repeated));
     }

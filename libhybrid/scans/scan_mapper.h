@@ -49,7 +49,7 @@ class ScanMapper {
   const std::vector<ScanClosure>& closures() const { return closures_; }
   /// By closure; see OnlineSelection.
   ClosureStatus status(std::size_t closure) const { return selection_.status(closure); }
-  std::vector<Verdict> verdicts() const { return selection_.verdicts(); }
+  std::vector<ClosureDecision> decisions() const { return selection_.decisions(); }
   const OnlineSelection& selection() const { return selection_; }
 
  private:

@@ -94,7 +94,7 @@ typename ChoiceComparison<Pose>::Fit ChoiceComparison<Pose>::fit(
     const RobustResult selected = select_closures(problem, options_);
     problem.initial = selected.values;
     for (std::size_t k = 0; k < uncertain_.size(); ++k) {
-      fit.in.push_back(selected.verdicts[k].accepted);
+      fit.in.push_back(selected.decisions[k].accepted());
       if (fit.in.back()) {
         graph.add(uncertain_[k]);
       } else {

@@ -45,7 +45,7 @@ void integrate_poses(const RobustProblem& problem, const MixtureOptions& options
                      RobustResult& result) {
   if (result.poses_integrated) return;
   std::vector<bool> accepted;
-  for (const Verdict& verdict : result.verdicts) accepted.push_back(verdict.accepted);
+  for (const ClosureDecision& decision : result.decisions) accepted.push_back(decision.accepted());
   MixtureOptions silent;
   silent.null_hypothesis = 0.0;
   const HybridGraph graph = mixture_graph(problem, silent);
@@ -64,7 +64,7 @@ void integrate_poses(const RobustProblem& problem, const MixtureOptions& options
     const Innovation innovation =
         accepted[k] ? predictor.predict_joined(closure, inverse) : predictor.predict(closure);
     const double ratio = log_ratio(innovation, accepted[k], outlier_line(closure, options));
-    result.verdicts[k].inlier_probability = 1.0 / (1.0 + std::exp(-ratio));
+    result.decisions[k].inlier_probability = 1.0 / (1.0 + std::exp(-ratio));
   }
   result.poses_integrated = true;
 }

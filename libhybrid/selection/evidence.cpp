@@ -86,19 +86,21 @@ double against_alternatives(std::size_t closure, const std::vector<double>& evid
 
 void write_evidence(const std::vector<double>& alone, const std::vector<double>& redundancy,
                     const Alternatives& alternatives, const ClosureSelectionOptions& options,
-                    std::vector<Verdict>& verdicts) {
-  const auto admitted = static_cast<std::size_t>(std::count_if(
-      verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return verdict.accepted; }));
-  const double needed = evidence_needed(verdicts.size() - admitted, options);
-  const double share = (1.0 + double(admitted)) / (2.0 + double(verdicts.size()));
+                    std::vector<ClosureDecision>& decisions) {
+  const auto admitted = static_cast<std::size_t>(
+      std::count_if(decisions.begin(), decisions.end(),
+                    [](const ClosureDecision& decision) { return decision.accepted(); }));
+  const double needed = evidence_needed(decisions.size() - admitted, options);
+  const double share = (1.0 + double(admitted)) / (2.0 + double(decisions.size()));
   const double log_odds = std::log(share / (1.0 - share));
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
-    Verdict& verdict = verdicts[k];
+  for (std::size_t k = 0; k < decisions.size(); ++k) {
+    ClosureDecision& decision = decisions[k];
     const double evidence = against_alternatives(k, alone, alternatives, log_odds);
-    verdict.redundancy = redundancy[k];
-    verdict.checkable = redundancy[k] >= options.min_redundancy;
-    verdict.inlier_probability = 1.0 / (1.0 + std::exp(-evidence - log_odds));
-    verdict.margin = evidence - needed;
+    decision.redundancy = redundancy[k];
+    decision.checkable = redundancy[k] >= options.min_redundancy;
+    decision.inlier_probability = 1.0 / (1.0 + std::exp(-evidence - log_odds));
+    decision.evidence = evidence;
+    decision.margin = evidence - needed;
   }
 }
 

@@ -53,7 +53,7 @@ void OnlineSelection::ask(std::size_t k, SelectionReport& report) {
     if (is_explained(factor, choices)) {
       join(choices).closures.push_back({factor, k});
     } else {
-      edit(k).evidence = -kInfinity;
+      edit(k).decision.evidence = -kInfinity;
     }
     return;
   }
@@ -84,10 +84,10 @@ bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
   if (!open_choices_.between(factor.keys().front(), factor.keys().back()).empty()) return false;
   const GivenOthers alone = given_others(innovation_of(factor), false);
   closure.predicted = alone.S;
-  closure.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
+  closure.decision.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
   // To first order, the objective rises by half the chi-square of the innovation.
   const double chi_square = alone.S.llt().matrixL().solve(alone.b).squaredNorm();
-  return closure.evidence > threshold() && chi_square < switch_at(k) && stands_out(k) &&
+  return closure.decision.evidence > threshold() && chi_square < switch_at(k) && stands_out(k) &&
          admit(k, report);
 }
 

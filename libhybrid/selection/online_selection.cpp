@@ -47,11 +47,6 @@ void check_names(const Delta& trusted) {
 
 }  // namespace
 
-const char* to_string(ClosureStatus status) {
-  const char* const texts[] = {"rejected", "undecided", "accepted"};
-  return texts[static_cast<int>(status)];
-}
-
 void SelectionReport::add(const UpdateReport& update) {
   status = update.status;
   if (!update.message.empty()) message = update.message;
@@ -75,8 +70,8 @@ SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
 
 OnlineSelection::State OnlineSelection::save() {
   saved_.clear();
-  return {closures_.size(), evaluated_,   lifted_,  verdicts_, choices_.size(),
-          open_choices_,    explained_,   settled_, trials_,   variance_factor_,
+  return {closures_.size(), evaluated_,   lifted_,  judged_, choices_.size(),
+          open_choices_,    explained_,   settled_, trials_, variance_factor_,
           radius_,          measured_at_, out_};
 }
 
@@ -88,7 +83,7 @@ void OnlineSelection::restore(State&& before) {
   }
   evaluated_ = before.evaluated;
   lifted_ = std::move(before.lifted);
-  verdicts_ = std::move(before.verdicts);
+  judged_ = before.judged;
   changed_switches_.clear();
   choices_.resize(before.choices);
   open_choices_ = std::move(before.open_choices);
@@ -179,7 +174,7 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   report.add(done);
   report.handles = done.handles;
   report.objective_before = done.objective_before;
-  verdicts_.clear();
+  judged_ = false;
   note_choices(trusted);
   if (!closures.empty()) measure_map();
   for (const ContinuousFactorPtr& closure : kept) {
@@ -196,22 +191,31 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
 
 ClosureStatus OnlineSelection::status(std::size_t closure) const {
   if (accepted(closure)) return ClosureStatus::kAccepted;
-  return closures_[closure].evidence < 0.0 ? ClosureStatus::kRejected : ClosureStatus::kUndecided;
+  return closures_[closure].decision.evidence < 0.0 ? ClosureStatus::kRejected
+                                                    : ClosureStatus::kUndecided;
 }
 
-std::vector<Verdict> OnlineSelection::verdicts() const {
-  if (verdicts_.size() == closures_.size()) {
-    std::vector<Verdict> verdicts = verdicts_;
-    for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k].accepted = accepted(k);
-    return verdicts;
+std::vector<ClosureDecision> OnlineSelection::decisions() const {
+  std::vector<ClosureDecision> decisions;
+  if (judged_) {
+    for (const Closure& closure : closures_) decisions.push_back(closure.decision);
+  } else {
+    decisions = judge();
   }
+  for (std::size_t k = 0; k < decisions.size(); ++k) decisions[k].status = status(k);
+  return decisions;
+}
+
+/// Decisions on all closures, each by one covariance.
+std::vector<ClosureDecision> OnlineSelection::judge() const {
   RobustProblem problem;
   std::vector<bool> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     problem.closures.push_back(closures_[k].factor);
     in.push_back(accepted(k));
   }
-  std::vector<Verdict> verdicts = make_verdicts(problem, smoother_.values(), in, options_.mixture);
+  std::vector<ClosureDecision> decisions =
+      make_decisions(problem, smoother_.values(), in, options_.mixture);
   const EvidenceModel model = evidence_model();
   std::vector<double> evidence, redundancy;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
@@ -220,8 +224,8 @@ std::vector<Verdict> OnlineSelection::verdicts() const {
     evidence.push_back(model.log_ratio(alone.b, alone.S, factor));
     redundancy.push_back(alone.redundancy);
   }
-  write_evidence(evidence, redundancy, alternatives_, options_.selection, verdicts);
-  return verdicts;
+  write_evidence(evidence, redundancy, alternatives_, options_.selection, decisions);
+  return decisions;
 }
 
 }  // namespace hybrid

@@ -40,16 +40,6 @@ struct OnlineSelectionOptions {
   ClosureSelectionOptions selection;  ///< for tests of closures and evaluations of all of them
 };
 
-/// The present decision on a closure.
-enum class ClosureStatus {
-  kRejected,   ///< the evidence is against it
-  kUndecided,  ///< the evidence is for it, but not decisive, or it waits for choices
-  kAccepted
-};
-
-/// "rejected", "undecided" or "accepted".
-const char* to_string(ClosureStatus status);
-
 /// Report of one step of the selection.
 struct SelectionReport : UpdateReport {
   int admitted = 0;  ///< closures admitted
@@ -102,10 +92,11 @@ class OnlineSelection {
   SelectionReport finish();
 
   const IncrementalSmoother& smoother() const { return smoother_; }
+  /// Rejected, undecided or accepted, at present.
   ClosureStatus status(std::size_t closure) const;
   /// Verdicts by closure, at the present estimate. Directly after an evaluation of all closures
   /// they are those of the evaluation; else each is made of one covariance.
-  std::vector<Verdict> verdicts() const;
+  std::vector<ClosureDecision> decisions() const;
   int trials() const { return trials_; }  ///< other values of choices tried so far
   /// Number of closures kept back until choices are decided.
   std::size_t waiting() const { return open_choices_.waiting(); }
@@ -122,14 +113,15 @@ class OnlineSelection {
     Handle table;               // fixes the switch
     bool failed = false;        // the last attempt to admit it, since all were evaluated
     Eigen::MatrixXd predicted;  // covariance of its innovation, as last predicted, or empty
-    double evidence = 0.0;      // log, as last predicted; 0 before that
+    // As of the last evaluation of all closures, or with the evidence as last predicted.
+    ClosureDecision decision;
   };
 
   /// The state that a change may alter, besides the smoother and earlier closures.
   struct State {
     std::size_t closures = 0, evaluated = 0;
     std::vector<Handle> lifted;
-    std::vector<Verdict> verdicts;
+    bool judged = false;
     std::size_t choices = 0;
     OpenChoices open_choices;
     double explained = 0.0, settled = 0.0;
@@ -166,6 +158,7 @@ class OnlineSelection {
   bool is_better_with(std::size_t k, SelectionReport& report);
   void withdraw(std::size_t k, const std::vector<bool>& before,
                 const IncrementalSmoother::Snapshot& estimate);
+  std::vector<ClosureDecision> judge() const;
   RobustProblem problem(const Assignment& assignment) const;
   double noise(const Values& values, const std::vector<bool>& in) const;
   void reevaluate_all(SelectionReport& report);
@@ -217,7 +210,7 @@ class OnlineSelection {
   std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
   std::vector<Handle> lifted_;                 // tables to remove with the next update
   std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last
-  std::vector<Verdict> verdicts_;              // of that evaluation; empty once outdated
+  bool judged_ = false;  // whether the decisions on all closures are of that evaluation
   std::vector<Choice> choices_;
   OpenChoices open_choices_;  // that alone connect the poses on both sides
   double explained_ = 0.0;    // expected cost, by noise, of factors added since the last update

@@ -30,7 +30,7 @@ RobustResult solve_portfolio(const RobustProblem& problem, const PortfolioOption
   std::vector<RobustResult> answers;
   const auto add = [&](const RobustResult& raw, RobustResult checked, const std::string& name) {
     std::size_t accepted = 0;
-    for (const Verdict& verdict : raw.verdicts) accepted += verdict.accepted ? 1 : 0;
+    for (const ClosureDecision& decision : raw.decisions) accepted += decision.accepted() ? 1 : 0;
     members.push_back({name, raw.objective, checked.objective, accepted, raw.seconds});
     answers.push_back(std::move(checked));
   };

@@ -383,7 +383,7 @@ void Readmission::finish(RobustResult& result) {
   result.converged = result.converged && converged_;
   result.message = message_;
   result.poses_integrated = true;
-  write_evidence(evidence_, redundancy_, closure_problem_.alternatives, options_, result.verdicts);
+  write_evidence(evidence_, redundancy_, closure_problem_.alternatives, options_, result.decisions);
 }
 
 }  // namespace hybrid

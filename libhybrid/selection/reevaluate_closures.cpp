@@ -53,7 +53,7 @@ void OnlineSelection::reevaluate_all(SelectionReport& report) {
     std::vector<bool> now, then;
     for (std::size_t k = 0; k < closures_.size(); ++k) {
       now.push_back(accepted(k));
-      then.push_back(best.verdicts[k].accepted);
+      then.push_back(best.decisions[k].accepted());
     }
     if (options_.selection.gate * noise(smoother_.values(), now) < noise(best.values, then)) {
       best = select_closures(problem, present);
@@ -64,7 +64,8 @@ void OnlineSelection::reevaluate_all(SelectionReport& report) {
   adopt(best, report);
   revise_by_closures(best, report);
   variance_factor_ = best.variance_factor;
-  verdicts_ = std::move(best.verdicts);
+  for (std::size_t k = 0; k < closures_.size(); ++k) edit(k).decision = best.decisions[k];
+  judged_ = true;
 }
 
 /// Adopts the decisions and values of a result of select_closures.
@@ -73,7 +74,7 @@ void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report)
   std::vector<std::size_t> in;
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     Closure& closure = edit(k);
-    const bool accept = result.verdicts[k].accepted;
+    const bool accept = result.decisions[k].accepted();
     if (accept) in.push_back(k);
     if (closure.switch_state == (accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier))
       continue;
@@ -90,12 +91,10 @@ void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report)
   for (std::size_t k : in) {
     if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
   }
-  const double needed = threshold();
   for (std::size_t k = 0; k < closures_.size(); ++k) {
     Closure& closure = edit(k);
     closure.failed = false;
     closure.predicted.resize(0, 0);  // covariances may have grown
-    closure.evidence = result.verdicts[k].margin + needed;
   }
 }
 

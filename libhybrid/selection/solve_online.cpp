@@ -46,9 +46,9 @@ RobustResult solve_online(const PoseGraph& graph, const Values& initial, const T
   result.values = selection.smoother().values();
   result.cost = selection.smoother().cost();
   result.objective = selection.smoother().objective();
-  const std::vector<Verdict> verdicts = selection.verdicts();
-  result.verdicts.resize(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) result.verdicts[order[k]] = verdicts[k];
+  const std::vector<ClosureDecision> decisions = selection.decisions();
+  result.decisions.resize(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) result.decisions[order[k]] = decisions[k];
   result.poses_integrated = true;  // by the last evaluation of all
   result.seconds = seconds_since(start);
   return result;

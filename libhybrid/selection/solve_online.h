@@ -7,7 +7,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// Solves a pose graph pose by pose, with OnlineSelection on its closures; verdicts are in the
+/// Solves a pose graph pose by pose, with OnlineSelection on its closures; decisions are in the
 /// order of `to_robust_problem`, which says what an empty `trusted` means. `initial` holds the
 /// first pose. Throws Error if the trusted measurements do not connect a pose to those before it.
 RobustResult solve_online(const PoseGraph& graph, const Values& initial, const Trust& trusted = {},

@@ -130,8 +130,8 @@ void find_reference(PreparedGraph& prepared) {
 
 /// Whether exactly the closures that are known as true are in force.
 bool accepts_the_true(const RobustResult& result, const std::vector<bool>& truth) {
-  for (std::size_t k = 0; k < result.verdicts.size(); ++k) {
-    if (result.verdicts[k].accepted != truth.at(k)) return false;
+  for (std::size_t k = 0; k < result.decisions.size(); ++k) {
+    if (result.decisions[k].accepted() != truth.at(k)) return false;
   }
   return true;
 }
@@ -159,18 +159,18 @@ void compare_poses(const Values& values, const PreparedGraph& prepared, TrialRes
 
 void compare_decisions(const RobustResult& result, std::vector<ClosureLabel> labels,
                        TrialResult& trial) {
-  labels.resize(result.verdicts.size(), ClosureLabel::kFalse);
+  labels.resize(result.decisions.size(), ClosureLabel::kFalse);
   std::vector<bool> truth;
   double right = 0, accepted = 0, all_true = 0, brier = 0, log_loss = 0;
   std::vector<double> probabilities;
   for (std::size_t k = 0; k < labels.size(); ++k) {
     if (labels[k] == ClosureLabel::kUnknown) continue;
-    const Verdict& verdict = result.verdicts[k];
+    const ClosureDecision& decision = result.decisions[k];
     const bool is_true = labels[k] == ClosureLabel::kTrue;
-    accepted += verdict.accepted;
+    accepted += decision.accepted();
     all_true += is_true;
-    right += verdict.accepted && is_true;
-    const double p = verdict.inlier_probability;
+    right += decision.accepted() && is_true;
+    const double p = decision.inlier_probability;
     truth.push_back(is_true);
     probabilities.push_back(p);
     brier += 2.0 * (p - is_true) * (p - is_true);

@@ -41,18 +41,20 @@ HealthEntry entry_on_margin(double least) {
 
 }  // namespace
 
-Health closure_health(const std::vector<JudgedClosure>& closures) {
+Health closure_health(const std::vector<ClosureDecision>& decisions) {
   Health health;
-  if (closures.size() < kFewestClosures) return health;
-  std::size_t rejected = 0;
+  std::size_t judged = 0, rejected = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (const JudgedClosure& closure : closures) {
-    rejected += closure.accepted ? 0 : 1;
-    if (closure.checkable && std::isfinite(closure.margin)) {
-      least = std::min(least, std::abs(closure.margin));
+  for (const ClosureDecision& decision : decisions) {
+    if (decision.status == ClosureStatus::kTrusted) continue;
+    ++judged;
+    rejected += decision.accepted() ? 0 : 1;
+    if (decision.checkable && std::isfinite(decision.margin)) {
+      least = std::min(least, std::abs(decision.margin));
     }
   }
-  health.push_back(entry_on_rejected(rejected, closures.size()));
+  if (judged < kFewestClosures) return health;
+  health.push_back(entry_on_rejected(rejected, judged));
   if (std::isfinite(least)) health.push_back(entry_on_margin(least));
   return health;
 }

@@ -5,19 +5,13 @@
 
 #include <vector>
 
+#include "libhybrid/closures/closure_decision.h"
 #include "mrpt_plugins/health/health.h"
 
 namespace HYBRID_API hybrid {
 
-/// A loop closure that a method judged.
-struct JudgedClosure {
-  bool accepted = false;
-  bool checkable = false;  ///< whether other measurements check it
-  double margin = 0;  ///< log odds of its decision against the other one; not finite: not known
-};
-
-/// What the closures of a graph say about the result: how many were rejected, and how narrowly the
-/// narrowest decision was made.
-Health closure_health(const std::vector<JudgedClosure>& closures);
+/// What the closures of a graph say about the result, by the decisions on those that are not
+/// trusted: how many were rejected, and how narrowly the narrowest decision was made.
+Health closure_health(const std::vector<ClosureDecision>& decisions);
 
 }  // namespace hybrid

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/closures/closure_decision.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/landmarks/known_map.h"
 #include "libhybrid/movers/mover.h"
@@ -69,17 +70,12 @@ struct RobotPath {
   bool is_session = false;             ///< of a robot without a name: that of a session instead
 };
 
-/// A closure between keyframes that may be false, and the decision on it.
+/// A closure between keyframes that may be false.
 struct ScanClosureEstimate {
-  std::size_t from = 0, to = 0;     ///< keyframes, places in MapResult::trajectory
-  std::string decision;             ///< "accepted", "rejected" or "undecided"
-  double inlier_probability = 0.0;  ///< that it is right
-  double residual = 0.0;            ///< at the estimate, in standard deviations
-  double redundancy = 1.0;          ///< how far other measurements check it, 0 to 1
-  bool checkable = true;            ///< whether they do
-  double margin = 0.0;              ///< logarithm of the evidence, less the threshold of admission
-  double inliers = 0.0;             ///< share of the points that lie on surfaces
-  int modes = 1;                    ///< poses that the same search found
+  std::size_t from = 0, to = 0;  ///< keyframes, places in MapResult::trajectory
+  ClosureDecision decision;
+  double inliers = 0.0;  ///< share of the points that lie on surfaces
+  int modes = 1;         ///< poses that the same search found
 };
 
 /// Everything a replay produces that the writers and the pictures need.

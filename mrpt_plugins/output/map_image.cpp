@@ -194,16 +194,16 @@ void draw_paths(Canvas& canvas, const Axes& axes, const MapResult& result, const
 }
 
 const Stroke& stroke_of(const ScanClosureEstimate& closure) {
-  if (closure.decision == "accepted") return map_style::kAcceptedClosure;
-  return closure.decision == "rejected" ? map_style::kRejectedClosure
-                                        : map_style::kUndecidedClosure;
+  if (closure.decision.accepted()) return map_style::kAcceptedClosure;
+  return closure.decision.status == ClosureStatus::kRejected ? map_style::kRejectedClosure
+                                                             : map_style::kUndecidedClosure;
 }
 
 /// Closures by scans between the poses of their keyframes, those accepted on top.
 void draw_closures(Canvas& canvas, const Axes& axes, const MapResult& result) {
   for (const bool accepted : {false, true}) {
     for (const ScanClosureEstimate& closure : result.scan_closures) {
-      if ((closure.decision == "accepted") != accepted) continue;
+      if (closure.decision.accepted() != accepted) continue;
       const auto& from = result.trajectory[closure.from].pose;
       const auto& to = result.trajectory[closure.to].pose;
       canvas.line(axes.pixel(from.x(), from.y()), axes.pixel(to.x(), to.y()), stroke_of(closure));
@@ -214,10 +214,11 @@ void draw_closures(Canvas& canvas, const Axes& axes, const MapResult& result) {
 void closure_legend(Legend& legend, const MapResult& result) {
   std::map<std::string, std::pair<std::size_t, Stroke>> counts;
   for (const ScanClosureEstimate& closure : result.scan_closures) {
-    ++counts.try_emplace(closure.decision, 0, stroke_of(closure)).first->second.first;
+    const std::string status = to_string(closure.decision.status);
+    ++counts.try_emplace(status, 0, stroke_of(closure)).first->second.first;
   }
-  for (const auto& [decision, entry] : counts) {
-    legend.line(fmt::format("closure {} ({})", decision, entry.first), entry.second);
+  for (const auto& [status, entry] : counts) {
+    legend.line(fmt::format("closure {} ({})", status, entry.first), entry.second);
   }
 }
 

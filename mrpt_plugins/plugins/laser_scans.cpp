@@ -248,16 +248,13 @@ Contribution LaserScans::conclude(const MapView& map) {
 std::vector<MeasuredClosure> LaserScans::scan_closures() const {
   std::vector<MeasuredClosure> out;
   for (const auto& [number, robot] : robots_) {
-    const std::vector<Verdict> verdicts = robot.mapper.verdicts();
-    for (std::size_t k = 0; k < verdicts.size(); ++k) {
+    const std::vector<ClosureDecision> decisions = robot.mapper.decisions();
+    for (std::size_t k = 0; k < decisions.size(); ++k) {
       const ScanClosure& closure = robot.mapper.closures()[k];
       if (closure.is_stored) continue;
-      const Verdict& verdict = verdicts[k];
       out.push_back({{static_cast<std::size_t>(robot.keys[closure.from].index()),
-                      static_cast<std::size_t>(robot.keys[closure.to].index()),
-                      to_string(robot.mapper.status(k)), verdict.inlier_probability,
-                      std::sqrt(verdict.chi_square), verdict.redundancy, verdict.checkable,
-                      verdict.finite_margin(), closure.mode.inliers, closure.modes},
+                      static_cast<std::size_t>(robot.keys[closure.to].index()), decisions[k],
+                      closure.mode.inliers, closure.modes},
                      closure.mode.pose.motion});
     }
   }

@@ -15,6 +15,7 @@
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/scan_follower.h"
+#include "mrpt_plugins/output/closure_csv.h"
 
 namespace hybrid {
 namespace {
@@ -44,14 +45,11 @@ Keyframe placed_by_scans(Keyframe keyframe, const ScanMotion& motion) {
 }
 
 std::string closures_csv(const std::vector<MeasuredClosure>& closures) {
-  std::string text =
-      "i,j,decision,inlier_probability,residual,redundancy,checkable,margin,inliers,modes,"
-      "x,y,yaw\n";
+  std::string text = fmt::format("i,j,{},inliers,modes,x,y,yaw\n", kDecisionColumns);
   for (const MeasuredClosure& c : closures) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", c.from,
-                   c.to, c.decision, c.inlier_probability, c.residual, c.redundancy,
-                   c.checkable ? 1 : 0, c.margin, c.inliers, c.modes, c.T_from_to.x(),
-                   c.T_from_to.y(), c.T_from_to.angle());
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", c.from, c.to,
+                   decision_cells(c.decision), c.inliers, c.modes, c.T_from_to.x(), c.T_from_to.y(),
+                   c.T_from_to.angle());
   }
   return text;
 }

@@ -9,6 +9,7 @@
 
 #include "libhybrid/io/parse_number.h"
 #include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/detail/closure_columns.h"
 
 namespace hybrid {
 namespace {
@@ -16,18 +17,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json closures_json(const std::vector<GraphReport::Closure>& closures) {
-  Json out = empty_columns({"i", "j", "decision", "probability", "residual", "redundancy", "margin",
-                            "checkable", "history"});
-  for (const GraphReport::Closure& c : closures) {
-    out["i"].push_back(c.from);
-    out["j"].push_back(c.to);
-    out["decision"].push_back(c.decision);
-    out["probability"].push_back(digits(c.probability));
-    out["residual"].push_back(digits(c.residual));
-    out["redundancy"].push_back(digits(c.redundancy));
-    out["margin"].push_back(digits(c.margin));
-    out["checkable"].push_back(c.checkable ? 1 : 0);
-    out["history"].push_back(c.history);
+  Json out = closure_columns(closures);
+  out["history"] = Json::array();
+  for (const GraphReport::Closure& closure : closures) {
+    Json history = Json::array();
+    for (const auto& [pose, status] : closure.decision.history) {
+      history.push_back({pose, to_string(status)});
+    }
+    out["history"].push_back(std::move(history));
   }
   return out;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/closures/closure_decision.h"
 #include "libhybrid/geometry/eigen.h"
 #include "mrpt_plugins/mapping/map_result.h"
 
@@ -19,14 +20,7 @@ namespace HYBRID_API hybrid {
 struct GraphReport {
   struct Closure {
     std::size_t from = 0, to = 0;
-    std::string decision;
-    double probability = 1;  ///< that it is right
-    double residual = 0;     ///< norm, whitened
-    double redundancy = 1;   ///< see Verdict, as for the next two
-    double margin = 0;
-    bool checkable = true;
-    /// Online: ids of the poses at which it was taken for something else, and for what.
-    std::vector<std::pair<std::uint64_t, std::string>> history = {};
+    ClosureDecision decision;
   };
   std::string title;
   bool is_3d = false;

@@ -7,6 +7,7 @@
 
 #include "libhybrid/scans/scan_points.h"
 #include "mrpt_plugins/report/columns.h"
+#include "mrpt_plugins/report/detail/closure_columns.h"
 
 namespace hybrid {
 namespace {
@@ -54,17 +55,9 @@ Json scans_json(const std::vector<KeyframeScans>& scans, std::size_t most_points
 }
 
 Json scan_closures_json(const std::vector<ScanClosureEstimate>& closures) {
-  Json out = empty_columns({"i", "j", "decision", "probability", "residual", "redundancy",
-                            "checkable", "margin", "inliers", "modes"});
+  Json out = closure_columns(closures);
+  out.update(empty_columns({"inliers", "modes"}));
   for (const ScanClosureEstimate& closure : closures) {
-    out["i"].push_back(closure.from);
-    out["j"].push_back(closure.to);
-    out["decision"].push_back(closure.decision);
-    out["probability"].push_back(decimals(closure.inlier_probability, 6));
-    out["residual"].push_back(digits(closure.residual));
-    out["redundancy"].push_back(digits(closure.redundancy));
-    out["checkable"].push_back(closure.checkable ? 1 : 0);
-    out["margin"].push_back(digits(closure.margin));
     out["inliers"].push_back(digits(closure.inliers));
     out["modes"].push_back(closure.modes);
   }

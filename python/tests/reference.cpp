@@ -96,7 +96,7 @@ void online(const World& world) {
 /// What is proven of a result of which the first closure is accepted.
 void prove(const RobustProblem& problem, const RobustResult& result) {
   std::vector<bool> accepted;
-  for (const Verdict& verdict : result.verdicts) accepted.push_back(verdict.accepted);
+  for (const ClosureDecision& decision : result.decisions) accepted.push_back(decision.accepted());
   const ObjectiveBound bound = bound_objective(problem, result.values, accepted, {}, 20);
   const double bounds[] = {bound.bound, bound.gap, double(bound.solves), double(bound.complete)};
   print("bound", bounds, 4);
@@ -125,8 +125,8 @@ void robust() {
   const RobustProblem problem = to_robust_problem(graph, start);
   for (const RobustResult& result : {select_closures(problem), solve_gnc(problem)}) {
     print(result.values);
-    const double numbers[] = {result.objective, result.cost, double(result.verdicts[0].accepted),
-                              double(result.verdicts[1].accepted)};
+    const double numbers[] = {result.objective, result.cost, double(result.decisions[0].accepted()),
+                              double(result.decisions[1].accepted())};
     print("robust", numbers, 4);
     prove(problem, result);
   }

@@ -317,7 +317,7 @@ def test_closures_selected_online(tmp_path):
     near = h.Between("x0", "x30", h.SE2(0, 0, 0), h.Noise.isotropic(3, 0.05))
     selection.update(h.Delta(), [far, near])
     selection.finish()
-    assert [verdict.accepted for verdict in selection.verdicts()] == [False, True]
+    assert [decision.accepted for decision in selection.decisions()] == [False, True]
     assert selection.status(1) == h.ClosureStatus.ACCEPTED
 
 
@@ -331,10 +331,10 @@ def test_of_alternatives_at_most_one_is_accepted(tmp_path):
         found = [h.Between("x0", "x30", h.SE2(x, 0, 0), h.Noise.isotropic(3, 0.05)) for x in (0, 0.3)]
         selection.update(h.Delta(), found, alternatives)
         selection.finish()
-        verdicts = selection.verdicts()
-        assert sum(verdict.accepted for verdict in verdicts) == accepted
+        decisions = selection.decisions()
+        assert sum(decision.accepted for decision in decisions) == accepted
         if alternatives:
-            assert sum(verdict.inlier_probability for verdict in verdicts) <= 1 + 1e-9
+            assert sum(decision.inlier_probability for decision in decisions) <= 1 + 1e-9
     with pytest.raises(h.Error, match="comes later"):
         selection.update(h.Delta(), found, [1, 1])
 

@@ -49,12 +49,12 @@ struct EvidenceModel {
 double against_alternatives(std::size_t closure, const std::vector<double>& evidence,
                             const Alternatives& alternatives, double log_odds = 0.0);
 
-/// Sets redundancy, checkability, probability and margin of verdicts from the log evidence for each
-/// closure and its redundancy, given all others but its alternatives, to which it is compared, too;
-/// whether each is accepted is set.
+/// Sets redundancy, checkability, probability, evidence and margin of decisions from the log
+/// evidence for each closure and its redundancy, given all others but its alternatives, to which it
+/// is compared, too; whether each is accepted is set.
 void write_evidence(const std::vector<double>& alone, const std::vector<double>& redundancy,
                     const Alternatives& alternatives, const ClosureSelectionOptions& options,
-                    std::vector<Verdict>& verdicts);
+                    std::vector<ClosureDecision>& decisions);
 
 /// The log evidence that a closure needs if so many are not admitted.
 double evidence_needed(std::size_t not_admitted, const ClosureSelectionOptions& options);

@@ -194,11 +194,11 @@ TEST(Consistency, SolvesWhatIsLeft) {
   const RobustResult result =
       solve_consistent(g.problem, options, {}, [](const RobustProblem& p) { return solve_lm(p); });
   EXPECT_EQ(result.method, "lm+consistency");
-  ASSERT_EQ(result.verdicts.size(), g.truth.size());
+  ASSERT_EQ(result.decisions.size(), g.truth.size());
   const RobustResult told = solve_given(g.problem, g.truth);
   EXPECT_LT(testing::largest_error<SE2>(result.values, told.values), 0.05);
   std::vector<bool> accepted;
-  for (const Verdict& verdict : result.verdicts) accepted.push_back(verdict.accepted);
+  for (const ClosureDecision& decision : result.decisions) accepted.push_back(decision.accepted());
   EXPECT_NEAR(result.objective, joint_objective(g.problem, result.values, accepted).objective,
               1e-9);
 }

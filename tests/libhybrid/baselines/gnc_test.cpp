@@ -64,7 +64,7 @@ void expect_recovery(GncLoss loss, int lies) {
   const RobustResult result = solve_gnc(g.problem, options);
   EXPECT_TRUE(result.converged) << result.message;
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
-    EXPECT_EQ(result.verdicts[k].accepted, g.truth[k]) << k;
+    EXPECT_EQ(result.decisions[k].accepted(), g.truth[k]) << k;
   }
   const RobustResult told = solve_given(g.problem, g.truth);
   EXPECT_LT(testing::largest_error<Group>(result.values, told.values), 5e-3);
@@ -82,7 +82,7 @@ TEST(Gnc, WithoutLiesIsLeastSquares) {
   options.inlier_probability = 0.999999;
   const RobustResult result = solve_gnc(g.problem, options);
   EXPECT_TRUE(result.converged);
-  for (const Verdict& verdict : result.verdicts) EXPECT_TRUE(verdict.accepted);
+  for (const ClosureDecision& decision : result.decisions) EXPECT_TRUE(decision.accepted());
 }
 
 TEST(Gnc, BadOptionsAndNoClosures) {
@@ -95,7 +95,7 @@ TEST(Gnc, BadOptionsAndNoClosures) {
   EXPECT_THROW(solve_gnc(g.problem, options), Error);
   g.problem.closures.clear();
   const RobustResult result = solve_gnc(g.problem);
-  EXPECT_TRUE(result.verdicts.empty());
+  EXPECT_TRUE(result.decisions.empty());
   EXPECT_TRUE(result.converged);
 }
 

@@ -51,7 +51,7 @@ TEST(SolveSoftMixture, TellsLiesFromTruth) {
   const RobustResult result = solve_soft_mixture(g.problem);
   EXPECT_EQ(result.method, "sum-mixture");
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
-    EXPECT_EQ(result.verdicts[k].accepted, g.truth[k]) << k;
+    EXPECT_EQ(result.decisions[k].accepted(), g.truth[k]) << k;
   }
 }
 

@@ -78,7 +78,7 @@ TEST(Switchable, FindsTheLies) {
   const RobustResult result = solve_switchable(g.problem, options);
   EXPECT_TRUE(result.converged) << result.message;
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
-    EXPECT_EQ(result.verdicts[k].accepted, g.truth[k]) << k;
+    EXPECT_EQ(result.decisions[k].accepted(), g.truth[k]) << k;
   }
   EXPECT_LT(testing::largest_error<SE2>(result.values, g.poses), 0.05);
   EXPECT_FALSE(result.values.contains(real_switch(0)));

@@ -92,7 +92,7 @@ void expect_recovery(const Solve& solve, int lies, double tolerance) {
   const RobustResult result = solve(g.problem);
   EXPECT_TRUE(result.converged) << result.message;
   for (std::size_t k = 0; k < g.truth.size(); ++k) {
-    EXPECT_EQ(result.verdicts[k].accepted, g.truth[k]) << result.method << " " << k;
+    EXPECT_EQ(result.decisions[k].accepted(), g.truth[k]) << result.method << " " << k;
   }
   EXPECT_LT(testing::largest_error<SE2>(result.values, g.poses), tolerance) << result.method;
   EXPECT_GT(result.iterations, 0);
@@ -109,7 +109,7 @@ TEST(Plain, BelievesWhatItIsTold) {
   const auto g = testing::drive_laps<SE2>(3, 10, 3);
   const RobustResult lied_to = solve_lm(g.problem);
   EXPECT_GT(testing::largest_error<SE2>(lied_to.values, g.poses), 0.3);
-  for (const Verdict& verdict : lied_to.verdicts) EXPECT_TRUE(verdict.accepted);
+  for (const ClosureDecision& decision : lied_to.decisions) EXPECT_TRUE(decision.accepted());
   const RobustResult told = solve_given(g.problem, g.truth);
   EXPECT_LT(testing::largest_error<SE2>(told.values, g.poses), 0.05);
   EXPECT_LT(told.objective, lied_to.objective);

@@ -85,14 +85,14 @@ TEST(MixtureGraph, VerdictsAreProbabilitiesOfTheMixture) {
   const PoseGraph graph = chain<SE2>(12);
   const RobustProblem problem = to_robust_problem(graph, initialize_from_odometry(graph));
   const std::vector<bool> accepted(9, true);
-  const std::vector<Verdict> verdicts = make_verdicts(problem, problem.initial, accepted);
+  const std::vector<ClosureDecision> decisions = make_decisions(problem, problem.initial, accepted);
   const HybridGraph hybrid = mixture_graph(problem);
   std::size_t k = 0;
   hybrid.hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     const Table table = factor->given(problem.initial)[0];
     const double odds = std::exp(table.costs()[1] - table.costs()[0]);
-    EXPECT_NEAR(verdicts[k].inlier_probability, odds / (1.0 + odds), 1e-9);
-    EXPECT_NEAR(verdicts[k].chi_square, 2.0 * problem.closures[k]->cost(problem.initial), 1e-12);
+    EXPECT_NEAR(decisions[k].inlier_probability, odds / (1.0 + odds), 1e-9);
+    EXPECT_NEAR(decisions[k].chi_square, 2.0 * problem.closures[k]->cost(problem.initial), 1e-12);
     ++k;
   });
   EXPECT_EQ(k, 9u);

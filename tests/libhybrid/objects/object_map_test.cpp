@@ -70,8 +70,8 @@ TEST(ObjectMap, FalseDetectionsAreSwitchedOff) {
   const RobustResult result = solve_objects(problem);
   EXPECT_TRUE(result.converged) << result.message;
   int wrong = 0;
-  for (std::size_t c = 0; c < result.verdicts.size(); ++c) {
-    wrong += result.verdicts[c].accepted != (c % 2 == 0);
+  for (std::size_t c = 0; c < result.decisions.size(); ++c) {
+    wrong += result.decisions[c].accepted() != (c % 2 == 0);
   }
   EXPECT_LE(wrong, 2);
   const ObjectMapErrors errors = object_map_errors(sequence, result.values);
@@ -156,9 +156,9 @@ TEST(ObjectNoise, OdometryOfWheelsRejectsNoTrueDetections) {
   const RobustProblem problem = object_problem(sequence, noise);
   const RobustResult result = count_repetitions(sequence, noise, solve_objects(problem));
   int right = 0, wrong = 0;
-  for (std::size_t c = 0; c < result.verdicts.size(); ++c) {
+  for (std::size_t c = 0; c < result.decisions.size(); ++c) {
     const bool is_false = c % 150 % 10 == 0;
-    (is_false ? wrong : right) += result.verdicts[c].accepted ? 1 : 0;
+    (is_false ? wrong : right) += result.decisions[c].accepted() ? 1 : 0;
   }
   EXPECT_GE(right, 365) << "of 405";
   EXPECT_EQ(wrong, 0) << "of 45";

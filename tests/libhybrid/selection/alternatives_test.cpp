@@ -74,28 +74,28 @@ struct AmbiguousLaps {
   Alternatives alternatives;
 };
 
-void expect_one_of_each(const AmbiguousLaps& laps, const std::vector<Verdict>& verdicts) {
-  ASSERT_EQ(verdicts.size(), laps.truth.size());
-  for (std::size_t k = 0; k < verdicts.size(); k += 2) {
+void expect_one_of_each(const AmbiguousLaps& laps, const std::vector<ClosureDecision>& decisions) {
+  ASSERT_EQ(decisions.size(), laps.truth.size());
+  for (std::size_t k = 0; k < decisions.size(); k += 2) {
     SCOPED_TRACE(k);
-    const double p = verdicts[k].inlier_probability, q = verdicts[k + 1].inlier_probability;
+    const double p = decisions[k].inlier_probability, q = decisions[k + 1].inlier_probability;
     EXPECT_LE(p + q, 1.0 + 1e-12);
     EXPECT_GT(p + q, 0.9);
-    EXPECT_FALSE(verdicts[k].accepted && verdicts[k + 1].accepted);
+    EXPECT_FALSE(decisions[k].accepted() && decisions[k + 1].accepted());
   }
 }
 
-int right(const AmbiguousLaps& laps, const std::vector<Verdict>& verdicts) {
+int right(const AmbiguousLaps& laps, const std::vector<ClosureDecision>& decisions) {
   int count = 0;
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
-    count += verdicts[k].accepted && laps.truth[k] ? 1 : 0;
+  for (std::size_t k = 0; k < decisions.size(); ++k) {
+    count += decisions[k].accepted() && laps.truth[k] ? 1 : 0;
   }
   return count;
 }
 
-int accepted(const std::vector<Verdict>& verdicts) {
+int accepted(const std::vector<ClosureDecision>& decisions) {
   int count = 0;
-  for (const Verdict& verdict : verdicts) count += verdict.accepted ? 1 : 0;
+  for (const ClosureDecision& decision : decisions) count += decision.accepted() ? 1 : 0;
   return count;
 }
 
@@ -103,11 +103,11 @@ TEST(AlternativeClosures, BatchSelectionTakesOneOfEachSet) {
   const AmbiguousLaps laps;
   RobustProblem problem = laps.problem();
   const RobustResult result = select_closures(problem);
-  expect_one_of_each(laps, result.verdicts);
-  EXPECT_GE(right(laps, result.verdicts), 25);  // of 40, of which some cannot be told apart
-  EXPECT_LE(accepted(result.verdicts) - right(laps, result.verdicts), 1);
+  expect_one_of_each(laps, result.decisions);
+  EXPECT_GE(right(laps, result.decisions), 25);  // of 40, of which some cannot be told apart
+  EXPECT_LE(accepted(result.decisions) - right(laps, result.decisions), 1);
   problem.alternatives = {};
-  EXPECT_GT(accepted(select_closures(problem).verdicts), 60);  // each fits by itself
+  EXPECT_GT(accepted(select_closures(problem).decisions), 60);  // each fits by itself
 }
 
 TEST(AlternativeClosures, OnlineSelectionTakesOneOfEachSet) {
@@ -133,16 +133,16 @@ TEST(AlternativeClosures, OnlineSelectionTakesOneOfEachSet) {
     }
   }
   selection.finish();
-  const std::vector<Verdict> evaluated = selection.verdicts();
+  const std::vector<ClosureDecision> evaluated = selection.decisions();
   expect_one_of_each(laps, evaluated);
   EXPECT_GE(right(laps, evaluated), 25);
   EXPECT_LE(accepted(evaluated) - right(laps, evaluated), 1);
   for (std::size_t k = 0; k < evaluated.size(); ++k) {
-    EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, evaluated[k].accepted) << k;
+    EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, evaluated[k].accepted()) << k;
   }
   // Of one covariance for each closure, as between evaluations of all.
   selection.update({});
-  const std::vector<Verdict> predicted = selection.verdicts();
+  const std::vector<ClosureDecision> predicted = selection.decisions();
   expect_one_of_each(laps, predicted);
   for (std::size_t k = 0; k < evaluated.size(); ++k) {
     EXPECT_NEAR(predicted[k].inlier_probability, evaluated[k].inlier_probability, 0.02) << k;

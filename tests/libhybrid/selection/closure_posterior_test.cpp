@@ -60,8 +60,8 @@ TEST(ClosurePosterior, IsTheRatioOfTheEvidences) {
       options.outlier_weight = 0.7;
       RobustResult result;
       result.values = g.problem.initial;
-      result.verdicts = make_verdicts(g.problem, g.poses, g.truth, options);
-      const std::vector<Verdict> given = result.verdicts;
+      result.decisions = make_decisions(g.problem, g.poses, g.truth, options);
+      const std::vector<ClosureDecision> given = result.decisions;
       integrate_poses(g.problem, options, result);
       EXPECT_TRUE(result.poses_integrated);
       for (std::size_t k = 0; k < g.truth.size(); ++k) {
@@ -75,7 +75,7 @@ TEST(ClosurePosterior, IsTheRatioOfTheEvidences) {
           out += evidence(g.problem, g.truth, k, std::make_shared<Inflated>(closure, variance));
         }
         const double expected = 1.0 / (1.0 + std::exp(out - in));
-        EXPECT_NEAR(result.verdicts[k].inlier_probability, expected, 0.01) << k;
+        EXPECT_NEAR(result.decisions[k].inlier_probability, expected, 0.01) << k;
         doubtful += expected > 0.02 && expected < 0.98;
         differs += std::abs(given[k].inlier_probability - expected) > 0.05;
       }
@@ -88,10 +88,10 @@ TEST(ClosurePosterior, IsTheRatioOfTheEvidences) {
 TEST(ClosurePosterior, LeavesReadmissionItsOwn) {
   const CorruptedGraph g = testing::drive_laps<SE2>(2, 3, 4);
   RobustResult result = select_closures(g.problem);
-  const std::vector<Verdict> before = result.verdicts;
+  const std::vector<ClosureDecision> before = result.decisions;
   integrate_poses(g.problem, {}, result);
   for (std::size_t k = 0; k < before.size(); ++k) {
-    EXPECT_EQ(result.verdicts[k].inlier_probability, before[k].inlier_probability);
+    EXPECT_EQ(result.decisions[k].inlier_probability, before[k].inlier_probability);
   }
   result = solve_gnc(g.problem);
   EXPECT_FALSE(result.poses_integrated);
@@ -104,7 +104,7 @@ TEST(ClosurePosterior, LeavesWhatIsUndeterminedAsItWas) {
   g.problem.trusted.erase(g.problem.trusted.begin());  // the prior
   RobustResult result;
   result.values = g.poses;
-  result.verdicts.resize(g.problem.closures.size());
+  result.decisions.resize(g.problem.closures.size());
   integrate_poses(g.problem, {}, result);
   EXPECT_FALSE(result.poses_integrated);
 }

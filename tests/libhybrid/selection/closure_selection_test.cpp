@@ -70,7 +70,7 @@ RobustProblem problem_of(const PoseGraph& graph) {
 
 int accepted(const RobustResult& result, std::size_t begin, std::size_t end) {
   int count = 0;
-  for (std::size_t k = begin; k < end; ++k) count += result.verdicts[k].accepted ? 1 : 0;
+  for (std::size_t k = begin; k < end; ++k) count += result.decisions[k].accepted() ? 1 : 0;
   return count;
 }
 
@@ -83,10 +83,10 @@ TEST(ClosureSelection, IsTheOptimumWhereNoClosureIsFalse) {
   EXPECT_LT(testing::distance(robust.values, plain.values), 1e-4);
   EXPECT_EQ(accepted(robust, 0, problem.closures.size()), 40);
   EXPECT_NEAR(std::log(robust.variance_factor), 0.0, 1.0);
-  for (const Verdict& verdict : robust.verdicts) {
-    EXPECT_TRUE(verdict.checkable);
-    EXPECT_GT(verdict.inlier_probability, 0.99);
-    EXPECT_GT(verdict.margin, 0.0);
+  for (const ClosureDecision& decision : robust.decisions) {
+    EXPECT_TRUE(decision.checkable);
+    EXPECT_GT(decision.inlier_probability, 0.99);
+    EXPECT_GT(decision.margin, 0.0);
   }
 }
 
@@ -96,7 +96,7 @@ TEST(ClosureSelection, FalseClosuresThatAgreeWithEachOtherStayOut) {
   const RobustResult robust = select_closures(problem);
   EXPECT_EQ(accepted(robust, 0, laps.true_closures), 40);
   EXPECT_EQ(accepted(robust, laps.true_closures, problem.closures.size()), 0);
-  EXPECT_LT(robust.verdicts.back().inlier_probability, 0.01);
+  EXPECT_LT(robust.decisions.back().inlier_probability, 0.01);
 
   RobustProblem only_lies = problem;  // a map of lies alone stays the odometry
   only_lies.closures.erase(only_lies.closures.begin(),
@@ -116,9 +116,9 @@ TEST(ClosureSelection, AFalseClosureIsAsImprobableAsItsInnovationSays) {
     integrated.poses_integrated = false;
     integrate_poses(problem, {}, integrated);
     int improbable = 0;
-    for (std::size_t k = laps.true_closures; k < result.verdicts.size(); ++k) {
-      if (integrated.verdicts[k].inlier_probability > 1e-6) continue;
-      EXPECT_LT(result.verdicts[k].inlier_probability, 0.5) << "seed " << seed << ", " << k;
+    for (std::size_t k = laps.true_closures; k < result.decisions.size(); ++k) {
+      if (integrated.decisions[k].inlier_probability > 1e-6) continue;
+      EXPECT_LT(result.decisions[k].inlier_probability, 0.5) << "seed " << seed << ", " << k;
       ++improbable;
     }
     EXPECT_GT(improbable, 200);
@@ -150,7 +150,7 @@ TEST(ClosureSelection, EveryMacroStepLowersTheObjective) {
       EXPECT_LT(robust.objectives[i], robust.objectives[i - 1]) << "seed " << seed;
     }
     std::vector<bool> in;
-    for (const Verdict& verdict : robust.verdicts) in.push_back(verdict.accepted);
+    for (const ClosureDecision& decision : robust.decisions) in.push_back(decision.accepted());
     const JointObjective joint = joint_objective(problem, robust.values, in);
     EXPECT_NEAR(joint.objective, robust.objective, 1e-6);
     EXPECT_EQ(accepted(robust, 0, 80), 80);
@@ -181,12 +181,12 @@ TEST(ClosureSelection, FlagsWhatNothingElseChecks) {
   laps.graph.poses2.erase(laps.graph.poses2.begin() + 60, laps.graph.poses2.end());
   const RobustProblem problem = problem_of(laps.graph);
   const RobustResult robust = select_closures(problem);
-  ASSERT_EQ(robust.verdicts.size(), 1u);
-  EXPECT_LT(robust.verdicts[0].redundancy, 0.09);
-  EXPECT_FALSE(robust.verdicts[0].checkable);
+  ASSERT_EQ(robust.decisions.size(), 1u);
+  EXPECT_LT(robust.decisions[0].redundancy, 0.09);
+  EXPECT_FALSE(robust.decisions[0].checkable);
   ClosureSelectionOptions strict;
   strict.refuse_uncheckable = true;
-  EXPECT_FALSE(select_closures(problem, strict).verdicts[0].accepted);
+  EXPECT_FALSE(select_closures(problem, strict).decisions[0].accepted());
 }
 
 TEST(ClosureSelection, RedundancyIsTheReducedIdentity) {
@@ -208,7 +208,7 @@ TEST(ClosureSelection, RedundancyIsTheReducedIdentity) {
   EXPECT_NEAR(sum, 3.0 * double(graph.size()) - 3.0 * 60, 1e-6);
   for (std::size_t k = 0; k < problem.closures.size(); ++k) {
     const double trace = predictor.predict(*problem.closures[k]).APAt.trace();
-    EXPECT_NEAR(robust.verdicts[k].redundancy, 1.0 - trace / 3.0, 1e-6);
+    EXPECT_NEAR(robust.decisions[k].redundancy, 1.0 - trace / 3.0, 1e-6);
   }
 }
 
@@ -217,7 +217,7 @@ TEST(ClosureSelection, BadInput) {
   RobustProblem none = problem_of(graph);
   none.closures.clear();
   const RobustResult odometry = select_closures(none);
-  EXPECT_TRUE(odometry.verdicts.empty());
+  EXPECT_TRUE(odometry.decisions.empty());
   EXPECT_TRUE(odometry.converged);
 
   RobustProblem twice = problem_of(graph);

@@ -24,16 +24,16 @@ class ComparisonInput : public ::testing::TestWithParam<std::string> {
 
   /// A result is there, with a number for everything.
   static void expect_finite(const RobustProblem& problem, const RobustResult& result) {
-    EXPECT_EQ(result.verdicts.size(), problem.closures.size());
+    EXPECT_EQ(result.decisions.size(), problem.closures.size());
     EXPECT_TRUE(std::isfinite(result.objective));
     for (Key key : problem.initial.keys()) {
       const SE2 pose = result.values.at<SE2>(key);
       EXPECT_TRUE(std::isfinite(pose.x()) && std::isfinite(pose.y()) &&
                   std::isfinite(pose.angle()));
     }
-    for (const Verdict& verdict : result.verdicts) {
-      EXPECT_GE(verdict.inlier_probability, 0.0);
-      EXPECT_LE(verdict.inlier_probability, 1.0);
+    for (const ClosureDecision& decision : result.decisions) {
+      EXPECT_GE(decision.inlier_probability, 0.0);
+      EXPECT_LE(decision.inlier_probability, 1.0);
     }
   }
 };

@@ -28,10 +28,10 @@ using testing::random_motion;
 /// All that can be asked of a judge, as numbers.
 std::vector<double> state_of(const OnlineSelection& judge) {
   std::vector<double> all = testing::state(judge.smoother());
-  const std::vector<Verdict> verdicts = judge.verdicts();
-  for (std::size_t k = 0; k < verdicts.size(); ++k) {
+  const std::vector<ClosureDecision> decisions = judge.decisions();
+  for (std::size_t k = 0; k < decisions.size(); ++k) {
     all.push_back(static_cast<double>(judge.status(k)));
-    for (double x : {verdicts[k].inlier_probability, verdicts[k].redundancy}) all.push_back(x);
+    for (double x : {decisions[k].inlier_probability, decisions[k].redundancy}) all.push_back(x);
   }
   all.push_back(judge.trials());
   all.push_back(static_cast<double>(judge.waiting()));

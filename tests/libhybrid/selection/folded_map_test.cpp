@@ -36,8 +36,8 @@ TEST(FoldedMap, FalseClosuresStayOut) {
   const RobustProblem problem = to_robust_problem(graph, start);
   const RobustResult result = select_closures(problem);
   const std::size_t good = to_robust_problem(world.graph, start).closures.size();
-  for (std::size_t k = good; k < result.verdicts.size(); ++k) {
-    EXPECT_FALSE(result.verdicts[k].accepted) << k;
+  for (std::size_t k = good; k < result.decisions.size(); ++k) {
+    EXPECT_FALSE(result.decisions[k].accepted()) << k;
   }
 }
 

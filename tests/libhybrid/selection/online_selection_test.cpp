@@ -106,12 +106,14 @@ TYPED_TEST(OnlineSelectionOf, AcceptsTheTrueAndRejectsRandomLies) {
     truth.push_back(false);
   }
   const OnlineSelection selection = run(circle, closures);
-  const std::vector<Verdict> verdicts = selection.verdicts();
-  ASSERT_EQ(verdicts.size(), truth.size());
+  const std::vector<ClosureDecision> decisions = selection.decisions();
+  ASSERT_EQ(decisions.size(), truth.size());
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    EXPECT_EQ(verdicts[k].accepted, truth[k]) << "closure " << k;
+    EXPECT_EQ(decisions[k].accepted(), truth[k]) << "closure " << k;
     EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, truth[k]);
-    EXPECT_EQ(verdicts[k].inlier_probability > 0.5, truth[k]);
+    EXPECT_EQ(decisions[k].status, selection.status(k));
+    EXPECT_EQ(decisions[k].evidence < 0.0, !truth[k]);
+    EXPECT_EQ(decisions[k].inlier_probability > 0.5, truth[k]);
   }
   // The map is that of all trusted and true measurements together.
   HybridGraph graph;
@@ -125,18 +127,18 @@ TYPED_TEST(OnlineSelectionOf, AcceptsTheTrueAndRejectsRandomLies) {
   exact.relative_decrease = 1e-12;
   const Values optimum = levenberg_marquardt(graph, start, exact).values;
   EXPECT_LT(testing::distance(selection.smoother().values(), optimum), 1e-4);
-  // Between evaluations of all closures, verdicts are those that an evaluation comes to.
+  // Between evaluations of all closures, decisions are those that an evaluation comes to.
   OnlineSelection later = selection;
   later.update({});
-  const std::vector<Verdict> again = later.verdicts();
+  const std::vector<ClosureDecision> again = later.decisions();
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    EXPECT_NEAR(again[k].redundancy, verdicts[k].redundancy, 1e-3) << "closure " << k;
-    EXPECT_NEAR(again[k].inlier_probability, verdicts[k].inlier_probability, 1e-3);
-    EXPECT_EQ(again[k].checkable, verdicts[k].checkable);
-    if (std::isinf(verdicts[k].margin)) {
-      EXPECT_EQ(again[k].margin, verdicts[k].margin) << "closure " << k;
+    EXPECT_NEAR(again[k].redundancy, decisions[k].redundancy, 1e-3) << "closure " << k;
+    EXPECT_NEAR(again[k].inlier_probability, decisions[k].inlier_probability, 1e-3);
+    EXPECT_EQ(again[k].checkable, decisions[k].checkable);
+    if (std::isinf(decisions[k].margin)) {
+      EXPECT_EQ(again[k].margin, decisions[k].margin) << "closure " << k;
     } else {
-      EXPECT_NEAR(again[k].margin, verdicts[k].margin, 0.1) << "closure " << k;
+      EXPECT_NEAR(again[k].margin, decisions[k].margin, 0.1) << "closure " << k;
     }
   }
 }
@@ -167,7 +169,7 @@ TEST(OnlineSelection, ALieThatCouldNotBeCheckedIsThrownOutByLaterClosures) {
     early.update(circle.step(i, early.smoother().values()), closures[i]);
   }
   ASSERT_EQ(early.status(0), ClosureStatus::kAccepted);
-  EXPECT_FALSE(early.verdicts()[0].checkable);
+  EXPECT_FALSE(early.decisions()[0].checkable);
   for (int i = kLap + 1; i < kLap + 20; ++i) closures[i].push_back(circle.closure(i - kLap, i));
   const OnlineSelection selection = run(circle, closures);
   EXPECT_EQ(selection.status(0), ClosureStatus::kRejected);
@@ -187,11 +189,11 @@ TEST(OnlineSelection, LiesThatCameFirstGiveWayToTheTruth) {
     truth.push_back(i >= kLap + 5);
   }
   const OnlineSelection selection = run(circle, closures);
-  const std::vector<Verdict> verdicts = selection.verdicts();
+  const std::vector<ClosureDecision> decisions = selection.decisions();
   for (std::size_t k = 0; k < truth.size(); ++k) {
     EXPECT_EQ(selection.status(k) == ClosureStatus::kAccepted, truth[k]) << k;
-    EXPECT_EQ(verdicts[k].accepted, truth[k]) << k;
-    EXPECT_EQ(verdicts[k].inlier_probability > 0.5, truth[k]) << k;
+    EXPECT_EQ(decisions[k].accepted(), truth[k]) << k;
+    EXPECT_EQ(decisions[k].inlier_probability > 0.5, truth[k]) << k;
   }
 }
 
@@ -255,11 +257,11 @@ TEST(OnlineSelection, BadInputLeavesItAsItWas) {
   for (int i = 0; i < 3; ++i) selection.update(circle.step(i, selection.smoother().values()), {});
   const ContinuousFactorPtr unknown = circle.between(0, 9, SE2());
   EXPECT_THROW(selection.update(circle.step(3, selection.smoother().values()), {unknown}), Error);
-  EXPECT_TRUE(selection.verdicts().empty());
+  EXPECT_TRUE(selection.decisions().empty());
   const SelectionReport report =
       selection.update(circle.step(3, selection.smoother().values()), {circle.closure(0, 3)});
   EXPECT_EQ(report.status, UpdateReport::Status::kOk);
-  EXPECT_EQ(selection.verdicts().size(), 1u);
+  EXPECT_EQ(selection.decisions().size(), 1u);
 }
 
 TEST(OnlineSelection, SwitchesOfTheUserHaveLettersOfTheirOwn) {
@@ -305,7 +307,7 @@ TEST(OnlineSelection, APoseThatOnlyAClosureHoldsIsNamed) {
   const SelectionReport report = selection.update(delta, {circle.closure(0, 2)});
   EXPECT_EQ(report.status, UpdateReport::Status::kSingular);
   EXPECT_NE(report.message.find("x2"), std::string::npos) << report.message;
-  EXPECT_TRUE(selection.verdicts().empty());
+  EXPECT_TRUE(selection.decisions().empty());
 }
 
 }  // namespace

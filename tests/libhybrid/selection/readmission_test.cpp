@@ -65,8 +65,8 @@ TEST(Readmission, SelectionEndsWhereAllFalseClosuresArePlausibleAndFillTheSystem
   const LooseLaps laps(1500, 1500);
   const RobustResult result = select_closures(laps.problem());
   int wrong = 0;
-  for (int k = 0; k < static_cast<int>(result.verdicts.size()); ++k) {
-    wrong += result.verdicts[k].accepted != (k < laps.true_closures) ? 1 : 0;
+  for (int k = 0; k < static_cast<int>(result.decisions.size()); ++k) {
+    wrong += result.decisions[k].accepted() != (k < laps.true_closures) ? 1 : 0;
   }
   EXPECT_EQ(wrong, 0);
 }
@@ -112,7 +112,7 @@ TEST(Readmission, DriftedLapsAreSelectedInAFewMacroSteps) {
   const RobustProblem problem = drifted_laps();
   const RobustResult result = select_closures(problem);
   for (int k = 0; k < kTrue + kFalse; ++k) {
-    EXPECT_EQ(result.verdicts[k].accepted, k < kTrue) << k;
+    EXPECT_EQ(result.decisions[k].accepted(), k < kTrue) << k;
   }
   EXPECT_LE(result.objectives.size(), 4U);
 }

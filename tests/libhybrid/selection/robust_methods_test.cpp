@@ -46,7 +46,7 @@ TEST(RobustMethods, EachSolvesWithTheOptionsAsTheyAre) {
     MethodOptions options;
     options.set_threads(1);
     const RobustResult result = method.solve(task_of(g), options);
-    EXPECT_EQ(result.verdicts.size(), g.problem.closures.size()) << method.name;
+    EXPECT_EQ(result.decisions.size(), g.problem.closures.size()) << method.name;
     EXPECT_TRUE(std::isfinite(result.objective)) << method.name;
     EXPECT_EQ(result.members.empty(), method.name != "portfolio") << method.name;
   }
@@ -56,8 +56,8 @@ TEST(RobustMethods, OracleAndOdometryTakeWhatTheyAreTold) {
   const auto g = testing::drive_laps<SE2>(3, 6, 1);
   const auto accepted = [&](const char* name) {
     std::vector<bool> in;
-    for (const Verdict& v : robust_method(name).solve(task_of(g), {}).verdicts) {
-      in.push_back(v.accepted);
+    for (const ClosureDecision& v : robust_method(name).solve(task_of(g), {}).decisions) {
+      in.push_back(v.accepted());
     }
     return in;
   };
@@ -80,8 +80,8 @@ TEST(RobustMethods, SettingsOfSelectionReachEveryMethodThatSelects) {
   MethodOptions options;
   options.portfolio.selection.gate = 1e-12;
   for (const char* name : {"selection", "consistency-selection"}) {
-    for (const Verdict& v : robust_method(name).solve(task_of(g), options).verdicts) {
-      EXPECT_FALSE(v.accepted) << name;
+    for (const ClosureDecision& v : robust_method(name).solve(task_of(g), options).decisions) {
+      EXPECT_FALSE(v.accepted()) << name;
     }
   }
 }

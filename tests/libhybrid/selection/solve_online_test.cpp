@@ -41,14 +41,15 @@ TEST(SolveOnline, VerdictsAreInTheOrderOfTheProblem) {
   const Values initial = initialize_from_odometry(graph);
   const RobustProblem problem = to_robust_problem(graph, initial);
   const RobustResult result = solve_online(graph, initial);
-  ASSERT_EQ(result.verdicts.size(), problem.closures.size());
-  ASSERT_EQ(result.verdicts.size(), 120u);
+  ASSERT_EQ(result.decisions.size(), problem.closures.size());
+  ASSERT_EQ(result.decisions.size(), 120u);
   std::vector<bool> accepted;
   for (std::size_t k = 0; k < 120; ++k) {
-    accepted.push_back(result.verdicts[k].accepted);
+    accepted.push_back(result.decisions[k].accepted());
     EXPECT_EQ(accepted.back(), k < 60) << k;
-    EXPECT_EQ(result.verdicts[k].inlier_probability > 0.5, k < 60) << k;
-    EXPECT_NEAR(result.verdicts[k].chi_square, 2.0 * problem.closures[k]->cost(result.values), 0.1);
+    EXPECT_EQ(result.decisions[k].inlier_probability > 0.5, k < 60) << k;
+    EXPECT_NEAR(result.decisions[k].chi_square, 2.0 * problem.closures[k]->cost(result.values),
+                0.1);
   }
   EXPECT_NEAR(joint_objective(problem, result.values, accepted).cost, result.cost, 1e-6);
 }

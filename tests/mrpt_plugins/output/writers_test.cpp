@@ -10,6 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "libhybrid/core/infinity.h"
+#include "mrpt_plugins/output/closure_csv.h"
 #include "mrpt_plugins/output/landmark_writer.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
@@ -52,6 +54,22 @@ TEST(TrajectoryWriter, TumReadsBackToTheSamePoses) {
     const auto difference = read.getRotationMatrix() - written[i].pose.getRotationMatrix();
     EXPECT_LT(difference.maxCoeff() - difference.minCoeff(), 1e-14);
   }
+}
+
+TEST(ClosureCsv, TellsADecisionInNumbersThatReadBack) {
+  ClosureDecision decision;
+  decision.accept(true);
+  decision.inlier_probability = 1.0 / 3;
+  decision.chi_square = 2.25;
+  decision.redundancy = 0.05;
+  decision.checkable = false;
+  decision.margin = -kInfinity;  // beyond every gate
+  EXPECT_STREQ(kDecisionColumns,
+               "decision,inlier_probability,residual,redundancy,checkable,margin");
+  EXPECT_EQ(decision_cells(decision), "accepted,0.3333333333333333,1.5,0.05,0,-1000");
+  decision.accept(false);
+  EXPECT_EQ(decision_cells(decision).substr(0, 9), "rejected,");
+  EXPECT_EQ(decision_cells(ClosureDecision::trusted()), "trusted,1,0,1,1,0");
 }
 
 MapResult sample_map() {

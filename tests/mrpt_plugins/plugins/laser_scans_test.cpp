@@ -205,10 +205,10 @@ TEST(LaserScans, ClosuresAreToldWithTheirDecisions) {
   for (const ScanClosureEstimate& closure : closures) {
     EXPECT_LT(closure.from, closure.to);
     EXPECT_LT(closure.to, poses);
-    if (closure.decision != "accepted") continue;
+    if (!closure.decision.accepted()) continue;
     ++accepted;
-    EXPECT_GT(closure.inlier_probability, 0.5);
-    EXPECT_GT(closure.margin, 0);
+    EXPECT_GT(closure.decision.inlier_probability, 0.5);
+    EXPECT_GT(closure.decision.margin, 0);
   }
   EXPECT_EQ(accepted, mapper.statistics().at("scan_closures_accepted"));
 }
