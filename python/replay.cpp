@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "mrpt_plugins/replay/replay.h"
+#include "mrpt_plugins/job/replay.h"
 
 #include <pybind11/functional.h>
 #include <pybind11/pybind11.h>

@@ -8,7 +8,7 @@
 #include "apps/hybrid-replay/run.h"
 #include "apps/program.h"
 #include "mrpt_plugins/mapping/plugin_library.h"
-#include "mrpt_plugins/replay/settings.h"
+#include "mrpt_plugins/settings/replay_settings.h"
 
 int main(int argc, char** argv) {
   return hybrid::run_program("hybrid-replay", [&] {

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "mrpt_plugins/replay/replay_request.h"
+#include "mrpt_plugins/settings/replay_request.h"
 
 namespace hybrid {
 

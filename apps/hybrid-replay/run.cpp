@@ -11,7 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/hybrid-replay/progress.h"
 #include "apps/program.h"
-#include "mrpt_plugins/replay/replay.h"
+#include "mrpt_plugins/job/replay.h"
 
 namespace hybrid {
 namespace {

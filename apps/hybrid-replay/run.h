@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "mrpt_plugins/replay/replay_request.h"
+#include "mrpt_plugins/settings/replay_request.h"
 
 namespace hybrid {
 

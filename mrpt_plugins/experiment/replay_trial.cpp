@@ -9,7 +9,7 @@
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/experiment/processes.h"
-#include "mrpt_plugins/replay/replay.h"
+#include "mrpt_plugins/job/replay.h"
 #include "mrpt_plugins/simulation/simulator.h"
 
 namespace hybrid {

@@ -71,7 +71,7 @@ class CheckTest(unittest.TestCase):
 
     def test_rooms_of_mrpt_plugins_include_only_lower_floors(self):
         for here, there in (("bridge", "input"), ("mapping", "output"), ("evaluation", "plugins"),
-                            ("output", "replay"), ("import", "experiment")):
+                            ("output", "job"), ("settings", "session"), ("import", "experiment")):
             self.expect(f"mrpt_plugins/{here}/a.cpp", code(f'#include "mrpt_plugins/{there}/a.h"'),
                         (f"mrpt_plugins/{here}/a.cpp:3:", "not below"))
         self.expect("mrpt_plugins/attic/a.cpp", code('#include "mrpt_plugins/bridge/a.h"'),

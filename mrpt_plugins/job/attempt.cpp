@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/job/detail/attempt.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "libhybrid/core/elapsed.h"
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/evaluation/mode_truth.h"
+#include "mrpt_plugins/job/detail/movie.h"
+#include "mrpt_plugins/job/detail/result_files.h"
+#include "mrpt_plugins/job/detail/run_report.h"
+#include "mrpt_plugins/job/detail/run_summary.h"
+#include "mrpt_plugins/job/detail/scan_outputs.h"
+#include "mrpt_plugins/output/sparsity.h"
+#include "mrpt_plugins/report/photographs.h"
+#include "mrpt_plugins/session/detail/session.h"
+#include "mrpt_plugins/session/detail/truth.h"
+
+namespace hybrid {
+namespace {
+
+/// Says when the place of a single robot was known, and which robots were left out.
+void tell(const Team& team, Summary& summary) {
+  if (team.is_in_map()) summary.localized_at = team.known_at(0);
+  if (team.message().empty()) return;
+  if (summary.status == "ok") summary.status = "partial";
+  summary.message += (summary.message.empty() ? "" : "; ") + team.message();
+}
+
+/// What only the command line asks for: matrices, frames. Returns warnings.
+std::vector<std::string> write_extras(const ReplayRequest& request, const OutputDirectory& out,
+                                      const MapResult& result, const GroundTruth& truth,
+                                      const Mapper& mapper, Movie& movie) {
+  std::vector<std::string> warnings;
+  if (request.sparsity) {
+    const Backend& backend = mapper.backend();
+    warnings = write_sparsity(out, backend.graph(), backend.assignment(),
+                              backend.elimination_order(), result.title);
+  }
+  if (movie.size() == 0) return warnings;
+  movie.finish(result);
+  movie.write_frames(out, truth);
+  return warnings;
+}
+
+/// How well slip was found, where the true modes are known.
+std::optional<ModeScore> mode_score(const std::string& file, const RobotPart& part) {
+  if (file.empty()) return std::nullopt;
+  const std::vector<int> truth = read_true_modes(file);
+  if (part.result.mode_names.empty()) return std::nullopt;
+  return score_modes(part.result, part.log_rows, truth);
+}
+
+bool tells_paths(const std::vector<Truth>& truths) {
+  return std::any_of(truths.begin(), truths.end(),
+                     [](const Truth& truth) { return !truth.get().path.empty(); });
+}
+
+bool is_empty(const TruthSummary& truth) {
+  return !truth.trajectory && !truth.landmarks && !truth.associations && !truth.modes;
+}
+
+/// What the summary says of each of several robots.
+std::vector<RobotSummary> robot_summaries(const ReplaySettings& settings,
+                                          const std::vector<RobotPart>& parts,
+                                          const std::vector<Truth>& truths, const Team& team) {
+  std::vector<RobotSummary> out;
+  for (std::size_t i = 0; i < parts.size() && !parts.front().name.empty(); ++i) {
+    RobotSummary robot{parts[i].name, settings.robots[i].rawlog, parts[i].log_rows.size(), {}, {}};
+    if (team.is_in_map()) robot.localized_at = team.known_at(i);
+    TruthSummary truth = compare_path(truths[i], parts[i]);
+    truth.modes = mode_score(settings.robots[i].truth_modes, parts[i]);
+    if (!is_empty(truth)) robot.truth = std::move(truth);
+    out.push_back(std::move(robot));
+  }
+  return out;
+}
+
+/// All files that a replay reads.
+Provenance provenance(const ReplayRequest& request, const ReplaySettings& settings,
+                      const IniFile& ini) {
+  Provenance provenance = request.provenance;
+  provenance.configuration = ini.settings();
+  const auto add_log = [&provenance](const RobotSettings& robot) {
+    if (is_standard_input(robot.rawlog)) {
+      provenance.inputs.push_back({robot.rawlog, "", ""});
+    } else {
+      provenance.add_input(robot.rawlog);
+    }
+  };
+  const RobotSettings& first = settings.robots.front();
+  add_log(first);
+  for (const std::string& path :
+       {request.config, first.truth_path, settings.truth_map, settings.truth_movers,
+        first.truth_associations, first.truth_modes}) {
+    provenance.add_input(path);
+  }
+  for (std::size_t i = 1; i < settings.robots.size(); ++i) {
+    const RobotSettings& robot = settings.robots[i];
+    add_log(robot);
+    for (const std::string& path :
+         {robot.truth_path, robot.truth_associations, robot.truth_modes}) {
+      provenance.add_input(path);
+    }
+  }
+  for (const std::string& path : request.plugin_libraries) provenance.add_input(path);
+  return provenance;
+}
+
+/// Compares the result with what is known to be true, of all robots together and of each.
+void compare_with_truth(const ReplaySettings& settings, const std::vector<RobotPart>& parts,
+                        const std::vector<Truth>& truths, const Mapper& mapper, const Team& team,
+                        Summary& summary) {
+  TruthSummary truth = compare(truths, parts, mapper, settings.match_radius);
+  if (parts.size() == 1) {
+    truth.modes = mode_score(settings.robots.front().truth_modes, parts.front());
+  }
+  if (!is_empty(truth)) summary.truth = std::move(truth);
+  summary.robots = robot_summaries(settings, parts, truths, team);
+}
+
+/// What is odd in the files that a replay reads, apart from the logs.
+std::vector<std::string> input_warnings(const IniFile& ini, const std::vector<Truth>& truths,
+                                        const std::vector<RobotPart>& parts,
+                                        const Provenance& provenance) {
+  std::vector<std::string> out = ini.warnings();
+  for (std::size_t i = 0; i < truths.size(); ++i) {
+    for (std::string& odd : truths[i].warnings(parts[i])) out.push_back(std::move(odd));
+  }
+  for (const Provenance::Input& input : provenance.inputs) {
+    if (!input.warning.empty()) out.push_back(input.path + ": " + input.warning);
+  }
+  return out;
+}
+
+/// Writes map and trajectories; returns warnings.
+std::vector<std::string> write_estimates(const OutputDirectory& out, const MapResult& result,
+                                         const std::vector<RobotPart>& parts,
+                                         const std::vector<Truth>& truths, const Mapper& mapper,
+                                         const ScanOutputs& scans, bool with_covariances) {
+  std::vector<std::string> warnings = write_map(out, result, mapper.backend());
+  for (std::string& warning : scans.write(out, result, mapper)) {
+    warnings.push_back(std::move(warning));
+  }
+  std::vector<Trajectory> paths;
+  for (std::size_t i = 0; i < parts.size(); ++i) paths.push_back(scans.path(parts[i], result, i));
+  write_paths(out, parts, paths, truths);
+  if (with_covariances) write_covariances(out, parts);
+  return warnings;
+}
+
+/// Asks for what the report shows of cameras.
+void take_photographs(const ReplayRequest& request, ReplaySettings& settings) {
+  if (!request.report) return;
+  settings.robots.front().source.reader.request.classes.emplace_back(kPhotographClass);
+}
+
+/// What is done after each keyframe.
+Session::Watch watch(Session& session, const Watchers& watchers, Movie& movie, RunReport& report,
+                     ScanOutputs& scans) {
+  return [&, keyframes = std::size_t{0}](const StepRecord& step, const Keyframe& keyframe) mutable {
+    scans.added(step, keyframe);
+    ++keyframes;
+    std::string line = report.watch(session.mapper(), step, keyframe);
+    if (watchers.progress) {
+      watchers.progress({session.source().progress(), keyframes, step.landmarks,
+                         step.objective_after, std::move(line)});
+    }
+    if (movie.size() > 0) movie.watch(keyframes, session.mapper());
+  };
+}
+
+/// Pictures, and what the request asks for besides; returns warnings.
+std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out,
+                              const MapResult& result, const std::vector<RobotPart>& parts,
+                              const std::vector<Truth>& truths, const Mapper& mapper,
+                              Movie& movie) {
+  const GroundTruth truth = joint_truth(truths);
+  std::vector<std::string> warnings;
+  if (request.pictures) {
+    warnings = write_pictures(out, request.picture_format, result, truth);
+    write_error_plots(out, request.picture_format, parts, truths);
+  }
+  for (std::string& warning : write_extras(request, out, result, truth, mapper, movie)) {
+    warnings.push_back(std::move(warning));
+  }
+  return warnings;
+}
+
+}  // namespace
+
+Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
+                std::chrono::steady_clock::time_point start, const Conditions& conditions) {
+  const std::unique_ptr<IniFile> ini_file = open_config(request);
+  IniFile& ini = *ini_file;
+  ReplaySettings settings = read_settings(ini, request);
+  if (!conditions.allow(settings)) return {{}, false};
+  take_photographs(request, settings);
+  std::vector<Truth> truths = read_truths(settings);
+  OutputDirectory out(request.output);
+  Session session(request, settings, [&] { return provenance(request, settings, ini); });
+  if (!session.team().message().empty()) truths = read_truths(settings);  // robots were left out
+  Movie movie(request.frames, request.frames > 0 ? session.count_keyframes() : 0);
+  session.begin();
+  RunReport report(request, settings, out);
+  ScanOutputs scans(settings.keeps_scans, session.plugins());
+  report.begin(session.mapper(), settings.title);
+  session.map(watch(session, watchers, movie, report, scans));
+
+  MapResult result = session.result();
+  const Mapper& mapper = session.mapper();
+  const int signal = session.signal();
+  scans.finish(result);
+  report.finish(session.mapper(), result, session.last().objective_after);
+  Attempt made;
+  made.outcome = {summarize(session, result), out.folder(), signal};
+  made.may_measure = signal == 0 && may_measure(request, settings);
+  Summary& summary = made.outcome.summary;
+  summary.chosen_plugins = settings.chosen;
+  summary.health = judge_run(request, settings, session.source().repeated_stamps(), mapper, result);
+  made.is_written = conditions.want(summary.health, signal);
+  if (!made.is_written) return made;
+  tell_findings(settings, summary);
+  session.place().tell(result, summary);
+  tell(session.team(), summary);
+  const bool localizes = session.place().localizes();
+  const std::vector<RobotPart> parts = parts_of(result, mapper, tells_paths(truths) || localizes);
+  adapt(truths, parts);
+  compare_with_truth(settings, parts, truths, mapper, session.team(), summary);
+  summary.provenance = provenance(request, settings, ini);
+  warn(summary, input_warnings(ini, truths, parts, summary.provenance));
+  warn(summary, write_estimates(out, result, parts, truths, mapper, scans, localizes));
+  summary.total_s = seconds_since(start);  // without pictures
+  warn(summary, draw(request, out, result, parts, truths, mapper, movie));
+  report.write(result, parts, truths, scans.drawn(), summary_json(summary));
+  std::vector<std::string> told;
+  session.publish(result, [&] { told = out.publish(summary_json(summary)); });
+  if (watchers.published) watchers.published(made.outcome);
+  warn(summary, told);
+  return made;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/bridge/output_directory.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/mapping/scan_archive.h"
+#include "mrpt_plugins/mapping/scan_follower.h"
+#include "mrpt_plugins/output/scan_map.h"
+#include "mrpt_plugins/session/detail/truth.h"
+#include "mrpt_plugins/settings/replay_settings.h"
+
+namespace hybrid {
+
+/// The laser scans of a replay, from its keyframes to map.pgm, map.yaml, map.simplemap and a
+/// trajectory with a pose for each; nothing at all where they are not kept.
+class ScanOutputs {
+ public:
+  ScanOutputs(bool keeps_scans, std::vector<std::shared_ptr<MappingPlugin>> plugins);
+
+  /// Takes the scans of the newest keyframe of the mapper, where plugins that follow scans place
+  /// them, else odometry.
+  void added(const StepRecord& step, const Keyframe& keyframe);
+
+  /// Adds the closures by scans to the result, and draws the grid of all of it. Call it once,
+  /// before the following.
+  void finish(MapResult& result);
+
+  /// The scans that the grid is drawn of.
+  const std::vector<KeyframeScans>& drawn() const { return drawn_; }
+
+  /// Writes map.pgm, map.yaml and map.simplemap, where any scan had a return, and loops.csv, where
+  /// scans made closures. Returns warnings.
+  std::vector<std::string> write(const OutputDirectory& out, const MapResult& result,
+                                 const Mapper& mapper) const;
+
+  /// The path of a robot at every scan; that of its keyframes where scans are not kept.
+  Trajectory path(const RobotPart& part, const MapResult& whole, std::size_t robot) const;
+
+ private:
+  std::optional<ScanArchive> archive_;
+  std::vector<std::shared_ptr<MappingPlugin>> plugins_;
+  std::vector<KeyframeScans> drawn_;
+  std::vector<MeasuredClosure> closures_;
+};
+
+}  // namespace hybrid

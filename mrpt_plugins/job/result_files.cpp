@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/job/detail/result_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "libhybrid/io/write_graph.h"
+#include "mrpt_plugins/output/figures.h"
+#include "mrpt_plugins/output/graph_export.h"
+#include "mrpt_plugins/output/landmark_writer.h"
+#include "mrpt_plugins/output/map_image.h"
+#include "mrpt_plugins/output/mode_writer.h"
+#include "mrpt_plugins/output/mover_writer.h"
+#include "mrpt_plugins/output/scene.h"
+#include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/output/trajectory_writer.h"
+
+namespace hybrid {
+
+namespace {
+
+/// Where a file of a robot stands.
+std::string file_of(const RobotPart& part, const std::string& name) {
+  return part.name.empty() ? name : part.name + "/" + name;
+}
+
+}  // namespace
+
+std::vector<std::string> write_map(const OutputDirectory& out, const MapResult& result,
+                                   const Backend& backend) {
+  out.write("landmarks.csv", landmarks_csv(result));
+  out.write("landmarks.json", landmarks_json(result));
+  if (!result.movers.empty()) out.write("movers.csv", movers_csv(result));
+  out.write("steps.csv", steps_csv(result.steps));
+  const ExportedGraph graph =
+      export_graph(backend.graph(), {backend.values(), backend.assignment()});
+  out.write("graph.g2o", to_g2o(graph.graph));
+  if (graph.left_out.empty()) return {};
+  return {fmt::format("graph.g2o lacks factors that have no such form: {}",
+                      fmt::join(graph.left_out, ", "))};
+}
+
+void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts,
+                 const std::vector<Trajectory>& paths, const std::vector<Truth>& truths) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    out.write(file_of(part, "trajectory.tum"), tum_text(paths[i]));
+    out.write(file_of(part, "trajectory_dead_reckoning.tum"), tum_text(part.result.dead_reckoning));
+    if (!part.result.mode_names.empty()) {
+      out.write(file_of(part, "modes.csv"), modes_csv(part.result));
+    }
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    const Truth::Pairs pairs = truths[i].pairs(part.result.trajectory, part.log_rows);
+    Trajectory path;
+    for (std::size_t k = 0; k < pairs.times.size(); ++k) {
+      path.push_back({pairs.times[k], pairs.poses[k].truth});
+    }
+    out.write(file_of(part, "trajectory_truth.tum"), tum_text(path));
+  }
+}
+
+void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts) {
+  for (const RobotPart& part : parts) {
+    out.write(file_of(part, "trajectory_covariances.csv"),
+              covariances_csv(part.result.trajectory, part.covariances, part.result.is_3d));
+  }
+}
+
+std::vector<std::string> write_pictures(const OutputDirectory& out, PictureFormat format,
+                                        const MapResult& result, const GroundTruth& truth) {
+  std::vector<std::string> warnings;
+  out.write("map" + ending(format), encoded(map_image(result, truth), format));
+  const Map3dImage view = map_3d_image(result, truth);
+  if (!view.warning.empty()) warnings.push_back(view.warning);
+  out.write("map_3d.png", png(view.image));
+  save_scene(out, "scene.3Dscene", result, truth);
+  out.write("steps" + ending(format), encoded(steps_image(result.steps, result.title), format));
+  return warnings;
+}
+
+void write_error_plots(const OutputDirectory& out, PictureFormat format,
+                       const std::vector<RobotPart>& parts, const std::vector<Truth>& truths) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const RobotPart& part = parts[i];
+    if (truths[i].get().path.empty() || part.result.trajectory.empty()) continue;
+    const Truth::Pairs estimate = truths[i].pairs(part.result.trajectory, part.log_rows);
+    const Truth::Pairs reckoned = truths[i].pairs(part.result.dead_reckoning, part.log_rows);
+    const std::string title =
+        part.name.empty() ? part.result.title : part.result.title + ", robot " + part.name;
+    out.write(file_of(part, "error" + ending(format)),
+              encoded(error_image(estimate.times, estimate.poses, reckoned.poses, title), format));
+  }
+}
+
+}  // namespace hybrid

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/job/detail/run_summary.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/mapping/plugin_choice.h"
+
+namespace hybrid {
+namespace {
+
+/// Whether something odd in a log was dropped, repaired or missing; the rest is for information.
+bool is_loss(const std::string& what) {
+  const auto has = [&](const char* word) { return what.find(word) != std::string::npos; };
+  return has(" dropped: ") || has(" repaired: ") || has(" missing: a gap");
+}
+
+/// What of the log could not become part of the map, and why; "" where all could.
+std::string refusals(const Mapper& mapper) {
+  if (mapper.warnings().empty()) return "";
+  std::size_t count = 0;
+  for (const auto& [reason, times] : mapper.dropped()) {
+    if (reason.find(" dropped: not ") != std::string::npos) count += times;
+  }
+  return fmt::format("left out as not usable {} time{}, first in {}", count, count == 1 ? "" : "s",
+                     mapper.warnings().front());
+}
+
+/// Why nothing but dead reckoning came out.
+std::string why_empty(const Mapper& mapper, const Summary& summary) {
+  const std::map<std::string, double> figures = mapper.statistics();
+  const auto scans = figures.find("scans");
+  if (scans == figures.end() || scans->second == 0) {
+    return "no landmark was mapped: " + why_nothing_mapped(summary.observations);
+  }
+  const bool is_blind = figures.at("scans_blind") >= figures.at("scans_lost");
+  return fmt::format(
+      "nothing was mapped: {:.0f} of {:.0f} scans {}, and the path is dead reckoning",
+      figures.at(is_blind ? "scans_blind" : "scans_lost"), scans->second,
+      is_blind ? "have fewer than ten returns within the maximum range"
+               : "agree with none before them, as those of ranges with errors of decimetres");
+}
+
+/// Sets status and message; `signal` is what stopped the replay, or 0.
+void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& result, int signal,
+                Summary& summary) {
+  const std::string refused = refusals(mapper);
+  if (signal != 0) {
+    summary.status = "interrupted";
+    summary.message = fmt::format("stopped by {} after {} keyframes", signal_name(signal),
+                                  result.trajectory.size());
+    if (const auto share = source.progress()) {
+      summary.message += fmt::format(", {:.1f} % of the log", 100 * *share);
+    }
+  } else if (source.status() != LogStatus::kComplete) {
+    summary.status = "partial";
+    summary.message = source.message();
+  } else if (result.landmarks.empty() && mapper.measurements() == 0 && refused.empty()) {
+    summary.status = "empty";
+    summary.message = why_empty(mapper, summary);
+  } else if (!refused.empty()) {
+    summary.status = "partial";
+  }
+  if (refused.empty()) return;
+  summary.message += (summary.message.empty() ? "" : "; ") + refused;
+}
+
+}  // namespace
+
+void tell_findings(const ReplaySettings& settings, Summary& summary) {
+  for (const RobotSettings& robot : settings.robots) {
+    const std::string name = robot.name.empty() ? "" : robot.name + " ";
+    for (NoiseRecord record : robot.findings.noise) {
+      record.sensor = name + record.sensor;
+      summary.noise.push_back(std::move(record));
+    }
+    for (AlignmentRecord record : robot.findings.alignment) {
+      record.sensor = name + record.sensor;
+      summary.alignment.push_back(std::move(record));
+    }
+    for (const std::string& remark : robot.findings.remarks) {
+      summary.warnings.push_back((name.empty() ? "" : "robot " + name) + remark);
+    }
+  }
+}
+
+void warn(Summary& summary, const std::vector<std::string>& more) {
+  summary.warnings.insert(summary.warnings.end(), more.begin(), more.end());
+}
+
+Summary summarize(const Session& session, const MapResult& result) {
+  const LogMerge& source = session.source();
+  const Mapper& mapper = session.mapper();
+  const BackendReport& last = session.last();
+  Summary summary;
+  summary.observations = observation_uses(source.observations(), session.plugins());
+  set_status(source, mapper, result, session.signal(), summary);
+  summary.mode = mapper.backend().mode();
+  summary.keyframes = result.trajectory.size();
+  summary.landmarks = result.landmarks.size();
+  summary.movers = result.movers.size();
+  summary.objective = last.objective_after;
+  summary.cost = last.cost;
+  summary.steps = step_statistics(result.steps);
+  summary.plugins = plugin_statistics(result.steps);
+  summary.statistics = mapper.statistics();
+  summary.solver_s = summary.steps.total_s + last.seconds;
+  summary.dropped = source.dropped();
+  for (const auto& [reason, count] : mapper.dropped()) summary.dropped[reason] += count;
+  for (const auto& [what, count] : source.warnings()) {
+    if (is_loss(what)) {
+      summary.dropped[what] += count;
+      continue;
+    }
+    summary.warnings.push_back(count == 1 ? what : fmt::format("{} ({} times)", what, count));
+  }
+  warn(summary, mapper.warnings());
+  warn(summary, last.warnings);
+  summary.calibration = result.calibration;
+  for (const int mode : result.motion_modes) {
+    if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
+  }
+  return summary;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/session/detail/map_run.h"
+#include "mrpt_plugins/settings/replay_settings.h"
+
+namespace hybrid {
+
+/// The place of a replay in a map file; without one, all of this does nothing. Where no robot is
+/// found in the map, it is mapped in a frame of its own, and the file stays as it is.
+class MapPlace {
+ public:
+  /// Opens the file. Throws Error, which names it.
+  MapPlace(const ReplayRequest& request, const ReplaySettings& settings,
+           const std::function<Provenance()>& provenance, bool is_3d);
+
+  /// The map before the session; without landmarks where there is none.
+  const MapRecord& map() const;
+  /// Whether the log is located in a map that stays as it is.
+  bool localizes() const { return run_ && run_->localizes() && !lost_; }
+  /// Gives the mapper the landmarks of the map, before the first keyframe; none where the robots
+  /// were not `found` in it.
+  void enter(Mapper& mapper, bool found);
+  /// Tells that the mapper has one more keyframe.
+  void added(const Mapper& mapper);
+  /// The replay stops before the end of the log.
+  void pause(const Mapper& mapper);
+  /// What summary and landmarks have to say of it.
+  void tell(MapResult& result, Summary& summary) const;
+  /// Whether the map is to be written.
+  bool writes() const { return run_ && !lost_; }
+  /// Writes the map, with what laser scans of this session saw. `show` is called when all is
+  /// written and nothing shows yet.
+  void finish(const Mapper& mapper, const MapResult& result,
+              const std::vector<MapLocalMap>& local_maps, const std::function<void()>& show);
+
+ private:
+  MapOptions options_;
+  std::optional<MapRun> run_;
+  bool lost_ = false;  // no robot was found in the map
+};
+
+}  // namespace hybrid

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/input/log_merge.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/session/detail/map_place.h"
+#include "mrpt_plugins/session/detail/scan_places.h"
+#include "mrpt_plugins/session/detail/team.h"
+#include "mrpt_plugins/settings/replay_settings.h"
+
+namespace hybrid {
+
+/// One run over the log of a robot, or over those of a team: from where they start to the estimate
+/// that they come to.
+class Session {
+ public:
+  /// Opens logs and map file, and finds where the robots start; the settings keep those that are
+  /// found. Settings must live as long as this. Throws as replay does.
+  Session(const ReplayRequest& request, ReplaySettings& settings,
+          const std::function<Provenance()>& provenance);
+
+  /// Reads the logs once to count their keyframes.
+  std::size_t count_keyframes() const;
+  /// Makes the mapper and gives it what the map file holds; before all of the following.
+  void begin();
+
+  /// Called after every keyframe.
+  using Watch = std::function<void(const StepRecord&, const Keyframe&)>;
+  /// Feeds the logs to the mapper, until the program is asked to stop, and solves to convergence.
+  void map(const Watch& watch);
+  /// The estimate, with the title of the settings.
+  MapResult result() const;
+  /// Writes the map file, unless a signal stopped the run; `show` is called when all is written and
+  /// nothing shows yet.
+  void publish(const MapResult& result, const std::function<void()>& show);
+
+  const LogMerge& source() const { return source_; }
+  const Team& team() const { return team_; }
+  const MapPlace& place() const { return place_; }
+  const Plugins& plugins() const { return plugins_; }
+  Mapper& mapper() { return *mapper_; }
+  const Mapper& mapper() const { return *mapper_; }
+  const BackendReport& last() const { return last_; }
+  int signal() const { return signal_; }  ///< that stopped it with keyframes left; 0: none did
+
+ private:
+  std::optional<Keyframe> next_keyframe();
+  std::vector<std::string> files() const;
+
+  ReplaySettings& settings_;
+  LogMerge source_;
+  bool is_3d_;
+  MapPlace place_;
+  Team team_;
+  Plugins plugins_;
+  std::optional<Mapper> mapper_;
+  BackendReport last_;
+  int signal_ = 0;
+};
+
+}  // namespace hybrid

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/session/judgement.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/bridge/pose_conversions.h"
+#include "mrpt_plugins/bridge/poses.h"
+#include "mrpt_plugins/health/run_health.h"
+#include "mrpt_plugins/session/detail/open_logs.h"
+
+namespace hybrid {
+namespace {
+
+constexpr std::size_t kFewestCompared = 10;  // poses
+constexpr double kAlike = 1.1;               // factor between badness of two maps that is by chance
+constexpr double kMuchWorse = 1e9;
+/// Two readings in one stamp are a doubled log; where half of all repeat, it is the clock.
+constexpr UpperLimits kRepeatedLimits{0.1, 0.5};
+constexpr UpperLimits kHalvesLimits{1.5, 2};  // sigmas are wrong by so much
+
+/// The path of a map, and the tangent covariance of each pose.
+struct HalfMap {
+  Trajectory path;
+  std::vector<Eigen::MatrixXd> covariances;
+  bool is_3d = false;
+};
+
+/// Keeps every other one of the things that go past, of all together.
+class EveryOther {
+ public:
+  explicit EveryOther(bool first) : keeps_(first) {}
+  template <class Thing>
+  void thin(std::vector<Thing>& things) {
+    std::vector<Thing> kept;
+    for (Thing& thing : things) {
+      if (keeps_) kept.push_back(std::move(thing));
+      keeps_ = !keeps_;
+    }
+    things = std::move(kept);
+  }
+
+ private:
+  bool keeps_;
+};
+
+/// The map of half of the detections; observations that hold none are halved as they are.
+HalfMap map_half(const ReplayRequest& request, const ReplaySettings& chosen, bool first) {
+  const ReplayRequest own = with_chosen_plugins(request, chosen);
+  const auto ini = open_config(own);
+  ReplaySettings settings = read_settings(*ini, own);
+  LogMerge source = open_logs(settings);
+  Mapper mapper = make_mapper(settings, source.is_3d());
+  EveryOther detections(first), observations(first);
+  while (auto keyframe = source.next()) {
+    throw_if_interrupted();
+    for (DetectionFrame& frame : keyframe->detections) detections.thin(frame.detections);
+    observations.thin(keyframe->observations);
+    mapper.add(*keyframe);
+  }
+  mapper.finish();
+  const MapResult result = mapper.result();
+  return {result.trajectory, mapper.pose_covariances(), result.is_3d};
+}
+
+/// Squared sigmas of the difference of two poses, for each number; nothing where it is not known.
+std::optional<double> difference(const HalfMap& a, const HalfMap& b, std::size_t i) {
+  const Eigen::MatrixXd &P = a.covariances[i], &Q = b.covariances[i];
+  if (P.rows() == 0 || Q.rows() != P.rows()) return std::nullopt;
+  const Eigen::Isometry3d D = to_isometry(a.path[i].pose).inverse() * to_isometry(b.path[i].pose);
+  const Eigen::AngleAxisd turn(D.rotation());
+  Eigen::Matrix<double, 6, 1> e;
+  e << D.translation(), turn.angle() * turn.axis();
+  Eigen::VectorXd own = e;
+  if (!a.is_3d)
+    own = Eigen::Vector3d(e[kPlanarIndices[0]], e[kPlanarIndices[1]], e[kPlanarIndices[2]]);
+  const double squared = own.dot((P + Q).ldlt().solve(own)) / static_cast<double>(own.size());
+  return std::isfinite(squared) ? std::optional(squared) : std::nullopt;
+}
+
+/// Both halves share the odometry, so that they differ by less than their covariances allow, and
+/// more says that something is wrong.
+Health compare_halves(const HalfMap& a, const HalfMap& b) {
+  double sum = 0, apart = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < std::min(a.path.size(), b.path.size()); ++i) {
+    const auto squared = difference(a, b, i);
+    if (!squared) continue;
+    sum += *squared;
+    apart = std::max(apart, a.path[i].pose.distanceTo(b.path[i].pose));
+    ++count;
+  }
+  if (count < kFewestCompared) return {};
+  HealthEntry entry;
+  entry.name = "halves of the detections";
+  entry.value = std::sqrt(sum / static_cast<double>(count));
+  entry.most = kHalvesLimits.doubtful;
+  entry.verdict = judge(entry.value, kHalvesLimits);
+  entry.sentence = fmt::format(
+      "Every other detection mapped alone: the paths differ by up to {:.2g} m, {:.2g} times what "
+      "their covariances allow.",
+      apart, entry.value);
+  if (entry.verdict != HealthVerdict::kGood) {
+    entry.knob = "whatever the other checks name; where they are good, the noise of all detections";
+  }
+  return {entry};
+}
+
+/// How far beyond its limits the value of a bad entry is, a factor; 0: it is not bad.
+double badness(const HealthEntry& entry) {
+  if (entry.verdict != HealthVerdict::kBad) return 0;
+  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
+  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+}
+
+double badness(const Health& health, const std::string& name) {
+  double worst = 0;
+  for (const HealthEntry& entry : health) {
+    if (entry.name == name) worst = std::max(worst, badness(entry));
+  }
+  return worst;
+}
+
+}  // namespace
+
+bool is_better(const Health& a, const Health& b) {
+  const HealthVerdict level = worst(b);
+  const auto is_of_level = [level](const HealthEntry& entry) { return entry.verdict == level; };
+  const bool is_worse = std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
+    return entry.verdict > level || badness(entry) > kAlike * badness(b, entry.name);
+  });
+  return !is_worse && std::count_if(a.begin(), a.end(), is_of_level) <
+                          std::count_if(b.begin(), b.end(), is_of_level);
+}
+
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result) {
+  const Backend& backend = mapper.backend();
+  const Estimate estimate{backend.values(), backend.assignment()};
+  const std::map<std::string, std::size_t> dropped = mapper.dropped();
+  Health health = run_health({backend.graph(), estimate, result, dropped,
+                              !mapper.decisions().empty(), mapper.statistics()});
+  if (repeated_stamps > kRepeatedLimits.doubtful) {
+    health.push_back(judged_entry(
+        "stamps of the odometry that repeat", repeated_stamps, kRepeatedLimits,
+        fmt::format("{:.0f} % of the stamps of the odometry are that of the one before, although "
+                    "the robot moves: the clock is too coarse to tell when anything was seen.",
+                    100 * repeated_stamps),
+        "the clock that stamps the log"));
+  }
+  if (!request.cross_check) return health;
+  for (const RobotSettings& robot : settings.robots) {
+    if (is_standard_input(robot.rawlog)) {
+      throw Error("--cross-check reads the log three times and needs a file");
+    }
+  }
+  for (HealthEntry& entry :
+       compare_halves(map_half(request, settings, true), map_half(request, settings, false))) {
+    health.push_back(std::move(entry));
+  }
+  return health;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/mapping/mapper.h"
+#include "mrpt_plugins/settings/replay_settings.h"
+
+namespace HYBRID_API hybrid {
+
+/// What a map says about itself. If the request asks for it, every other detection is mapped apart
+/// from the rest, and both paths are compared; `settings` chose the plugins. Throws Error where a
+/// log can be read but once.
+Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
+                 double repeated_stamps, const Mapper& mapper, const MapResult& result);
+
+/// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
+/// where none of the other's is bad, fewer are in doubt.
+bool is_better(const Health& a, const Health& b);
+
+}  // namespace hybrid

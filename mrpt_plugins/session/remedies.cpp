@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/session/remedies.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace hybrid {
+namespace {
+
+constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
+constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
+constexpr const char* kFoundAgain = "landmarks seen at one time only";
+constexpr const char* kCopies = "copies of landmarks";
+/// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
+/// landmark it is, up to where it tells next to nothing.
+constexpr std::array<double, 3> kExtents{1, 2, 4};
+
+/// What section.key of a configuration is; empty where it has none.
+std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
+  for (const auto& [section, keys] : configuration) {
+    for (const auto& [key, value] : keys) {
+      if (section + "." + key == name) return value;
+    }
+  }
+  return {};
+}
+
+/// The number that section.key of a configuration is; 1 where it has none.
+double setting(const IniFile::Settings& configuration, const std::string& name) {
+  const std::string text = text_of(configuration, name);
+  return text.empty() ? 1 : std::stod(text);
+}
+
+/// Whether odometry is less sure than stated, which an error of its scale and a drift make.
+bool may_be_calibrated(const HealthEntry& entry) {
+  return entry.scale == kOdometryNoise && entry.value > 1;
+}
+
+/// The entry of a check; none where it was not made.
+const HealthEntry* find_entry(const Health& health, const std::string& name) {
+  const auto it = std::find_if(health.begin(), health.end(),
+                               [&](const HealthEntry& entry) { return entry.name == name; });
+  return it == health.end() ? nullptr : &*it;
+}
+
+bool is_bad(const Health& health, const char* check) {
+  const HealthEntry* entry = find_entry(health, check);
+  return entry != nullptr && entry->verdict == HealthVerdict::kBad;
+}
+
+/// The usual sigma of where a detection of a map puts its landmark [m], if it was left open how
+/// detections find their landmarks; else none.
+std::optional<double> sigma_to_coarsen(const Summary& summary) {
+  const auto sigma = summary.statistics.find(kSigma);
+  const IniFile::Settings& configuration = summary.provenance.configuration;
+  const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
+                       setting(configuration, "BearingRangeAssociation.extent") == 0;
+  if (sigma == summary.statistics.end() || !is_free) return std::nullopt;
+  return sigma->second;
+}
+
+}  // namespace
+
+bool Remedies::add(const Health& health, const IniFile::Settings& configuration) {
+  bool changed = false;
+  for (const HealthEntry& entry : health) {
+    if (entry.verdict != HealthVerdict::kBad) continue;
+    if (may_be_calibrated(entry) && !calibration_was_tried) {
+      calibrates = calibration_was_tried = changed = true;
+    } else if (!entry.scale.empty()) {
+      factors.try_emplace(entry.scale, setting(configuration, entry.scale)).first->second *=
+          entry.value;
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+ReplayRequest Remedies::apply(ReplayRequest request) const {
+  request.settings.emplace_back("sensor.noise=measured");
+  if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
+  for (const auto& [key, factor] : factors) {
+    request.settings.push_back(fmt::format("{}={}", key, factor));
+  }
+  return request;
+}
+
+const char* too_fine(const Health& health) {
+  for (const char* check : {kFoundAgain, kCopies}) {
+    if (is_bad(health, check)) return check;
+  }
+  return nullptr;
+}
+
+double excess(const Health& health, const char* check) {
+  const HealthEntry* entry = find_entry(health, check);
+  return entry == nullptr ? 0 : entry->value / entry->most;
+}
+
+bool is_better_by(const char* check, const Health& a, const Health& b) {
+  const bool made = find_entry(a, kFoundAgain) != nullptr && find_entry(a, check) != nullptr;
+  return made && !is_bad(a, kFoundAgain) && !is_bad(a, check) &&
+         excess(a, check) < excess(b, check);
+}
+
+std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {
+  std::vector<ReplayRequest> out;
+  const std::optional<double> sigma = sigma_to_coarsen(summary);
+  for (const double extent : kExtents) {
+    if (!sigma) break;
+    out.push_back(request);
+    out.back().settings.emplace_back("BearingRangeAssociation.method=jcbb");
+    out.back().settings.push_back(
+        fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
+  }
+  return out;
+}
+
+}  // namespace hybrid

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/output/summary.h"
+#include "mrpt_plugins/settings/replay_request.h"
+
+namespace HYBRID_API hybrid {
+
+/// Settings that a bad map is made again with.
+struct Remedies {
+  bool calibrates = false;  ///< scale and drift of the odometry are estimated
+  bool calibration_was_tried = false;
+  std::map<std::string, double> factors;  ///< of noise, by key
+
+  /// Adds what a bad map says of its own settings: what may mend them, or else factors of noise.
+  /// Returns whether anything changed.
+  bool add(const Health& health, const IniFile::Settings& configuration);
+  /// The request with the noise measured, and with these settings.
+  ReplayRequest apply(ReplayRequest request) const;
+};
+
+/// The check that calls a map bad because its landmarks were decided finer than could be told; null
+/// if there is none. Landmarks that are near each other may look like copies of each other, so that
+/// these count where all are found again.
+const char* too_fine(const Health& health);
+
+/// How far a check is from where it begins to be in doubt, a factor; 0: it was not made.
+double excess(const Health& health, const char* check);
+
+/// Whether map `a` is better by a check than map `b`, and so good that it is not bad, nor are its
+/// landmarks lost: of two bad maps, neither is to be believed.
+bool is_better_by(const char* check, const Health& a, const Health& b);
+
+/// The request with landmarks that have an extent, from fine to coarse: what may be of one of them
+/// is of it (joint compatibility, which prefers a landmark that is known to a new one). None where
+/// the map that was made, whose summary this is, did not leave open how detections find landmarks.
+std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary);
+
+}  // namespace hybrid

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/session/detail/session.h"
+
+#include "libhybrid/core/error.h"
+#include "mrpt_plugins/bridge/about_file.h"
+#include "mrpt_plugins/bridge/detail/standard_input.h"
+#include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/session/detail/open_logs.h"
+
+namespace hybrid {
+
+Session::Session(const ReplayRequest& request, ReplaySettings& settings,
+                 const std::function<Provenance()>& provenance)
+    : settings_(settings),
+      source_(open_logs(settings)),
+      is_3d_(source_.is_3d()),
+      place_(request, settings, provenance, is_3d_),
+      team_(request, settings, place_.map(), is_3d_),
+      plugins_(settings.plugins) {
+  if (!team_.message().empty()) source_ = open_logs(settings);  // robots were left out
+}
+
+std::size_t Session::count_keyframes() const {
+  LogMerge logs = open_logs(settings_);
+  std::size_t count = 0;
+  while (logs.next()) {
+    throw_if_interrupted();
+    ++count;
+  }
+  return count;
+}
+
+void Session::begin() {
+  mapper_.emplace(make_mapper(settings_, is_3d_));
+  place_.enter(*mapper_, team_.is_in_map());
+  if (team_.is_in_map()) adopt_scans(plugins_, place_.map(), settings_.robots);
+}
+
+/// The next keyframe; nothing at the end, or with a signal that asks to stop.
+std::optional<Keyframe> Session::next_keyframe() {
+  try {
+    std::optional<Keyframe> keyframe = source_.next();
+    if (keyframe) signal_ = interrupted();
+    return signal_ == 0 ? keyframe : std::nullopt;
+  } catch (const Interrupted& e) {
+    signal_ = e.signal();
+    return std::nullopt;
+  }
+}
+
+/// Those that errors of a run may be about.
+std::vector<std::string> Session::files() const {
+  std::vector<std::string> files;
+  for (const RobotSettings& robot : settings_.robots) files.push_back(shown_path(robot.rawlog));
+  files.push_back(settings_.map.file);
+  return files;
+}
+
+void Session::map(const Watch& watch) {
+  last_ = about(files(), [&] {
+    bool is_empty = true;
+    while (const auto keyframe = next_keyframe()) {
+      is_empty = false;
+      const StepRecord& step = mapper_->add(*keyframe);
+      team_.added(keyframe->robot, *mapper_);
+      place_.added(*mapper_);
+      watch(step, *keyframe);
+    }
+    if (is_empty) {
+      throw_if_interrupted();
+      throw Error(source_.message().empty() ? "the log holds no frame to map" : source_.message());
+    }
+    if (signal_ != 0) place_.pause(*mapper_);
+    return mapper_->finish();
+  });
+}
+
+MapResult Session::result() const {
+  MapResult result = about(files(), [&] { return mapper_->result(); });
+  result.title = settings_.title;
+  return result;
+}
+
+void Session::publish(const MapResult& result, const std::function<void()>& show) {
+  std::vector<MapLocalMap> scans;
+  if (place_.writes()) scans = local_maps(plugins_, result, *mapper_);
+  signal_ != 0 ? show() : place_.finish(*mapper_, result, scans, show);
+}
+
+}  // namespace hybrid

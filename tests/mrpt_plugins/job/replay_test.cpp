@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/job/replay.h"
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "libhybrid/core/error.h"
+#include "tests/support/scratch_folder.h"
+
+namespace hybrid {
+namespace {
+
+const std::string kDemo = HYBRID_SOURCE_DIR "/rawlogs/classed_demo";
+
+class Replay : public ScratchFolder {
+ protected:
+  ReplayRequest request() const {
+    ReplayRequest request;
+    request.rawlog = kDemo + ".rawlog";
+    request.output = at("out");
+    request.pictures = false;
+    return request;
+  }
+  nlohmann::json summary() const { return nlohmann::json::parse(read("out/summary.json")); }
+  /// The names of the files of a folder, all in one line.
+  std::string files(const std::string& name) const {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(at(name))) {
+      names.insert(entry.path().filename().string());
+    }
+    std::string text;
+    for (const std::string& file : names) text += file + " ";
+    return text;
+  }
+  /// The message of a replay that fails.
+  std::string failure(const ReplayRequest& request) const {
+    try {
+      replay(request);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    ADD_FAILURE() << "no error";
+    return "";
+  }
+};
+
+TEST_F(Replay, TellsOfItselfAndThenOfTheFiles) {
+  ReplayRequest asked = request();
+  asked.truth_path = kDemo + "_ground_truth_robot_path.txt";
+  std::size_t keyframes = 0;
+  int published = 0;
+  const ReplayOutcome outcome = replay(
+      asked,
+      [&](const ReplayProgress& progress) {
+        EXPECT_EQ(progress.keyframes, ++keyframes);
+        EXPECT_FALSE(std::filesystem::exists(at("out/summary.json")));
+      },
+      [&](const ReplayOutcome& there) {
+        ++published;
+        EXPECT_TRUE(std::filesystem::exists(there.folder / "summary.json"));
+      });
+  EXPECT_EQ(published, 1);
+  EXPECT_EQ(outcome.signal, 0);
+  EXPECT_EQ(outcome.summary.status, "ok");
+  EXPECT_EQ(outcome.summary.keyframes, keyframes);
+  EXPECT_EQ(summary().at("keyframes"), keyframes);
+  EXPECT_EQ(summary().at("objective"), outcome.summary.objective);
+  EXPECT_EQ(files("out"),
+            "graph.g2o landmarks.csv landmarks.json steps.csv summary.json trajectory.tum "
+            "trajectory_dead_reckoning.tum trajectory_truth.tum ");
+}
+
+TEST_F(Replay, AFailureUnderWayLeavesTheOldResult) {
+  replay(request());
+  const std::string before = read("out/summary.json");
+  const auto fail = [](const ReplayProgress& progress) {
+    if (progress.keyframes == 5) throw std::runtime_error("enough");
+  };
+  ReplayRequest asked = request();
+  asked.events = true;  // a file that is written as the log goes
+  EXPECT_THROW(replay(asked, fail), std::runtime_error);
+  EXPECT_EQ(read("out/summary.json"), before);
+  EXPECT_EQ(files("out").find("events"), std::string::npos) << files("out");
+  asked.output = at("new");
+  EXPECT_THROW(replay(asked, fail), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(at("new")));
+}
+
+TEST_F(Replay, AFailureBeforeTheFirstKeyframeNamesTheFile) {
+  ReplayRequest asked = request();
+  asked.truth_path = write("bad.tum", "1 2 three\n");
+  EXPECT_NE(failure(asked).find("bad.tum"), std::string::npos);
+  asked = request();
+  asked.map_mode = "extend";
+  EXPECT_NE(failure(asked).find("need a map file"), std::string::npos);
+  asked.map = at("none.hmap");
+  EXPECT_NE(failure(asked).find("none.hmap"), std::string::npos);
+  asked = request();
+  asked.rawlog = at("none.rawlog");
+  EXPECT_NE(failure(asked).find("none.rawlog"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(at("out")));
+}
+
+TEST_F(Replay, AFailureOfTheMapFileLeavesNoResult) {
+  ReplayRequest asked = request();
+  asked.map = at("a.hmap");
+  asked.settings = {"solver.mode=batch"};
+  EXPECT_NE(failure(asked).find("a map file needs [solver] mode"), std::string::npos);
+  asked.settings.clear();
+  replay(asked);
+  EXPECT_TRUE(summary().at("localized_at").is_null());
+  const std::string before = read("out/summary.json"), map = read("a.hmap");
+  EXPECT_NE(failure(asked).find("would count twice"), std::string::npos);
+  EXPECT_EQ(read("out/summary.json"), before);
+  EXPECT_EQ(read("a.hmap"), map);
+}
+
+TEST_F(Replay, OfADamagedLogIsPartial) {
+  const std::string whole = [] {
+    std::ifstream in(kDemo + ".rawlog", std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  }();
+  ReplayRequest asked = request();
+  asked.rawlog = write("half.rawlog", whole.substr(0, whole.size() / 2));
+  const ReplayOutcome outcome = replay(asked);
+  EXPECT_EQ(outcome.summary.status, "partial");
+  EXPECT_FALSE(outcome.summary.message.empty());
+  EXPECT_EQ(summary().at("status"), "partial");
+  EXPECT_GT(outcome.summary.keyframes, 0U);
+  asked.rawlog = write("none.rawlog", "");
+  EXPECT_NE(failure(asked).find("none.rawlog"), std::string::npos);
+  EXPECT_EQ(summary().at("status"), "partial");  // the old result stays
+}
+
+TEST_F(Replay, DrawsAsManyFramesAsAsked) {
+  ReplayRequest asked = request();
+  asked.frames = 3;
+  replay(asked);
+  EXPECT_EQ(files("out/frames"), "frame_0001.png frame_0002.png frame_0003.png ");
+}
+
+}  // namespace
+}  // namespace hybrid

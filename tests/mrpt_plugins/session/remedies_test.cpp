@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#include "mrpt_plugins/session/remedies.h"
+
+#include <gtest/gtest.h>
+
+namespace hybrid {
+namespace {
+
+constexpr const char* kFoundAgain = "landmarks seen at one time only";
+constexpr const char* kCopies = "copies of landmarks";
+constexpr const char* kOdometry = "reader.odometry_sigma_factor";
+
+HealthEntry check(const std::string& name, double value, const std::string& scale = "") {
+  HealthEntry entry = judged_entry(name, value, {2, 4}, "", "");
+  entry.scale = scale;
+  return entry;
+}
+
+TEST(Remedies, CalibrateOdometryOnceBeforeItsNoiseIsScaled) {
+  const Health health{check("noise of odometry", 5, kOdometry)};
+  const IniFile::Settings stated{{"reader", {{"odometry_sigma_factor", "1.5"}}}};
+  Remedies remedies;
+  EXPECT_TRUE(remedies.add(health, stated));
+  EXPECT_TRUE(remedies.calibrates);
+  EXPECT_TRUE(remedies.factors.empty());
+  EXPECT_EQ(remedies.apply({}).settings,
+            (std::vector<std::string>{"sensor.noise=measured", "calibration.odometry=yes"}));
+  remedies.calibrates = false;  // it was in vain
+  EXPECT_TRUE(remedies.add(health, stated));
+  EXPECT_FALSE(remedies.calibrates);
+  EXPECT_EQ(remedies.factors.at(kOdometry), 7.5);
+  EXPECT_TRUE(
+      remedies.add(health, stated));  // the next map says it again, of what it was made with
+  EXPECT_EQ(remedies.factors.at(kOdometry), 37.5);
+  EXPECT_EQ(remedies.apply({}).settings,
+            (std::vector<std::string>{"sensor.noise=measured", kOdometry + std::string("=37.5")}));
+}
+
+TEST(Remedies, AreOfBadChecksThatHaveAScale) {
+  Remedies remedies;
+  EXPECT_FALSE(remedies.add({check("a", 3, "sensor.x"), check("b", 9)}, {}));
+  EXPECT_TRUE(remedies.add({check("a", 5, "sensor.x")}, {}));
+  EXPECT_EQ(remedies.factors.at("sensor.x"), 5);
+  EXPECT_FALSE(remedies.calibrates);
+}
+
+TEST(Coarser, IsAskedOfLandmarksThatAreLostBeforeThoseThatAreCopied) {
+  EXPECT_EQ(too_fine({check(kFoundAgain, 3), check("a", 9)}), nullptr);
+  EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 9)}), kFoundAgain);
+  EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 1)}), kCopies);
+}
+
+TEST(Coarser, IsBetterOnlyWhereTheMapIsNotBad) {
+  const Health before{check(kFoundAgain, 9), check(kCopies, 1)};
+  EXPECT_EQ(excess(before, kFoundAgain), 4.5);
+  EXPECT_EQ(excess(before, "a"), 0);
+  EXPECT_TRUE(is_better_by(kFoundAgain, {check(kFoundAgain, 3)}, before));
+  EXPECT_FALSE(is_better_by(kFoundAgain, {check(kFoundAgain, 8)}, before));
+  EXPECT_FALSE(is_better_by(kFoundAgain, {}, before));  // where nothing was asked, nothing is good
+  const Health copied{check(kFoundAgain, 1), check(kCopies, 9)};
+  EXPECT_FALSE(is_better_by(kCopies, {check(kFoundAgain, 9), check(kCopies, 1)}, copied));
+  EXPECT_FALSE(is_better_by(kCopies, copied, copied));
+}
+
+TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
+  Summary summary;
+  summary.statistics["detection_sigma_m"] = 0.25;
+  summary.provenance.configuration = {
+      {"BearingRangeAssociation", {{"method", "hypotheses"}, {"extent", "0"}}}};
+  ReplayRequest request;
+  request.settings = {"a.b=c"};
+  const std::vector<ReplayRequest> out = coarser(request, summary);
+  ASSERT_EQ(out.size(), 3U);
+  EXPECT_EQ(out[0].settings,
+            (std::vector<std::string>{"a.b=c", "BearingRangeAssociation.method=jcbb",
+                                      "BearingRangeAssociation.extent=0.25"}));
+  EXPECT_EQ(out[2].settings.back(), "BearingRangeAssociation.extent=1");
+  summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
+  EXPECT_TRUE(coarser(request, summary).empty());
+  summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
+  EXPECT_TRUE(coarser(request, summary).empty());
+  summary.provenance.configuration[0].second[1].second = "0";
+  summary.statistics.clear();
+  EXPECT_TRUE(coarser(request, summary).empty());
+}
+
+}  // namespace
+}  // namespace hybrid
