@@ -11,17 +11,16 @@
 #include <memory>
 #include <string>
 
-#include "libhybrid/core/error.h"
 #include "libhybrid/factors/inflated.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/pose_graph/odometry_edges.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "mrpt_plugins/health/noise_entry.h"
+#include "mrpt_plugins/health/some_factors.h"
 
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostFactors = 200;       // of a kind
 constexpr std::size_t kMostVariables = 100000;  // whose covariances take seconds
 constexpr int kRounds = 10;
 constexpr double kAlike = 1.1;  // scales that differ by less need no further round
@@ -56,21 +55,13 @@ std::vector<Kind> kinds_of(const Input& input, const std::vector<Loop>& loops) {
 double excess(Kind& kind, const ContinuousMarginals& marginals, const Values& values) {
   double sum = 0;
   kind.redundancy = 0;
-  const std::size_t every = kind.factors.size() / kMostFactors + 1;
-  for (std::size_t i = 0; i < kind.factors.size(); i += every) {
-    const ContinuousFactor& factor = *kind.factors[i];
-    Eigen::VectorXd r(factor.rows());
-    Eigen::MatrixXd J(factor.rows(), factor.cols());
-    factor.linearize(gather(factor.keys(), factor.types(), values).data(), r.data(), J.data());
-    try {
-      const Eigen::MatrixXd P =
-          marginals.joint_covariance(factor.keys()) / (kind.scale * kind.scale);
-      kind.redundancy += std::max(0.0, factor.rows() - (J * P).cwiseProduct(J).sum());
-      sum += r.squaredNorm() / (kind.scale * kind.scale);
-    } catch (const Error&) {
-      // what is not determined says nothing
-    }
-  }
+  const double variance = kind.scale * kind.scale;
+  for_some_factors(
+      kind.factors, marginals, values,
+      [&](const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const Eigen::MatrixXd& P) {
+        kind.redundancy += std::max(0.0, r.size() - (J * (P / variance)).cwiseProduct(J).sum());
+        sum += r.squaredNorm() / variance;
+      });
   return kind.redundancy < kLeastRedundancy ? 1.0 : std::sqrt(sum / kind.redundancy);
 }
 

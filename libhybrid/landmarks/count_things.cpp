@@ -12,6 +12,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/landmarks/detail/sensor_place.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
@@ -129,9 +130,7 @@ class Counter {
  private:
   PointSighting sighted(const Sighting& sighting) const {
     DetectionFrame sensor = *sighting.sensor;
-    if (sensor.calibrated && map_.holds(*sensor.calibrated)) {
-      sensor.T_robot_sensor = isometry_at(map_.values, *sensor.calibrated);
-    }
+    sensor.T_robot_sensor = sensor_place(sensor, map_.values);
     return point_sighting(isometry_at(map_.values, sighting.pose), sensor, sighting.detection,
                           map_.is_3d);
   }

@@ -14,6 +14,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/geometry/polar.h"
+#include "libhybrid/landmarks/detail/sensor_place.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
@@ -74,12 +75,8 @@ class FrameMatcher {
 
  private:
   Eigen::Isometry3d sensor_pose(const Sighting& sighting) const {
-    const DetectionFrame& sensor = *sighting.sensor;
-    const Eigen::Isometry3d T_robot_sensor = sensor.calibrated && map_.holds(*sensor.calibrated)
-                                                 ? isometry_at(map_.values, *sensor.calibrated)
-                                                 : sensor.T_robot_sensor;
-    const Eigen::Isometry3d T_map_sensor =
-        compose(isometry_at(map_.values, sighting.pose), T_robot_sensor);
+    const Eigen::Isometry3d T_map_sensor = compose(isometry_at(map_.values, sighting.pose),
+                                                   sensor_place(*sighting.sensor, map_.values));
     return map_.is_3d ? T_map_sensor : to_isometry(to_se2(T_map_sensor));
   }
 

@@ -10,11 +10,16 @@
 #include "mrpt_plugins/drawing/detail/drawing.h"
 
 namespace hybrid {
-cairo::Surface cairo::surface_of(const Image& image) {
+
+void expect_pixels(const Image& image) {
   const auto expected = static_cast<std::size_t>(image.width) * image.height * 3;
   if (image.width <= 0 || image.height <= 0 || image.rgb.size() != expected) {
     throw std::runtime_error("a picture without pixels cannot be encoded");
   }
+}
+
+cairo::Surface cairo::surface_of(const Image& image) {
+  expect_pixels(image);
   Surface out(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
   check(cairo_surface_status(out.get()));
   unsigned char* data = cairo_image_surface_get_data(out.get());

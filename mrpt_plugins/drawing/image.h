@@ -23,6 +23,9 @@ struct Image {
   std::shared_ptr<const Drawing> drawing = nullptr;
 };
 
+/// Throws std::runtime_error where the picture has no pixels, or not as many as its size says.
+void expect_pixels(const Image& image);
+
 enum class PictureFormat { kPng, kSvg, kPdf };
 
 /// The format of a name: png, svg or pdf. Throws Error for others.

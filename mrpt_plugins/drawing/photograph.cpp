@@ -16,10 +16,7 @@ namespace {
 
 /// The pixels of a picture, which stay its own.
 cv::Mat pixels_of(const Image& image) {
-  const auto expected = static_cast<std::size_t>(image.width) * image.height * 3;
-  if (image.width <= 0 || image.height <= 0 || image.rgb.size() != expected) {
-    throw std::runtime_error("a picture without pixels cannot be encoded");
-  }
+  expect_pixels(image);
   return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
 }
 

@@ -8,14 +8,13 @@
 #include <limits>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/error.h"
 #include "mrpt_plugins/health/detail/run_facts.h"
 #include "mrpt_plugins/health/noise_entry.h"
+#include "mrpt_plugins/health/some_factors.h"
 
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kMostFactors = 200;  // of a kind, evenly over the run
 /// Sigmas are wrong by a factor of so much: what they are squared is the ratio below.
 constexpr double kDoubtfulFactor = 1.5, kBadFactor = 2;
 /// Stated too large makes covariances too large, and no map wrong: in doubt from so much on.
@@ -47,36 +46,20 @@ constexpr KindOfFactor kKinds[] = {
     {"range", 0, 0, "ranges to beacons", "[BeaconRanges] sigma", "BeaconRanges.sigma_factor"},
 };
 
-/// Every n-th factor of a name, so that there are at most so many.
-std::vector<const ContinuousFactor*> some(const std::vector<const ContinuousFactor*>& all,
-                                          const std::string& name) {
-  std::vector<const ContinuousFactor*> named;
-  for (const ContinuousFactor* factor : all) {
-    if (factor->name() == name) named.push_back(factor);
-  }
-  const std::size_t every = named.size() / kMostFactors + 1;
-  std::vector<const ContinuousFactor*> out;
-  for (std::size_t i = 0; i < named.size(); i += every) out.push_back(named[i]);
-  return out;
-}
-
 SquaredSigmas squared_sigmas(const RunFacts& facts, const KindOfFactor& kind) {
-  SquaredSigmas out;
-  for (const ContinuousFactor* factor : some(facts.factors, kind.factor)) {
-    Eigen::VectorXd r(factor->rows());
-    Eigen::MatrixXd J(factor->rows(), factor->cols());
-    try {
-      const auto x = gather(factor->keys(), factor->types(), facts.run.estimate.values);
-      factor->linearize(x.data(), r.data(), J.data());
-      const Eigen::MatrixXd P = facts.marginals->joint_covariance(factor->keys());
-      const int last = std::min(kind.last, factor->rows() - 1);
-      for (int row = kind.first; row <= last; ++row) {
-        out.add(r[row] * r[row], (J.row(row) * P * J.row(row).transpose()).value());
-      }
-    } catch (const Error&) {
-      // what is not determined, or has left the window, says nothing
-    }
+  std::vector<const ContinuousFactor*> named;
+  for (const ContinuousFactor* factor : facts.factors) {
+    if (factor->name() == kind.factor) named.push_back(factor);
   }
+  SquaredSigmas out;
+  for_some_factors(
+      named, *facts.marginals, facts.run.estimate.values,
+      [&](const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const Eigen::MatrixXd& P) {
+        const auto last = std::min<Eigen::Index>(kind.last, r.size() - 1);
+        for (Eigen::Index row = kind.first; row <= last; ++row) {
+          out.add(r[row] * r[row], (J.row(row) * P * J.row(row).transpose()).value());
+        }
+      });
   return out;
 }
 

@@ -12,6 +12,17 @@
 #include "mrpt_plugins/output/map_style.h"
 
 namespace hybrid {
+namespace {
+
+/// What a landmark stands for in the end, as nothing counts it before.
+LandmarkSize size_of(std::int64_t id, const MapResult& result) {
+  const auto it =
+      std::find_if(result.landmarks.begin(), result.landmarks.end(),
+                   [id](const LandmarkEstimate& landmark) { return landmark.id == id; });
+  return it == result.landmarks.end() ? LandmarkSize() : it->size;
+}
+
+}  // namespace
 
 void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
   seen_.clear();
@@ -23,7 +34,7 @@ void Movie::watch(std::size_t keyframes, const Mapper& mapper) {
   const auto frames = static_cast<std::size_t>(frames_);
   const std::size_t due = std::min(frames - 1, keyframes * frames / keyframes_);
   if (scenes_.size() >= due) return;
-  MapResult scene = mapper.result();
+  MapResult scene = mapper.result_without_sizes();
   scene.dead_reckoning.clear();
   scene.steps.clear();
   scenes_.resize(due, {std::move(scene), seen_});
@@ -38,6 +49,7 @@ Image Movie::frame(int i, const GroundTruth& truth) const {
   MapResult scene = scenes_.at(at).map;
   const MapResult& last = scenes_.back().map;
   scene.title = last.title;
+  for (LandmarkEstimate& landmark : scene.landmarks) landmark.size = size_of(landmark.id, last);
   const auto poses = static_cast<std::ptrdiff_t>(scene.trajectory.size());
   scene.dead_reckoning.assign(last.dead_reckoning.begin(), last.dead_reckoning.begin() + poses);
   const double seconds =

@@ -68,6 +68,9 @@ class Mapper {
 
   /// Trajectory, dead reckoning, landmarks with covariance and class, and the steps.
   MapResult result() const;
+  /// The same, but what landmarks stand for (LandmarkEstimate::size) is not asked of the plugins,
+  /// which look at all sightings for that.
+  MapResult result_without_sizes() const;
 
   /// Row of MRPT's ground truth path for each pose of the trajectory.
   const std::vector<std::size_t>& log_rows() const { return log_rows_; }

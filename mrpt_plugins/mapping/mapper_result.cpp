@@ -62,6 +62,17 @@ std::vector<std::string> Mapper::robot_names() const {
 }
 
 MapResult Mapper::result() const {
+  MapResult result = result_without_sizes();
+  std::map<std::int64_t, LandmarkSize> sizes;
+  for (const auto& plugin : plugins_) sizes.merge(plugin->sizes(view()));
+  for (LandmarkEstimate& landmark : result.landmarks) {
+    const auto size = sizes.find(landmark.id);
+    if (size != sizes.end()) landmark.size = size->second;
+  }
+  return result;
+}
+
+MapResult Mapper::result_without_sizes() const {
   MapResult result;
   result.is_3d = is_3d_;
   result.in_known_map = robots_.front().options.motion.start.has_value();
@@ -89,15 +100,12 @@ MapResult Mapper::result() const {
     if (landmark.class_key) classes.push_back(*landmark.class_key);
   }
   const Uncertainty uncertainty = backend_->uncertainty(points, classes);
-  std::map<std::int64_t, LandmarkSize> sizes;
-  for (const auto& plugin : plugins_) sizes.merge(plugin->sizes(view()));
   for (const auto& [id, landmark] : landmarks_) {
     LandmarkEstimate out;
     out.id = id;
     out.position = point_at(values, landmark.position);
     out.is_3d = is_3d_;
     out.sightings = landmark.sightings;
-    if (const auto size = sizes.find(id); size != sizes.end()) out.size = size->second;
     const auto covariance = uncertainty.covariances.find(landmark.position);
     if (covariance != uncertainty.covariances.end()) out.covariance = padded(covariance->second);
     if (landmark.class_key) {

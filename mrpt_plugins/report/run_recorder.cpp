@@ -13,6 +13,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/discrete/probabilities.h"
+#include "libhybrid/landmarks/detail/sensor_place.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 
@@ -195,9 +196,7 @@ void RunRecorder::compute_residuals(const Mapper& mapper) {
     const Landmark* landmark = s.landmark ? mapper.landmarks().find(*s.landmark) : nullptr;
     const DetectionFrame& sensor = *s.event.sensor;
     if (landmark != nullptr && sensor.has_range) {
-      const bool moves = sensor.calibrated && values.contains(*sensor.calibrated);
-      const Eigen::Isometry3d T_robot_sensor =
-          moves ? isometry_at(values, *sensor.calibrated) : sensor.T_robot_sensor;
+      const Eigen::Isometry3d T_robot_sensor = sensor_place(sensor, values);
       const Eigen::Isometry3d T_map_robot = isometry_at(values, s.event.pose);
       const Detection& d = s.event.detection;
       const Eigen::Vector3d z(d.range, d.yaw, d.pitch);

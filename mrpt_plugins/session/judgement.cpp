@@ -68,7 +68,7 @@ HalfMap map_half(const ReplayRequest& request, const ReplaySettings& chosen, boo
     mapper.add(*keyframe);
   }
   mapper.finish();
-  const MapResult result = mapper.result();
+  const MapResult result = mapper.result_without_sizes();
   return {result.trajectory, mapper.pose_covariances(), result.is_3d};
 }
 

@@ -235,6 +235,23 @@ TEST(Association, TheGraphHoldsEachSightingOnce) {
   EXPECT_EQ(graph.discrete().size(), mapper.result().landmarks.size());
 }
 
+TEST(Association, WhatLandmarksStandForIsCountedOnlyWhereItIsAskedFor) {
+  IniFile ini("[BearingRangeAssociation]\nmethod = jcbb\nextent = 0.2\n", "test.ini");
+  Rounds world;
+  Mapper mapper = make_mapper(ini);
+  for (int i = 0; i < 60; ++i) mapper.add(world.keyframe(i));
+  mapper.finish();
+  const MapResult whole = mapper.result(), rest = mapper.result_without_sizes();
+  ASSERT_EQ(rest.landmarks.size(), whole.landmarks.size());
+  ASSERT_FALSE(rest.landmarks.empty());
+  for (std::size_t l = 0; l < rest.landmarks.size(); ++l) {
+    EXPECT_EQ(rest.landmarks[l].position, whole.landmarks[l].position);
+    EXPECT_EQ(rest.landmarks[l].covariance, whole.landmarks[l].covariance);
+    EXPECT_EQ(whole.landmarks[l].size.extent, 0.2);
+    EXPECT_EQ(rest.landmarks[l].size.extent, 0);
+  }
+}
+
 TEST(Association, KnownIdsOverride) {
   IniFile ini("", "test.ini");
   Rounds world;
