@@ -100,6 +100,12 @@ def digest(data):
     return "sha256=" + base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
 
 
+def information():
+    """What the folder .dist-info tells of the wheel, by name of its file."""
+    wheel = f"Wheel-Version: 1.0\nGenerator: hybrid_build\nRoot-Is-Purelib: false\nTag: {tag()}\n"
+    return {"METADATA": metadata(), "WHEEL": wheel}
+
+
 def write_wheel(path, found):
     info = f"{NAME}-{version()}.dist-info"
     records = []
@@ -114,10 +120,19 @@ def write_wheel(path, found):
 
         for name, file in sorted(found.items()):
             add(name, file.read_bytes(), 0o755 if os.access(file, os.X_OK) else 0o644)
-        add(f"{info}/METADATA", metadata().encode(), 0o644)
-        add(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: hybrid_build\nRoot-Is-Purelib: false\nTag: {tag()}\n".encode(), 0o644)
+        for name, text in information().items():
+            add(f"{info}/{name}", text.encode(), 0o644)
         add(f"{info}/licenses/LICENSE", (ROOT / "LICENSE").read_bytes(), 0o644)
         wheel.writestr(f"{info}/RECORD", "\n".join([*records, f"{info}/RECORD,,"]) + "\n")
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):  # pylint: disable=unused-argument
+    """Tells what the wheel will be, without which pip builds all to know, and once more to install it."""
+    info = pathlib.Path(metadata_directory) / f"{NAME}-{version()}.dist-info"
+    info.mkdir()
+    for name, text in information().items():
+        (info / name).write_text(text, encoding="utf-8")
+    return info.name
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):  # pylint: disable=unused-argument

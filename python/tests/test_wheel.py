@@ -69,6 +69,15 @@ def test_its_record_lists_every_file(backend, tmp_path):
                 assert rows[name] == [backend.digest(wheel.read(name)), str(len(wheel.read(name)))]
 
 
+def test_what_it_will_be_is_known_before_it_is_built(backend, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(backend, "run", lambda *command: pytest.fail("built"))
+        info = backend.prepare_metadata_for_build_wheel(tmp_path)
+    with zipfile.ZipFile(tmp_path / backend.build_wheel(tmp_path, {"build-dir": str(BUILD)})) as wheel:
+        for file in (tmp_path / info).iterdir():
+            assert wheel.read(f"{info}/{file.name}").decode() == file.read_text(encoding="utf-8")
+
+
 def test_the_version_is_that_of_the_package(backend):
     import hybrid
 
