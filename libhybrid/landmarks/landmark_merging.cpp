@@ -287,7 +287,8 @@ bool LandmarkMerging::may_become_another(int t, const LandmarkTracks& landmarks)
          !(options_.use_ids && landmarks.has_id(t));
 }
 
-/// Landmarks among which the place of the usual detection leaves open whose it is, by neighbours.
+/// Landmarks among which the place of the usual detection does not decide whose it is, by
+/// neighbours.
 std::vector<std::vector<int>> LandmarkMerging::places(const MapView& map,
                                                       const LandmarkTracks& landmarks) const {
   const auto n = static_cast<int>(landmarks.tracks().size());
@@ -301,7 +302,7 @@ std::vector<std::vector<int>> LandmarkMerging::places(const MapView& map,
   const auto point = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
   const auto may_be_one = [&](int a, int b) {
     const double chi_square = (point(a) - point(b)).squaredNorm() / (variance[a] + variance[b]);
-    return chi_square <= std::log(options_.open_odds) && !are_apart(a, b, landmarks) &&
+    return chi_square <= std::log(options_.merge_odds) && !are_apart(a, b, landmarks) &&
            !refused(a, b, landmarks) && !refused(b, a, landmarks);
   };
   std::vector<std::vector<int>> out;
@@ -312,7 +313,7 @@ std::vector<std::vector<int>> LandmarkMerging::places(const MapView& map,
     taken[first] = true;
     for (std::size_t k = 0; k < place.size(); ++k) {
       const int t = place[k];
-      const double radius = std::sqrt(8 * variance[t] * std::log(options_.open_odds));
+      const double radius = std::sqrt(8 * variance[t] * std::log(options_.merge_odds));
       landmarks.grid().visit_near(point(t).x(), point(t).y(), radius, [&](int other) {
         if (taken[other] || variance[other] == 0 || !may_be_one(t, other)) return;
         taken[other] = true;
