@@ -201,6 +201,11 @@ Json landmark_entity(const MapRecord& map, const MapLandmark& l, double seconds)
   }
   tell("sightings", std::to_string(l.sightings));
   tell("session", std::to_string(l.session));
+  tell("things", std::to_string(l.size.things));
+  if (l.size.extent > 0) tell("extent_m", fmt::format("{:.3g}", l.size.extent));
+  std::string label = std::to_string(l.id);
+  if (best >= 0) label += " " + name;
+  if (l.size.things > 1) label += fmt::format(" \u00d7{}", l.size.things);
   out["spheres"] = Json::array({{{"pose", pose_json(l.position)},
                                  {"size", point_json(Eigen::Vector3d::Constant(kSize))},
                                  {"color", color_json(color)}},
@@ -210,7 +215,7 @@ Json landmark_entity(const MapRecord& map, const MapLandmark& l, double seconds)
                                {"font_size", 12},
                                {"scale_invariant", true},
                                {"color", color_json(palette::kTruth)},
-                               {"text", fmt::format("{}{}{}", l.id, best < 0 ? "" : " ", name)}}});
+                               {"text", std::move(label)}}});
   return out;
 }
 

@@ -23,12 +23,12 @@ constexpr int kMostThings = 20;  // that one landmark may stand for
 /// How many looks had so many detections of a landmark: looks[0] none, looks[1] one.
 using Looks = std::vector<int>;
 
-/// log of the mean of exp(terms).
-double log_mean(const std::vector<double>& terms) {
+/// log of the sum of exp(terms).
+double log_sum(const std::vector<double>& terms) {
   const double most = *std::max_element(terms.begin(), terms.end());
   double sum = 0;
   for (const double term : terms) sum += std::exp(term - most);
-  return most + std::log(sum / static_cast<double>(terms.size()));
+  return most + std::log(sum);
 }
 
 /// Probability of so many detections in a look, of `things` that are detected with probability p
@@ -60,109 +60,8 @@ double log_probability(const Looks& looks, int things, double detected, double c
     }
     terms.push_back(term);
   }
-  return log_mean(terms);
+  return log_sum(terms) - std::log(kNodes);
 }
-
-int most_probable_count(const Looks& looks, double detected, double clutter) {
-  int best = 1;
-  double best_score = -std::numeric_limits<double>::infinity();
-  for (int things = 1; things <= kMostThings && things < static_cast<int>(looks.size()); ++things) {
-    const double score =
-        log_probability(looks, things, detected, clutter) - (things - 1) * std::log(2);
-    if (score > best_score) {
-      best_score = score;
-      best = things;
-    }
-  }
-  return best;
-}
-
-/// What the looks at a map show of its tracks.
-class Counter {
- public:
-  Counter(const MapView& map, const ClassModel& classes, const AssociationOptions& options,
-          const LandmarkTracks& landmarks)
-      : map_(map),
-        classes_(classes),
-        landmarks_(landmarks),
-        dim_(map.is_3d ? 3 : 2),
-        gate_(chi_square_quantile(options.gate, dim_)),
-        counts_(landmarks.tracks().size()) {}
-
-  /// The detections of one look, by number of the sighting.
-  void take(const std::vector<int>& sightings) {
-    std::map<int, int> detections;  // by track
-    for (const int s : sightings) {
-      const int t = landmarks_.sighting(s).track;
-      if (t >= 0) ++detections[t];
-    }
-    for (const int s : sightings) {
-      const Sighting& sighting = landmarks_.sighting(s);
-      if (sighting.track >= 0 || !sighting.detection.may_be_landmark()) continue;
-      const int t = nearest(sighting, detections);
-      if (t >= 0) ++detections[t];
-    }
-    for (const auto& [t, n] : detections) {
-      Looks& looks = counts_[t];
-      if (looks.size() <= static_cast<std::size_t>(n)) looks.resize(n + 1);
-      ++looks[n];
-    }
-  }
-
-  /// The looks at a track; `in_view` had it in view.
-  Looks looks(int t, int in_view) const {
-    Looks looks = counts_[t];
-    if (looks.empty()) return looks;
-    for (std::size_t n = 1; n < looks.size(); ++n) in_view -= looks[n];
-    looks[0] = std::max(0, in_view);
-    return looks;
-  }
-
-  /// The space about a track where detections are counted with it [m^2 or m^3].
-  double space_about(int t) const {
-    const auto& sightings = landmarks_.track(t).sightings;
-    const Eigen::MatrixXd covariance =
-        sighted(landmarks_.sighting(sightings.back())).covariance.topLeftCorner(dim_, dim_);
-    const double ball = dim_ == 3 ? 4.0 / 3 * M_PI : M_PI;
-    return ball * std::pow(gate_, 0.5 * dim_) * std::sqrt(covariance.determinant());
-  }
-
- private:
-  PointSighting sighted(const Sighting& sighting) const {
-    DetectionFrame sensor = *sighting.sensor;
-    sensor.T_robot_sensor = sensor_place(sensor, map_.values);
-    return point_sighting(isometry_at(map_.values, sighting.pose), sensor, sighting.detection,
-                          map_.is_3d);
-  }
-
-  /// The one among some tracks that a detection may be of, by its place and its class; -1: none.
-  int nearest(const Sighting& sighting, const std::map<int, int>& tracks) const {
-    const PointSighting seen = sighted(sighting);
-    int best = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto& [t, n] : tracks) {
-      const Track& track = landmarks_.track(t);
-      const Eigen::VectorXd off = (point_at(map_.values, track.position) - seen.point).head(dim_);
-      const GaussianScore score = gaussian_score(off, seen.covariance.topLeftCorner(dim_, dim_));
-      if (!(score.chi_square <= gate_)) continue;
-      const double cost =
-          score.cost + (track.class_key
-                            ? class_cost(sighting.phi, landmarks_.class_belief(track, classes_))
-                            : 0);
-      if (cost >= least) continue;
-      least = cost;
-      best = t;
-    }
-    return best;
-  }
-
-  const MapView& map_;
-  const ClassModel& classes_;
-  const LandmarkTracks& landmarks_;
-  int dim_;
-  double gate_;
-  std::vector<Looks> counts_;  // by track; without those that show nothing
-};
 
 /// How many looks from poses that the map holds had a point well in view.
 int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map) {
@@ -176,32 +75,129 @@ int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& ma
 
 }  // namespace
 
-std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
-                              const AssociationOptions& options, const LandmarkTracks& landmarks) {
-  Counter counter(map, classes, options, landmarks);
+ThingCounter::ThingCounter(const MapView& map, const ClassModel& classes, const Views& views,
+                           const AssociationOptions& options, const LandmarkTracks& landmarks)
+    : map_(map),
+      classes_(classes),
+      views_(views),
+      options_(options),
+      landmarks_(landmarks),
+      dim_(map.is_3d ? 3 : 2),
+      gate_(chi_square_quantile(options.gate, dim_)),
+      detections_(landmarks.tracks().size()) {
   std::vector<int> frame;
   const auto& sightings = landmarks.sightings();
   for (int s = 0; s < static_cast<int>(sightings.size()); ++s) {
     if (!frame.empty() && sightings[s].frame != sightings[s - 1].frame) {
-      counter.take(frame);
+      take(frame);
       frame.clear();
     }
     if (map.holds(sightings[s].pose)) frame.push_back(s);
   }
-  if (!frame.empty()) counter.take(frame);
+  if (!frame.empty()) take(frame);
+}
 
+/// Counts the detections of one look, by number of the sighting.
+void ThingCounter::take(const std::vector<int>& sightings) {
+  std::map<int, int> detections;  // by track
+  for (const int s : sightings) {
+    const int t = landmarks_.sighting(s).track;
+    if (t >= 0) ++detections[t];
+  }
+  for (const int s : sightings) {
+    const Sighting& sighting = landmarks_.sighting(s);
+    if (sighting.track >= 0 || !sighting.detection.may_be_landmark()) continue;
+    const int t = nearest(sighting, detections);
+    if (t >= 0) ++detections[t];
+  }
+  const int frame = landmarks_.sighting(sightings.front()).frame;
+  for (const auto& [t, n] : detections) detections_[t][frame] += n;
+}
+
+PointSighting ThingCounter::located(const Sighting& sighting) const {
+  DetectionFrame sensor = *sighting.sensor;
+  sensor.T_robot_sensor = sensor_place(sensor, map_.values);
+  return point_sighting(isometry_at(map_.values, sighting.pose), sensor, sighting.detection,
+                        map_.is_3d);
+}
+
+/// The one among some tracks that a detection may be of, by its place and its class; -1: none.
+int ThingCounter::nearest(const Sighting& sighting, const std::map<int, int>& tracks) const {
+  const PointSighting seen = located(sighting);
+  int best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [t, n] : tracks) {
+    const Track& track = landmarks_.track(t);
+    const Eigen::VectorXd off = (point_at(map_.values, track.position) - seen.point).head(dim_);
+    const GaussianScore score = gaussian_score(off, seen.covariance.topLeftCorner(dim_, dim_));
+    if (!(score.chi_square <= gate_)) continue;
+    const double cost =
+        score.cost +
+        (track.class_key ? class_cost(sighting.phi, landmarks_.class_belief(track, classes_)) : 0);
+    if (cost >= least) continue;
+    least = cost;
+    best = t;
+  }
+  return best;
+}
+
+/// The space about a track where detections are counted with it [m^2 or m^3].
+double ThingCounter::space_about(int t) const {
+  const auto& sightings = landmarks_.track(t).sightings;
+  const Eigen::MatrixXd covariance =
+      located(landmarks_.sighting(sightings.back())).covariance.topLeftCorner(dim_, dim_);
+  const double ball = dim_ == 3 ? 4.0 / 3 * M_PI : M_PI;
+  return ball * std::pow(gate_, 0.5 * dim_) * std::sqrt(covariance.determinant());
+}
+
+/// log probability of 1, 2, ... things, up to a common term: up to as many as one look has shown,
+/// and `at_least` so many.
+std::vector<double> ThingCounter::log_probabilities(const std::vector<int>& tracks,
+                                                    int at_least) const {
+  std::map<int, int> by_frame;
+  for (const int t : tracks) {
+    for (const auto& [frame, n] : detections_[t]) by_frame[frame] += n;
+  }
+  Looks looks(2);
+  for (const auto& [frame, n] : by_frame) {
+    if (static_cast<int>(looks.size()) <= n) looks.resize(static_cast<std::size_t>(n) + 1);
+    ++looks[static_cast<std::size_t>(n)];
+  }
+  if (at_least <= 1 && looks.size() <= 2) return {0};  // never two at once
+  double space = 0;
+  for (const int t : tracks) space = std::max(space, space_about(t));
+  const Eigen::Vector3d place = point_at(map_.values, landmarks_.track(tracks.front()).position);
+  looks[0] = std::max(0, looks_at(place, views_, map_) - static_cast<int>(by_frame.size()));
+  const SensorCoverage& coverage = views_.back().coverage;
+  const double clutter = options_.clutter_in_view * space / coverage.space_in_view();
+  const double detected = coverage.detection_probability(options_.detection_probability);
+  const int most = std::max(at_least, std::min(kMostThings, static_cast<int>(looks.size()) - 1));
+  std::vector<double> out;
+  for (int things = 1; things <= most; ++things) {
+    out.push_back(log_probability(looks, things, detected, clutter) - (things - 1) * std::log(2));
+  }
+  return out;
+}
+
+int ThingCounter::count(const std::vector<int>& tracks) const {
+  const std::vector<double> p = log_probabilities(tracks, 1);
+  return 1 + static_cast<int>(std::max_element(p.begin(), p.end()) - p.begin());
+}
+
+double ThingCounter::log_odds_of_fewer(const std::vector<int>& tracks) const {
+  const auto n = static_cast<int>(tracks.size());
+  const std::vector<double> p = log_probabilities(tracks, n);
+  return log_sum({p.begin(), p.begin() + n - 1}) - log_sum({p.begin() + n - 1, p.end()});
+}
+
+std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
+                              const AssociationOptions& options, const LandmarkTracks& landmarks) {
   std::vector<int> things(landmarks.tracks().size(), 1);
+  if (views.empty()) return things;
+  const ThingCounter counter(map, classes, views, options, landmarks);
   for (int t = 0; t < static_cast<int>(things.size()); ++t) {
     const Track& track = landmarks.track(t);
-    if (!track.alive || views.empty() || !map.holds(track.position)) continue;
-    const Looks looks =
-        counter.looks(t, looks_at(point_at(map.values, track.position), views, map));
-    if (looks.size() <= 2) continue;  // never two at once
-    const SensorCoverage& coverage = views.back().coverage;
-    const double clutter =
-        options.clutter_in_view * counter.space_about(t) / coverage.space_in_view();
-    things[t] = most_probable_count(
-        looks, coverage.detection_probability(options.detection_probability), clutter);
+    if (track.alive && map.holds(track.position)) things[t] = counter.count({t});
   }
   return things;
 }

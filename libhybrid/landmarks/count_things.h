@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "libhybrid/landmarks/association_options.h"
@@ -13,10 +14,39 @@
 
 namespace HYBRID_API hybrid {
 
-/// How many things each track stands for, by the detections that single frames have of it: of K
+/// How many things landmarks stand for, by the detections that single frames have of it: of K
 /// things, each is detected with one probability, which is not known, and clutter comes on top
-/// (binomial and Poisson). K is the most probable, where each more is half as probable beforehand.
-/// Detections that are of no track count with the nearest one that their frame shows besides.
+/// (binomial and Poisson). Each thing more is half as probable beforehand. Detections that are of
+/// no track count with the nearest one that their frame shows besides.
+class ThingCounter {
+ public:
+  ThingCounter(const MapView& map, const ClassModel& classes, const Views& views,
+               const AssociationOptions& options, const LandmarkTracks& landmarks);
+
+  /// The most probable number of things that tracks at one place stand for together.
+  int count(const std::vector<int>& tracks) const;
+  /// log odds that they are fewer things than tracks, so that one of them at least is a copy.
+  double log_odds_of_fewer(const std::vector<int>& tracks) const;
+  /// Where a sighting puts its thing in the map.
+  PointSighting located(const Sighting& sighting) const;
+
+ private:
+  void take(const std::vector<int>& sightings);
+  int nearest(const Sighting& sighting, const std::map<int, int>& tracks) const;
+  double space_about(int t) const;
+  std::vector<double> log_probabilities(const std::vector<int>& tracks, int at_least) const;
+
+  const MapView& map_;
+  const ClassModel& classes_;
+  const Views& views_;
+  const AssociationOptions& options_;
+  const LandmarkTracks& landmarks_;
+  int dim_;
+  double gate_;
+  std::vector<std::map<int, int>> detections_;  // by track, by frame that has some
+};
+
+/// The most probable number for each track.
 std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
                               const AssociationOptions& options, const LandmarkTracks& landmarks);
 

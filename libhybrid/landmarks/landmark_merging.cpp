@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/landmarks/count_things.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
@@ -51,6 +53,52 @@ double clutter_beside(int a, int b, double clutter_density, const LandmarkTracks
     sum += std::log(clutter_density) - expected_log_density(landmarks.sighting(s));
   }
   return sum;
+}
+
+/// Whether the stretches of the way that two landmarks were seen on do not overlap.
+bool are_apart(int a, int b, const LandmarkTracks& landmarks) {
+  return landmarks.last_seen_from(a) < landmarks.first_seen_from(b) ||
+         landmarks.last_seen_from(b) < landmarks.first_seen_from(a);
+}
+
+/// Mean variance of where the detections of a landmark put it, along an axis [m^2].
+double detection_variance(int t, const LandmarkTracks& landmarks) {
+  double sum = 0;
+  const std::vector<int>& own = landmarks.track(t).sightings;
+  for (const int s : own) {
+    const Sighting& sighting = landmarks.sighting(s);
+    sum += std::pow(position_sigma(sighting.detection, sighting.sensor->is_3d), 2);
+  }
+  return sum / static_cast<double>(own.size());
+}
+
+/// By how much less the sightings of a landmark fit another one [nats].
+struct MoveCost {
+  double places = std::numeric_limits<double>::infinity();
+  double classes = 0;
+  double sum() const { return places + classes; }
+};
+
+MoveCost cost_of_moving(int from, int into, const MapView& map, const ClassModel& classes,
+                        const ThingCounter& counter, const LandmarkTracks& landmarks) {
+  const int dim = map.is_3d ? 3 : 2;
+  const auto belief = [&](int t) {
+    const Track& track = landmarks.track(t);
+    return track.class_key ? landmarks.class_belief(track, classes) : std::vector<double>{};
+  };
+  const std::vector<double> of_from = belief(from), of_into = belief(into);
+  MoveCost out{0, 0};
+  for (const int s : landmarks.track(from).sightings) {
+    const Sighting& sighting = landmarks.sighting(s);
+    const PointSighting seen = counter.located(sighting);
+    const auto cost = [&](int t) {
+      const Eigen::Vector3d off = seen.point - point_at(map.values, landmarks.track(t).position);
+      return gaussian_score(off.head(dim), seen.covariance.topLeftCorner(dim, dim)).cost;
+    };
+    out.places += cost(into) - cost(from);
+    out.classes += class_cost(sighting.phi, of_into) - class_cost(sighting.phi, of_from);
+  }
+  return out;
 }
 
 }  // namespace
@@ -207,13 +255,6 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
   const SensorCoverage& coverage = views.back().coverage;
   const double detected = coverage.detection_probability(options_.detection_probability);
   const double clutter_density = options_.clutter_in_view / coverage.measurement_volume();
-  const auto counts = [&](int t) {
-    return landmarks.seen_times(t, options_.confirm) && landmarks.track(t).existence > 0;
-  };
-  // Named by its id, or known before the first keyframe.
-  const auto named = [&](int t) {
-    return landmarks.track(t).known_sightings > 0 || (options_.use_ids && landmarks.has_id(t));
-  };
   const auto place = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
   merge.evidence = std::log(options_.merge_odds);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -222,15 +263,92 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
     const GaussianScore score =
         gaussian_score(h.difference.segment(at, h.dim), h.covariance.block(at, at, h.dim, h.dim));
     const bool near = score.chi_square <= chi_square_quantile(options_.gate, h.dim);
-    const bool apart = landmarks.last_seen_from(a) < landmarks.first_seen_from(b) ||
-                       landmarks.last_seen_from(b) < landmarks.first_seen_from(a);
-    if (!near || apart || !counts(a) || !counts(b) || named(a)) continue;
+    if (!near || are_apart(a, b, landmarks) || !may_become_another(a, landmarks) ||
+        !is_confirmed(b, landmarks)) {
+      continue;
+    }
     const double evidence = h.gain[p] - score.cost +
                             clutter_beside(a, b, clutter_density, landmarks) +
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),
                                                       landmarks.seen_from(b), detected, map);
     if (evidence <= merge.evidence) continue;
     merge = {{{a, b}}, evidence, score.chi_square, false};
+  }
+  return merge;
+}
+
+bool LandmarkMerging::is_confirmed(int t, const LandmarkTracks& landmarks) const {
+  return landmarks.seen_times(t, options_.confirm) && landmarks.track(t).existence > 0;
+}
+
+/// Not one that is named by its id, or was known before the first keyframe.
+bool LandmarkMerging::may_become_another(int t, const LandmarkTracks& landmarks) const {
+  return is_confirmed(t, landmarks) && landmarks.track(t).known_sightings == 0 &&
+         !(options_.use_ids && landmarks.has_id(t));
+}
+
+/// Landmarks among which the place of the usual detection does not decide whose it is, by
+/// neighbours.
+std::vector<std::vector<int>> LandmarkMerging::places(const MapView& map,
+                                                      const LandmarkTracks& landmarks) const {
+  const auto n = static_cast<int>(landmarks.tracks().size());
+  std::vector<double> variance(n, 0.0);  // 0: not asked about
+  for (int t = 0; t < n; ++t) {
+    const Track& track = landmarks.track(t);
+    const bool asked = track.alive && map.holds(track.position) && landmarks.is_whole(t, map) &&
+                       may_become_another(t, landmarks);
+    if (asked) variance[t] = detection_variance(t, landmarks);
+  }
+  const auto point = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
+  const auto may_be_one = [&](int a, int b) {
+    const double chi_square = (point(a) - point(b)).squaredNorm() / (variance[a] + variance[b]);
+    return chi_square <= std::log(options_.merge_odds) && !are_apart(a, b, landmarks) &&
+           !refused(a, b, landmarks) && !refused(b, a, landmarks);
+  };
+  std::vector<std::vector<int>> out;
+  std::vector<bool> taken(n, false);
+  for (int first = 0; first < n; ++first) {
+    if (taken[first] || variance[first] == 0) continue;
+    std::vector<int> place = {first};
+    taken[first] = true;
+    for (std::size_t k = 0; k < place.size(); ++k) {
+      const int t = place[k];
+      const double radius = std::sqrt(8 * variance[t] * std::log(options_.merge_odds));
+      landmarks.grid().visit_near(point(t).x(), point(t).y(), radius, [&](int other) {
+        if (taken[other] || variance[other] == 0 || !may_be_one(t, other)) return;
+        taken[other] = true;
+        place.push_back(other);
+      });
+    }
+    if (place.size() > 1) out.push_back(std::move(place));
+  }
+  return out;
+}
+
+Merge LandmarkMerging::propose_by_counting(const MapView& map, const ClassModel& classes,
+                                           const Views& views,
+                                           const LandmarkTracks& landmarks) const {
+  Merge merge;
+  const auto all = places(map, landmarks);
+  if (views.empty() || all.empty()) return merge;
+  const ThingCounter counter(map, classes, views, options_, landmarks);
+  for (const std::vector<int>& place : all) {
+    std::pair<int, int> spared;
+    MoveCost least;
+    for (const int from : place) {
+      for (const int into : place) {
+        if (from == into || refused(from, into, landmarks)) continue;
+        const MoveCost cost = cost_of_moving(from, into, map, classes, counter, landmarks);
+        if (!(cost.sum() < least.sum())) continue;
+        least = cost;
+        spared = {from, into};
+      }
+    }
+    const double evidence = counter.log_odds_of_fewer(place) - least.classes;
+    if (std::isinf(least.places) || !(evidence > std::log(options_.merge_odds))) continue;
+    merge.pairs.push_back(spared);
+    merge.evidence += evidence;
+    merge.chi_square += 2 * std::max(0.0, least.sum());
   }
   return merge;
 }

@@ -47,6 +47,12 @@ class LandmarkMerging {
   Merge propose_by_misses(const MapView& map, const ClassModel& classes, double density,
                           const Views& views, LandmarkTracks& landmarks);
 
+  /// The same by counting, at all places at once: where single looks at landmarks that may be taken
+  /// for each other show fewer things than they are, one is spared, the one whose sightings another
+  /// explains best. What its classes say against that is taken off the evidence.
+  Merge propose_by_counting(const MapView& map, const ClassModel& classes, const Views& views,
+                            const LandmarkTracks& landmarks) const;
+
   /// A merge that raised the objective too much is not proposed again while nothing new is seen.
   void refuse(const Merge& merge, const LandmarkTracks& landmarks);
 
@@ -62,6 +68,9 @@ class LandmarkMerging {
                                           const ClassModel& classes, double density,
                                           const LandmarkTracks& landmarks);
   bool refused(int from, int into, const LandmarkTracks& landmarks) const;
+  bool is_confirmed(int t, const LandmarkTracks& landmarks) const;
+  bool may_become_another(int t, const LandmarkTracks& landmarks) const;
+  std::vector<std::vector<int>> places(const MapView& map, const LandmarkTracks& landmarks) const;
 
   AssociationOptions options_;
   std::map<int, int> recent_;  // track -> keyframe of its last sighting

@@ -230,6 +230,9 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     if (out.empty()) {
       Merge merge = merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
       keep_whole(map, merge);
+      if (merge.pairs.empty()) {
+        merge = merging_.propose_by_counting(map, classes_, loops_.views(), landmarks_);
+      }
       if (!merge.pairs.empty()) out = apply(merge, map);
     }
     if (!out.empty()) return out;

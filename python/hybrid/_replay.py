@@ -54,7 +54,8 @@ class ReplayResult(dict):
 
     @property
     def landmarks(self) -> list[dict]:
-        """Each landmark: id, position (2,) or (3,) [m], covariance [m^2], class, class_probabilities, sightings."""
+        """Each landmark: id, position (2,) or (3,) [m], covariance [m^2], class, class_probabilities, sightings,
+        extent_m, things."""
         text = (self.folder / "landmarks.json").read_text(encoding="utf-8")
         arrays = ("position", "covariance")
         return [{name: np.array(value) if name in arrays else value for name, value in landmark.items()}
@@ -69,6 +70,16 @@ class ReplayResult(dict):
     def covariances(self) -> np.ndarray:
         """Of the landmarks (n, 2, 2) or (n, 3, 3) [m^2]."""
         return np.array([landmark["covariance"] for landmark in self.landmarks])
+
+    @property
+    def extents(self) -> np.ndarray:
+        """How far from each landmark (n,) what is taken for it is, a standard deviation along each axis [m]."""
+        return np.array([landmark["extent_m"] for landmark in self.landmarks], dtype=float)
+
+    @property
+    def things(self) -> np.ndarray:
+        """How many things each landmark (n,) stands for."""
+        return np.array([landmark["things"] for landmark in self.landmarks], dtype=int)
 
     def __repr__(self):
         return (f"<ReplayResult {str(self.folder)!r}: {self.get('status')}, {self.get('keyframes')} keyframes, "

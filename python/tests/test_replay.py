@@ -42,9 +42,14 @@ def test_the_result_has_arrays(source, tmp_path):
     n, landmarks = result["keyframes"], result["landmarks"]
     assert result.path.shape == result.dead_reckoning.shape == result.true_path.shape == (n, 8)
     assert result.positions.shape == (landmarks, 2) and result.covariances.shape == (landmarks, 2, 2)
+    assert result.extents.shape == result.things.shape == (landmarks,)
+    assert (result.extents == 0).all() and (result.things == 1).all()
     error = np.linalg.norm(result.path[:, 1:4] - result.true_path[:, 1:4], axis=1)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(result["truth"]["trajectory"]["rmse_m"], rel=1e-6)
     assert f"{n} keyframes, {landmarks} landmarks" in repr(result)
+    coarse = hybrid.replay(rawlog=f"{log}.rawlog", output=tmp_path / "coarse", pictures=False,
+                           settings={"sensor.ids": "none", "BearingRangeAssociation.extent": 0.25})
+    assert len(coarse.extents) > 0 and (coarse.extents == 0.25).all() and (coarse.things >= 1).all()
     again = hybrid.ReplayResult.read(tmp_path / "out")
     assert again["keyframes"] == n and (again.path == result.path).all()
     assert all(landmark["class"] for landmark in again.landmarks)

@@ -180,10 +180,10 @@ class Foxglove(unittest.TestCase):
         self.assertGreater(len(live), 10)
         self.check(live)
 
-    def exported(self, log):
+    def exported(self, log, *options):
         """Messages of the map of a log, what it holds as JSON, and its path."""
         (self.at / "map.hmap").unlink(missing_ok=True)
-        self.replay(log, "--map", self.at / "map.hmap")
+        self.replay(log, "--map", self.at / "map.hmap", *options)
         subprocess.run([BIN / "hybrid-map", "export", self.at / "map.hmap", "--mcap", "--no-pictures", "-o", self.at / "map"],
                        check=True, capture_output=True)
         found, name = messages_in(self.at / "map/map.mcap")
@@ -193,9 +193,10 @@ class Foxglove(unittest.TestCase):
                 [row for row in (self.at / "map/trajectory_1.tum").read_text().splitlines() if not row.startswith("#")])
 
     def test_a_map_file_is_shown(self):
-        for log in ("classed_demo.rawlog", "classed_demo_3d.rawlog"):
-            with self.subTest(log=log):
-                found, landmarks, path = self.exported(log)
+        coarse = ("--set", "sensor.ids=none", "--set", "BearingRangeAssociation.extent=1")
+        for log, *options in (("classed_demo.rawlog",), ("classed_demo_3d.rawlog",), ("classed_demo.rawlog", *coarse)):
+            with self.subTest(log=log, options=options):
+                found, landmarks, path = self.exported(log, *options)
                 self.assertEqual(len(found), 1 + len(path))
                 self.assertEqual([time for time, _ in found], sorted(time for time, _ in found))
                 entities = {e["id"]: e for e in found[0][1]["entities"]}
@@ -210,7 +211,11 @@ class Foxglove(unittest.TestCase):
                     self.assertAlmostEqual(abs(near), 1, delta=1e-6)
                 for landmark in landmarks:
                     entity = entities[f"landmark/{landmark['id']}"]
-                    self.assertEqual(entity["texts"][0]["text"], f"{landmark['id']} {landmark['class']}")
+                    several = f" \u00d7{landmark['things']}" if landmark["things"] > 1 else ""
+                    self.assertEqual(entity["texts"][0]["text"], f"{landmark['id']} {landmark['class']}{several}")
+                    told = {m["key"]: m["value"] for m in entity["metadata"]}
+                    self.assertEqual(int(told["things"]), landmark["things"])
+                    self.assertEqual(float(told.get("extent_m", 0)), landmark["extent_m"])
                     center, ellipsoid = entity["spheres"]
                     self.assertAlmostEqual(center["pose"]["position"]["y"], landmark["position"][1], delta=1e-9)
                     trace = sum(landmark["covariance"][i][i] for i in range(len(landmark["covariance"])))

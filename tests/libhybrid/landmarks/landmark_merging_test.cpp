@@ -236,5 +236,50 @@ TEST(LandmarkMerging, AtTheEndLandmarksThatTheSensorNamesOrThatWereKnownStay) {
   EXPECT_TRUE(proposed_by_misses(named).pairs.empty());
 }
 
+/// What counting proposes about three landmarks at one place, each pair of which eight looks show.
+/// The third lies between the others and looks like `class_of_third`; `all` looks show all three.
+Merge proposed_by_counting(int all, const std::vector<double>& class_of_third = kTree) {
+  Two two({0.3, 0});
+  const int c = two.world.landmark({10.15, 0}, class_of_third, 1);
+  const std::vector<std::pair<int, double>> landmarks = {{two.a, 10}, {two.b, 10.3}, {c, 10.15}};
+  for (int i = 0; i < 24 + all; ++i) {
+    Contribution out;
+    const int frame = ++two.world.frames;
+    for (int k = 0; k < 3; ++k) {
+      if (i < 24 && i % 3 == k) continue;
+      const auto& [t, x] = landmarks[static_cast<std::size_t>(k)];
+      const auto& seen_as = k == 2 ? class_of_third : kTree;
+      two.world.tracks.attach(two.world.see({x, 0}, seen_as, frame), t, false, out);
+    }
+    two.world.apply(out);
+  }
+  two.world.tracks.track(c).existence = 3;
+  EXPECT_TRUE(proposed_by_misses(two).pairs.empty());  // of no pair does each look see one
+  SensorCoverage coverage;
+  coverage.max_range = 20;
+  coverage.fov_yaw = 2 * M_PI;
+  Views views;
+  for (int i = 1; i <= two.world.frames; ++i) {
+    views.add(
+        {Key(key_letter::kPose, static_cast<std::uint64_t>(i)), Eigen::Isometry3d::Identity(), {}},
+        Eigen::Isometry3d::Identity(), coverage, two.world.map());
+  }
+  return two.merging.propose_by_counting(two.world.map_alone(), two.world.classes, views,
+                                         two.world.tracks);
+}
+
+TEST(LandmarkMerging, AtTheEndThreeOfWhichEachLookSeesTwoAreTwo) {
+  const Merge merge = proposed_by_counting(0);
+  ASSERT_EQ(merge.pairs.size(), 1U);
+  EXPECT_GT(merge.evidence, std::log(AssociationOptions().merge_odds));
+  EXPECT_TRUE(proposed_by_counting(24).pairs.empty());
+}
+
+// A few sightings of another class may be misread, many are not.
+TEST(LandmarkMerging, AtTheEndClassesSpeakAgainstWhatIsSpared) {
+  const double same = proposed_by_counting(0).evidence;
+  EXPECT_LT(proposed_by_counting(0, {0.4, 0.6}).evidence, same);
+}
+
 }  // namespace
 }  // namespace hybrid
