@@ -64,7 +64,12 @@ void set_camera(Renderer& renderer, const Scene&, const Camera& camera) {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a header
 #define HYBRID_MRPT_SCENE(name) <mrpt/opengl/name.h>
 #define HYBRID_MRPT_SCENE_CLASS COpenGLScene
+#if MRPT_VERSION >= 0x20e00  // as of 2.14, that of Debian 13
+#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) \
+  DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace)
+#else
 #define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) DEFINE_VIRTUAL_MRPT_OBJECT(Class)
+#endif
 #define HYBRID_DEFINE_SENSOR_POSE(value)                          \
   void getSensorPose(mrpt::poses::CPose3D& pose) const override { \
     pose = value;                                                 \

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 
 #include "mrpt_plugins/bridge/gzip_writer.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -175,9 +176,11 @@ void write_simple_map(const OutputDirectory& out, const std::string& name,
                       const std::vector<Eigen::MatrixXd>& covariances) {
   mrpt::maps::CSimpleMap map;
   for (const KeyframeScans& at : scans) {
-    mrpt::obs::CSensoryFrame frame;
-    for (const LaserScan* scan : at.scans) frame.insert(to_mrpt(*scan));
-    map.insert(pose_pdf(keyframes[at.keyframe].pose, in_space(covariances[at.keyframe])), frame);
+    const auto frame = mrpt::obs::CSensoryFrame::Create();
+    for (const LaserScan* scan : at.scans) frame->insert(to_mrpt(*scan));
+    const auto pose = std::make_shared<mrpt::poses::CPose3DPDFGaussian>(
+        pose_pdf(keyframes[at.keyframe].pose, in_space(covariances[at.keyframe])));
+    map.insert(mrpt::poses::CPose3DPDF::Ptr(pose), frame);
   }
   out.save(name, [&](const std::string& path) {
     GzipWriter file(path, kSimpleMapCompression, out.folder() / name);
