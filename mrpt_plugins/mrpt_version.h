@@ -13,6 +13,14 @@
 // All that differs between MRPT 2.5 and MRPT 3 in what this project uses. The CMake variable
 // HYBRID_MRPT chooses the version and with it the packages that are found.
 
+/// RTTI of an abstract class.
+#if MRPT_VERSION >= 0x20e00  // as of 2.14, that of Debian 13
+#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) \
+  DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace)
+#else
+#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) DEFINE_VIRTUAL_MRPT_OBJECT(Class)
+#endif
+
 #if MRPT_VERSION >= 0x30000
 
 /// The header of a class of scenes, for #include.
@@ -20,9 +28,6 @@
 #define HYBRID_MRPT_SCENE(name) <mrpt/viz/name.h>
 /// Name of the class of whole scenes, without namespace, and of its header.
 #define HYBRID_MRPT_SCENE_CLASS Scene
-/// RTTI of an abstract class.
-#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) \
-  DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace)
 /// Overrides mrpt::obs::CObservation::getSensorPose() with a member or expression.
 #define HYBRID_DEFINE_SENSOR_POSE(value)                \
   mrpt::poses::CPose3D getSensorPose() const override { \
@@ -64,12 +69,6 @@ void set_camera(Renderer& renderer, const Scene&, const Camera& camera) {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a header
 #define HYBRID_MRPT_SCENE(name) <mrpt/opengl/name.h>
 #define HYBRID_MRPT_SCENE_CLASS COpenGLScene
-#if MRPT_VERSION >= 0x20e00  // as of 2.14, that of Debian 13
-#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) \
-  DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace)
-#else
-#define HYBRID_DEFINE_VIRTUAL_MRPT_OBJECT(Class, Namespace) DEFINE_VIRTUAL_MRPT_OBJECT(Class)
-#endif
 #define HYBRID_DEFINE_SENSOR_POSE(value)                          \
   void getSensorPose(mrpt::poses::CPose3D& pose) const override { \
     pose = value;                                                 \

@@ -14,7 +14,7 @@
 
 namespace HYBRID_API hybrid {
 
-/// How many things landmarks stand for, by the detections that single frames have of it: of K
+/// How many things landmarks stand for, by the detections that single frames have of them: of K
 /// things, each is detected with one probability, which is not known, and clutter comes on top
 /// (binomial and Poisson). Each thing more is half as probable beforehand. Detections that are of
 /// no track count with the nearest one that their frame shows besides.
