@@ -57,6 +57,9 @@ void bind_smoother_options(py::module_& m) {
              "linearised again.")
       .field("wildfire", &SmootherOptions::wildfire,
              "Decrease of the objective above which a step is propagated.")
+      .field("bend", &SmootherOptions::bend,
+             "Rise of the objective up to which a part of the map is left as it is, or moved as a "
+             "whole.")
       .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
       .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
       .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");

@@ -34,6 +34,10 @@ void BayesTree::remove_variable(int v) {
 }
 
 int BayesTree::add_factor(const std::vector<int>& variables) {
+  return add_factor(variables, 0);
+}
+
+int BayesTree::add_factor(const std::vector<int>& variables, int points) {
   const int f = factor_numbers_.take();
   if (f >= static_cast<int>(factors_.size())) factors_.resize(f + 1);
   FactorState& factor = factors_[f];
@@ -43,7 +47,8 @@ int BayesTree::add_factor(const std::vector<int>& variables) {
     factor.order += variables_[v].dim;
     touch(variables_[v].clique);
   }
-  const std::size_t size = packed_size(factor.order);
+  factor.points = points;
+  const std::size_t size = factor.size();
   new_factors_.all.push_back(f);
   factor.hessian = hessians_.allocate(size);
   factor.clique = -1;
@@ -64,7 +69,7 @@ double* BayesTree::hessian(int f) {
   double* h = hessians_.at(factor.hessian);
   touch(factor.clique);
   if (factor.saved != epoch_) {
-    saved_hessians_.save(f, h, packed_size(factor.order));
+    saved_hessians_.save(f, h, factor.size());
     factor.saved = epoch_;
   }
   return h;
@@ -75,6 +80,14 @@ void BayesTree::save_delta(int v) {
   if (variable.saved == epoch_) return;
   saved_deltas_.save(v, deltas_.at(variable.delta), variable.dim);
   variable.saved = epoch_;
+}
+
+/// Notes what a clique sees, and its motion, before they change.
+void BayesTree::save_seen(int c) {
+  Clique& clique = cliques_[c];
+  if (clique.saved == epoch_ || clique.born == epoch_) return;
+  saved_seen_.save(c, clique.seen(), clique.seen_size());
+  clique.saved = epoch_;
 }
 
 void BayesTree::reset_delta(int v) {
@@ -91,6 +104,15 @@ void BayesTree::set_delta(int v, const double* step) {
   pending_.push_back(c);
   committed_pending_.reserve(pending_.capacity());
   cliques_[c].pending = true;
+}
+
+void BayesTree::set_delta(int v, const Charts& charts) {
+  const Clique& clique = cliques_[variables_[v].clique];
+  view_.resize(clique.order);
+  charts.see(clique.variables, 0, clique.chart(), view_.data());
+  const double* step = view_.data();
+  for (const int* own = clique.variables.data(); *own != v; ++own) step += variables_[*own].dim;
+  set_delta(v, std::vector<double>(step, step + variables_[v].dim).data());
 }
 
 void BayesTree::touch(int clique) {
@@ -117,14 +139,17 @@ void BayesTree::free_clique(int c) noexcept {
   clique.factors.clear();
   clique.detached = false;
   clique.pending = false;
+  clique.free = false;
+  clique.charted = false;
   clique.born = 0;
+  clique.saved = 0;
   clique_numbers_.give(c);
   --clique_count_;
 }
 
 void BayesTree::release_factor(int f) {
   const FactorState& factor = factors_[f];
-  hessians_.release(factor.hessian, packed_size(factor.order));
+  hessians_.release(factor.hessian, factor.size());
 }
 
 void BayesTree::commit() noexcept {
@@ -158,6 +183,7 @@ void BayesTree::start_epoch() noexcept {
   born_.clear();
   saved_hessians_.clear();
   saved_deltas_.clear();
+  saved_seen_.clear();
 }
 
 /// Restores a clique that was replaced since the last commit.
@@ -179,7 +205,7 @@ void BayesTree::roll_back() noexcept {
   for (int f : removed_factors_.all) factors_[f].alive = true;
   const double* x = saved_hessians_.numbers.data();
   for (int f : saved_hessians_.ids) {
-    const std::size_t size = packed_size(factors_[f].order);
+    const std::size_t size = factors_[f].size();
     std::copy_n(x, size, hessians_.at(factors_[f].hessian));
     x += size;
   }
@@ -187,6 +213,11 @@ void BayesTree::roll_back() noexcept {
   for (int v : saved_deltas_.ids) {
     std::copy_n(x, variables_[v].dim, deltas_.at(variables_[v].delta));
     x += variables_[v].dim;
+  }
+  x = saved_seen_.numbers.data();
+  for (int c : saved_seen_.ids) {
+    std::copy_n(x, cliques_[c].seen_size(), cliques_[c].seen());
+    x += cliques_[c].seen_size();
   }
   for (int f : new_factors_.all) {
     if (factors_[f].alive) release_factor(f);

@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/block.h"
+#include "libhybrid/linear/charts.h"
 #include "libhybrid/linear/elimination.h"
 #include "libhybrid/linear/free_list.h"
 #include "libhybrid/linear/front.h"
@@ -50,6 +52,8 @@ class BayesTree {
 
   /// Adds a factor with an all-zero Hessian, to be filled in through `hessian`. Returns its number.
   int add_factor(const std::vector<int>& variables);
+  /// Adds one that is linearised about so many numbers, to be filled in behind the Hessian.
+  int add_factor(const std::vector<int>& variables, int points);
   void remove_factor(int f);
   /// The augmented Hessian [J r]'[J r] of a factor for writing: packed lower triangle, order
   /// hessian_order(f). Marks the factor as changed.
@@ -57,6 +61,18 @@ class BayesTree {
   int hessian_order(int f) const { return factors_[f].order; }
   /// The same for reading.
   const double* hessian_of(int f) const { return hessians_.at(factors_[f].hessian); }
+  /// The points about which a factor is linearised.
+  double* points(int f) {
+    return hessians_.at(factors_[f].hessian) + packed_size(factors_[f].order);
+  }
+  /// These points, and the motion of the clique in which it was assembled since.
+  Chart chart_of(int f) const {
+    const FactorState& factor = factors_[f];
+    return {factor.clique < 0 ? nullptr : cliques_[factor.clique].motion(),
+            hessian_of(f) + packed_size(factor.order)};
+  }
+  /// Makes the next `eliminate` assemble a factor anew.
+  void assemble_again(int f) { touch(factors_[f].clique); }
 
   /// Begins to load what linear_cost(f) needs.
   void prefetch(int f) const;
@@ -67,11 +83,17 @@ class BayesTree {
   /// Makes the next `eliminate` eliminate a variable again, and so order it anew.
   void eliminate_again(int v) { touch(variables_[v].clique); }
 
+  /// The factors that the next `eliminate` assembles, as the changes so far stand: new ones, those
+  /// whose Hessian was written, and all in the cliques on the paths from these to the root.
+  const std::vector<int>& factors_to_assemble();
+
   /// Applies the changes. `last` lists variables to be eliminated last, e.g. the newest pose, and
   /// `behind` those to be eliminated even after these. If pivots were lifted, the system is
-  /// singular unless `is_determined` returns true for their variables.
+  /// singular unless `is_determined` returns true for their variables. With `charts`, all factors
+  /// of factors_to_assemble() are linearised about the estimates, and the steps of the variables
+  /// that are eliminated begin at zero.
   EliminationReport eliminate(const std::vector<int>& last, const IsDetermined& is_determined = {},
-                              const std::vector<int>& behind = {});
+                              const std::vector<int>& behind = {}, const Charts* charts = nullptr);
 
   /// Makes all changes so far permanent.
   void commit() noexcept;
@@ -80,30 +102,39 @@ class BayesTree {
 
   /// Back-substitutes in the cliques made since the last call, in those with overridden steps, and
   /// downwards in all whose separator changed. A clique keeps its steps unless new ones lower the
-  /// linearised objective by more than `threshold`. Returns the variables whose step changed.
-  const std::vector<int>& solve(double threshold);
+  /// linearised objective by more than `threshold`; a clique and all below it keep them where that
+  /// costs no more than `bend` by what the factors there say of the separator. With `charts`,
+  /// subtrees without a variable that is held in the map move as their separators do, and estimates
+  /// are set. Returns the variables whose step changed.
+  const std::vector<int>& solve(double threshold, double bend = 0.0, Charts* charts = nullptr);
 
   /// Half the squared residual that the linear model of a factor predicts at the present steps.
   double linear_cost(int f) const;
+  /// The same at given steps of its variables, one after the other.
+  double linear_cost(int f, const double* steps) const;
 
   /// Overrides the step of a variable; its clique is solved again by the next `solve`.
   void set_delta(int v, const double* step);
+  /// Sets the step of a variable from its estimate.
+  void set_delta(int v, const Charts& charts);
 
   const double* delta(int v) const { return deltas_.at(variables_[v].delta); }
   int dim(int v) const { return variables_[v].dim; }
 
   /// Joint covariance of some variables, in their order: forward substitution along their paths to
   /// the root alone.
-  Eigen::MatrixXd joint_covariance(const std::vector<int>& variables) const;
+  Eigen::MatrixXd joint_covariance(const std::vector<int>& variables,
+                                   const Charts* charts = nullptr) const;
   /// Covariance J Sigma J' of J x, with x the variables stacked and Sigma their joint covariance,
   /// without computing Sigma: J x may be known to a millimetre where x itself is known to a
   /// kilometre, and Sigma is not precise enough to tell.
-  Eigen::MatrixXd joint_covariance(const std::vector<int>& variables,
-                                   const Eigen::MatrixXd& J) const;
+  Eigen::MatrixXd joint_covariance(const std::vector<int>& variables, const Eigen::MatrixXd& J,
+                                   const Charts* charts = nullptr) const;
   /// Covariances of all variables by one recursion from the roots (Takahashi), visited as
   /// visit(variable, dim x dim covariance).
   void visit_covariances(
-      const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const;
+      const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit,
+      const Charts* charts = nullptr) const;
 
   /// log det of the information matrix.
   double log_determinant() const;
@@ -129,10 +160,12 @@ class BayesTree {
   struct FactorState {
     std::vector<int> variables;
     int order = 0;
+    int points = 0;  // numbers behind the Hessian
     std::size_t hessian = 0;
     int clique = -1;  // the clique in which it is assembled
     bool alive = false;
     unsigned saved = 0;  // epoch in which its Hessian was last saved
+    std::size_t size() const { return packed_size(order) + points; }
   };
   struct Clique {
     int parent = -1;
@@ -145,7 +178,10 @@ class BayesTree {
     Block storage;
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
-    unsigned born = 0;      // epoch in which it was made
+    bool free = false;      // no variable of it or below is held in the map
+    bool charted = false;
+    unsigned born = 0;   // epoch in which it was made
+    unsigned saved = 0;  // epoch in which what it sees was last saved
     enum class Visit : char { kNone, kKept, kSolved };
     Visit visit = Visit::kNone;  // in the `solve` under way
 
@@ -159,6 +195,17 @@ class BayesTree {
     }
     /// Information of each separator variable (trace) in the factors of the clique and below it.
     const double* scales() const { return update(order - frontal_dim) + order - frontal_dim; }
+    int separator_dim() const { return order - 1 - frontal_dim; }
+    /// The steps of the separator that the clique and all below it go by.
+    double* seen() { return const_cast<double*>(std::as_const(*this).seen()); }
+    const double* seen() const { return scales() + variables.size() - frontals; }
+    /// What it sees and its motion.
+    std::size_t seen_size() const {
+      return separator_dim() + (charted ? std::tuple_size<MapMotion>::value : 0);
+    }
+    double* motion() { return charted ? seen() + separator_dim() : nullptr; }
+    const double* motion() const { return charted ? seen() + separator_dim() : nullptr; }
+    Chart chart() const { return {motion(), seen() + seen_size()}; }
     double log_pivots() const;  // of the squared diagonal of L
   };
   /// Arrays of numbers as they were at the last commit, concatenated.
@@ -190,25 +237,43 @@ class BayesTree {
   void detach_top();
   void gather_problem();
   void group_problem(const std::vector<int>& last, const std::vector<int>& behind);
-  int make_clique(const SymbolicClique& symbolic, const std::vector<int>& made);
-  void assemble(const Clique& clique, const SymbolicClique& symbolic, const std::vector<int>& made);
+  int make_clique(const SymbolicClique& symbolic, const std::vector<int>& made,
+                  const Charts* charts);
+  void assemble(const Clique& clique, const SymbolicClique& symbolic, const std::vector<int>& made,
+                const Charts* charts);
   void assemble_factor(const FactorState& factor, int last);
-  void assemble_update(const Clique& child, int last);
+  void assemble_update(const Clique& child, int last, const Charts* charts);
+  void carry_over(const std::vector<int>& variables, int first, Chart chart, const double* hessian,
+                  int order, const Charts& charts);
+  void shift_carried(int order);
+  void times_turn(const std::vector<int>& variables, int first, int order);
+  void scatter_update(const Clique& child, const double* update, int last);
   void set_thresholds(const Clique& clique);
   void hold_lifted(const Clique& clique);
-  void attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made);
+  void attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made,
+              const Charts* charts);
+  void set_free(const std::vector<int>& made, const Charts& charts);
   void refuse(std::size_t first);
   void reset_local();
   void reset_scratch();
   void start_epoch() noexcept;
   void reinstate(int c);
-  void propagate(std::vector<int>& stack, double threshold);
+  void propagate(std::vector<int>& stack, double threshold, double bend, Charts* charts);
   double prepare(const Clique& clique);
-  void solve_prepared(Clique& clique);
-  bool needs_solving(const Clique& clique) const;
-  bool solve_kept_ancestors(int c, std::vector<int>& stack);
+  void solve_prepared(Clique& clique, Charts* charts);
+  bool is_left(int c, double bend, Charts* charts);
+  void see(const Clique& clique, const Charts* charts);
+  double strain(const Clique& clique, const std::vector<double>& view) const;
+  bool find_motion(const Clique& clique, const Charts& charts);
+  bool follow(const Clique& clique, const Charts& charts);
+  void move_below(int c, const MapMotion& motion, Charts& charts);
+  void save_seen(int c);
+  void list_changed(const Clique& clique, std::size_t from, std::size_t to);
+  bool solve_kept_ancestors(int c, std::vector<int>& stack, Charts* charts);
   void reset_marks();
   std::vector<int> top_down() const;
+  std::vector<int> paths_of(const std::vector<int>& variables) const;
+  Eigen::MatrixXd rows_of(const Clique& clique, const Charts* charts) const;
 
   std::vector<VariableState> variables_;
   std::vector<FactorState> factors_;
@@ -225,7 +290,7 @@ class BayesTree {
   Changes new_variables_, removed_variables_, new_factors_, removed_factors_;
   std::vector<int> retired_;  // cliques that were replaced
   std::vector<int> born_;     // cliques made, some of them freed again
-  Journal saved_hessians_, saved_deltas_;
+  Journal saved_hessians_, saved_deltas_, saved_seen_;
   // fresh_ and pending_ at the last commit. Their capacity is that of the present ones, so that
   // neither a commit nor a roll-back needs memory.
   std::vector<int> committed_fresh_, committed_pending_;
@@ -247,7 +312,15 @@ class BayesTree {
   std::vector<int> visited_, kept_;    // cliques
   std::vector<int> changed_;
   std::vector<char> changed_mark_;
-  std::vector<double> step_, rhs_;
+  std::vector<double> step_, rhs_, view_;
+  Turn turn_;
+  std::vector<double> square_, product_, carried_;  // of the Hessian of a factor or subtree
+  struct {
+    bool found = false;
+    MapMotion motion{}, in_all{};  // since the last solution, and since the chart was made
+    std::vector<double> view;
+  } follow_;
+  std::vector<int> below_, to_assemble_;
 };
 
 }  // namespace hybrid

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "libhybrid/linear/bayes_tree.h"
@@ -23,19 +24,47 @@ std::vector<int> BayesTree::top_down() const {
   return cliques;
 }
 
-Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables) const {
-  int dims = 0;
-  for (int v : variables) dims += variables_[v].dim;
-  return joint_covariance(variables, Eigen::MatrixXd::Identity(dims, dims));
+/// The rows of the square-root information of a clique, [L_FF' L_SF'], by tangents at the
+/// estimates.
+Eigen::MatrixXd BayesTree::rows_of(const Clique& clique, const Charts* charts) const {
+  const int f = clique.frontal_dim;
+  const Eigen::Map<const Eigen::MatrixXd> L(clique.columns(), clique.order, f);
+  Eigen::MatrixXd rows = L.topRows(clique.order - 1).transpose();
+  rows.leftCols(f).triangularView<Eigen::StrictlyLower>().setZero();
+  if (charts == nullptr) return rows;
+  std::vector<double> steps(clique.order);
+  Turn turn;
+  charts->see(clique.variables, 0, 0, clique.chart(), steps.data(), turn);
+  int anchor = 0, at = 0;
+  for (int k = 0; k < turn.anchor; ++k) anchor += variables_[clique.variables[k]].dim;
+  const int anchor_dim = turn.anchor < 0 ? 0 : variables_[clique.variables[turn.anchor]].dim;
+  const double *own = turn.own.data(), *by = turn.by_anchor.data();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows.rows(), rows.cols());
+  for (int v : clique.variables) {
+    const int dim = variables_[v].dim;
+    out.middleCols(at, dim) +=
+        rows.middleCols(at, dim) * Eigen::Map<const Eigen::MatrixXd>(own, dim, dim);
+    if (dim < anchor_dim) {
+      out.middleCols(anchor, anchor_dim) +=
+          rows.middleCols(at, dim) * Eigen::Map<const Eigen::MatrixXd>(by, dim, anchor_dim);
+    }
+    own += static_cast<std::ptrdiff_t>(dim) * dim;
+    by += static_cast<std::ptrdiff_t>(dim) * anchor_dim;
+    at += dim;
+  }
+  return out;
 }
 
-// With the factor L of the information matrix, the covariance is z' z where L z = J'. A column of z
-// is zero off the paths of its variables to the root, so only the union of the paths is visited.
-// What is common to the variables cancels on the way, before it is squared.
 Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
-                                            const Eigen::MatrixXd& J) const {
-  // Each path ends where it meets an earlier one; later paths come first, so that children precede
-  // their parents.
+                                            const Charts* charts) const {
+  int dims = 0;
+  for (int v : variables) dims += variables_[v].dim;
+  return joint_covariance(variables, Eigen::MatrixXd::Identity(dims, dims), charts);
+}
+
+/// The cliques on the paths of some variables to the root, children before their parents.
+std::vector<int> BayesTree::paths_of(const std::vector<int>& variables) const {
+  // Each path ends where it meets an earlier one; later paths come first.
   std::vector<std::vector<int>> paths;
   std::vector<char> seen(cliques_.size(), 0);
   for (int v : variables) {
@@ -45,10 +74,17 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
       paths.back().push_back(c);
     }
   }
-  std::vector<int> path;
-  for (auto p = paths.rbegin(); p != paths.rend(); ++p)
-    path.insert(path.end(), p->begin(), p->end());
+  std::vector<int> all;
+  for (auto p = paths.rbegin(); p != paths.rend(); ++p) all.insert(all.end(), p->begin(), p->end());
+  return all;
+}
 
+// With the factor L of the information matrix, the covariance is z' z where L z = J'. A column of z
+// is zero off the paths of its variables to the root, so only the union of the paths is visited.
+// What is common to the variables cancels on the way, before it is squared.
+Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
+                                            const Eigen::MatrixXd& J, const Charts* charts) const {
+  const std::vector<int> path = paths_of(variables);
   const auto columns = static_cast<int>(J.rows());
   std::vector<std::pair<int, int>> row_of;  // (variable, first row), sorted
   int rows = 0;
@@ -77,8 +113,15 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     const int height = clique.order - 1;
     Eigen::MatrixXd front = Eigen::MatrixXd::Zero(height, columns);
     front.topRows(f) = z.middleRows(row, f);
-    for (int k = 0; k < columns; ++k) {
-      substitute(clique.columns(), clique.order, height, f, front.col(k).data());
+    if (charts == nullptr) {
+      for (int k = 0; k < columns; ++k) {
+        substitute(clique.columns(), clique.order, height, f, front.col(k).data());
+      }
+    } else {
+      const Eigen::MatrixXd by = rows_of(clique, charts);
+      front.topRows(f) = by.leftCols(f).transpose().lu().solve(front.topRows(f)).eval();
+      front.bottomRows(height - f).noalias() -=
+          by.rightCols(height - f).transpose() * front.topRows(f);
     }
     z.middleRows(row, f) = front.topRows(f);
     int below = f;
@@ -95,7 +138,8 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
 // From the roots down: with Sigma_SS of the separator from the parent,
 //   Sigma_SF = -Sigma_SS L_SF L_FF^-1  and  Sigma_FF = L_FF^-T (I + L_SF' Sigma_SS L_SF) L_FF^-1.
 void BayesTree::visit_covariances(
-    const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit) const {
+    const std::function<void(int variable, const Eigen::MatrixXd& covariance)>& visit,
+    const Charts* charts) const {
   std::vector<Eigen::MatrixXd> joint(
       cliques_.size());  // of a clique's variables, until its children are done
   std::vector<int> waiting(cliques_.size(), 0);
@@ -127,10 +171,9 @@ void BayesTree::visit_covariances(
         row += variables_[vi].dim;
       }
     }
-    const Eigen::Map<const Eigen::MatrixXd> L(clique.columns(), clique.order, f);
-    const auto Lff = L.topRows(f).triangularView<Eigen::Lower>();
-    const Eigen::MatrixXd inverse = Lff.solve(Eigen::MatrixXd::Identity(f, f));
-    const Eigen::MatrixXd gain = L.middleRows(f, s) * inverse;  // L_SF L_FF^-1
+    const Eigen::MatrixXd by = rows_of(clique, charts);
+    const Eigen::MatrixXd inverse = by.leftCols(f).inverse().transpose();
+    const Eigen::MatrixXd gain = by.rightCols(s).transpose() * inverse;
     sigma.bottomLeftCorner(s, f).noalias() = -sigma.bottomRightCorner(s, s) * gain;
     sigma.topLeftCorner(f, f).noalias() =
         inverse.transpose() * inverse - gain.transpose() * sigma.bottomLeftCorner(s, f);

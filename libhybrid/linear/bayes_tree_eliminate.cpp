@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/scatter.h"
 
@@ -25,6 +26,21 @@ void BayesTree::detach_top() {
       if (!cliques_[child].detached) orphans_.push_back(child);
     }
   }
+}
+
+const std::vector<int>& BayesTree::factors_to_assemble() {
+  detach_top();
+  to_assemble_.clear();
+  const auto take = [this](int f) {
+    if (factors_[f].alive) to_assemble_.push_back(f);
+  };
+  for (int c : detached_) {
+    std::for_each(cliques_[c].factors.begin(), cliques_[c].factors.end(), take);
+    cliques_[c].detached = false;
+  }
+  std::for_each(new_factors_.begin(), new_factors_.end(), take);
+  detached_.clear();
+  return to_assemble_;
 }
 
 /// The elimination problem of the detached part: its variables, its factors, and the separators of
@@ -82,24 +98,25 @@ void BayesTree::group_problem(const std::vector<int>& last, const std::vector<in
 }
 
 void BayesTree::assemble_factor(const FactorState& factor, int last) {
+  const double* hessian = hessians_.at(factor.hessian);
   std::vector<Run> runs;
-  const double* h = hessians_.at(factor.hessian);
   int from = 0;
   for (int v : factor.variables) {
     const int dim = variables_[v].dim;
     append_run(runs, from, offset_[v], dim);
     for (int k = 0; k < dim; ++k, ++from) {
-      scale_[v] += packed_column(h, factor.order, from)[from];
+      scale_[v] += packed_column(hessian, factor.order, from)[from];
     }
   }
   append_run(runs, from, last, 1);
   scatter(
-      runs, [&](int c) { return packed_column(h, factor.order, c); }, front_);
+      runs, [&](int c) { return packed_column(hessian, factor.order, c); }, front_);
 }
 
-void BayesTree::assemble_update(const Clique& child, int last) {
+void BayesTree::scatter_update(const Clique& child, const double* update, int last) {
   std::vector<Run> runs;
   const double* scales = child.scales();
+  const int order = child.order - child.frontal_dim;
   int from = 0;
   for (std::size_t k = child.frontals; k < child.variables.size(); ++k) {
     const int v = child.variables[k];
@@ -109,12 +126,22 @@ void BayesTree::assemble_update(const Clique& child, int last) {
   }
   append_run(runs, from, last, 1);
   scatter(
-      runs, [&](int c) { return child.update(c); }, front_);
+      runs, [&](int c) { return packed_column(update, order, c); }, front_);
+}
+
+void BayesTree::assemble_update(const Clique& child, int last, const Charts* charts) {
+  const double* update = child.update(0);
+  if (charts == nullptr) return scatter_update(child, update, last);
+  Chart own = child.chart();
+  if (find_motion(child, *charts)) own.motion = follow_.in_all.data();
+  carry_over(child.variables, child.frontals, own, update, child.order - child.frontal_dim,
+             *charts);
+  scatter_update(child, carried_.data(), last);
 }
 
 /// Sums the factors and the Schur complements of the children into the front.
 void BayesTree::assemble(const Clique& clique, const SymbolicClique& symbolic,
-                         const std::vector<int>& made) {
+                         const std::vector<int>& made, const Charts* charts) {
   int row = 0;
   for (int v : clique.variables) {
     offset_[v] = row;
@@ -125,13 +152,9 @@ void BayesTree::assemble(const Clique& clique, const SymbolicClique& symbolic,
   front_.reset(clique.order);
   for (int edge : symbolic.edges) {
     const int f = edge_factor_[edge];
-    if (f >= 0) {
-      assemble_factor(factors_[f], last);
-    } else {
-      assemble_update(cliques_[-1 - f], last);
-    }
+    f >= 0 ? assemble_factor(factors_[f], last) : assemble_update(cliques_[-1 - f], last, charts);
   }
-  for (int c : made) assemble_update(cliques_[c], last);
+  for (int c : made) assemble_update(cliques_[c], last, nullptr);
 }
 
 /// Sets the least pivots of the front; 1 for a variable in no factor.
@@ -172,7 +195,8 @@ void BayesTree::hold_lifted(const Clique& clique) {
 
 /// Eliminates one clique whose children among the new cliques are `children`. Returns its number,
 /// or -1 - v if the pivot of variable v is not finite.
-int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int>& children) {
+int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int>& children,
+                           const Charts* charts) {
   const int id = new_clique();
   Clique& clique = cliques_[id];
   clique.frontals = static_cast<int>(symbolic.frontals.size());
@@ -187,7 +211,7 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
     clique.variables.push_back(affected_[k]);
     clique.order += problem_.dims[k];
   }
-  assemble(clique, symbolic, children);
+  assemble(clique, symbolic, children, charts);
   set_thresholds(clique);
   const int n = clique.order;
   const int f = clique.frontal_dim;
@@ -204,23 +228,28 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
   const int failed = front_.factorize(f, least_.data(), lifted_);
   if (failed >= 0) return -1 - variable_of(failed);
   for (int column : lifted_) lifted_variables_.push_back(variable_of(column));
-  hold_lifted(clique);
+  if (charts == nullptr) hold_lifted(clique);  // steps begin at zero otherwise
 
   const std::size_t m = n - f;
   const std::size_t separators = clique.variables.size() - clique.frontals;
-  clique.storage = Block(static_cast<std::size_t>(n) * f + packed_size(m) + separators);
+  clique.charted = charts != nullptr;
+  clique.storage =
+      Block(static_cast<std::size_t>(n) * f + packed_size(m) + separators + clique.seen_size() +
+            (clique.charted ? charts->size(clique.variables) : 0));
   double* to = clique.columns();
   for (int j = 0; j < f; ++j, to += n) std::copy_n(front_.column(j) + j, n - j, to + j);
   for (int j = f; j < n; ++j) to = std::copy_n(front_.column(j) + j, n - j, to);
   for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
     *to++ = scale_[clique.variables[k]];
   }
+  std::fill_n(clique.seen(), clique.seen_size(), 0.0);
+  if (clique.charted) charts->start(clique.variables, clique.seen() + clique.seen_size());
   return id;
 }
 
 EliminationReport BayesTree::eliminate(const std::vector<int>& last,
                                        const IsDetermined& is_determined,
-                                       const std::vector<int>& behind) {
+                                       const std::vector<int>& behind, const Charts* charts) {
   EliminationReport report;
   const std::size_t born_before = born_.size();
   detach_top();
@@ -232,7 +261,7 @@ EliminationReport BayesTree::eliminate(const std::vector<int>& last,
   std::vector<std::vector<int>> children(symbolic.size());
   std::vector<int> made;
   for (std::size_t s = 0; s < symbolic.size(); ++s) {
-    const int id = make_clique(symbolic[s], children[s]);
+    const int id = make_clique(symbolic[s], children[s], charts);
     if (id < 0) {
       report.singular = -1 - id;
       break;
@@ -251,7 +280,7 @@ EliminationReport BayesTree::eliminate(const std::vector<int>& last,
   }
   report.variables = problem_.count;
   report.cliques = static_cast<int>(made.size());
-  attach(symbolic, made);
+  attach(symbolic, made, charts);
   return report;
 }
 
@@ -269,7 +298,8 @@ void BayesTree::refuse(std::size_t first) {
 }
 
 /// Replaces the detached cliques by the new ones.
-void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made) {
+void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::vector<int>& made,
+                       const Charts* charts) {
   for (std::size_t s = 0; s < made.size(); ++s) {
     Clique& clique = cliques_[made[s]];
     for (int k = 0; k < clique.frontals; ++k) variables_[clique.variables[k]].clique = made[s];
@@ -286,6 +316,13 @@ void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::v
         cliques_[-1 - f].parent = made[s];
         clique.children.push_back(-1 - f);
       }
+    }
+  }
+  if (charts != nullptr) {
+    set_free(made, *charts);
+    for (int v : affected_) {
+      save_delta(v);
+      std::fill_n(deltas_.at(variables_[v].delta), variables_[v].dim, 0.0);
     }
   }
   const auto is_detached = [&](int c) { return cliques_[c].detached; };

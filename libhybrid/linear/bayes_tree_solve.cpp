@@ -35,17 +35,19 @@ double half_quadratic(const double* h, const double* d, int n) {
 
 }  // namespace
 
-/// Gathers the steps of a clique's variables and its right-hand side given those of the separator.
-/// Returns by how much solving for the frontals lowers the linearised objective.
+/// Gathers the steps of a clique's variables and its right-hand side given what it sees of the
+/// separator. Returns by how much solving for the frontals lowers the linearised objective.
 double BayesTree::prepare(const Clique& clique) {
   const int n = clique.order;
   const int f = clique.frontal_dim;
   step_.resize(n);
   double* to = step_.data();
-  for (int v : clique.variables) {
-    to = std::copy_n(deltas_.at(variables_[v].delta), variables_[v].dim, to);
+  for (int k = 0; k < clique.frontals; ++k) {
+    const VariableState& variable = variables_[clique.variables[k]];
+    to = std::copy_n(deltas_.at(variable.delta), variable.dim, to);
   }
   const int s = n - 1 - f;
+  std::copy_n(clique.seen(), s, to);
   rhs_.resize(f);
   const auto dot = kernels().dot;
   double gain = 0.0;
@@ -59,7 +61,7 @@ double BayesTree::prepare(const Clique& clique) {
 }
 
 /// Solves for the frontals of the clique that was prepared last.
-void BayesTree::solve_prepared(Clique& clique) {
+void BayesTree::solve_prepared(Clique& clique, Charts* charts) {
   const int n = clique.order;
   const int f = clique.frontal_dim;
   const auto dot = kernels().dot;
@@ -73,35 +75,39 @@ void BayesTree::solve_prepared(Clique& clique) {
     save_delta(v);
     std::copy_n(from, variables_[v].dim, deltas_.at(variables_[v].delta));
     from += variables_[v].dim;
-    changed_.push_back(v);
-    changed_mark_[v] = 1;
+  }
+  list_changed(clique, 0, clique.frontals);
+  if (charts != nullptr) {
+    charts->place(clique.variables, clique.frontals, clique.chart(), step_.data());
   }
 }
 
-/// Whether a clique is to be solved, and was not yet: its step was overridden, it is new, or the
-/// steps of its separator have changed.
-bool BayesTree::needs_solving(const Clique& clique) const {
-  if (clique.visit == Clique::Visit::kSolved) return false;
-  if (clique.pending) return true;
-  for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {
-    if (changed_mark_[clique.variables[k]] != 0) return true;
+void BayesTree::list_changed(const Clique& clique, std::size_t from, std::size_t to) {
+  for (std::size_t k = from; k < to; ++k) {
+    const int v = clique.variables[k];
+    if (changed_mark_[v] != 0) continue;
+    changed_mark_[v] = 1;
+    changed_.push_back(v);
   }
-  return false;
 }
 
 /// Solves the ancestors of a clique that were visited and kept their steps, from the top, and puts
 /// what is below them, the clique too, on the stack once more. Returns whether there were any.
-bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack) {
+bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack, Charts* charts) {
   kept_.clear();
   for (int a = cliques_[c].parent; a >= 0 && cliques_[a].visit == Clique::Visit::kKept;
        a = cliques_[a].parent) {
     kept_.push_back(a);
   }
   for (auto a = kept_.rbegin(); a != kept_.rend(); ++a) {
-    prepare(cliques_[*a]);
-    solve_prepared(cliques_[*a]);
-    cliques_[*a].visit = Clique::Visit::kSolved;
-    stack.insert(stack.end(), cliques_[*a].children.begin(), cliques_[*a].children.end());
+    Clique& clique = cliques_[*a];
+    see(clique, charts);
+    save_seen(*a);
+    std::copy(view_.begin(), view_.end(), clique.seen());
+    prepare(clique);
+    solve_prepared(clique, charts);
+    clique.visit = Clique::Visit::kSolved;
+    stack.insert(stack.end(), clique.children.begin(), clique.children.end());
   }
   return !kept_.empty();
 }
@@ -110,15 +116,20 @@ bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack) {
 /// keeps its steps, and what is below is visited all the same: the change above may matter there.
 /// But before anything is solved below it, it is solved itself. Else its error, worth little there,
 /// would be a bend of all that hangs on it: a chain of a kilometre would swing to and fro.
-void BayesTree::propagate(std::vector<int>& stack, double threshold) {
+void BayesTree::propagate(std::vector<int>& stack, double threshold, double bend, Charts* charts) {
   while (!stack.empty()) {
     const int c = stack.back();
     stack.pop_back();
     Clique& clique = cliques_[c];
-    if (!needs_solving(clique)) continue;
+    if (clique.visit == Clique::Visit::kSolved || is_left(c, bend, charts)) continue;
     const bool worth = prepare(clique) > threshold;
-    if (worth && solve_kept_ancestors(c, stack)) continue;
-    if (worth) solve_prepared(clique);
+    if (worth && solve_kept_ancestors(c, stack, charts)) continue;
+    if (worth && follow_.found) {
+      std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
+      std::copy(follow_.view.begin(), follow_.view.end(), clique.seen());
+      prepare(clique);
+    }
+    if (worth) solve_prepared(clique, charts);
     if (clique.visit == Clique::Visit::kNone) visited_.push_back(c);
     clique.visit = worth ? Clique::Visit::kSolved : Clique::Visit::kKept;
     clique.pending = false;
@@ -126,7 +137,7 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold) {
   }
 }
 
-const std::vector<int>& BayesTree::solve(double threshold) {
+const std::vector<int>& BayesTree::solve(double threshold, double bend, Charts* charts) {
   changed_.clear();
   // All above a new clique is new.
   std::vector<int> stack;
@@ -134,11 +145,11 @@ const std::vector<int>& BayesTree::solve(double threshold) {
     cliques_[c].pending = true;
     if (cliques_[c].parent < 0) stack.push_back(c);
   }
-  propagate(stack, threshold);
+  propagate(stack, threshold, bend, charts);
   for (int c : pending_) {
     if (!cliques_[c].pending) continue;
     stack.push_back(c);
-    propagate(stack, threshold);
+    propagate(stack, threshold, bend, charts);
   }
   reset_marks();
   fresh_.clear();
@@ -157,22 +168,26 @@ void BayesTree::reset_marks() {
 
 void BayesTree::prefetch(int f) const {
   const FactorState& factor = factors_[f];
-  hybrid::prefetch(hessians_.at(factor.hessian), packed_size(factor.order) * sizeof(double));
-  hybrid::prefetch(factor.variables.data(), factor.variables.size() * sizeof(int));
+  hybrid::prefetch(hessians_.at(factor.hessian), factor.size() * sizeof(double));
 }
 
 double BayesTree::linear_cost(int f) const {
   const FactorState& factor = factors_[f];
-  const double* h = hessians_.at(factor.hessian);
-  const int n = factor.order;
-  double step[kFewColumns];
-  std::vector<double> many(n > kFewColumns ? n : 0);
-  double* d = n > kFewColumns ? many.data() : step;
-  int row = 0;
+  std::vector<double> steps;
   for (int v : factor.variables) {
-    std::copy_n(deltas_.at(variables_[v].delta), variables_[v].dim, d + row);
-    row += variables_[v].dim;
+    const double* delta = deltas_.at(variables_[v].delta);
+    steps.insert(steps.end(), delta, delta + variables_[v].dim);
   }
+  return linear_cost(f, steps.data());
+}
+
+double BayesTree::linear_cost(int f, const double* steps) const {
+  const double* h = hessians_.at(factors_[f].hessian);
+  const int n = factors_[f].order;
+  double few[kFewColumns];
+  std::vector<double> many(n > kFewColumns ? n : 0);
+  double* d = n > kFewColumns ? many.data() : few;
+  std::copy_n(steps, n - 1, d);
   d[n - 1] = 1.0;
   switch (n) {
     case 6:

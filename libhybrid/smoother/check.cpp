@@ -120,7 +120,7 @@ void IncrementalSmoother::check_removals(const Delta& delta) const {
     if (!gone.insert(key).second) {
       throw Error("variable " + to_string(key) + " is to be removed twice");
     }
-    if (theta_.is_removed(key)) throw Error("variable " + to_string(key) + " has been removed");
+    if (estimate_.is_removed(key)) throw Error("variable " + to_string(key) + " has been removed");
     const std::vector<int>& terms = terms_.of_variable(values().slot(key));
     const auto stays = [&](int t) { return terms_[t].alive && doomed.count(t) == 0; };
     if (std::any_of(terms.begin(), terms.end(), stays)) {

@@ -2,11 +2,12 @@
 // Copyright (c) 2026, the hybrid mapping authors
 // The continuous half-step of the smoother (eq. 8b, 9b).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "libhybrid/core/detail/prefetch.h"
-#include "libhybrid/core/detail/sort_unique.h"
+#include "libhybrid/smoother/detail/map_of.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
@@ -21,19 +22,31 @@ constexpr std::size_t kFactorBytes = 256;
 
 }  // namespace
 
-/// Moves the linearisation points of some variables to the estimate and linearises their factors
-/// there.
-void IncrementalSmoother::move_linearization(const std::vector<int>& slots, UpdateReport& report) {
-  for (int slot : slots) {
-    if (!theta_->occupied(slot)) continue;
-    std::copy_n(values().data(slot), theta_->type(slot).size, theta_.edit(slot));
-    tree_.reset_delta(slot);
-    ++report.relinearized;
-  }
-  touch(slots);
-  for (int t : touched_) {
-    const bool in_tree = terms_[t].tree_factor >= 0 || !terms_[t].pulls.empty();
-    if (in_tree) linearize(terms_.edit(t), theta_.get(), tree_);
+/// The step of the tree, and the costs of the factors that it changes.
+void IncrementalSmoother::solve(double wildfire, double bend) {
+  slot_stamp_.resize(std::max(slot_stamp_.size(), std::size_t(values().slot_count())));
+  const MapOf map(*this);
+  changed_ = tree_.solve(wildfire, bend, map.charts());
+  touch(changed_);
+  touch_untied();
+  refresh_costs();
+}
+
+/// Adds to the touched terms the hybrid ones of which the tree does not know that they tie their
+/// variables, and of which one has moved: parts of the tree may have moved past each other.
+void IncrementalSmoother::touch_untied() {
+  if (graph_.hybrid().size() == 0) return;
+  for (int t = 0; t < terms_.count(); ++t) {
+    const Term& term = terms_[t];
+    if (!term.alive || term.hybrid == nullptr || term_stamp_[t] == stamp_) continue;
+    const bool tied =
+        term.tree_factor >= 0 && term.component.factor->keys().size() == term.slots.size();
+    if (tied) continue;
+    if (std::none_of(term.slots.begin(), term.slots.end(),
+                     [this](int slot) { return slot_stamp_[slot] == old_stamp_; }))
+      continue;
+    term_stamp_[t] = stamp_;
+    touched_.push_back(t);
   }
 }
 
@@ -46,19 +59,17 @@ void IncrementalSmoother::move_linearization(const std::vector<int>& slots, Upda
 void IncrementalSmoother::continuous_step(UpdateReport& report) {
   ++report.rounds;
   const double before = term_cost_.value();
-  old_slots_.clear();
-  old_.clear();
+  old_.slots.clear();
+  old_.numbers.clear();
   ++old_stamp_;
   const double negligible = std::min(leeway_.relinearize, leeway_.minor);
   double promised = 0.0;
   for (int tries = 0;; ++tries) {
-    changed_ = tree_.solve(leeway_.wildfire);
-    remember(changed_);
-    move_estimate();
+    solve(leeway_.wildfire, leeway_.bend);
     const double gained = before - term_cost_.value();
     if (tries == 0) promised = gained + model_error_;
     if (gained >= 0.0 && !falls_short(gained, promised)) break;
-    const Place start{old_slots_, old_};
+    const Place start = old_;
     if (gained < 0.0 && gained + model_error_ <= negligible) {
       go_along(start, way_from(start), 0.0);
       break;
@@ -71,11 +82,10 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
       fall_back(before, promised, report);
       break;
     }
-    // All that moved, not just the ends of the worst factors: a variable that is linearised again
-    // beside one that is not spoils the models of the factors between them, one more at each step.
-    const std::vector<int> moved = changed_;
-    moved_.clear();
-    move_linearization(moved, report);
+    // All that moved, not just the worst factors.
+    touch(changed_);
+    off_.clear();
+    make_models_again(touched_, report);
     if (!eliminate(report)) {
       report.status = UpdateReport::Status::kOk;
       fall_back(before, promised, report);
@@ -83,27 +93,6 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
     }
   }
   record(report);
-}
-
-/// Keeps the estimates of some variables as they were before this half-step.
-void IncrementalSmoother::remember(const std::vector<int>& slots) {
-  if (static_cast<int>(slot_stamp_.size()) < theta_->slot_count())
-    slot_stamp_.resize(theta_->slot_count());
-  for (int slot : slots) {
-    if (slot_stamp_[slot] == old_stamp_) continue;
-    slot_stamp_[slot] = old_stamp_;
-    const double* x = values().data(slot);
-    old_slots_.push_back(slot);
-    old_.insert(old_.end(), x, x + values().type(slot).size);
-  }
-}
-
-/// Sets the estimate of the changed variables from their steps, and the costs of their factors.
-void IncrementalSmoother::move_estimate() {
-  for (int slot : changed_) {
-    retract(theta_->type(slot), theta_->data(slot), tree_.delta(slot), estimate_.edit(slot));
-  }
-  refresh_costs(changed_);
 }
 
 /// Begins to load what the next few of the touched terms need: most of the time of a refresh is
@@ -129,10 +118,27 @@ void IncrementalSmoother::touch(const std::vector<int>& slots) {
   }
 }
 
-/// Brings the costs of the factors of some variables up to date and lists, as `moved_`, the
-/// variables of those whose linear model is off.
+/// What the linear model of a term says of its cost at the estimate, less constants.
+double IncrementalSmoother::model_cost(const Term& term) const {
+  constexpr int kFew = 32;
+  std::array<double, kFew> few;
+  const ContinuousFactor& factor = *term.component.factor;
+  std::vector<double> many(factor.cols() > kFew ? factor.cols() : 0);
+  double* steps = many.empty() ? few.data() : many.data();
+  steps_from(pose_, tree_.chart_of(term.tree_factor), factor.types(),
+             TermPointers(term, values()).data(), steps);
+  return tree_.linear_cost(term.tree_factor, steps);
+}
+
+/// Brings the costs of the factors of some variables up to date.
 void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
   touch(slots);
+  refresh_costs();
+}
+
+/// Brings the costs of the touched terms up to date and lists, as `off_`, those whose linear model
+/// is off.
+void IncrementalSmoother::refresh_costs() {
   errors_.clear();
   model_error_ = 0.0;
   double change = 0.0;
@@ -151,26 +157,44 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
     term.cost = cost;
     if (term.hybrid != nullptr) stale_.push_back(t);
     if (term.tree_factor < 0) continue;
-    const double error =
-        cost - term.constant - term.model_offset - tree_.linear_cost(term.tree_factor);
+    const double error = cost - term.constant - term.model_offset - model_cost(term);
     model_error_ += error;
     errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
   }
   term_cost_.add(change);
-  choose_moved();
+  choose_off();
 }
 
-/// Lists, as `moved_`, the variables of factors whose linear model is off by more than is left
-/// undone.
-void IncrementalSmoother::choose_moved() {
-  moved_.clear();
+/// Lists, as `off_`, the factors whose linear model is off by more than is left undone.
+void IncrementalSmoother::choose_off() {
+  off_.clear();
   open_ = 0.0;
   for (const auto& [error, t] : errors_) {
     if (error <= leeway_.relinearize || t >= terms_.count() || !terms_[t].alive) continue;
     open_ += error;
-    moved_.insert(moved_.end(), terms_[t].slots.begin(), terms_[t].slots.end());
+    off_.push_back(t);
   }
-  sort_unique(moved_);
+}
+
+/// Lets the next elimination linearise some terms again.
+void IncrementalSmoother::make_models_again(const std::vector<int>& terms, UpdateReport& report) {
+  for (int t : terms) {
+    if (t >= terms_.count() || !terms_[t].alive) continue;
+    if (terms_[t].tree_factor >= 0) tree_.assemble_again(terms_[t].tree_factor);
+    for (int f : terms_[t].pulls) tree_.assemble_again(f);
+    ++report.relinearized;
+  }
+}
+
+/// Linearises what is to be eliminated, at the estimate.
+void IncrementalSmoother::linearize_eliminated() {
+  int last = -1;  // the pulls of a term are neighbours
+  for (int f : tree_.factors_to_assemble()) {
+    const int t = f < static_cast<int>(term_of_factor_.size()) ? term_of_factor_[f] : -1;
+    if (t < 0 || t == last) continue;
+    linearize(terms_.edit(t), values(), tree_);
+    last = t;
+  }
 }
 
 }  // namespace hybrid

@@ -103,12 +103,12 @@ Eigen::MatrixXd without(const Eigen::MatrixXd& out, const Eigen::MatrixXd& rows)
 bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& keys) const {
   std::vector<int> slots, terms;
   for (Key key : keys) {
-    slots.push_back(theta_->slot(key));
+    slots.push_back(values().slot(key));
     const std::vector<int>& own = terms_.of_variable(slots.back());
     terms.insert(terms.end(), own.begin(), own.end());
   }
   sort_unique(terms);
-  LocalJacobian local(theta_.get(), slots);
+  LocalJacobian local(values(), slots);
   for (int t : terms) {
     if (terms_[t].tree_factor < 0) continue;
     local.append(*terms_[t].component.factor, active_slots(terms_[t]));
@@ -135,11 +135,11 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
   const auto take = [&](int slot) {
     if (!has_slot.insert(slot).second) return;
     slots.push_back(slot);
-    dims += theta_->type(slot).dim;
+    dims += values().type(slot).dim;
   };
   for (const Lost& lost : lost_) {
     for (int slot : lost.slots) {
-      if (theta_.is_removed(theta_->key(slot))) {
+      if (estimate_.is_removed(values().key(slot))) {
         removed.push_back(slot);
       } else {
         take(slot);
@@ -160,8 +160,8 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
       }
     }
   }
-  LocalJacobian remaining(theta_.get(), slots), gone(theta_.get(), slots);
-  LocalJacobian by_removed(theta_.get(), removed);
+  LocalJacobian remaining(values(), slots), gone(values(), slots);
+  LocalJacobian by_removed(values(), removed);
   for (int t : terms) remaining.append(*terms_[t].component.factor, active_slots(terms_[t]));
   for (const Lost& lost : lost_) {
     gone.append(*lost.factor, lost.slots);
@@ -188,7 +188,7 @@ bool IncrementalSmoother::others_say_what_was_lost() const {
   for (const Lost& lost : lost_) {
     if (lost.factor == nullptr) return false;
     for (int slot : lost.slots) {
-      if (!theta_->occupied(slot)) return false;
+      if (!values().occupied(slot)) return false;
     }
   }
   return others_say_what_was_lost(kNear) || others_say_what_was_lost(kSmall);
@@ -204,11 +204,11 @@ bool IncrementalSmoother::is_determined(const std::vector<int>& slots) const {
       return false;
   }
   int dims = 0;
-  for (Key key : theta_.inserted()) dims += theta_->type(key).dim;
+  for (Key key : estimate_.inserted()) dims += values().type(key).dim;
   if (dims <= kSmall && others_say_what_was_lost()) {
-    return new_variables_are_determined(theta_.inserted());
+    return new_variables_are_determined(estimate_.inserted());
   }
-  return free_variables(graph_, {theta_.get(), assignment()},
+  return free_variables(graph_, {values(), assignment()},
                         couple_weak_ ? WeakComponents::kCoupled : WeakComponents::kUncoupled)
       .empty();
 }

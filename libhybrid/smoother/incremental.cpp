@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
+#include "libhybrid/smoother/detail/map_of.h"
 
 namespace hybrid {
 namespace {
@@ -65,7 +67,7 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
 }
 
 IncrementalSmoother::Leeway IncrementalSmoother::usual_leeway() const {
-  return {options_.relinearize, options_.wildfire, kMinorGain};
+  return {options_.relinearize, options_.wildfire, options_.bend, kMinorGain};
 }
 
 UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leeway) {
@@ -77,9 +79,9 @@ UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leewa
     report.objective_before = objective();
     discrete_step(report);
     enter_new_terms(report.handles);
-    std::vector<int> moved;
-    moved.swap(moved_);
-    move_linearization(moved, report);
+    std::vector<int> off;
+    off.swap(off_);
+    make_models_again(off, report);
     if (eliminate_new(report)) alternate(report);
   });
 }
@@ -99,10 +101,10 @@ void IncrementalSmoother::alternate(UpdateReport& report) {
 
 /// Makes those linear models again that are off. Returns whether there were any.
 bool IncrementalSmoother::renew_models(UpdateReport& report) {
-  if (moved_.empty()) return false;
-  std::vector<int> moved;
-  moved.swap(moved_);
-  move_linearization(moved, report);
+  if (off_.empty()) return false;
+  std::vector<int> off;
+  off.swap(off_);
+  make_models_again(off, report);
   if (eliminate(report)) return true;
   report.status = UpdateReport::Status::kOk;
   return false;
@@ -110,13 +112,13 @@ bool IncrementalSmoother::renew_models(UpdateReport& report) {
 
 UpdateReport IncrementalSmoother::settle(int max_updates) {
   Leeway fine = usual_leeway();
-  for (double* of : {&fine.relinearize, &fine.wildfire, &fine.minor}) *of *= kSettled;
+  for (double* of : {&fine.relinearize, &fine.wildfire, &fine.bend, &fine.minor}) *of *= kSettled;
   leeway_ = fine;
-  choose_moved();
+  choose_off();
   UpdateReport report;
   report.objective_before = report.objective_after = objective();
   for (int k = 0; k < max_updates; ++k) {
-    const bool open = !moved_.empty();
+    const bool open = !off_.empty();
     const UpdateReport one = update({}, fine);
     report.go_on(one);
     if (one.status != UpdateReport::Status::kOk || (one.flips == 0 && !open)) break;
@@ -126,16 +128,14 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
 
 UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
   return all_or_nothing([&](UpdateReport& report) {
-    std::vector<int> all;
-    for (int slot = 0; slot < theta_->slot_count(); ++slot) {
-      if (theta_->occupied(slot)) all.push_back(slot);
-    }
+    std::vector<int> all(terms_.count());
+    std::iota(all.begin(), all.end(), 0);
     while (report.rounds < max_rounds) {
       const double before = objective();
       enter_pulls();
-      move_linearization(all, report);
+      make_models_again(all, report);
       if (!eliminate(report)) return;
-      leeway_ = {options_.relinearize, 0.0, tolerance * std::max(1.0, std::abs(before))};
+      leeway_ = {options_.relinearize, 0.0, 0.0, tolerance * std::max(1.0, std::abs(before))};
       continuous_step(report);
       if (report.status != UpdateReport::Status::kOk) return;
       const bool flipped = discrete_step(report) && take_flips(report);
@@ -155,8 +155,15 @@ void IncrementalSmoother::enter_tree(int t) {
     weak_left_out_ = weak_left_out_ || term.component.factor != nullptr;
     return;
   }
-  term.tree_factor = tree_.add_factor(active_slots(term));
-  linearize(term, theta_.get(), tree_);
+  term.tree_factor = tree_.add_factor(active_slots(term), point_size(*term.component.factor));
+  own_factor(term.tree_factor, t);
+  linearize(term, values(), tree_);
+}
+
+/// Notes whose factor of the tree it is.
+void IncrementalSmoother::own_factor(int factor, int t) {
+  if (factor >= static_cast<int>(term_of_factor_.size())) term_of_factor_.resize(factor + 1, -1);
+  term_of_factor_[factor] = t;
 }
 
 void IncrementalSmoother::leave_tree(int t) {
@@ -182,8 +189,11 @@ void IncrementalSmoother::enter_pulls() {
         !terms_[t].pulls.empty())
       continue;
     Term& term = terms_.edit(t);
-    for (int slot : active_slots(term)) term.pulls.push_back(tree_.add_factor({slot}));
-    linearize(term, theta_.get(), tree_);
+    for (int slot : active_slots(term)) {
+      term.pulls.push_back(tree_.add_factor({slot}));
+      own_factor(term.pulls.back(), t);
+    }
+    linearize(term, values(), tree_);
   }
 }
 
@@ -204,7 +214,7 @@ void IncrementalSmoother::set_component(int t, const Component& component) {
   if (same_place && component.index == previous.index) return;
   if (term.tree_factor >= 0) lost_.push_back({previous.factor, before});
   if (same_place) {
-    linearize(term, theta_.get(), tree_);
+    linearize(term, values(), tree_);
     return;
   }
   take_out_of_tree(t);
@@ -271,15 +281,18 @@ void IncrementalSmoother::refresh_tables() {
 bool IncrementalSmoother::eliminate(UpdateReport& report) {
   behind_.clear();
   for (Key key : kept_last_) {
-    if (theta_->contains(key)) behind_.push_back(theta_->slot(key));
+    if (values().contains(key)) behind_.push_back(values().slot(key));
   }
+  linearize_eliminated();
+  const MapOf map(*this);
   const EliminationReport done = tree_.eliminate(
-      last_, [this](const std::vector<int>& slots) { return is_determined(slots); }, behind_);
+      last_, [this](const std::vector<int>& slots) { return is_determined(slots); }, behind_,
+      map.charts());
   report.eliminated += done.variables;
   report.cliques += done.cliques;
   if (done.singular < 0) return true;
   report.status = UpdateReport::Status::kSingular;
-  report.under_constrained = theta_->key(done.singular);
+  report.under_constrained = values().key(done.singular);
   report.message = "the factors do not determine " + to_string(report.under_constrained) +
                    "; give it a prior or more measurements";
   return false;
@@ -289,8 +302,8 @@ UpdateReport IncrementalSmoother::keep_last(const std::vector<Key>& keys) {
   return all_or_nothing([&](UpdateReport& report) {
     kept_last_ = keys;
     for (Key key : keys) {
-      if (theta_->contains(key) && !theta_.is_removed(key)) {
-        tree_.eliminate_again(theta_->slot(key));
+      if (values().contains(key) && !estimate_.is_removed(key)) {
+        tree_.eliminate_again(values().slot(key));
       }
     }
     eliminate(report);
@@ -332,7 +345,8 @@ UpdateReport IncrementalSmoother::restore(const Snapshot& snapshot) {
       }
       x += n;
     }
-    move_linearization(slots, report);
+    touch(slots);
+    make_models_again(touched_, report);
     if (eliminate(report)) refresh_costs(slots);
   });
 }

@@ -19,13 +19,16 @@
 namespace HYBRID_API hybrid {
 
 struct SmootherOptions {
-  /// The variables of a factor are linearised again when its linear model is off by more than this,
-  /// in units of the objective. It is a measure of what linearisation costs, whatever the units,
+  /// A factor is linearised again when its linear model is off by more than this, in units of the
+  /// objective. It is a measure of what linearisation costs, whatever the units,
   /// the noise or the geometry of a factor.
   double relinearize = 3e-3;
   /// Steps are propagated down the tree while a clique lowers the linearised objective by more than
   /// this.
   double wildfire = 1e-5;
+  /// What is below a clique stays, moved with the map above it, where keeping it as it is raises
+  /// the objective by no more than this.
+  double bend = 1e-3;
   /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
   /// There is a further one where something flipped, or where the linear models that are to be made
   /// again are off by more than one unit of the objective in all.
@@ -141,10 +144,16 @@ class IncrementalSmoother {
   /// Small things as they were before the first change since the last commit.
   struct Committed {
     CostSum term_cost, term_constant;
-    std::vector<int> moved, stale, last;
+    std::vector<int> off, stale, last;
+    VariableKind pose = VariableKind::kVector;
     std::vector<Key> recent, kept_last;
     bool weak_left_out = false, couple_weak = false;
   };
+  struct Place {  // where some variables are
+    std::vector<int> slots;
+    std::vector<double> numbers;
+  };
+  class MapOf;
   struct GraphChange {  // in the order in which they were made
     HybridGraph::Removed factor;
     bool added = false;
@@ -174,8 +183,8 @@ class IncrementalSmoother {
 
   /// What a half-step may leave undone, in units of the objective.
   struct Leeway {
-    double relinearize = 0.0, wildfire = 0.0;  ///< see SmootherOptions
-    double minor = 0.0;                        ///< not worth damped steps
+    double relinearize = 0.0, wildfire = 0.0, bend = 0.0;  ///< see SmootherOptions
+    double minor = 0.0;                                    ///< not worth damped steps
   };
 
   // incremental.cpp
@@ -185,6 +194,8 @@ class IncrementalSmoother {
   UpdateReport all_or_nothing(const Change& change);
   void alternate(UpdateReport& report);
   bool renew_models(UpdateReport& report);
+  void make_models_again(const std::vector<int>& terms, UpdateReport& report);
+  void linearize_eliminated();
   void list_changed(UpdateReport& report) const;
   bool eliminate(UpdateReport& report);
   bool discrete_step(UpdateReport& report);
@@ -193,6 +204,7 @@ class IncrementalSmoother {
   void choose_components(Key key);
   void refresh_tables();
   void enter_tree(int t);
+  void own_factor(int factor, int t);
   void leave_tree(int t);
   void take_out_of_tree(int t);
   void enter_pulls();
@@ -212,21 +224,19 @@ class IncrementalSmoother {
 
   // continuous_half.cpp
   void continuous_step(UpdateReport& report);
-  void move_linearization(const std::vector<int>& slots, UpdateReport& report);
-  void remember(const std::vector<int>& slots);
-  void move_estimate();
+  void solve(double wildfire, double bend);
+  void touch_untied();
+  void refresh_costs();
   void touch(const std::vector<int>& slots);
   void refresh_costs(const std::vector<int>& slots);
+  double model_cost(const Term& term) const;
   void fetch_ahead(std::size_t k) const;
-  void choose_moved();
+  void choose_off();
 
   // trust_region.cpp
-  struct Place {  // where some variables are
-    std::vector<int> slots;
-    std::vector<double> numbers;
-  };
   bool falls_short(double gained, double promised) const;
   Place place_of(std::vector<int> slots) const;
+  Place with(const Place& place, const Place& others) const;
   void go_to(const Place& place, UpdateReport& report);
   std::vector<double> way_from(const Place& start) const;
   void go_along(const Place& start, const std::vector<double>& way, double share);
@@ -239,8 +249,7 @@ class IncrementalSmoother {
 
   SmootherOptions options_;
   HybridGraph graph_;
-  JournaledValues theta_;     // linearisation points
-  JournaledValues estimate_;  // theta boxplus the step, same slots
+  JournaledValues estimate_;
   BayesTree tree_;
   Terms terms_;
   DiscreteHalf discrete_;
@@ -252,8 +261,9 @@ class IncrementalSmoother {
   bool couple_weak_ = false;    // since a variable hung on one: none is any more
   std::vector<Key> recent_;
   std::vector<Key> kept_last_;
-  std::vector<int> moved_;  // slots to linearise again in the next update
-  double open_ = 0.0;       // by which the linear models of their factors are off
+  VariableKind pose_ = VariableKind::kVector;  // kind of the poses of the map, once there is one
+  std::vector<int> off_;                       // terms to linearise again in the next update
+  double open_ = 0.0;                          // by which their linear models are off
   std::vector<int> stale_;  // hybrid terms whose variables moved since their tables were made
   std::vector<int> last_;   // slots to eliminate last, as of the last update
 
@@ -275,11 +285,11 @@ class IncrementalSmoother {
   std::vector<int> touched_;               // terms listed last
   std::vector<std::pair<double, int>>
       errors_;                       // of linear models, and the terms, at the last refresh
-  std::vector<int> old_slots_;       // that the continuous half-step under way has moved, and
-  std::vector<double> old_;          // their estimates before it, one after the other
+  Place old_;                        // what the half-step under way has moved, before it
   double model_error_ = 0.0;         // by which costs exceeded their linear models at that refresh
   std::vector<int> damped_;          // slots whose steps are damped
   std::vector<int> damping_factor_;  // in the tree, by slot; -1 for none
+  std::vector<int> term_of_factor_;  // by factor of the tree; -1 for damping
   std::vector<unsigned> term_stamp_, slot_stamp_;
   unsigned stamp_ = 0;
   unsigned old_stamp_ = 0;

@@ -13,7 +13,7 @@ namespace HYBRID_API hybrid {
 /// The work of one update, or of several, and what it came to. What is counted here is counted in
 /// every report, and in the records of a run.
 struct UpdateWork {
-  int relinearized = 0;           ///< variables whose linearisation point moved
+  int relinearized = 0;           ///< factors linearised again, over all rounds
   int eliminated = 0;             ///< variables eliminated again, over all rounds
   int cliques = 0;                ///< cliques made, over all rounds
   int flips = 0;                  ///< discrete variables whose value changed

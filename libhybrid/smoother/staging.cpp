@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/smoother/detail/pose_charts.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
@@ -27,8 +28,8 @@ void IncrementalSmoother::begin() {
 /// Notes what small things are before the first change since the last commit.
 void IncrementalSmoother::start_change() {
   if (changing_) return;
-  committed_ = {term_cost_, term_constant_, moved_,         stale_,      last_,
-                recent_,    kept_last_,     weak_left_out_, couple_weak_};
+  committed_ = {term_cost_, term_constant_, off_,       stale_,         last_,
+                pose_,      recent_,        kept_last_, weak_left_out_, couple_weak_};
   changing_ = true;
 }
 
@@ -45,8 +46,7 @@ void IncrementalSmoother::roll_back() {
 void IncrementalSmoother::stage(const Delta& delta, UpdateReport& report) {
   for (Handle handle : delta.remove) remove_factor(handle);
   for (Key key : delta.remove_values) {
-    tree_.remove_variable(theta_->slot(key));
-    theta_.remove(key);
+    tree_.remove_variable(values().slot(key));
     estimate_.remove(key);
   }
   for (Key key : delta.values.keys()) add_variable(key, delta.values);
@@ -91,9 +91,9 @@ void IncrementalSmoother::remove_factor(Handle handle) {
 
 void IncrementalSmoother::add_variable(Key key, const Values& initial) {
   const VariableType type = initial.type(key);
-  theta_.insert(key, type, initial.data(key));
   estimate_.insert(key, type, initial.data(key));
-  const int slot = theta_->slot(key);
+  const int slot = values().slot(key);
+  if (is_pose(type) && pose_ == VariableKind::kVector) pose_ = type.kind;
   tree_.add_variable(slot, type.dim);
   terms_.reserve_variable(slot);
   if (is_pose(type)) recent_.push_back(key);
@@ -110,7 +110,13 @@ Handle IncrementalSmoother::add_to_graph(Factor factor) {
 
 /// Returns the number of the term.
 int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
-  for (Key key : term.keys()) term.slots.push_back(theta_->slot(key));
+  std::vector<const double*> x;
+  for (Key key : term.keys()) {
+    term.slots.push_back(values().slot(key));
+    x.push_back(values().data(term.slots.back()));
+  }
+  term.holds = term.hybrid != nullptr ? !moves_with_map(pose_, *term.hybrid, x.data())
+                                      : !moves_with_map(pose_, *term.continuous, x.data());
   const Handle handle = term.handle;
   (term.hybrid ? report.handles.hybrid : report.handles.continuous).push_back(handle);
   const int t = number_of(handle) = terms_.add(std::move(term));
@@ -128,6 +134,10 @@ int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
   term_cost_.add(added.cost);
   term_constant_.add(added.constant);
   if (added.hybrid == nullptr) enter_tree(t);
+  // What the tree has made of its variables does not know that they are held.
+  if (added.holds && added.tree_factor < 0) {
+    for (int slot : added.slots) tree_.eliminate_again(slot);
+  }
   return t;
 }
 
@@ -144,7 +154,7 @@ void IncrementalSmoother::enter_new_terms(const AddedHandles& handles) {
     }
   }
   for (Key key : recent_) {
-    if (theta_->contains(key) && !theta_.is_removed(key)) last_.push_back(theta_->slot(key));
+    if (values().contains(key) && !estimate_.is_removed(key)) last_.push_back(values().slot(key));
   }
 }
 
@@ -152,7 +162,6 @@ void IncrementalSmoother::make_permanent() noexcept {
   tree_.commit();
   terms_.commit();
   discrete_.commit();
-  theta_.commit();
   estimate_.commit();
   graph_changes_.clear();
   const auto recent = static_cast<std::size_t>(std::max(options_.recent, 0));
@@ -184,11 +193,11 @@ void IncrementalSmoother::take_back() noexcept {
   tree_.roll_back();
   terms_.roll_back();
   discrete_.roll_back();
-  theta_.roll_back();
   estimate_.roll_back();
   term_cost_ = committed_.term_cost;
   term_constant_ = committed_.term_constant;
-  moved_ = std::move(committed_.moved);
+  off_ = std::move(committed_.off);
+  pose_ = committed_.pose;
   stale_ = std::move(committed_.stale);
   last_ = std::move(committed_.last);
   recent_ = std::move(committed_.recent);
@@ -209,8 +218,7 @@ std::vector<Handle> IncrementalSmoother::factors_of(Key key) const {
 
 IncrementalSmoother::Memory IncrementalSmoother::memory() const {
   Memory memory;
-  memory.bytes =
-      tree_.bytes() + terms_.bytes() + discrete_.bytes() + theta_->bytes() + estimate_->bytes();
+  memory.bytes = tree_.bytes() + terms_.bytes() + discrete_.bytes() + estimate_->bytes();
   if (!values().empty()) memory.bytes_per_variable = double(memory.bytes) / double(values().size());
   return memory;
 }

@@ -12,28 +12,6 @@
 namespace hybrid {
 namespace {
 
-constexpr std::size_t kFew = 8;
-
-/// Pointers to the variables of the active component, on the stack where they are few.
-class Pointers {
- public:
-  Pointers(const Term& term, const Values& values) {
-    const std::size_t n = term.component.factor->keys().size();
-    if (n > kFew) many_.resize(n);
-    const double** x = n > kFew ? many_.data() : few_.data();
-    for (std::size_t i = 0; i < n; ++i) {
-      const int position =
-          term.component.positions ? term.component.positions[i] : static_cast<int>(i);
-      x[i] = values.data(term.slots[position]);
-    }
-  }
-  const double* const* data() const { return many_.empty() ? few_.data() : many_.data(); }
-
- private:
-  std::array<const double*, kFew> few_;
-  std::vector<const double*> many_;
-};
-
 /// The packed lower triangle h = A'A for the whitened A = [J r] of M rows and n columns.
 template <int M>
 void square(const double* a, int rows, int n, double* h) {
@@ -65,7 +43,7 @@ void write_pulls(const Term& term, const double* a, BayesTree& tree) {
 double evaluate(const Term& term, const Values& values) {
   const ContinuousFactor* factor = term.component.factor;
   if (factor == nullptr) return term.constant;
-  return term.constant + factor->cost(Pointers(term, values).data());
+  return term.constant + factor->cost(TermPointers(term, values).data());
 }
 
 void linearize(Term& term, const Values& values, BayesTree& tree) {
@@ -79,10 +57,14 @@ void linearize(Term& term, const Values& values, BayesTree& tree) {
     many.resize(static_cast<std::size_t>(rows) * n);
   double* a = many.empty() ? few.data() : many.data();
   double* r = a + static_cast<std::size_t>(rows) * (n - 1);
-  const double cost = factor.linearize(Pointers(term, values).data(), r, a);
+  const double cost = factor.linearize(TermPointers(term, values).data(), r, a);
   term.model_offset = cost - 0.5 * Eigen::Map<const Eigen::VectorXd>(r, rows).squaredNorm();
   if (!term.pulls.empty()) return write_pulls(term, a, tree);
   double* h = tree.hessian(term.tree_factor);
+  double* point = tree.points(term.tree_factor);
+  const TermPointers x(term, values);
+  for (std::size_t i = 0; i < factor.types().size(); ++i)
+    point = std::copy_n(x.data()[i], factor.types()[i].size, point);
   switch (rows) {
     case 2:
       return square<2>(a, rows, n, h);
@@ -93,6 +75,12 @@ void linearize(Term& term, const Values& values, BayesTree& tree) {
     default:
       return square<Eigen::Dynamic>(a, rows, n, h);
   }
+}
+
+int point_size(const ContinuousFactor& factor) {
+  int size = 0;
+  for (const VariableType type : factor.types()) size += type.size;
+  return size;
 }
 
 std::vector<int> active_slots(const Term& term) {

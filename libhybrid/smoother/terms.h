@@ -2,6 +2,7 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "libhybrid/core/values.h"
@@ -34,6 +35,7 @@ struct Term {
   /// linear model; zero without one.
   double model_offset = 0.0;
   bool alive = false;
+  bool holds = false;  ///< its variables in the map: it changes where the map moves
   unsigned saved = 0;  ///< epoch of Terms in which it was last saved
 
   void choose(const Component& chosen) {
@@ -43,12 +45,36 @@ struct Term {
   const std::vector<Key>& keys() const { return hybrid ? hybrid->keys() : continuous->keys(); }
 };
 
+/// Pointers to the variables of the active component, on the stack where they are few.
+class TermPointers {
+ public:
+  TermPointers(const Term& term, const Values& values) {
+    const std::size_t n = term.component.factor->keys().size();
+    if (n > kFew) many_.resize(n);
+    const double** x = n > kFew ? many_.data() : few_.data();
+    for (std::size_t i = 0; i < n; ++i) {
+      const int position =
+          term.component.positions ? term.component.positions[i] : static_cast<int>(i);
+      x[i] = values.data(term.slots[position]);
+    }
+  }
+  const double* const* data() const { return many_.empty() ? few_.data() : many_.data(); }
+
+ private:
+  static constexpr std::size_t kFew = 8;
+  std::array<const double*, kFew> few_;
+  std::vector<const double*> many_;
+};
+
 /// -log of the term at the given values, normaliser included.
 double evaluate(const Term& term, const Values& values);
 
 /// Writes the Hessian of the active component at `values` into the tree, where the term is part of
-/// it, and notes the offset of the linear model.
+/// it, with these values as notes, and notes the offset of the linear model.
 void linearize(Term& term, const Values& values, BayesTree& tree);
+
+/// How many numbers the variables of a factor are.
+int point_size(const ContinuousFactor& factor);
 
 /// Slots of the variables of the active component, in its own order.
 std::vector<int> active_slots(const Term& term);

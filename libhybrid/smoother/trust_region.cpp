@@ -4,10 +4,11 @@
 // Levenberg-Marquardt from where the half-step began, over the variables that it moved.
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
-#include "libhybrid/core/detail/sort_unique.h"
-#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/detail/map_of.h"
 
 namespace hybrid {
 namespace {
@@ -29,6 +30,23 @@ bool IncrementalSmoother::falls_short(double gained, double promised) const {
   return gained < kLeastGain * promised - leeway_.minor;
 }
 
+/// A place, and where the variables are there that it does not have.
+IncrementalSmoother::Place IncrementalSmoother::with(const Place& place,
+                                                     const Place& others) const {
+  Place all = place;
+  std::unordered_set<int> known(place.slots.begin(), place.slots.end());
+  const double* x = others.numbers.data();
+  for (int slot : others.slots) {
+    const int size = values().type(slot).size;
+    if (known.insert(slot).second) {
+      all.slots.push_back(slot);
+      all.numbers.insert(all.numbers.end(), x, x + size);
+    }
+    x += size;
+  }
+  return all;
+}
+
 /// The estimates of some variables.
 IncrementalSmoother::Place IncrementalSmoother::place_of(std::vector<int> slots) const {
   Place place{std::move(slots), {}};
@@ -39,7 +57,7 @@ IncrementalSmoother::Place IncrementalSmoother::place_of(std::vector<int> slots)
   return place;
 }
 
-/// Moves the estimate, with the linearisation points, to a place.
+/// Moves the estimate to a place, to be linearised there at the next elimination.
 void IncrementalSmoother::go_to(const Place& place, UpdateReport& report) {
   const double* x = place.numbers.data();
   for (int slot : place.slots) {
@@ -47,20 +65,22 @@ void IncrementalSmoother::go_to(const Place& place, UpdateReport& report) {
     std::copy_n(x, size, estimate_.edit(slot));
     x += size;
   }
-  move_linearization(place.slots, report);
   refresh_costs(place.slots);
-  moved_.clear();
+  errors_.clear();
+  off_.clear();
+  make_models_again(touched_, report);
 }
 
 /// Lets the steps of some variables cost `damping` times what their own factors say, on the scale
 /// of each variable.
 void IncrementalSmoother::damp(const std::vector<int>& slots, double damping) {
   for (int slot : slots) {
-    const int dim = theta_->type(slot).dim;
+    const int dim = values().type(slot).dim;
     if (slot >= static_cast<int>(damping_factor_.size())) damping_factor_.resize(slot + 1, -1);
     int& f = damping_factor_[slot];
     if (f < 0) {
       f = tree_.add_factor({slot});
+      own_factor(f, -1);
       damped_.push_back(slot);
     }
     const std::vector<double> own = own_information(slot);
@@ -80,7 +100,7 @@ void IncrementalSmoother::undamp() {
 /// The diagonal of the information that the factors of a variable give it if all others are known;
 /// a direction that they see least counts as a thousandth of the mean.
 std::vector<double> IncrementalSmoother::own_information(int slot) const {
-  const int dim = theta_->type(slot).dim;
+  const int dim = values().type(slot).dim;
   std::vector<double> diagonal(dim, 0.0);
   for (int t : terms_.of_variable(slot)) {
     const Term& term = terms_[t];
@@ -92,7 +112,7 @@ std::vector<double> IncrementalSmoother::own_information(int slot) const {
       for (int i = row; other == slot && i < row + dim; ++i) {
         diagonal[i - row] += packed_column(h, order, i)[i];
       }
-      row += theta_->type(other).dim;
+      row += values().type(other).dim;
     }
   }
   double mean = 0.0;
@@ -113,12 +133,10 @@ void IncrementalSmoother::damped_steps(const Place& start, UpdateReport& report)
   for (int k = 0; k < kDampedSteps && damping < kMostDamping; ++k) {
     damp(best.slots, damping);
     if (!eliminate(report)) return;
-    changed_ = tree_.solve(0.0);
-    std::vector<int> slots = best.slots;
-    slots.insert(slots.end(), changed_.begin(), changed_.end());
-    sort_unique(slots);
-    const Place before = place_of(std::move(slots));
-    move_estimate();
+    old_ = {};
+    ++old_stamp_;
+    solve(0.0, 0.0);
+    const Place before = with(best, old_);
     const double gained = cost - term_cost_.value();
     bool enough = false;
     if (gained > 0.0) {
@@ -153,12 +171,12 @@ std::vector<double> IncrementalSmoother::way_from(const Place& start) const {
   return way;
 }
 
-/// Moves the estimate to a share of the way from a place; linearisation points stay.
+/// Moves the estimate to a share of the way from a place; linear models stay.
 void IncrementalSmoother::go_along(const Place& start, const std::vector<double>& way,
                                    double share) {
   const double* x = start.numbers.data();
   const double* whole = way.data();
-  std::vector<double> step, delta;
+  std::vector<double> step;
   for (int slot : start.slots) {
     const VariableType type = values().type(slot);
     double* at = estimate_.edit(slot);
@@ -169,12 +187,11 @@ void IncrementalSmoother::go_along(const Place& start, const std::vector<double>
     } else {
       std::copy_n(x, type.size, at);
     }
-    delta.resize(type.dim);
-    local(type, theta_->data(slot), at, delta.data());
-    tree_.set_delta(slot, delta.data());
     whole += type.dim;
     x += type.size;
   }
+  const MapOf map(*this);
+  for (int slot : start.slots) tree_.set_delta(slot, *map.charts());
   refresh_costs(start.slots);
 }
 
@@ -187,17 +204,19 @@ void IncrementalSmoother::go_part_of_the_way(const Place& start, double before) 
     share = share > kLeastShare ? 0.5 * share : 0.0;
     go_along(start, way, share);
   } while (share > 0.0 && !(term_cost_.value() <= before));
-  if (share == 0.0) moved_ = start.slots;
+  if (share > 0.0) return;
+  touch(start.slots);
+  off_ = touched_;
 }
 
 /// What to do when Gauss-Newton has not brought what it promised: a part of its way where it has
 /// led uphill; and where much of the promise is left, damped steps from where the half-step began,
 /// if they come to a better place.
 void IncrementalSmoother::fall_back(double before, double promised, UpdateReport& report) {
-  const Place start{old_slots_, old_};
+  const Place start = old_;
   if (!(term_cost_.value() <= before)) go_part_of_the_way(start, before);
   if (!falls_short(before - term_cost_.value(), promised)) return;
-  const Place reached = place_of(old_slots_);
+  const Place reached = place_of(start.slots);
   const double reached_cost = term_cost_.value();
   damped_steps(start, report);
   if (report.status != UpdateReport::Status::kOk || term_cost_.value() <= reached_cost) return;

@@ -78,6 +78,8 @@ void read_online(IniFile& ini, OnlineSelectionOptions& o) {
                                  "as in [solver] of hybrid-replay", IniRange{1e-12, 1e6});
   o.smoother.wildfire = s.get("wildfire", o.smoother.wildfire, "as in [solver] of hybrid-replay",
                               IniRange{1e-15, 1e6});
+  o.smoother.bend =
+      s.get("bend", o.smoother.bend, "as in [solver] of hybrid-replay", IniRange{0.0, 1e6});
 }
 
 void read_baselines(IniFile& ini, MethodOptions& o) {

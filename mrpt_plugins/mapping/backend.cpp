@@ -37,13 +37,18 @@ SmootherOptions read_smoother_options(IniSection& solver) {
   SmootherOptions options;
   options.relinearize =
       solver.get("relinearize", options.relinearize,
-                 "online: variables are linearised again once the linear model of a factor is "
-                 "off by more than this, in units of the objective",
+                 "online: a factor is linearised again once its linear model is off by more than "
+                 "this, in units of the objective",
                  IniRange{1e-12, 1e6});
   options.wildfire =
       solver.get("wildfire", options.wildfire,
                  "online: a step is propagated while it lowers the objective by more than this",
                  IniRange{1e-15, 1e6});
+  options.bend =
+      solver.get("bend", options.bend,
+                 "online: a part of the map is left as it is, or moved as a whole, while "
+                 "that raises the objective by no more than this",
+                 IniRange{0.0, 1e6});
   options.rounds = solver.get("rounds", options.rounds,
                               "online: alternation rounds for each keyframe", IniRange{1, 1000});
   return options;

@@ -124,7 +124,10 @@ TEST_P(Mapping, NoisyMeasurementsGiveMapClassesAndAMonotoneObjective) {
   EXPECT_NEAR(last.cost, cost(mapper.backend().graph(), before.values, before.assignment),
               1e-6 * last.cost);
   const BackendReport report = mapper.finish();
-  ASSERT_GE(report.objectives.size(), std::string(GetParam().mode) == "filter" ? 1U : 2U);
+  // Short windows are solved to the end with each keyframe.
+  const bool is_short = std::string(GetParam().mode) == "filter" ||
+                        std::string(GetParam().mode).rfind("fixed_lag", 0) == 0;
+  ASSERT_GE(report.objectives.size(), is_short ? 1U : 2U);
   for (std::size_t k = 1; k < report.objectives.size(); ++k) {
     EXPECT_LE(report.objectives[k], report.objectives[k - 1]) << "half-step " << k;
   }

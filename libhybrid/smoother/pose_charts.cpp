@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/smoother/detail/pose_charts.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libhybrid/geometry/se2.h"
+#include "libhybrid/geometry/se3.h"
+
+namespace hybrid {
+namespace {
+
+/// A rigid motion of the map applied to a variable: poses of its kind and points of its dimension
+/// move, all else stays. `out` may be `x`.
+template <class Pose>
+void move_with_map(const Pose& motion, VariableType type, const double* x, double* out) {
+  constexpr int kPointDim = Pose::Point::RowsAtCompileTime;
+  if (type.kind == Variable<Pose>::type().kind) {
+    Pose moved = motion * Pose::load(x);
+    moved.normalize();
+    moved.store(out);
+  } else if (type.kind == VariableKind::kVector && type.dim == kPointDim) {
+    using Point = typename Pose::Point;
+    const Point moved = motion * Point(Eigen::Map<const Point>(x));
+    Eigen::Map<Point>{out} = moved;
+  } else if (out != x) {
+    std::copy_n(x, type.size, out);
+  }
+}
+
+/// From the map into the frame of a chart.
+template <class Pose>
+struct Back {
+  bool moved;
+  Pose motion;
+  explicit Back(const double* motion_of_chart)
+      : moved(motion_of_chart != nullptr && motion_of_chart[0] != 0.0),
+        motion(moved ? Pose::load(motion_of_chart + 1).inverse() : Pose()) {}
+
+  void see(VariableType type, const double* point, const double* x, double* step) const {
+    using Point = typename Pose::Point;
+    if (type.kind == Variable<Pose>::type().kind) {
+      const Pose at = moved ? motion * Pose::load(x) : Pose::load(x);
+      Eigen::Map<typename Pose::Tangent>{step} = Pose::load(point).between(at).log();
+    } else if (moved && type.kind == VariableKind::kVector &&
+               type.dim == Pose::Point::RowsAtCompileTime) {
+      const Point at = motion * Point(Eigen::Map<const Point>(x));
+      Eigen::Map<Point>{step} = at - Eigen::Map<const Point>(point);
+    } else {
+      local(type, point, x, step);
+    }
+  }
+};
+
+/// The charts of a map of poses and points. A chart is whether it has moved, its motion, and the
+/// points of its variables, one after the other.
+template <class Pose>
+class PoseCharts : public Charts {
+ public:
+  PoseCharts(const Values& values, JournaledValues* estimate, const MapVariables& variables)
+      : values_(values), estimate_(estimate), variables_(variables) {}
+
+  std::size_t size(const std::vector<int>& variables) const override {
+    std::size_t size = 0;
+    for (int v : variables) size += values_.type(v).size;
+    return size;
+  }
+
+  void start(const std::vector<int>& variables, double* points) const override {
+    for (int v : variables) points = std::copy_n(values_.data(v), values_.type(v).size, points);
+  }
+
+  void see(const std::vector<int>& variables, int first, Chart chart,
+           double* steps) const override {
+    const Back<Pose> back(chart.motion);
+    const double* point = point_of(variables, first, chart);
+    for (auto v = variables.begin() + first; v != variables.end(); ++v) {
+      const VariableType type = values_.type(*v);
+      back.see(type, point, values_.data(*v), steps);
+      point += type.size;
+      steps += type.dim;
+    }
+  }
+
+  void see(const std::vector<int>& variables, int first, int anchor_from, Chart chart,
+           double* steps, Turn& turn) const override {
+    const Back<Pose> back(chart.motion);
+    const auto count = static_cast<int>(variables.size());
+    int anchor = anchor_from;
+    while (anchor < count && !is_pose(variables[anchor])) ++anchor;
+    const bool points = std::any_of(variables.begin() + first, variables.end(),
+                                    [this](int v) { return is_point(values_.type(v)); });
+    turn.anchor = points && anchor < count ? anchor : -1;
+    turn.own.clear();
+    turn.by_anchor.clear();
+    const double* point = point_of(variables, first, chart);
+    for (int k = first; k < count; ++k) {
+      const VariableType type = values_.type(variables[k]);
+      const double* x = values_.data(variables[k]);
+      back.see(type, point, x, steps);
+      const std::size_t own = turn.own.size(), by = turn.by_anchor.size();
+      turn.own.resize(own + type.dim * type.dim);
+      Eigen::Map<Eigen::MatrixXd> D(turn.own.data() + own, type.dim, type.dim);
+      if (turn.anchor >= 0) turn.by_anchor.resize(by + type.dim * Pose::kDim);
+      if (is_pose(variables[k])) {
+        const Pose at = back.moved ? back.motion * Pose::load(x) : Pose::load(x);
+        D = Pose::load(point).between(at).adjoint();
+      } else if (type.kind != VariableKind::kVector) {
+        D = local_jacobian(type, point, x);
+      } else if (type.dim != kPointDim) {
+        D.setIdentity();
+      } else {
+        const auto frame = back.motion.rotation().matrix();
+        D = frame;
+        if (turn.anchor >= 0) {
+          Eigen::Map<Eigen::Matrix<double, kPointDim, Pose::kDim>> A(turn.by_anchor.data() + by);
+          const Point step = Eigen::Map<const Point>(steps);
+          const Pose held = Pose::load(values_.data(variables[turn.anchor]));
+          A.setZero();
+          A.template rightCols<kTurn>() = against_turn(step) * turn_of(back.motion * held);
+        }
+      }
+      point += type.size;
+      steps += type.dim;
+    }
+  }
+
+  bool is_held(int variable) const override { return variables_.is_held(variable); }
+
+  bool is_pose(int variable) const {
+    return values_.type(variable).kind == Variable<Pose>::type().kind;
+  }
+
+  bool find_motion(const std::vector<int>& variables, int first, Chart chart, const double* steps,
+                   const double* weights, MapMotion& motion) const override {
+    const Pose before = motion_of(chart);
+    const double* point = point_of(variables, first, chart);
+    const double* step = steps;
+    double most = 0.0;
+    Pose best;
+    Fit fit;
+    for (std::size_t k = first; k < variables.size(); ++k) {
+      const VariableType type = values_.type(variables[k]);
+      const double* x = values_.data(variables[k]);
+      const double weight = weights == nullptr ? 1.0 : weights[k - first];
+      if (is_pose(variables[k])) {
+        if (weight > most) {
+          Pose seen = Pose::load(point);
+          if (steps != nullptr)
+            seen = seen * Pose::exp(Eigen::Map<const typename Pose::Tangent>(step));
+          best = Pose::load(x) * (before * seen).inverse();
+          most = weight;
+        }
+      } else if (most == 0.0 && is_point(type)) {
+        Point seen = Eigen::Map<const Point>(point);
+        if (steps != nullptr) seen += Eigen::Map<const Point>(step);
+        fit.add(before * seen, Eigen::Map<const Point>(x));
+      }
+      point += type.size;
+      if (steps != nullptr) step += type.dim;
+    }
+    if (!(most > 0.0) && !fit.solve(best)) return false;
+    best.normalize();
+    motion[0] = 1.0;
+    best.store(motion.data() + 1);
+    return true;
+  }
+
+  void add(const MapMotion& motion, double* to) const override {
+    Pose moved = Pose::load(motion.data() + 1) * motion_of({to, nullptr});
+    moved.normalize();
+    to[0] = 1.0;
+    moved.store(to + 1);
+  }
+
+  void move(const std::vector<int>& variables, int count, const MapMotion& motion) override {
+    const Pose by = Pose::load(motion.data() + 1);
+    for (int k = 0; k < count; ++k) {
+      variables_.before_change(variables[k]);
+      double* x = estimate_->edit(variables[k]);
+      move_with_map(by, values_.type(variables[k]), x, x);
+    }
+  }
+
+  void place(const std::vector<int>& variables, int count, Chart chart,
+             const double* steps) override {
+    const Pose motion = motion_of(chart);
+    const double* point = chart.points;
+    for (int k = 0; k < count; ++k) {
+      const VariableType type = values_.type(variables[k]);
+      variables_.before_change(variables[k]);
+      double* x = estimate_->edit(variables[k]);
+      retract(type, point, steps, x);
+      if (chart.motion[0] != 0.0) move_with_map(motion, type, x, x);
+      point += type.size;
+      steps += type.dim;
+    }
+  }
+
+ private:
+  using Point = typename Pose::Point;
+  static constexpr int kPointDim = Point::RowsAtCompileTime;
+  static constexpr int kTurn = Pose::kDim - kPointDim;
+  using Rotation = Eigen::Matrix<double, kTurn, kTurn>;
+
+  /// A turn in the tangent of a pose, as one about the axes that it is given in.
+  static Rotation turn_of(const Pose& pose) {
+    if constexpr (kTurn == 1) {
+      return Rotation::Identity();
+    } else {
+      return pose.rotation().matrix();
+    }
+  }
+
+  /// What an arrow changes by in a turn, taken back.
+  static Eigen::Matrix<double, kPointDim, kTurn> against_turn(const Point& arrow) {
+    Eigen::Matrix<double, kPointDim, kTurn> out;
+    if constexpr (kTurn == 1) {
+      out << arrow.y(), -arrow.x();
+    } else {
+      out << 0, -arrow.z(), arrow.y(), arrow.z(), 0, -arrow.x(), -arrow.y(), arrow.x(), 0;
+    }
+    return out;
+  }
+
+  static bool is_point(VariableType type) {
+    return type.kind == VariableKind::kVector && type.dim == kPointDim;
+  }
+
+  /// The motion from some points to others in the least squares sense.
+  class Fit {
+   public:
+    void add(const Point& from, const Point& to) {
+      from_.push_back(from);
+      to_.push_back(to);
+    }
+    bool solve(Pose& motion) const {
+      if (static_cast<int>(from_.size()) < kPointDim) return false;
+      using Many = Eigen::Matrix<double, kPointDim, Eigen::Dynamic>;
+      Many a(kPointDim, from_.size()), b(kPointDim, from_.size());
+      for (std::size_t k = 0; k < from_.size(); ++k) {
+        a.col(k) = from_[k];
+        b.col(k) = to_[k];
+      }
+      const auto T = Eigen::umeyama(a, b, false);
+      if (!T.allFinite()) return false;
+      const Point t = T.template topRightCorner<kPointDim, 1>();
+      const Eigen::Matrix<double, kPointDim, kPointDim> R =
+          T.template topLeftCorner<kPointDim, kPointDim>();
+      if constexpr (kPointDim == 2) {
+        motion = Pose(t, SO2(std::atan2(R(1, 0), R(0, 0))));
+      } else {
+        motion = Pose(t, Eigen::Quaterniond(R));
+      }
+      return true;
+    }
+
+   private:
+    std::vector<Point> from_, to_;
+  };
+
+  static Pose motion_of(Chart chart) {
+    return chart.motion != nullptr && chart.motion[0] != 0.0 ? Pose::load(chart.motion + 1)
+                                                             : Pose();
+  }
+
+  const double* point_of(const std::vector<int>& variables, int i, Chart chart) const {
+    const double* point = chart.points;
+    for (int k = 0; k < i; ++k) point += values_.type(variables[k]).size;
+    return point;
+  }
+
+  const Values& values_;
+  JournaledValues* estimate_;
+  const MapVariables& variables_;
+};
+
+/// What a small motion of the map, about its origin, adds to the tangent of a variable (dim x
+/// dimensions of the motion); empty for one that does not move with the map.
+template <class Pose>
+Eigen::MatrixXd swing(VariableType type, const double* x) {
+  using Point = typename Pose::Point;
+  constexpr int kPointDim = Point::RowsAtCompileTime;
+  if (type.kind == Variable<Pose>::type().kind) return Pose::load(x).inverse().adjoint();
+  if (type.kind != VariableKind::kVector || type.dim != kPointDim) return {};
+  // A point moves as the place of a pose there that does not turn.
+  const Eigen::MatrixXd out =
+      Pose(Point(Eigen::Map<const Point>(x)), Pose().rotation()).inverse().adjoint();
+  return out.topRows(kPointDim);
+}
+
+/// Residuals that change by no more than this share of what they would change by if each variable
+/// moved alone do not change but for rounding.
+constexpr double kSame = 1e-9;
+
+template <class Pose>
+bool moves_with_map(const ContinuousFactor& factor, const double* const* x) {
+  Eigen::VectorXd r(factor.rows());
+  Eigen::MatrixXd J(factor.rows(), factor.cols());
+  factor.linearize(x, r.data(), J.data());
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(factor.rows(), Pose::kDim);
+  double alone = 0.0;
+  int column = 0;
+  bool sees_pose = false, moves = false;
+  for (std::size_t i = 0; i < factor.types().size(); ++i) {
+    const VariableType type = factor.types()[i];
+    const Eigen::MatrixXd own = swing<Pose>(type, x[i]);
+    if (own.size() > 0) {
+      const Eigen::MatrixXd change = J.middleCols(column, type.dim) * own;
+      sum += change;
+      alone += change.norm();
+      moves = true;
+      sees_pose = sees_pose || type.kind == Variable<Pose>::type().kind;
+    }
+    column += type.dim;
+  }
+  // A derivative of zero, of a measurement that a robust loss has rejected, tells nothing.
+  return !moves || (sees_pose && alone > 0.0 && sum.norm() <= kSame * alone);
+}
+
+/// Assignments of the discrete variables of a factor that are looked at; with more it is one of the
+/// map.
+constexpr std::size_t kMostAssignments = 64;
+
+}  // namespace
+
+std::unique_ptr<Charts> make_charts(VariableKind pose, const Values& values,
+                                    JournaledValues* estimate, const MapVariables& variables) {
+  if (pose == VariableKind::kSE3)
+    return std::make_unique<PoseCharts<SE3>>(values, estimate, variables);
+  return std::make_unique<PoseCharts<SE2>>(values, estimate, variables);
+}
+
+namespace {
+
+template <class Pose>
+void steps_from(Chart chart, const std::vector<VariableType>& types, const double* const* x,
+                double* steps) {
+  const Back<Pose> back(chart.motion);
+  const double* point = chart.points;
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    back.see(types[i], point, x[i], steps);
+    point += types[i].size;
+    steps += types[i].dim;
+  }
+}
+
+}  // namespace
+
+void steps_from(VariableKind pose, Chart chart, const std::vector<VariableType>& types,
+                const double* const* x, double* steps) {
+  pose == VariableKind::kSE3 ? steps_from<SE3>(chart, types, x, steps)
+                             : steps_from<SE2>(chart, types, x, steps);
+}
+
+bool moves_with_map(VariableKind pose, const ContinuousFactor& factor, const double* const* x) {
+  if (pose == VariableKind::kVector) return false;
+  return pose == VariableKind::kSE3 ? moves_with_map<SE3>(factor, x)
+                                    : moves_with_map<SE2>(factor, x);
+}
+
+bool moves_with_map(VariableKind pose, const HybridFactor& factor, const double* const* x) {
+  const std::size_t joint = joint_size(factor.discrete_keys());
+  if (joint > kMostAssignments) return false;
+  std::vector<int> known;
+  std::vector<const double*> own;
+  for (std::size_t i = 0; i < joint; ++i) {
+    Assignment assignment;
+    std::size_t rest = i;
+    for (const DiscreteKey& key : factor.discrete_keys()) {
+      assignment.set(key.key, static_cast<int>(rest % key.cardinality));
+      rest /= key.cardinality;
+    }
+    const Component component = factor.given(assignment);
+    if (component.factor == nullptr ||
+        std::find(known.begin(), known.end(), component.index) != known.end())
+      continue;
+    known.push_back(component.index);
+    own.clear();
+    for (std::size_t k = 0; k < component.factor->keys().size(); ++k)
+      own.push_back(x[component.positions != nullptr ? component.positions[k] : k]);
+    if (!moves_with_map(pose, *component.factor, own.data())) return false;
+  }
+  return true;
+}
+
+}  // namespace hybrid
