@@ -40,8 +40,13 @@ SE3 SE3::exp(const Tangent& v) {
 
 SE3::Tangent SE3::log(Jacobian* inverse) const {
   const Eigen::Vector3d w = rotation_.log();
-  const detail::Coefficient g = detail::cot_coefficient(w.squaredNorm(), rotation_.half_cot());
+  const double s = w.squaredNorm();
   Tangent v;
+  if (inverse == nullptr && s < detail::kSmallSquare) {
+    v << detail::rotation_polynomial(w, -0.5, detail::cot_series(s), translation_), w;
+    return v;
+  }
+  const detail::Coefficient g = detail::cot_coefficient(s, rotation_.half_cot());
   v << detail::rotation_polynomial(w, -0.5, g.value, translation_), w;
   if (inverse != nullptr) *inverse = inverse_jacobian(v, g);
   return v;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "libhybrid/geometry/arc.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/normalize.h"
 
@@ -35,7 +36,13 @@ class SO2 {
   double cos() const { return c_; }
   double sin() const { return s_; }
   /// In (-pi, pi].
-  double angle() const { return std::atan2(s_, c_); }
+  double angle() const {
+    if (c_ > 0.0 && s_ * s_ < detail::kSmallTangent * c_ * c_) {
+      const double tangent = s_ / c_;
+      return tangent * detail::arc_series(tangent * tangent);
+    }
+    return std::atan2(s_, c_);
+  }
   Eigen::Matrix2d matrix() const { return (Eigen::Matrix2d() << c_, -s_, s_, c_).finished(); }
 
   SO2 inverse() const { return {c_, -s_}; }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "libhybrid/geometry/arc.h"
 #include "libhybrid/geometry/detail/so3_coefficients.h"
 
 namespace hybrid {
@@ -20,8 +21,9 @@ SO3::Tangent SO3::log(Jacobian* inverse) const {
   const double sign = q_.w() < 0.0 ? -1.0 : 1.0;
   const double w = sign * q_.w();
   const double n2 = q_.vec().squaredNorm();
-  const double n = std::sqrt(n2);
-  const double k = n < 1e-4 ? 2.0 / w * (1.0 - n2 / (3.0 * w * w)) : 2.0 * std::atan2(n, w) / n;
+  const double k = n2 < detail::kSmallTangent * w * w
+                       ? 2.0 / w * detail::arc_series(n2 / (w * w))
+                       : 2.0 * std::atan2(std::sqrt(n2), w) / std::sqrt(n2);
   const Tangent v = sign * k * q_.vec();
   if (inverse != nullptr) {
     const double g = detail::cot_coefficient(v.squaredNorm(), half_cot()).value;

@@ -5,13 +5,6 @@
 #include <cmath>
 
 namespace hybrid::detail {
-namespace {
-
-/// Below this squared angle the closed forms lose digits to cancellation and the series take over,
-/// which have a relative error below 1e-12 there.
-constexpr double kSmall = 0.25;
-
-}  // namespace
 
 Eigen::Matrix3d rotation_polynomial(const Eigen::Vector3d& v, double f, double g) {
   // hat(v)^2 = v v' - |v|^2 I.
@@ -47,7 +40,7 @@ Eigen::Matrix3d rotation_polynomial_derivative(const Eigen::Vector3d& v, const E
 }
 
 RightJacobian::RightJacobian(double s) {
-  if (s < kSmall) {
+  if (s < kSmallSquare) {
     f.value = -1.0 / 2 +
               s * (1.0 / 24 -
                    s * (1.0 / 720 - s * (1.0 / 40320 - s * (1.0 / 3628800 - s / 479001600.0))));
@@ -69,15 +62,12 @@ RightJacobian::RightJacobian(double s) {
 }
 
 Coefficient cot_coefficient(double s, double half_cot) {
-  if (s < kSmall) {
-    return {
-        1.0 / 12 + s * (1.0 / 720 +
-                        s * (1.0 / 30240 + s * (1.0 / 1209600 +
-                                                s * (1.0 / 47900160 + s * (691.0 / 1307674368000.0 +
-                                                                           s / 74724249600.0))))),
-        1.0 / 720 + s * (1.0 / 15120 + s * (1.0 / 403200 + s * (1.0 / 11975040 +
-                                                                s * (3455.0 / 1307674368000.0 +
-                                                                     s * (6.0 / 74724249600.0)))))};
+  if (s < kSmallSquare) {
+    return {cot_series(s),
+            1.0 / 720 +
+                s * (1.0 / 15120 +
+                     s * (1.0 / 403200 + s * (1.0 / 11975040 + s * (3455.0 / 1307674368000.0 +
+                                                                    s * (6.0 / 74724249600.0)))))};
   }
   const double k = half_cot / (2.0 * std::sqrt(s));
   return {1.0 / s - k, (0.125 + 0.5 * k * (1.0 + s * k) - 1.0 / s) / s};

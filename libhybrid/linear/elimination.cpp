@@ -2,7 +2,6 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/linear/elimination.h"
 
-#include <camd.h>
 #include <ccolamd.h>
 
 #include <algorithm>
@@ -14,9 +13,6 @@
 namespace hybrid {
 namespace {
 
-/// Multiplications of an elimination from which on a second ordering is worth its time, which is
-/// about theirs.
-constexpr double kWorthAnother = 1e6;
 constexpr int kMergeDim = 12;         // cliques that eliminate fewer dimensions merge freely
 constexpr double kMergeZeros = 0.15;  // else at most this share of new zeros in the merged columns
 
@@ -104,9 +100,16 @@ std::vector<int> merge_columns(const Columns& columns, const std::vector<int>& d
   return clique_of;
 }
 
-/// Constrained COLAMD.
-std::vector<int> order_by_edges(const Hypergraph& graph, const std::vector<int>& group) {
+}  // namespace
+
+std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<int>& group) {
   const int n = graph.count;
+  std::vector<int> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  if (n < 3) {
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return group[a] < group[b]; });
+    return order;
+  }
   // CCOLAMD takes the incidence matrix by columns: for each variable, the edges (rows) that hold
   // it.
   const int entries = static_cast<int>(graph.members.size());
@@ -132,69 +135,8 @@ std::vector<int> order_by_edges(const Hypergraph& graph, const std::vector<int>&
     if (stats[CCOLAMD_STATUS] == CCOLAMD_ERROR_out_of_memory) throw std::bad_alloc();
     throw Error("ordering failed: CCOLAMD status " + std::to_string(stats[CCOLAMD_STATUS]));
   }
-  begin.resize(n);
-  return begin;
-}
-
-/// Constrained approximate minimum degree.
-std::vector<int> order_by_neighbors(const Hypergraph& graph, const std::vector<int>& group) {
-  const int n = graph.count;
-  std::vector<std::vector<int>> edges(n);
-  for (int e = 0; e < graph.edges(); ++e) {
-    for (int m = graph.edge_begin[e]; m < graph.edge_begin[e + 1]; ++m)
-      edges[graph.members[m]].push_back(e);
-  }
-  std::vector<int> begin = {0}, neighbors, mark(n, -1);
-  for (int v = 0; v < n; ++v) {
-    mark[v] = v;
-    for (int e : edges[v]) {
-      for (int m = graph.edge_begin[e]; m < graph.edge_begin[e + 1]; ++m) {
-        const int other = graph.members[m];
-        if (mark[other] == v) continue;
-        mark[other] = v;
-        neighbors.push_back(other);
-      }
-    }
-    std::sort(neighbors.begin() + begin.back(), neighbors.end());
-    begin.push_back(static_cast<int>(neighbors.size()));
-  }
-  std::vector<int> order(n), members(group);
-  double control[CAMD_CONTROL], info[CAMD_INFO];
-  camd_defaults(control);
-  control[CAMD_DENSE] = -1;  // every variable takes part
-  const int status =
-      camd_order(n, begin.data(), neighbors.data(), order.data(), control, info, members.data());
-  if (status == CAMD_OUT_OF_MEMORY) throw std::bad_alloc();
-  if (status != CAMD_OK) throw Error("ordering failed: CAMD status " + std::to_string(status));
+  std::copy(begin.begin(), begin.begin() + n, order.begin());
   return order;
-}
-
-/// Multiplications of the elimination in an order, about.
-double work_of(const Hypergraph& graph, const std::vector<int>& order) {
-  double work = 0.0;
-  for (const SymbolicClique& clique : eliminate_symbolically(graph, order)) {
-    double frontal = 0.0, height = 1.0;
-    for (int v : clique.frontals) frontal += graph.dims[v];
-    for (int v : clique.separators) height += graph.dims[v];
-    work += frontal * (frontal + height) * (frontal + height);
-  }
-  return work;
-}
-
-}  // namespace
-
-std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<int>& group) {
-  if (graph.count < 3) {
-    std::vector<int> order(graph.count);
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return group[a] < group[b]; });
-    return order;
-  }
-  std::vector<int> order = order_by_edges(graph, group);
-  const double work = work_of(graph, order);
-  if (work < kWorthAnother) return order;
-  std::vector<int> other = order_by_neighbors(graph, group);
-  return work_of(graph, other) < work ? other : order;
 }
 
 std::vector<SymbolicClique> eliminate_symbolically(const Hypergraph& graph,

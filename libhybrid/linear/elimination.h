@@ -26,8 +26,7 @@ struct Hypergraph {
   }
 };
 
-/// Fill-reducing elimination order by constrained COLAMD or, where the elimination is long and that
-/// makes it shorter, by constrained AMD: order[k] is the variable eliminated k-th.
+/// Fill-reducing elimination order by constrained COLAMD: order[k] is the variable eliminated k-th.
 /// Variables of a higher group come after those of a lower one; groups are 0, 1, ... without gaps.
 std::vector<int> constrained_order(const Hypergraph& graph, const std::vector<int>& group);
 

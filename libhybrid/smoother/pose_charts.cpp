@@ -10,6 +10,7 @@
 
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
+#include "libhybrid/smoother/detail/located.h"
 
 namespace hybrid {
 namespace {
@@ -279,49 +280,6 @@ class PoseCharts : public Charts {
   const MapVariables& variables_;
 };
 
-/// What a small motion of the map, about its origin, adds to the tangent of a variable (dim x
-/// dimensions of the motion); empty for one that does not move with the map.
-template <class Pose>
-Eigen::MatrixXd swing(VariableType type, const double* x) {
-  using Point = typename Pose::Point;
-  constexpr int kPointDim = Point::RowsAtCompileTime;
-  if (type.kind == Variable<Pose>::type().kind) return Pose::load(x).inverse().adjoint();
-  if (type.kind != VariableKind::kVector || type.dim != kPointDim) return {};
-  // A point moves as the place of a pose there that does not turn.
-  const Eigen::MatrixXd out =
-      Pose(Point(Eigen::Map<const Point>(x)), Pose().rotation()).inverse().adjoint();
-  return out.topRows(kPointDim);
-}
-
-/// Residuals that change by no more than this share of what they would change by if each variable
-/// moved alone do not change but for rounding.
-constexpr double kSame = 1e-9;
-
-template <class Pose>
-bool moves_with_map(const ContinuousFactor& factor, const double* const* x) {
-  Eigen::VectorXd r(factor.rows());
-  Eigen::MatrixXd J(factor.rows(), factor.cols());
-  factor.linearize(x, r.data(), J.data());
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(factor.rows(), Pose::kDim);
-  double alone = 0.0;
-  int column = 0;
-  bool sees_pose = false, moves = false;
-  for (std::size_t i = 0; i < factor.types().size(); ++i) {
-    const VariableType type = factor.types()[i];
-    const Eigen::MatrixXd own = swing<Pose>(type, x[i]);
-    if (own.size() > 0) {
-      const Eigen::MatrixXd change = J.middleCols(column, type.dim) * own;
-      sum += change;
-      alone += change.norm();
-      moves = true;
-      sees_pose = sees_pose || type.kind == Variable<Pose>::type().kind;
-    }
-    column += type.dim;
-  }
-  // A derivative of zero, of a measurement that a robust loss has rejected, tells nothing.
-  return !moves || (sees_pose && alone > 0.0 && sum.norm() <= kSame * alone);
-}
-
 /// Assignments of the discrete variables of a factor that are looked at; with more it is one of the
 /// map.
 constexpr std::size_t kMostAssignments = 64;
@@ -358,9 +316,25 @@ void steps_from(VariableKind pose, Chart chart, const std::vector<VariableType>&
 }
 
 bool moves_with_map(VariableKind pose, const ContinuousFactor& factor, const double* const* x) {
+  const std::vector<VariableType>& types = factor.types();
+  const int point_dim = pose == VariableKind::kSE3 ? 3 : 2;
+  const auto is_moved = [&](VariableType type) {
+    return type.kind == pose || (type.kind == VariableKind::kVector && type.dim == point_dim);
+  };
   if (pose == VariableKind::kVector) return false;
-  return pose == VariableKind::kSE3 ? moves_with_map<SE3>(factor, x)
-                                    : moves_with_map<SE2>(factor, x);
+  if (std::none_of(types.begin(), types.end(), is_moved)) return true;
+  Eigen::VectorXd r(factor.rows());
+  Eigen::MatrixXd J(factor.rows(), factor.cols());
+  factor.linearize(x, r.data(), J.data());
+  const std::vector<bool> has_place = located_variables(factor, x, J);
+  int column = 0;
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    const bool counts = is_moved(types[i]) && !J.middleCols(column, types[i].dim).isZero(0.0);
+    if (counts && !has_place[i]) return false;
+    column += types[i].dim;
+  }
+  // Derivatives of zero, of a measurement that a robust loss has rejected, tell nothing.
+  return std::any_of(has_place.begin(), has_place.end(), [](bool place) { return place; });
 }
 
 bool moves_with_map(VariableKind pose, const HybridFactor& factor, const double* const* x) {

@@ -37,6 +37,19 @@ struct RightJacobian {
   explicit RightJacobian(double s);
 };
 
+/// Below this squared angle the closed forms lose digits to cancellation and the series take over,
+/// which have a relative error below 1e-12 there.
+inline constexpr double kSmallSquare = 0.25;
+
+/// The value of cot_coefficient at a small squared angle.
+inline double cot_series(double s) {
+  return 1.0 / 12 +
+         s * (1.0 / 720 +
+              s * (1.0 / 30240 +
+                   s * (1.0 / 1209600 +
+                        s * (1.0 / 47900160 + s * (691.0 / 1307674368000.0 + s / 74724249600.0)))));
+}
+
 /// g of the inverse right Jacobian, whose f is 1/2: 1 / t^2 - cot(t / 2) / (2 t), given cot(t / 2).
 /// For small angles `half_cot` is not used.
 Coefficient cot_coefficient(double s, double half_cot);

@@ -322,5 +322,16 @@ TEST(WrapAngle, StaysWithinPi) {
   }
 }
 
+TEST(SmallAngles, LogarithmsAreExactToRounding) {
+  for (int i = 0; i < 880; ++i) {
+    const double angle = 1e-12 * std::pow(1.03, i);  // to 0.2
+    for (const double a : {angle, -angle}) {
+      EXPECT_NEAR(SO2(a).angle(), a, 4e-16 * angle);
+      EXPECT_NEAR(SO3::exp({0.0, a, 0.0}).log().y(), a, 8e-16 * angle);
+    }
+  }
+  EXPECT_TRUE(std::signbit(SO2(-0.0).angle()));
+}
+
 }  // namespace
 }  // namespace hybrid
