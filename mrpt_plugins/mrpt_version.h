@@ -7,6 +7,7 @@
 #include <mrpt/version.h>
 
 #include <cstdint>
+#include <type_traits>
 
 #include "libhybrid/export.h"
 
@@ -78,12 +79,22 @@ namespace mrpt::opengl {}
 namespace HYBRID_API hybrid {
 namespace mrpt_scene = mrpt::opengl;
 
+/// A strength of light, a grey in MRPT 2.5 and a number in 2.14.
+template <class Strength>
+Strength strength_of_light(const Strength&, float value) {
+  if constexpr (std::is_arithmetic_v<Strength>) {
+    return value;
+  } else {
+    return {value, value, value, 1};
+  }
+}
+
 template <class LightParameters, class Direction>
 void set_light(LightParameters& parameters, float ambient, float diffuse, float specular,
                const Direction& direction) {
-  parameters.ambient = {ambient, ambient, ambient, 1};
-  parameters.diffuse = {diffuse, diffuse, diffuse, 1};
-  parameters.specular = {specular, specular, specular, 1};
+  parameters.ambient = strength_of_light(parameters.ambient, ambient);
+  parameters.diffuse = strength_of_light(parameters.diffuse, diffuse);
+  parameters.specular = strength_of_light(parameters.specular, specular);
   parameters.direction = direction;
 }
 

@@ -117,6 +117,9 @@ void bind_options(py::module_& m) {
              "Lack of log evidence at which a joint value of hypotheses is dropped.")
       .field("patience", &Online::patience,
              "Closures kept back at which the best joint value is taken.")
+      .field("spread", &Online::spread,
+             "Evaluations of all closures go on with each update by so many times the work of a "
+             "mean one.")
       .field("smoother", &Online::smoother, "Settings of the smoother.")
       .field("selection", &Online::selection, "Settings of the evaluation of all closures.");
 }
@@ -192,6 +195,8 @@ void bind_online(py::module_& m) {
       .def_property_readonly("smoother", &OnlineSelection::smoother,
                              py::return_value_policy::reference_internal,
                              "The smoother, to read; update the selection, not the smoother.")
+      .def("evaluating", reading(&OnlineSelection::evaluating),
+           "Whether an evaluation of all closures is under way.")
       .def("status", reading(&OnlineSelection::status), "closure"_a)
       .def("decisions", reading(&OnlineSelection::decisions), "Decisions by closure.");
 }

@@ -273,6 +273,13 @@ class BayesTree {
   void reset_marks();
   std::vector<int> top_down() const;
   std::vector<int> paths_of(const std::vector<int>& variables) const;
+  bool look(const Clique& clique, const Charts& charts, Turn& turn) const;
+  template <class Visit>
+  void for_each_turn(const Clique& clique, const Turn& turn, const Visit& visit) const;
+  std::pair<int, int> anchor_rows(const Clique& clique, const Turn& turn) const;
+  void turn_frontals(const Clique& clique, const Turn& turn, Eigen::MatrixXd& rows) const;
+  void turn_separator(const Clique& clique, const Turn& turn, const Eigen::MatrixXd& given,
+                      Eigen::MatrixXd& rows) const;
   Eigen::MatrixXd rows_of(const Clique& clique, const Charts* charts) const;
 
   std::vector<VariableState> variables_;

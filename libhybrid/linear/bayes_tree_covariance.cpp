@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/substitute.h"
 
@@ -24,6 +25,77 @@ std::vector<int> BayesTree::top_down() const {
   return cliques;
 }
 
+/// How the tangents of a clique's chart turn into those at the estimates. Returns false where the
+/// two are the same.
+bool BayesTree::look(const Clique& clique, const Charts& charts, Turn& turn) const {
+  std::vector<double> steps(clique.order - 1);
+  charts.see(clique.variables, 0, clique.frontals, clique.chart(), steps.data(), turn);
+  if (turn.anchor < 0) charts.see(clique.variables, 0, 0, clique.chart(), steps.data(), turn);
+  const double* motion = clique.motion();
+  return (motion != nullptr && motion[0] != 0.0) ||
+         std::any_of(steps.begin(), steps.end(), [](double x) { return x != 0.0; });
+}
+
+/// Visits the variables of a clique as visit(number, first row, dim, own turn, turn by the anchor,
+/// null if there is none).
+template <class Visit>
+void BayesTree::for_each_turn(const Clique& clique, const Turn& turn, const Visit& visit) const {
+  const int anchor_dim = turn.anchor < 0 ? 0 : variables_[clique.variables[turn.anchor]].dim;
+  const double *own = turn.own.data(), *by = turn.by_anchor.data();
+  int row = 0;
+  for (int k = 0; k < static_cast<int>(clique.variables.size()); ++k) {
+    const int dim = variables_[clique.variables[k]].dim;
+    visit(k, row, dim, own, dim < anchor_dim ? by : nullptr);
+    own += static_cast<std::ptrdiff_t>(dim) * dim;
+    by += static_cast<std::ptrdiff_t>(dim) * anchor_dim;
+    row += dim;
+  }
+}
+
+/// The rows and the dimension of the anchor of a turn in a clique.
+std::pair<int, int> BayesTree::anchor_rows(const Clique& clique, const Turn& turn) const {
+  if (turn.anchor < 0) return {0, 0};
+  int row = 0;
+  for (int k = 0; k < turn.anchor; ++k) row += variables_[clique.variables[k]].dim;
+  return {row, variables_[clique.variables[turn.anchor]].dim};
+}
+
+// With the turn D of a clique's tangents, its rows [R_F R_S] are [R_F R_S] D by tangents at the
+// estimates. Where the anchor is in the separator, as it is if that has a pose, D_SF is zero: what
+// stands on the right of R_F' z is turned by D_FF^-T before, what z leaves for the separator by D
+// after.
+
+/// Turns the rows of the frontals.
+void BayesTree::turn_frontals(const Clique& clique, const Turn& turn, Eigen::MatrixXd& rows) const {
+  for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double*) {
+    if (k >= clique.frontals) return;
+    const Eigen::MatrixXd D = Eigen::Map<const Eigen::MatrixXd>(own, dim, dim).transpose();
+    rows.middleRows(row, dim) = D.partialPivLu().solve(rows.middleRows(row, dim)).eval();
+  });
+}
+
+/// Turns the rows of the separator; `given` are those of the frontals before the substitution.
+void BayesTree::turn_separator(const Clique& clique, const Turn& turn, const Eigen::MatrixXd& given,
+                               Eigen::MatrixXd& rows) const {
+  const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
+  Eigen::MatrixXd by_anchor = Eigen::MatrixXd::Zero(anchor_dim, rows.cols());
+  for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
+    const Eigen::Map<const Eigen::MatrixXd> own_turn(own, dim, dim);
+    const bool frontal = k < clique.frontals;
+    if (by != nullptr) {
+      const Eigen::Map<const Eigen::MatrixXd> turn_by(by, dim, by_anchor.rows());
+      if (frontal) {
+        by_anchor -= turn_by.transpose() * given.middleRows(row, dim);
+      } else {
+        by_anchor += turn_by.transpose() * rows.middleRows(row, dim);
+      }
+    }
+    if (!frontal)
+      rows.middleRows(row, dim) = (own_turn.transpose() * rows.middleRows(row, dim)).eval();
+  });
+  rows.middleRows(anchor, anchor_dim) += by_anchor;
+}
+
 /// The rows of the square-root information of a clique, [L_FF' L_SF'], by tangents at the
 /// estimates.
 Eigen::MatrixXd BayesTree::rows_of(const Clique& clique, const Charts* charts) const {
@@ -31,28 +103,18 @@ Eigen::MatrixXd BayesTree::rows_of(const Clique& clique, const Charts* charts) c
   const Eigen::Map<const Eigen::MatrixXd> L(clique.columns(), clique.order, f);
   Eigen::MatrixXd rows = L.topRows(clique.order - 1).transpose();
   rows.leftCols(f).triangularView<Eigen::StrictlyLower>().setZero();
-  if (charts == nullptr) return rows;
-  std::vector<double> steps(clique.order);
   Turn turn;
-  charts->see(clique.variables, 0, 0, clique.chart(), steps.data(), turn);
-  int anchor = 0, at = 0;
-  for (int k = 0; k < turn.anchor; ++k) anchor += variables_[clique.variables[k]].dim;
-  const int anchor_dim = turn.anchor < 0 ? 0 : variables_[clique.variables[turn.anchor]].dim;
-  const double *own = turn.own.data(), *by = turn.by_anchor.data();
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows.rows(), rows.cols());
-  for (int v : clique.variables) {
-    const int dim = variables_[v].dim;
-    out.middleCols(at, dim) +=
-        rows.middleCols(at, dim) * Eigen::Map<const Eigen::MatrixXd>(own, dim, dim);
-    if (dim < anchor_dim) {
-      out.middleCols(anchor, anchor_dim) +=
-          rows.middleCols(at, dim) * Eigen::Map<const Eigen::MatrixXd>(by, dim, anchor_dim);
-    }
-    own += static_cast<std::ptrdiff_t>(dim) * dim;
-    by += static_cast<std::ptrdiff_t>(dim) * anchor_dim;
-    at += dim;
-  }
-  return out;
+  if (charts == nullptr || !look(clique, *charts, turn)) return rows;
+  const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
+  Eigen::MatrixXd by_anchor = Eigen::MatrixXd::Zero(rows.rows(), anchor_dim);
+  for_each_turn(clique, turn, [&](int, int column, int dim, const double* own, const double* by) {
+    const auto part = rows.middleCols(column, dim);
+    if (by != nullptr)
+      by_anchor += part * Eigen::Map<const Eigen::MatrixXd>(by, dim, by_anchor.cols());
+    rows.middleCols(column, dim) = (part * Eigen::Map<const Eigen::MatrixXd>(own, dim, dim)).eval();
+  });
+  rows.middleCols(anchor, anchor_dim) += by_anchor;
+  return rows;
 }
 
 Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
@@ -107,22 +169,28 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     own += dim;
   }
   int row = 0;
+  Turn turn;
   for (int c : path) {
     const Clique& clique = cliques_[c];
     const int f = clique.frontal_dim;
     const int height = clique.order - 1;
     Eigen::MatrixXd front = Eigen::MatrixXd::Zero(height, columns);
     front.topRows(f) = z.middleRows(row, f);
-    if (charts == nullptr) {
-      for (int k = 0; k < columns; ++k) {
-        substitute(clique.columns(), clique.order, height, f, front.col(k).data());
-      }
-    } else {
+    const bool turned = charts != nullptr && look(clique, *charts, turn);
+    if (turned && turn.anchor >= 0 && turn.anchor < clique.frontals) {
       const Eigen::MatrixXd by = rows_of(clique, charts);
       front.topRows(f) = by.leftCols(f).transpose().lu().solve(front.topRows(f)).eval();
       front.bottomRows(height - f).noalias() -=
           by.rightCols(height - f).transpose() * front.topRows(f);
+    } else {
+      if (turned) turn_frontals(clique, turn, front);
+      const Eigen::MatrixXd given = front.topRows(turned ? f : 0);
+      for (int k = 0; k < columns; ++k) {
+        substitute(clique.columns(), clique.order, height, f, front.col(k).data());
+      }
+      if (turned) turn_separator(clique, turn, given, front);
     }
+    note_work(double(height) * f * columns);
     z.middleRows(row, f) = front.topRows(f);
     int below = f;
     for (std::size_t k = clique.frontals; k < clique.variables.size(); ++k) {

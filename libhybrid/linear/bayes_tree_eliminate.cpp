@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/scatter.h"
@@ -226,6 +227,7 @@ int BayesTree::make_clique(const SymbolicClique& symbolic, const std::vector<int
   diagonal_.resize(f);
   for (int j = 0; j < f; ++j) diagonal_[j] = front_.column(j)[j];
   const int failed = front_.factorize(f, least_.data(), lifted_);
+  note_work(double(f) * n * n);
   if (failed >= 0) return -1 - variable_of(failed);
   for (int column : lifted_) lifted_variables_.push_back(variable_of(column));
   if (charts == nullptr) hold_lifted(clique);  // steps begin at zero otherwise

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libhybrid/core/detail/prefetch.h"
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/kernels/kernels.h"
 
@@ -38,6 +39,7 @@ double half_quadratic(const double* h, const double* d, int n) {
 /// Gathers the steps of a clique's variables and its right-hand side given what it sees of the
 /// separator. Returns by how much solving for the frontals lowers the linearised objective.
 double BayesTree::prepare(const Clique& clique) {
+  note_work(2.0 * clique.order * clique.frontal_dim);
   const int n = clique.order;
   const int f = clique.frontal_dim;
   step_.resize(n);
@@ -123,7 +125,10 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold, double bend
     Clique& clique = cliques_[c];
     if (clique.visit == Clique::Visit::kSolved || is_left(c, bend, charts)) continue;
     const bool worth = prepare(clique) > threshold;
-    if (worth && solve_kept_ancestors(c, stack, charts)) continue;
+    if (worth && solve_kept_ancestors(c, stack, charts)) {
+      clique.pending = true;  // what it sees next is not compared with what it has seen now
+      continue;
+    }
     if (worth && follow_.found) {
       std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
       std::copy(follow_.view.begin(), follow_.view.end(), clique.seen());

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
@@ -291,7 +292,13 @@ int BlockCholesky::factorize(const BlockMatrix& matrix, const double* extra, Wor
   pool.run(static_cast<int>(tasks_.size()), [&](int t) {
     for (int s : tasks_[t]) failed[t] = std::min(failed[t], process(s, matrix, extra, nullptr));
   });
-  for (int s : top_) failed.back() = std::min(failed.back(), process(s, matrix, extra, &pool));
+  for (const std::vector<int>& task : tasks_) {
+    for (int s : task) note_work(front_flops(supernodes_[s]));
+  }
+  for (int s : top_) {
+    failed.back() = std::min(failed.back(), process(s, matrix, extra, &pool));
+    note_work(front_flops(supernodes_[s]));
+  }
   const int first = *std::min_element(failed.begin(), failed.end());
   return first == INT_MAX ? -1 : first;
 }

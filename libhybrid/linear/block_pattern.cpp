@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/paced_task.h"
 
 namespace hybrid {
 namespace {
@@ -129,6 +130,10 @@ int height(const BlockOrdering& ordering) {
   return highest;
 }
 
+/// Multiplications for each pair of blocks in the time that an ordering by degree, or by cuts,
+/// takes, about.
+constexpr double kWorkOfEdge = 1e3, kWorkOfCut = 1e4;
+
 }  // namespace
 
 int BlockPattern::scalars() const {
@@ -138,6 +143,7 @@ int BlockPattern::scalars() const {
 BlockOrdering order_blocks(const BlockPattern& pattern, Trees trees) {
   if (pattern.size() == 0) return {};
   std::optional<BlockOrdering> first = order_with(pattern, CHOLMOD_AMD);
+  note_work(kWorkOfEdge * double(pattern.edges.size()));
   if (!first) {
     throw Error("ordering of a system of " + std::to_string(pattern.size()) + " variables failed");
   }
@@ -145,6 +151,7 @@ BlockOrdering order_blocks(const BlockPattern& pattern, Trees trees) {
   const bool tall = trees == Trees::kLow && height(best) > std::max(kTallTree, pattern.size() / 4);
   if (tall || best.flops > kDissectionFlopsPerBlock * pattern.size()) {
     std::optional<BlockOrdering> other = order_with(pattern, CHOLMOD_METIS);
+    note_work(kWorkOfCut * double(pattern.edges.size()));
     if (other && (tall || other->flops < best.flops)) best = std::move(*other);
   }
   return std::move(best);

@@ -8,6 +8,7 @@
 
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/detail/products.h"
 
 namespace hybrid {
@@ -21,6 +22,8 @@ constexpr std::size_t kParallelEntries = 60000;
 constexpr double kDiagonalFloor = 1e-9;
 /// A new analysis pays when this share of the off-diagonal blocks went out of use.
 constexpr double kUnusedShare = 0.02;
+/// Multiplications for each block in the time that the analysis of its matrix takes, about.
+constexpr double kWorkOfBlock = 1e3;
 
 }  // namespace
 
@@ -84,6 +87,7 @@ NormalEquations::NormalEquations(const ResidualLayout& layout, Elimination elimi
   diagonal_.resize(matrix_.scalars());
   scale_.resize(matrix_.size());
   bind(layout);
+  note_work(kWorkOfBlock * matrix_.block_count());
 }
 
 bool NormalEquations::rebind(const ResidualLayout& layout) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
@@ -43,6 +44,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     const int* below = factor_->rows(node) + node.columns;
     for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);
     row += node.columns;
+    note_work(double(node.height) * node.columns * dim);
   }
   return paths_.emplace(start, std::move(path)).first->second;
 }

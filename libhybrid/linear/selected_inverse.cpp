@@ -6,6 +6,7 @@
 #include <string>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/kernels/kernels.h"
 
 namespace hybrid {
@@ -16,12 +17,21 @@ SelectedInverse::SelectedInverse(const BlockCholesky& factor, WorkerPool& pool)
   // the inversion of the parent to that of the supernode.
   Scratch scratch;
   const std::vector<int>& top = factor.top();
-  for (auto s = top.rbegin(); s != top.rend(); ++s) invert(factor.supernode(*s), scratch);
+  const auto work = [](const Supernode& node) {
+    return 2.0 * double(node.columns) * node.height * node.height;
+  };
+  for (auto s = top.rbegin(); s != top.rend(); ++s) {
+    invert(factor.supernode(*s), scratch);
+    note_work(work(factor.supernode(*s)));
+  }
   pool.run(static_cast<int>(factor.tasks().size()), [&](int t) {
     Scratch own;
     const std::vector<int>& task = factor.tasks()[t];
     for (auto s = task.rbegin(); s != task.rend(); ++s) invert(factor.supernode(*s), own);
   });
+  for (const std::vector<int>& task : factor.tasks()) {
+    for (int s : task) note_work(work(factor.supernode(s)));
+  }
 }
 
 void SelectedInverse::invert(const Supernode& node, Scratch& scratch) {

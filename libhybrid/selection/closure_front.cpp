@@ -12,6 +12,7 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/factors/relative_pose.h"
 
 namespace hybrid {
@@ -23,6 +24,8 @@ constexpr std::size_t kProbes = 8;
 /// since a small map is solved sooner than searched.
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kPart = 8;
+/// Multiplications for each of them in the time of a search, about.
+constexpr double kWorkOfPose = 200.0;
 
 /// A motion and the covariance of its right perturbation.
 template <class Pose>
@@ -67,6 +70,7 @@ class FrontOf : public ClosureFront {
     for (std::size_t next = 0; next < queue.size(); ++next) {
       const std::size_t before = found.size();
       ask_near(queue[next], known, found);
+      note_work(kWorkOfPose * double(balls_[0].nodes.size()));
       for (std::size_t f = before; f < found.size(); ++f) queue.push_back(found[f].closure);
     }
     return found;
@@ -100,6 +104,7 @@ class FrontOf : public ClosureFront {
         }
       }
     }
+    note_work(kWorkOfPose * double(keys_.size()));
     return result;
   }
 

@@ -213,7 +213,7 @@ void OnlineSelection::let_in(const std::vector<WaitingClosure>& closures, Select
     if (!closure.number) continue;
     admitted = consider(*closure.number, report) || admitted;
   }
-  if (admitted) reconsider(report);
+  if (admitted) open_ = reconsider(report);
 }
 
 void OnlineSelection::let_all_in(SelectionReport& report) {

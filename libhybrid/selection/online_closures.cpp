@@ -57,7 +57,7 @@ void OnlineSelection::ask(std::size_t k, SelectionReport& report) {
     }
     return;
   }
-  if (consider(k, report)) reconsider(report);
+  if (consider(k, report)) open_ = reconsider(report);
 }
 
 /// The squared residual at which the mixture of a closure switches.
@@ -156,9 +156,14 @@ Eigen::MatrixXd OnlineSelection::cross_covariance(const ContinuousFactor& a,
   return spread(a) * smoother_.joint_covariance(keys) * spread(b).transpose();
 }
 
+/// Whether the update under way has done as much as one may.
+bool OnlineSelection::is_long() const {
+  return (noted_work() - work_before_) * updates_ > options_.spread * work_;
+}
+
 /// Tests again the newest closures that have enough evidence now under the covariance last
-/// predicted, and those without one.
-void OnlineSelection::reconsider(SelectionReport& report) {
+/// predicted, and those without one. Returns whether there are more for later updates to test.
+bool OnlineSelection::reconsider(SelectionReport& report) {
   std::vector<std::size_t> newest;
   for (std::size_t k = closures_.size(); k-- > 0 && newest.size() < kMostCompared;) {
     if (may_be_tried(closures_[k])) newest.push_back(k);
@@ -169,6 +174,7 @@ void OnlineSelection::reconsider(SelectionReport& report) {
     for (const std::size_t k : newest) {
       const Closure& closure = closures_[k];
       if (!may_be_tried(closure)) continue;
+      if (is_long()) return true;
       if (closure.predicted.size() > 0) {
         const ContinuousFactor& factor = *closure.factor;
         const auto x = gather(factor.keys(), factor.types(), smoother_.values());
@@ -180,6 +186,7 @@ void OnlineSelection::reconsider(SelectionReport& report) {
       again = consider(k, report) || again;
     }
   }
+  return false;
 }
 
 void OnlineSelection::free(std::size_t k) {

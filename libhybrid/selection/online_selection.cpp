@@ -8,22 +8,16 @@
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/elapsed.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/paced_task.h"
+#include "libhybrid/selection/detail/evaluation.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
 
 namespace hybrid {
 namespace {
-
-/// All closures are evaluated again when their number exceeds this many times that of the last
-/// evaluation, plus kMostCompared.
-constexpr std::size_t kGrowth = 4;
-
-/// Names the evaluation of all closures.
-constexpr Attempts::Name kReevaluate = {0, 2};
 
 using Clock = std::chrono::steady_clock;
 
@@ -70,9 +64,11 @@ SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
 
 OnlineSelection::State OnlineSelection::save() {
   saved_.clear();
-  return {closures_.size(), evaluated_,   lifted_,  judged_, choices_.size(),
-          open_choices_,    explained_,   settled_, trials_, variance_factor_,
-          radius_,          measured_at_, out_};
+  if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
+  return {closures_.size(), evaluated_,   lifted_,  judged_,           choices_.size(),
+          open_choices_,    explained_,   settled_, trials_,           variance_factor_,
+          radius_,          measured_at_, out_,     evaluation_.get(), work_,
+          updates_,         open_};
 }
 
 void OnlineSelection::restore(State&& before) {
@@ -95,6 +91,11 @@ void OnlineSelection::restore(State&& before) {
   measured_at_ = before.measured_at;
   out_ = before.out;
   held_ = {};
+  if (evaluation_.get() != before.evaluation) evaluation_.drop();
+  if (evaluation_.get() != nullptr) evaluation_->adopted = false;
+  work_ = before.work;
+  updates_ = before.updates;
+  open_ = before.open;
 }
 
 /// Returns a closure for modification; saves its state before the current change.
@@ -143,6 +144,7 @@ SelectionReport OnlineSelection::update(const Delta& trusted,
 SelectionReport OnlineSelection::finish() {
   return all_or_nothing([&](SelectionReport& report) {
     report.objective_before = smoother_.objective();
+    evaluation_.drop();
     let_all_in(report);
     if (!closures_.empty()) reevaluate_all(report);
     report.add(apply({}));
@@ -153,6 +155,7 @@ SelectionReport OnlineSelection::finish() {
 
 void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
                               const Alternatives& alternatives, SelectionReport& report) {
+  work_before_ = noted_work();
   const bool chained = is_chained(trusted);
   const std::vector<ContinuousFactorPtr> kept =
       chained ? keep_back(trusted) : std::vector<ContinuousFactorPtr>();
@@ -183,9 +186,10 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   }
   for (std::size_t k = first; k < closures_.size(); ++k) ask(k, report);
   decide_choices(report);
-  if (closures_.size() > kGrowth * evaluated_ + kMostCompared && waiting() == 0) {
-    attempts_.attempt(kReevaluate, [&] { reevaluate_all(report); });
-  }
+  if (open_) open_ = reconsider(report);
+  work_ += noted_work() - work_before_;
+  updates_ += 1.0;
+  go_on_evaluating(report);
   revise_choices();
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -38,6 +39,9 @@ struct OnlineSelectionOptions {
   std::size_t patience = 40;
   SmootherOptions smoother;
   ClosureSelectionOptions selection;  ///< for tests of closures and evaluations of all of them
+  /// So many times the work of a mean update are done with each one, at most, of an evaluation of
+  /// all closures, and of tests of earlier ones, until they are done; infinity: at once.
+  double spread = 10.0;
 };
 
 /// Report of one step of the selection.
@@ -57,10 +61,11 @@ struct SelectionReport : UpdateReport {
 /// for its innovation, exceeds the threshold of select_closures (see EvidenceModel), and only if
 /// the joint objective of eq. 6 falls. From then on its switch is free: the discrete half-step
 /// rejects it when later measurements contradict it. The newest closures that are not admitted are
-/// tested again when the map has changed. Whenever the
-/// number of closures has grown fourfold, and in finish(), all are evaluated again from scratch by
-/// select_closures, which can reverse any decision; the earlier evaluations together cost about a
-/// third of the last one.
+/// tested again when the map has changed. Whenever the number of closures has grown fourfold, and
+/// in finish(), all are evaluated again from scratch by select_closures, which can reverse any
+/// decision; the earlier evaluations together cost about a third of the last one. They are spread
+/// over the updates that follow, and adopted when they are done: what has come since then moves
+/// along, and its closures keep their state.
 ///
 /// A wrong choice about a step of odometry costs nothing until the robot returns to a known place;
 /// then its error spreads over the whole loop, so that no other value of a single choice costs
@@ -100,12 +105,31 @@ class OnlineSelection {
   int trials() const { return trials_; }  ///< other values of choices tried so far
   /// Number of closures kept back until choices are decided.
   std::size_t waiting() const { return open_choices_.waiting(); }
+  /// Whether an evaluation of all closures is under way.
+  bool evaluating() const;
 
  private:
   /// Updates within which an admitted closure, or another value of a choice, must lower the
   /// objective.
   static constexpr int kSettle = 6;
 
+  /// An evaluation of all closures. A copy of the selection begins it anew.
+  struct Evaluation;
+  class UnderWay {
+   public:
+    UnderWay();
+    ~UnderWay();
+    UnderWay(const UnderWay&);
+    UnderWay(UnderWay&&) noexcept;
+    UnderWay& operator=(UnderWay) noexcept;
+    void begin(std::unique_ptr<Evaluation> evaluation);
+    void drop();
+    Evaluation* get() const { return evaluation_.get(); }
+    Evaluation* operator->() const { return get(); }
+
+   private:
+    std::unique_ptr<Evaluation> evaluation_;
+  };
   enum class SwitchState { kFree, kFixedInlier, kFixedOutlier };
   struct Closure {
     ContinuousFactorPtr factor;
@@ -128,6 +152,9 @@ class OnlineSelection {
     int trials = 0;
     double variance_factor = 1.0, radius = 0.0;
     std::size_t measured_at = 0, out = 0;
+    const Evaluation* evaluation = nullptr;
+    double work = 0.0, updates = 0.0;
+    bool open = false;
   };
 
   template <class Change>
@@ -153,15 +180,19 @@ class OnlineSelection {
   bool may_be_tried(const Closure& closure) const;
   bool consider(std::size_t k, SelectionReport& report);
   bool stands_out(std::size_t k) const;
-  void reconsider(SelectionReport& report);
+  bool reconsider(SelectionReport& report);
+  bool is_long() const;
   bool admit(std::size_t k, SelectionReport& report);
   bool is_better_with(std::size_t k, SelectionReport& report);
   void withdraw(std::size_t k, const std::vector<bool>& before,
                 const IncrementalSmoother::Snapshot& estimate);
   std::vector<ClosureDecision> judge() const;
   RobustProblem problem(const Assignment& assignment) const;
-  double noise(const Values& values, const std::vector<bool>& in) const;
+  std::vector<bool> accepted_closures() const;
+  void go_on_evaluating(SelectionReport& report);
   void reevaluate_all(SelectionReport& report);
+  void adopt_evaluation(RobustResult best, SelectionReport& report);
+  void go_to(const Values& values);
   void adopt(const RobustResult& result, SelectionReport& report);
   void free(std::size_t k);
 
@@ -210,6 +241,10 @@ class OnlineSelection {
   std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
   std::vector<Handle> lifted_;                 // tables to remove with the next update
   std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last
+  UnderWay evaluation_;                        // under way, or adopted by the last change
+  double work_ = 0.0, updates_ = 0.0;          // of all updates, evaluations left out
+  double work_before_ = 0.0;                   // noted by the thread before the update under way
+  bool open_ = false;                          // whether closures are to be tested again
   bool judged_ = false;  // whether the decisions on all closures are of that evaluation
   std::vector<Choice> choices_;
   OpenChoices open_choices_;  // that alone connect the poses on both sides

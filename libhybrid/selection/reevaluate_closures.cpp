@@ -1,15 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 // Evaluation of all closures by the online selection.
-#include <algorithm>
-#include <cmath>
+#include <memory>
 #include <utility>
 
+#include "libhybrid/core/detail/budget.h"
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/selection/detail/evidence.h"
+#include "libhybrid/selection/detail/evaluation.h"
 #include "libhybrid/selection/online_selection.h"
 
 namespace hybrid {
+namespace {
+
+/// All closures are evaluated again when their number exceeds this many times that of the last
+/// evaluation, plus kMostCompared.
+constexpr std::size_t kGrowth = 4;
+
+/// Values are as good as others where they cost no more than this, in units of the objective.
+constexpr double kAsGood = 1.0;
+
+/// Names the evaluation of all closures.
+constexpr Attempts::Name kReevaluate = {0, 2};
+
+}  // namespace
+
 /// The robust problem of all factors so far, with the components of trusted hybrid factors that an
 /// assignment chooses.
 RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
@@ -27,52 +42,75 @@ RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
   return problem;
 }
 
-/// The variance factor, at most one, of the accepted closures of a result.
-double OnlineSelection::noise(const Values& values, const std::vector<bool>& in) const {
-  std::vector<double> chi_squares;
-  std::vector<int> rows;
-  for (std::size_t k = 0; k < in.size(); ++k) {
-    if (!in[k]) continue;
-    chi_squares.push_back(2.0 * closures_[k].factor->cost(values));
-    rows.push_back(closures_[k].factor->rows());
+std::vector<bool> OnlineSelection::accepted_closures() const {
+  std::vector<bool> in;
+  for (std::size_t k = 0; k < closures_.size(); ++k) in.push_back(accepted(k));
+  return in;
+}
+
+bool OnlineSelection::evaluating() const {
+  return evaluation_.get() != nullptr && !evaluation_->adopted;
+}
+
+/// Begins an evaluation of all closures if it is time, and goes on with the one under way. With
+/// choices, which it may change, it is made at once.
+void OnlineSelection::go_on_evaluating(SelectionReport& report) {
+  if (evaluation_.get() == nullptr) {
+    if (closures_.size() <= kGrowth * evaluated_ + kMostCompared || waiting() > 0) return;
+    evaluation_.begin(std::make_unique<Evaluation>(problem(smoother_.assignment()),
+                                                   accepted_closures(), options_.selection));
   }
-  return std::min(1.0, variance_factor(chi_squares, rows));
+  const double share = choices_.empty() ? options_.spread * work_ / updates_ : kInfinity;
+  try {
+    if (!evaluation_->task.advance(share)) return;
+  } catch (...) {
+    evaluation_.drop();
+    throw;
+  }
+  evaluation_->adopted = true;
+  attempts_.attempt(kReevaluate, [&] { adopt_evaluation(evaluation_->result, report); });
 }
 
 /// Evaluates all closures from scratch; or from the present map, if the last evaluation from
-/// scratch is recent, or if the accepted closures have far less noise in the present map: the
-/// evaluation from scratch has then accepted false closures within overstated noise.
+/// scratch is recent.
 void OnlineSelection::reevaluate_all(SelectionReport& report) {
   RobustProblem problem = this->problem(smoother_.assignment());
-  ClosureSelectionOptions present = options_.selection;
-  present.trust_start = true;
-  RobustResult best;
   if (closures_.size() > evaluated_) {
-    best = select_closures(problem, options_.selection);
-    evaluated_ = closures_.size();
-    std::vector<bool> now, then;
-    for (std::size_t k = 0; k < closures_.size(); ++k) {
-      now.push_back(accepted(k));
-      then.push_back(best.decisions[k].accepted());
-    }
-    if (options_.selection.gate * noise(smoother_.values(), now) < noise(best.values, then)) {
-      best = select_closures(problem, present);
-    }
+    adopt_evaluation(evaluate_closures(problem, accepted_closures(), options_.selection), report);
   } else {
-    best = select_closures(problem, present);
+    ClosureSelectionOptions present = options_.selection;
+    present.trust_start = true;
+    adopt_evaluation(select_closures(problem, present), report);
   }
+}
+
+void OnlineSelection::adopt_evaluation(RobustResult best, SelectionReport& report) {
+  evaluated_ = best.decisions.size();
   adopt(best, report);
-  revise_by_closures(best, report);
+  judged_ = evaluated_ == closures_.size();
+  if (judged_) revise_by_closures(best, report);
   variance_factor_ = best.variance_factor;
-  for (std::size_t k = 0; k < closures_.size(); ++k) edit(k).decision = best.decisions[k];
-  judged_ = true;
+  for (std::size_t k = 0; k < evaluated_; ++k) edit(k).decision = best.decisions[k];
+  open_ = !judged_;
+}
+
+/// Takes over values, unless the smoother has come to as good ones.
+void OnlineSelection::go_to(const Values& values) {
+  const double there = objective(smoother_.graph(), values, smoother_.assignment());
+  if (smoother_.objective() <= there + kAsGood) return;
+  IncrementalSmoother::Snapshot estimate{smoother_.values().keys(), {}};
+  for (Key key : estimate.keys) {
+    const double* x = values.data(key);
+    estimate.numbers.insert(estimate.numbers.end(), x, x + values.type(key).size);
+  }
+  taken(smoother_.restore(estimate));
 }
 
 /// Adopts the decisions and values of a result of select_closures.
 void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report) {
   Delta delta;
   std::vector<std::size_t> in;
-  for (std::size_t k = 0; k < closures_.size(); ++k) {
+  for (std::size_t k = 0; k < result.decisions.size(); ++k) {
     Closure& closure = edit(k);
     const bool accept = result.decisions[k].accepted();
     if (accept) in.push_back(k);
@@ -82,12 +120,7 @@ void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report)
     set_switch(k, accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
   }
   report.add(apply(std::move(delta)));
-  IncrementalSmoother::Snapshot estimate{smoother_.values().keys(), {}};
-  for (Key key : estimate.keys) {
-    const double* x = result.values.data(key);
-    estimate.numbers.insert(estimate.numbers.end(), x, x + result.values.type(key).size);
-  }
-  taken(smoother_.restore(estimate));
+  go_to(grown(result.values, smoother_));
   for (std::size_t k : in) {
     if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
   }

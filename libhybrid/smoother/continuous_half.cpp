@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libhybrid/core/detail/prefetch.h"
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/smoother/detail/map_of.h"
 #include "libhybrid/smoother/incremental.h"
 
@@ -19,6 +20,8 @@ constexpr int kMoreSteps = 3;
 constexpr std::size_t kAhead = 4;
 /// Of a factor between two variables with their noise; of larger ones the beginning.
 constexpr std::size_t kFactorBytes = 256;
+/// Multiplications in the time that it takes to evaluate or linearise a term, about.
+constexpr double kWorkOfTerm = 500.0;
 
 }  // namespace
 
@@ -139,6 +142,7 @@ void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
 /// Brings the costs of the touched terms up to date and lists, as `off_`, those whose linear model
 /// is off.
 void IncrementalSmoother::refresh_costs() {
+  note_work(kWorkOfTerm * double(touched_.size()));
   errors_.clear();
   model_error_ = 0.0;
   double change = 0.0;
@@ -193,6 +197,7 @@ void IncrementalSmoother::linearize_eliminated() {
     const int t = f < static_cast<int>(term_of_factor_.size()) ? term_of_factor_[f] : -1;
     if (t < 0 || t == last) continue;
     linearize(terms_.edit(t), values(), tree_);
+    note_work(kWorkOfTerm);
     last = t;
   }
 }

@@ -6,8 +6,13 @@
 #include <array>
 #include <cmath>
 
+#include "libhybrid/core/paced_task.h"
+
 namespace hybrid {
 namespace {
+
+/// Multiplications for each entry of a Jacobian that is made, about.
+constexpr double kWorkOfEntry = 10.0;
 
 constexpr int kTermsPerTask = 256;
 /// Smaller problems, by entries of the Jacobian, are linearised by one thread.
@@ -199,6 +204,7 @@ std::vector<FactorCost> Problem::factor_costs(const State& state) const {
 }
 
 double Problem::linearize(const State& state) {
+  note_work(kWorkOfEntry * double(jacobians_.size()));
   return sum_over_terms([&](int t) {
     const Term& term = terms_[t];
     const auto& place = layout_.residuals[t];

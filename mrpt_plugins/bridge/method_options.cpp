@@ -74,6 +74,11 @@ void read_online(IniFile& ini, OnlineSelectionOptions& o) {
   o.patience =
       s.get("patience", o.patience,
             "closures kept back at which the best joint value of hypotheses is taken", kCount);
+  o.spread =
+      s.get("spread", o.spread,
+            "evaluations of all closures, and tests of earlier ones, go on with each pose by "
+            "so many times the work of a mean pose",
+            IniRange{0.1, 1e9});
   o.smoother.relinearize = s.get("relinearize", o.smoother.relinearize,
                                  "as in [solver] of hybrid-replay", IniRange{1e-12, 1e6});
   o.smoother.wildfire = s.get("wildfire", o.smoother.wildfire, "as in [solver] of hybrid-replay",
