@@ -41,11 +41,11 @@ void turn_blocks(double* packed, int n, const double* own, std::vector<double>& 
   using Wide = Eigen::Matrix<double, Eigen::Dynamic, N>;
   for (int first = 0; first + N < n; first += N) {
     const int height = n - first;
-    panel.resize(static_cast<std::size_t>(2 * height) * N);
+    panel.resize(2 * static_cast<std::size_t>(height) * N);
     Eigen::Map<Wide> in(panel.data(), height, N);
     Eigen::Map<Wide> out(panel.data() + static_cast<std::size_t>(height) * N, height, N);
     for (int c = 0; c < N; ++c) {
-      const double* column = packed_column(packed, std::size_t(n), std::size_t(first + c)) + first;
+      const double* column = packed_column(packed, std::size_t(n), std::size_t(first) + c) + first;
       std::copy(column + c, column + height, &in(c, c));
       for (int r = c + 1; r < N; ++r) in(c, r) = column[r];
     }
@@ -58,7 +58,7 @@ void turn_blocks(double* packed, int n, const double* own, std::vector<double>& 
     }
     in.row(height - 1) = out.row(height - 1);
     for (int c = 0; c < N; ++c) {
-      double* column = packed_column(packed, std::size_t(n), std::size_t(first + c)) + first;
+      double* column = packed_column(packed, std::size_t(n), std::size_t(first) + c) + first;
       std::copy(&in(c, c), &in(0, c) + height, column + c);
     }
   }

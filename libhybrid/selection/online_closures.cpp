@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/core/detail/budget.h"
+#include "libhybrid/core/paced_task.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
 #include "libhybrid/selection/online_selection.h"
