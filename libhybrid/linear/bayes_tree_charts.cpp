@@ -75,8 +75,8 @@ void BayesTree::carry_over(const std::vector<int>& variables, int first, Chart c
   charts.see(variables, first, first, chart, view_.data(), turn_);
   view_[size - 1] = 1.0;
   carried_.assign(hessian, hessian + packed_size(size));
-  const bool moved = chart.motion != nullptr && chart.motion[0] != 0.0;
-  if (!moved && std::all_of(view_.begin(), view_.end() - 1, [](double x) { return x == 0.0; }))
+  if (!chart.is_moved() &&
+      std::all_of(view_.begin(), view_.end() - 1, [](double x) { return x == 0.0; }))
     return;
   const int dim = variables_[variables[first]].dim;
   const bool alike =

@@ -30,9 +30,7 @@ std::vector<int> BayesTree::top_down() const {
 bool BayesTree::look(const Clique& clique, const Charts& charts, Turn& turn) const {
   std::vector<double> steps(clique.order - 1);
   charts.see(clique.variables, 0, clique.frontals, clique.chart(), steps.data(), turn);
-  if (turn.anchor < 0) charts.see(clique.variables, 0, 0, clique.chart(), steps.data(), turn);
-  const double* motion = clique.motion();
-  return (motion != nullptr && motion[0] != 0.0) ||
+  return clique.chart().is_moved() ||
          std::any_of(steps.begin(), steps.end(), [](double x) { return x != 0.0; });
 }
 

@@ -18,6 +18,8 @@ using MapMotion = std::array<double, 8>;
 struct Chart {
   const double* motion = nullptr;
   const double* points = nullptr;
+
+  bool is_moved() const { return motion != nullptr && motion[0] != 0.0; }
 };
 
 /// How steps in a chart depend on tangents at the estimates. They are taken from the one to the
@@ -50,7 +52,8 @@ class Charts {
   /// estimates, one after the other.
   virtual void see(const std::vector<int>& variables, int first, Chart chart,
                    double* steps) const = 0;
-  /// The same, and how they turn. The anchor is the first pose of number `anchor_from` or later.
+  /// The same, and how they turn. The anchor is the first pose of number `anchor_from` or later, or
+  /// if there is none, the first of all.
   virtual void see(const std::vector<int>& variables, int first, int anchor_from, Chart chart,
                    double* steps, Turn& turn) const = 0;
 
@@ -58,9 +61,8 @@ class Charts {
   virtual bool is_held(int variable) const = 0;
 
   /// The motion of the map after which the variables from number `first` on are seen at the given
-  /// steps, or at zero where these are null: exactly the pose of the most weight, or the first one
-  /// without weights, or where there is no pose, points in the least squares sense. Returns false
-  /// where there are too few points.
+  /// steps: exactly the pose of the most weight, or where no pose has any, points in the least
+  /// squares sense. Returns false where there are too few points.
   virtual bool find_motion(const std::vector<int>& variables, int first, Chart chart,
                            const double* steps, const double* weights, MapMotion& motion) const = 0;
 

@@ -39,18 +39,19 @@ void IncrementalSmoother::solve(double wildfire, double bend) {
 /// variables, and of which one has moved: parts of the tree may have moved past each other.
 void IncrementalSmoother::touch_untied() {
   if (graph_.hybrid().size() == 0) return;
-  for (int t = 0; t < terms_.count(); ++t) {
-    const Term& term = terms_[t];
-    if (!term.alive || term.hybrid == nullptr || term_stamp_[t] == stamp_) continue;
-    const bool tied =
-        term.tree_factor >= 0 && term.component.factor->keys().size() == term.slots.size();
-    if (tied) continue;
-    if (std::none_of(term.slots.begin(), term.slots.end(),
-                     [this](int slot) { return slot_stamp_[slot] == old_stamp_; }))
-      continue;
-    term_stamp_[t] = stamp_;
-    touched_.push_back(t);
+  const auto before = static_cast<std::ptrdiff_t>(touched_.size());
+  for (int slot : old_.slots) {
+    for (int t : terms_.of_variable(slot)) {
+      const Term& term = terms_[t];
+      if (!term.alive || term.hybrid == nullptr || term_stamp_[t] == stamp_) continue;
+      const bool tied =
+          term.tree_factor >= 0 && term.component.factor->keys().size() == term.slots.size();
+      if (tied) continue;
+      term_stamp_[t] = stamp_;
+      touched_.push_back(t);
+    }
   }
+  std::sort(touched_.begin() + before, touched_.end());
 }
 
 /// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;

@@ -16,20 +16,18 @@ namespace hybrid {
 namespace {
 
 /// A rigid motion of the map applied to a variable: poses of its kind and points of its dimension
-/// move, all else stays. `out` may be `x`.
+/// move, all else stays.
 template <class Pose>
-void move_with_map(const Pose& motion, VariableType type, const double* x, double* out) {
+void move_with_map(const Pose& motion, VariableType type, double* x) {
   constexpr int kPointDim = Pose::Point::RowsAtCompileTime;
   if (type.kind == Variable<Pose>::type().kind) {
     Pose moved = motion * Pose::load(x);
     moved.normalize();
-    moved.store(out);
+    moved.store(x);
   } else if (type.kind == VariableKind::kVector && type.dim == kPointDim) {
     using Point = typename Pose::Point;
     const Point moved = motion * Point(Eigen::Map<const Point>(x));
-    Eigen::Map<Point>{out} = moved;
-  } else if (out != x) {
-    std::copy_n(x, type.size, out);
+    Eigen::Map<Point>{x} = moved;
   }
 }
 
@@ -38,15 +36,18 @@ template <class Pose>
 struct Back {
   bool moved;
   Pose motion;
-  explicit Back(const double* motion_of_chart)
-      : moved(motion_of_chart != nullptr && motion_of_chart[0] != 0.0),
-        motion(moved ? Pose::load(motion_of_chart + 1).inverse() : Pose()) {}
+  explicit Back(Chart chart)
+      : moved(chart.is_moved()), motion(moved ? Pose::load(chart.motion + 1).inverse() : Pose()) {}
+
+  /// A pose as its point of the chart sees it.
+  Pose from_point(const double* point, const double* x) const {
+    return Pose::load(point).between(moved ? motion * Pose::load(x) : Pose::load(x));
+  }
 
   void see(VariableType type, const double* point, const double* x, double* step) const {
     using Point = typename Pose::Point;
     if (type.kind == Variable<Pose>::type().kind) {
-      const Pose at = moved ? motion * Pose::load(x) : Pose::load(x);
-      Eigen::Map<typename Pose::Tangent>{step} = Pose::load(point).between(at).log();
+      Eigen::Map<typename Pose::Tangent>{step} = from_point(point, x).log();
     } else if (moved && type.kind == VariableKind::kVector &&
                type.dim == Pose::Point::RowsAtCompileTime) {
       const Point at = motion * Point(Eigen::Map<const Point>(x));
@@ -77,7 +78,7 @@ class PoseCharts : public Charts {
 
   void see(const std::vector<int>& variables, int first, Chart chart,
            double* steps) const override {
-    const Back<Pose> back(chart.motion);
+    const Back<Pose> back(chart);
     const double* point = point_of(variables, first, chart);
     for (auto v = variables.begin() + first; v != variables.end(); ++v) {
       const VariableType type = values_.type(*v);
@@ -89,10 +90,10 @@ class PoseCharts : public Charts {
 
   void see(const std::vector<int>& variables, int first, int anchor_from, Chart chart,
            double* steps, Turn& turn) const override {
-    const Back<Pose> back(chart.motion);
+    const Back<Pose> back(chart);
     const auto count = static_cast<int>(variables.size());
-    int anchor = anchor_from;
-    while (anchor < count && !is_pose(variables[anchor])) ++anchor;
+    int anchor = first_pose(variables, anchor_from);
+    if (anchor == count) anchor = first_pose(variables, first);
     const bool points = std::any_of(variables.begin() + first, variables.end(),
                                     [this](int v) { return is_point(values_.type(v)); });
     turn.anchor = points && anchor < count ? anchor : -1;
@@ -102,14 +103,15 @@ class PoseCharts : public Charts {
     for (int k = first; k < count; ++k) {
       const VariableType type = values_.type(variables[k]);
       const double* x = values_.data(variables[k]);
-      back.see(type, point, x, steps);
       const std::size_t own = turn.own.size(), by = turn.by_anchor.size();
       turn.own.resize(own + type.dim * type.dim);
       Eigen::Map<Eigen::MatrixXd> D(turn.own.data() + own, type.dim, type.dim);
       if (turn.anchor >= 0) turn.by_anchor.resize(by + type.dim * Pose::kDim);
+      if (!is_pose(variables[k])) back.see(type, point, x, steps);
       if (is_pose(variables[k])) {
-        const Pose at = back.moved ? back.motion * Pose::load(x) : Pose::load(x);
-        D = Pose::load(point).between(at).adjoint();
+        const Pose step = back.from_point(point, x);
+        Eigen::Map<typename Pose::Tangent>{steps} = step.log();
+        D = step.adjoint();
       } else if (type.kind != VariableKind::kVector) {
         D = local_jacobian(type, point, x);
       } else if (type.dim != kPointDim) {
@@ -140,29 +142,26 @@ class PoseCharts : public Charts {
                    const double* weights, MapMotion& motion) const override {
     const Pose before = motion_of(chart);
     const double* point = point_of(variables, first, chart);
-    const double* step = steps;
     double most = 0.0;
     Pose best;
     Fit fit;
     for (std::size_t k = first; k < variables.size(); ++k) {
       const VariableType type = values_.type(variables[k]);
       const double* x = values_.data(variables[k]);
-      const double weight = weights == nullptr ? 1.0 : weights[k - first];
+      const double weight = weights[k - first];
       if (is_pose(variables[k])) {
         if (weight > most) {
-          Pose seen = Pose::load(point);
-          if (steps != nullptr)
-            seen = seen * Pose::exp(Eigen::Map<const typename Pose::Tangent>(step));
+          const Pose seen =
+              Pose::load(point) * Pose::exp(Eigen::Map<const typename Pose::Tangent>(steps));
           best = Pose::load(x) * (before * seen).inverse();
           most = weight;
         }
       } else if (most == 0.0 && is_point(type)) {
-        Point seen = Eigen::Map<const Point>(point);
-        if (steps != nullptr) seen += Eigen::Map<const Point>(step);
+        const Point seen = Eigen::Map<const Point>(point) + Eigen::Map<const Point>(steps);
         fit.add(before * seen, Eigen::Map<const Point>(x));
       }
       point += type.size;
-      if (steps != nullptr) step += type.dim;
+      steps += type.dim;
     }
     if (!(most > 0.0) && !fit.solve(best)) return false;
     best.normalize();
@@ -183,7 +182,7 @@ class PoseCharts : public Charts {
     for (int k = 0; k < count; ++k) {
       variables_.before_change(variables[k]);
       double* x = estimate_->edit(variables[k]);
-      move_with_map(by, values_.type(variables[k]), x, x);
+      move_with_map(by, values_.type(variables[k]), x);
     }
   }
 
@@ -196,7 +195,7 @@ class PoseCharts : public Charts {
       variables_.before_change(variables[k]);
       double* x = estimate_->edit(variables[k]);
       retract(type, point, steps, x);
-      if (chart.motion[0] != 0.0) move_with_map(motion, type, x, x);
+      if (chart.is_moved()) move_with_map(motion, type, x);
       point += type.size;
       steps += type.dim;
     }
@@ -226,6 +225,12 @@ class PoseCharts : public Charts {
       out << 0, -arrow.z(), arrow.y(), arrow.z(), 0, -arrow.x(), -arrow.y(), arrow.x(), 0;
     }
     return out;
+  }
+
+  /// The number of the first pose from `k` on, or that of all variables.
+  int first_pose(const std::vector<int>& variables, int k) const {
+    while (k < static_cast<int>(variables.size()) && !is_pose(variables[k])) ++k;
+    return k;
   }
 
   static bool is_point(VariableType type) {
@@ -265,8 +270,7 @@ class PoseCharts : public Charts {
   };
 
   static Pose motion_of(Chart chart) {
-    return chart.motion != nullptr && chart.motion[0] != 0.0 ? Pose::load(chart.motion + 1)
-                                                             : Pose();
+    return chart.is_moved() ? Pose::load(chart.motion + 1) : Pose();
   }
 
   const double* point_of(const std::vector<int>& variables, int i, Chart chart) const {
@@ -298,7 +302,7 @@ namespace {
 template <class Pose>
 void steps_from(Chart chart, const std::vector<VariableType>& types, const double* const* x,
                 double* steps) {
-  const Back<Pose> back(chart.motion);
+  const Back<Pose> back(chart);
   const double* point = chart.points;
   for (std::size_t i = 0; i < types.size(); ++i) {
     back.see(types[i], point, x[i], steps);
