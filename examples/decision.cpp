@@ -16,7 +16,7 @@
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/polar.h"
-#include "libhybrid/smoother/transaction.h"
+#include "libhybrid/smoother/proposal.h"
 
 namespace {
 
@@ -32,17 +32,17 @@ struct Look {
 };
 using Posts = std::map<Key, std::vector<Look>>;
 
-/// A change that may be made, and how it is judged.
-struct Proposal {
-  Key from, into;           // posts that are one
+/// Two posts that may be one.
+struct Pair {
+  Key from, into;
   double evidence = 0;      // log odds that they are, against two posts
   double allowed_rise = 0;  // of the objective, by what the post less is worth
 };
 
 /// The generator: pairs of posts, nearest neighbours, by (E3) of docs/evidence.md. It changes
 /// nothing.
-std::vector<Proposal> propose(const Posts& posts, const IncrementalSmoother& map) {
-  std::vector<Proposal> out;
+std::vector<Pair> pairs_of(const Posts& posts, const IncrementalSmoother& map) {
+  std::vector<Pair> out;
   for (auto b = posts.begin(); b != posts.end(); ++b) {
     for (auto a = posts.begin(); a != b; ++a) {
       const Eigen::Vector2d d =
@@ -62,33 +62,29 @@ std::vector<Proposal> propose(const Posts& posts, const IncrementalSmoother& map
 }
 
 /// The change: what was seen of one post was seen of the other.
-Delta change_of(const Proposal& proposal, const Posts& posts, const Noise& noise) {
-  Delta delta;
-  for (const Look& look : posts.at(proposal.from)) {
-    delta.remove.push_back(look.factor);
-    delta.continuous.push_back(
-        std::make_shared<BearingRange2>(look.pose, proposal.into, look.z, noise, SE2()));
+Proposal proposal_of(const Pair& pair, const Posts& posts, const Noise& noise) {
+  Proposal proposal;
+  proposal.allowed_rise = pair.allowed_rise;
+  for (const Look& look : posts.at(pair.from)) {
+    proposal.delta.remove.push_back(look.factor);
+    proposal.delta.continuous.push_back(
+        std::make_shared<BearingRange2>(look.pose, pair.into, look.z, noise, SE2()));
   }
-  delta.remove_values.push_back(proposal.from);
-  return delta;
+  proposal.delta.remove_values.push_back(pair.from);
+  return proposal;
 }
 
-/// Tried on the map itself, settled, compared; then kept, or rolled back to the last bit. The books
-/// change only once it is kept.
-bool is_kept(const Proposal& proposal, const Noise& noise, Posts& posts, IncrementalSmoother& map) {
-  const double before = map.objective();
-  Transaction trial(map);
-  const UpdateReport report = map.update(change_of(proposal, posts, noise));
+/// Tried on the map itself, settled, compared; then kept, or the map is as it was to the last bit.
+/// The books change only once it is kept.
+bool is_kept(const Pair& pair, const Noise& noise, Posts& posts, IncrementalSmoother& map) {
+  const UpdateReport report = propose(map, proposal_of(pair, posts, noise));
   if (report.status != UpdateReport::Status::kOk) return false;
-  map.settle();
-  if (map.objective() - before > proposal.allowed_rise) return false;
-  trial.commit();
-  std::vector<Look> moved = posts.at(proposal.from);
+  std::vector<Look> moved = posts.at(pair.from);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     moved[i].factor = report.handles.continuous[i];
-    posts.at(proposal.into).push_back(moved[i]);
+    posts.at(pair.into).push_back(moved[i]);
   }
-  posts.erase(proposal.from);
+  posts.erase(pair.from);
   return true;
 }
 
@@ -144,10 +140,10 @@ int main() {
   std::cout << posts.size() << " posts before\n";
   for (bool again = true; again;) {  // what is kept moves the map, so that each is asked anew
     again = false;
-    for (const Proposal& proposal : propose(posts, map)) {
-      again = is_kept(proposal, sight, posts, map);
-      std::cout << proposal.from.index() << " is " << proposal.into.index() << ": evidence "
-                << proposal.evidence << (again ? ", kept\n" : ", rolled back\n");
+    for (const Pair& pair : pairs_of(posts, map)) {
+      again = is_kept(pair, sight, posts, map);
+      std::cout << pair.from.index() << " is " << pair.into.index() << ": evidence "
+                << pair.evidence << (again ? ", kept\n" : ", turned down\n");
       if (again) break;
     }
   }

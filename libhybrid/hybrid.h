@@ -33,6 +33,7 @@
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/selection/online_selection.h"
 #include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/proposal.h"
 #include "libhybrid/smoother/window.h"
 #include "libhybrid/solvers/alternating.h"
 #include "libhybrid/solvers/chordal.h"

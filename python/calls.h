@@ -70,6 +70,15 @@ auto changing(Result (Owner::*method)(Arguments...)) {
   };
 }
 
+/// The same of a function of the owner.
+template <class Owner, class Result, class... Arguments>
+auto changing(Result (*function)(Owner&, Arguments...)) {
+  return [function](Owner& self, const std::decay_t<Arguments>&... arguments) {
+    const SmootherInUse use(smoother_of(self), SmootherInUse::Kind::kChange);
+    return call_on_copies([&](const auto&... a) { return function(self, a...); }, arguments...);
+  };
+}
+
 template <class Owner, class Result, class... Arguments>
 auto reading(Result (Owner::*method)(Arguments...) const) {
   return [method](const Owner& self, const std::decay_t<Arguments>&... arguments) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/proposal.h"
 #include "libhybrid/smoother/window.h"
 #include "python/calls.h"
 
@@ -86,6 +86,11 @@ void bind_estimate_of(py::class_<IncrementalSmoother>& c) {
            "An independent copy of the smoother.");
 }
 
+UpdateReport propose_change(IncrementalSmoother& smoother, const Delta& delta,
+                            double allowed_rise) {
+  return propose(smoother, {delta, allowed_rise});
+}
+
 void bind_incremental(py::module_& m) {
   using Smoother = IncrementalSmoother;
   py::class_<Smoother> c(
@@ -100,6 +105,9 @@ void bind_incremental(py::module_& m) {
            "Relinearises everything and alternates to convergence.")
       .def("settle", changing(&Smoother::settle), "max_updates"_a = 50,
            "Goes on where the last update has stopped, at the cost of what still moves.")
+      .def("propose", changing(&propose_change), "delta"_a, "allowed_rise"_a,
+           "Makes a change on trial: the map settles, and keeps it if the objective rises by no "
+           "more than allowed. Else nothing has changed, and the report is not ok.")
       .def("begin", changing(&Smoother::begin),
            "Begins a transaction, which `commit` or `roll_back` ends.")
       .def("commit", changing(&Smoother::commit))

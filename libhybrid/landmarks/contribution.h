@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,8 @@ struct Contribution {
   std::map<std::string, std::size_t> dropped;  ///< reason -> number of detections not used
   LandmarkEvents events;                       ///< why, where the map view asks for it
   bool settle = false;  ///< solve to convergence, as after a loop: one update may not come so far
+  /// On trial: the map settles with it, and keeps it if the objective rises by no more than this.
+  std::optional<double> allowed_rise = {};
 
   bool empty() const {
     return delta.continuous.empty() && delta.discrete.empty() && delta.hybrid.empty() &&

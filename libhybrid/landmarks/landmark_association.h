@@ -47,7 +47,8 @@ class LandmarkAssociation {
   Contribution observe(const KeyframeView& frame, const MapView& map);
   /// Takes note of what became of the last contribution.
   void applied(const Outcome& outcome);
-  /// Nothing of the last contribution is in the graph: goes back to what was before it.
+  /// Nothing of the last contribution is in the graph, as it was not possible or, on trial, turned
+  /// down: goes back to what was before it.
   void refused();
   /// A change of what was contributed before: frames decided later, merges, loops.
   Contribution revise(const MapView& map);
@@ -76,12 +77,6 @@ class LandmarkAssociation {
     std::vector<FrameHypothesis> hypotheses;
     std::vector<std::size_t> rows;  // of the detections that they disagree about
     std::vector<int> sightings;     // of these
-  };
-  struct Undo {  // what a merge under test replaced
-    int from;
-    std::vector<int> sightings;
-    Values position;
-    Assignment assignment;
   };
 
   void take(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
@@ -115,8 +110,7 @@ class LandmarkAssociation {
   Contribution decide_before(const Merge& merge, const MapView& map);
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
-  static MergeEvent event_of(const Merge& merge, bool undone);
-  Contribution undo_merge(const MapView& map);
+  static MergeEvent event_of(const Merge& merge);
   Contribution match_again(const MapView& map);
 
   std::vector<std::string> sensors_;
@@ -137,10 +131,8 @@ class LandmarkAssociation {
   std::vector<AmbiguousFrame> ambiguous_;
   std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
   int opened_ = 0;
-  std::optional<Merge> merge_;  // under test
-  std::vector<Undo> undo_;
-  bool undo_wanted_ = false;
-  int matched_again_ = 0;  ///< half-steps over all associations so far
+  std::optional<Merge> merge_;  // on trial
+  int matched_again_ = 0;       ///< half-steps over all associations so far
   int keyframe_ = -1;
   int frames_ = 0;
   double sigmas_ = 0;           // of detections, as they are stated, their sum [m]

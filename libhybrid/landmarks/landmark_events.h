@@ -57,11 +57,11 @@ struct DecisionEvent {
   bool revised = false;  ///< whether it is not what it was taken for at first
 };
 
-/// Landmarks that were made one, the first of each pair into the second.
+/// Landmarks that were made one, the first of each pair into the second, or not.
 struct MergeEvent {
   std::vector<std::pair<std::int64_t, std::int64_t>> pairs;
   bool loop = false;      ///< places recognised by several landmarks: a closed loop
-  bool undone = false;    ///< taken back, since the objective rose by more than was allowed
+  bool undone = false;    ///< turned down, since the objective would rise by more than is allowed
   double evidence = 0;    ///< log odds that they are one [nats]
   double chi_square = 0;  ///< of their differences, jointly
   /// By how much the objective may rise.

@@ -64,7 +64,7 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
     association_.refused();
     throw;
   }
-  const bool used = apply(contribution, delta);
+  const bool used = apply(contribution, delta) == UpdateReport::Status::kOk;
   if (!used) smoother_.update(delta);
   ++keyframes_;
   revise(false);
@@ -73,7 +73,8 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
 
 /// One update with a contribution and the motion to a new pose, if there is one.
 template <class Pose>
-bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& motion) {
+UpdateReport::Status LandmarkMapper<Pose>::apply(const Contribution& contribution,
+                                                 const Delta& motion) {
   Delta delta = contribution.delta;
   const std::size_t own = delta.continuous.size();
   delta.continuous.insert(delta.continuous.end(), motion.continuous.begin(),
@@ -85,7 +86,9 @@ bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& 
   UpdateReport report;
   try {
     enter(contribution, landmarks_);
-    report = smoother_.update(delta);
+    report = contribution.allowed_rise
+                 ? propose(smoother_, {std::move(delta), *contribution.allowed_rise})
+                 : smoother_.update(delta);
   } catch (...) {
     landmarks_.roll_back();
     association_.refused();
@@ -94,13 +97,13 @@ bool LandmarkMapper<Pose>::apply(const Contribution& contribution, const Delta& 
   if (report.status != UpdateReport::Status::kOk) {
     landmarks_.roll_back();
     association_.refused();
-    return false;
+    return report.status;
   }
   landmarks_.commit();
   if (contribution.settle) smoother_.settle();
   report.handles.continuous.resize(own);  // those of the motion come behind
   association_.applied({report.handles, before, smoother_.objective(), report.exact});
-  return true;
+  return report.status;
 }
 
 template <class Pose>
@@ -108,7 +111,7 @@ void LandmarkMapper<Pose>::revise(bool concluding) {
   for (bool again = true; again;) {
     const MapView map = view();
     const Contribution change = concluding ? association_.conclude(map) : association_.revise(map);
-    again = !change.empty() && apply(change, {});
+    again = !change.empty() && apply(change, {}) != UpdateReport::Status::kSingular;
   }
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libhybrid/landmarks/landmark_association.h"
-#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/proposal.h"
 
 namespace HYBRID_API hybrid {
 
@@ -52,7 +52,7 @@ class LandmarkMapper {
 
  private:
   MapView view() const;
-  bool apply(const Contribution& contribution, const Delta& motion);
+  UpdateReport::Status apply(const Contribution& contribution, const Delta& motion);
   void revise(bool concluding);
 
   LandmarkAssociation association_;

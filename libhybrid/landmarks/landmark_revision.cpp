@@ -21,14 +21,12 @@ void LandmarkAssociation::applied(const Outcome& outcome) {
   landmarks_.take_handles(outcome.handles);
   if (!outcome.exact) ++statistics_["updates_by_local_search"];
   if (!merge_) return;
-  if (outcome.objective_after - outcome.objective_before > merge_->allowed_rise()) {
-    undo_wanted_ = true;
-    return;
-  }
   matched_again_ = 0;  // each merge leaves one landmark fewer: this comes to an end
+  if (merge_->loop) ++statistics_["loops_closed"];
   statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
+  for (const auto& [from, into] : merge_->pairs)
+    merging_.sighted(into, landmarks_.track(into).last_keyframe, 1);
   merge_.reset();
-  undo_.clear();
 }
 
 /// Before each contribution: what there is to go back to where it is refused.
@@ -46,10 +44,10 @@ void LandmarkAssociation::refused() {
   for (auto it = track_of_id_.begin(); it != track_of_id_.end();) {
     it = landmarks_.track(it->second).alive ? std::next(it) : track_of_id_.erase(it);
   }
-  if (merge_) merging_.refuse(*merge_, landmarks_);
+  if (!merge_) return;
+  merging_.refuse(*merge_, landmarks_);
+  ++statistics_["merges_taken_back"];
   merge_.reset();
-  undo_.clear();
-  undo_wanted_ = false;
 }
 
 /// Counts the open frames of each track anew.
@@ -67,7 +65,6 @@ void LandmarkAssociation::count_open() {
 
 Contribution LandmarkAssociation::revise(const MapView& map) {
   remember();
-  if (undo_wanted_) return undo_merge(map);
   if (!ambiguous_.empty()) {
     Contribution out;
     for (const AmbiguousFrame& frame : ambiguous_) leave_open(frame, map, out);
@@ -87,7 +84,6 @@ Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything
   if (merge.pairs.empty()) {
     merge = loops_.propose(map, classes_, density_, everything, landmarks_);
     keep_whole(map, merge);
-    if (!merge.pairs.empty()) ++statistics_["loops_closed"];
   }
   if (merge.pairs.empty()) return {};
   Contribution decided = decide_before(merge, map);
@@ -131,58 +127,29 @@ void LandmarkAssociation::keep_whole(const MapView& map, Merge& merge) {
 /// as the drift, over which one linear step does not come.
 Contribution LandmarkAssociation::apply(const Merge& merge, const MapView& map) {
   Contribution out;
-  out.settle = true;
+  out.allowed_rise = merge.allowed_rise();
   for (const auto& [from, into] : merge.pairs) {
-    const Track& track = landmarks_.track(from);
-    Undo undo{from, track.sightings, {}, {}};
-    undo.position.insert(track.position, map.values.type(track.position),
-                         map.values.data(track.position));
-    if (track.class_key) {
-      undo.assignment.set(track.class_key->key, map.assignment.at(track.class_key->key));
-    }
-    undo_.push_back(std::move(undo));
-    const int last = std::max(track.last_keyframe, landmarks_.track(into).last_keyframe);
-    const std::vector<int> moved = track.sightings;
+    const std::vector<int> moved = landmarks_.track(from).sightings;
     landmarks_.merge(from, into, map.is_3d, out);
     for (int s : moved) {
       if (map.explain && landmarks_.sighting(s).track < 0) {
         out.events.decisions.push_back({s, std::nullopt, true});
       }
     }
-    merging_.sighted(into, last, 1);
   }
   merge_ = merge;
-  if (map.explain) out.events.merges.push_back(event_of(merge, false));
+  if (map.explain) out.events.merges.push_back(event_of(merge));
   return out;
 }
 
 /// A merge as it is told to those who ask why.
-MergeEvent LandmarkAssociation::event_of(const Merge& merge, bool undone) {
+MergeEvent LandmarkAssociation::event_of(const Merge& merge) {
   MergeEvent event;
   event.pairs.assign(merge.pairs.begin(), merge.pairs.end());
   event.loop = merge.loop;
-  event.undone = undone;
   event.evidence = merge.evidence;
   event.chi_square = merge.chi_square;
   return event;
-}
-
-/// Takes back a merge that the objective speaks against.
-Contribution LandmarkAssociation::undo_merge(const MapView& map) {
-  Contribution out;
-  undo_wanted_ = false;
-  out.settle = true;
-  for (const Undo& undo : undo_) {
-    for (int s : undo.sightings) landmarks_.detach(s, out);
-    landmarks_.revive(undo.from, undo.position, undo.assignment, classes_, out);
-    for (int s : undo.sightings) landmarks_.attach(s, undo.from, map.is_3d, out);
-  }
-  if (map.explain) out.events.merges.push_back(event_of(*merge_, true));
-  merging_.refuse(*merge_, landmarks_);
-  merge_.reset();
-  undo_.clear();
-  ++statistics_["merges_taken_back"];
-  return out;
 }
 
 /// Alternates (eq. 8): what belongs to what, given the estimate. Landmarks without sightings go.
@@ -212,7 +179,6 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
 
 Contribution LandmarkAssociation::conclude(const MapView& map) {
   remember();
-  if (undo_wanted_) return undo_merge(map);
   if (!open_.empty()) {
     Contribution out;
     decide_old(map, keyframe_, out);

@@ -39,21 +39,28 @@ int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const Cl
   Track track;
   track.position = Key(key_letter::kLandmark, static_cast<std::uint64_t>(t));
   const Eigen::Vector3d point = sighted_point(T_map_robot, *sighting.sensor, sighting.detection);
-  Values position;
-  insert_point(position, track.position, point, is_3d);
+  insert_point(out.delta.values, track.position, point, is_3d);
   const std::size_t n = classes.names().size();
-  Assignment assignment;
   if (n > 1) {
     track.class_key = DiscreteKey{Key(key_letter::kLandmarkClass, static_cast<std::uint64_t>(t)),
                                   static_cast<int>(n)};
     track.class_evidence.assign(n, 0.0);
     std::vector<double> p = classes.prior();
     for (std::size_t k = 0; k < sighting.phi.size(); ++k) p[k] *= sighting.phi[k];
-    assignment.set(track.class_key->key, most_probable(p));
+    out.delta.discrete.push_back(prior_table(*track.class_key, classes.prior()));
+    slots_[kDiscrete].push_back({-1, t});
+    out.delta.assignment.set(track.class_key->key, most_probable(p));
   }
+  out.landmarks.push_back({t, track.position, track.class_key, 0});
   track.undetected = sighting.undetected;
   tracks_.push_back(std::move(track));
-  revive(t, position, assignment, classes, out);
+  ++alive_;
+  grid_.put(t, point.x(), point.y());
+  undo_.emplace_back([t](LandmarkTracks& all) {
+    all.tracks_[t].alive = false;
+    --all.alive_;
+    all.grid_.remove(t);
+  });
   attach(s, t, is_3d, out);
   return t;
 }
@@ -90,27 +97,6 @@ void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const Cl
     ++alive_;
     grid_.put(t, known.position.x(), known.position.y());
   }
-}
-
-void LandmarkTracks::revive(int t, const Values& position, const Assignment& assignment,
-                            const ClassModel& classes, Contribution& out) {
-  Track& track = tracks_[t];
-  const double* p = position.data(track.position);
-  out.delta.values.insert(track.position, position.type(track.position), p);
-  if (track.class_key) {
-    out.delta.discrete.push_back(prior_table(*track.class_key, classes.prior()));
-    slots_[kDiscrete].push_back({-1, t});
-    out.delta.assignment.set(track.class_key->key, assignment.at(track.class_key->key));
-  }
-  out.landmarks.push_back({t, track.position, track.class_key, 0});
-  track.alive = true;
-  ++alive_;
-  grid_.put(t, p[0], p[1]);
-  undo_.emplace_back([t](LandmarkTracks& all) {
-    all.tracks_[t].alive = false;
-    --all.alive_;
-    all.grid_.remove(t);
-  });
 }
 
 /// Notes that sighting `s` belongs to track `t`.

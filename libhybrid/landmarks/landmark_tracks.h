@@ -80,9 +80,6 @@ class LandmarkTracks {
   void add_factor(int s, HybridFactorPtr factor, Contribution& out);
   /// Removes a track that has no sightings left.
   void remove(int t, Contribution& out);
-  /// Brings back a track that was removed, without sightings, at `position`.
-  void revive(int t, const Values& position, const Assignment& assignment,
-              const ClassModel& classes, Contribution& out);
   /// Gives the sightings of `from` to `into`, but for those that a frame has besides one of `into`,
   /// which become clutter, and removes it.
   void merge(int from, int into, bool is_3d, Contribution& out);

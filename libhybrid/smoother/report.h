@@ -47,7 +47,11 @@ struct Flip {
 
 /// What one update of the incremental smoother did.
 struct UpdateReport : UpdateWork {
-  enum class Status { kOk, kSingular };
+  enum class Status {
+    kOk,
+    kSingular,    ///< a variable would not be determined; nothing has changed
+    kTurnedDown,  ///< a proposal that raises the objective too much; nothing has changed
+  };
 
   Status status = Status::kOk;
   std::string message;    ///< what is wrong and where, if anything is

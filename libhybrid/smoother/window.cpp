@@ -30,20 +30,30 @@ const Table* WindowSmoother::past_table(Key key) const {
   return it == past_tables_.end() ? nullptr : &it->second;
 }
 
-WindowReport WindowSmoother::update_keeping_all(const Delta& delta) {
+WindowReport WindowSmoother::propose(const Proposal& proposal) {
   WindowReport report;
-  const bool full = window_.mode == WindowOptions::Mode::kFull;
-  static_cast<UpdateReport&>(report) = full ? smoother_.update(delta) : take_in(delta);
-  if (full || report.status != UpdateReport::Status::kOk) return report;
-  ++updates_;
-  touch(delta, report.handles);
+  UpdateReport& done = report;
+  if (is_full()) {
+    done = hybrid::propose(smoother_, proposal);
+    return report;
+  }
+  const Delta change = with_returning(proposal.delta);
+  done = hybrid::propose(smoother_, {change, proposal.allowed_rise});
+  if (done.status == UpdateReport::Status::kOk) take_in(proposal.delta, change, done);
   return report;
 }
 
 WindowReport WindowSmoother::update(const Delta& delta) {
-  WindowReport report = update_keeping_all(delta);
-  const bool full = window_.mode == WindowOptions::Mode::kFull;
-  if (full || report.status != UpdateReport::Status::kOk) return report;
+  WindowReport report;
+  UpdateReport& done = report;
+  if (is_full()) {
+    done = smoother_.update(delta);
+    return report;
+  }
+  const Delta change = with_returning(delta);
+  done = smoother_.update(change);
+  if (done.status != UpdateReport::Status::kOk) return report;
+  take_in(delta, change, done);
   if (is_bounded()) {
     for (const Departure& going : surplus()) {
       if (leave(going, report) && going.anchor) absorb(*going.anchor, report);
@@ -108,13 +118,12 @@ Delta WindowSmoother::with_returning(const Delta& delta) const {
   return out;
 }
 
-/// Updates the graph; what enters again is no longer past.
-UpdateReport WindowSmoother::take_in(const Delta& delta) {
-  const Delta change = with_returning(delta);
-  UpdateReport report = smoother_.update(change);
-  if (report.status != UpdateReport::Status::kOk) return report;
+/// Notes an update that the graph has taken: `change` is `delta` with what enters again, which is
+/// no longer past.
+void WindowSmoother::take_in(const Delta& delta, const Delta& change, UpdateReport& report) {
+  ++updates_;
   for (Key key : change.values.keys()) {
-    last_touch_[key] = updates_ + 1;
+    last_touch_[key] = updates_;
     if (past_.values.contains(key)) past_.values.erase(key);
     if (is_bounded() && is_state(key, change.values.type(key))) enter_state(key);
   }
@@ -132,7 +141,7 @@ UpdateReport WindowSmoother::take_in(const Delta& delta) {
   };
   for (const Table& table : delta.discrete) forget(table.keys());
   for (const HybridFactorPtr& factor : delta.hybrid) forget(factor->discrete_keys());
-  return report;
+  touch(delta, report.handles);
 }
 
 void WindowSmoother::touch(const Delta& delta, const AddedHandles& handles) {

@@ -13,6 +13,7 @@
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/smoother/marginalization.h"
 #include "libhybrid/smoother/past_states.h"
+#include "libhybrid/smoother/proposal.h"
 
 namespace HYBRID_API hybrid {
 
@@ -87,9 +88,9 @@ class WindowSmoother {
       : window_(window), smoother_(options) {}
 
   WindowReport update(const Delta& delta);
-  /// The same, but nothing leaves before the next update: objectives before and after tell what the
-  /// change is worth, and the change can be taken back.
-  WindowReport update_keeping_all(const Delta& delta);
+  /// A change on trial, see propose(IncrementalSmoother&, ...). Nothing leaves before the next
+  /// update, so that the objectives before and after tell what the change is worth.
+  WindowReport propose(const Proposal& proposal);
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10) {
     return smoother_.converge(max_rounds, tolerance);
   }
@@ -149,7 +150,7 @@ class WindowSmoother {
   };
 
   Delta with_returning(const Delta& delta) const;
-  UpdateReport take_in(const Delta& delta);
+  void take_in(const Delta& delta, const Delta& change, UpdateReport& report);
   void touch(const Delta& delta, const AddedHandles& handles);
   std::vector<Key> outdated(const Delta& delta) const;
   bool is_state(Key key, VariableType type) const;
@@ -162,6 +163,8 @@ class WindowSmoother {
   void take_tables(const std::vector<Handle>& tables);
   bool is_tied(Key key, const std::vector<Handle>& going) const;
   std::optional<Table> settle(Key key, Delta& delta);
+
+  bool is_full() const { return window_.mode == WindowOptions::Mode::kFull; }
 
   // bounded_window.cpp
   bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }

@@ -12,7 +12,7 @@
 
 #include "libhybrid/hybrid/graph.h"
 #include "libhybrid/marginals/posterior.h"
-#include "libhybrid/smoother/report.h"
+#include "libhybrid/smoother/proposal.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace HYBRID_API hybrid {
@@ -47,13 +47,14 @@ class Backend {
 
   /// Applies one atomic change. Throws Error, and stays unchanged, if the change is impossible.
   virtual BackendReport update(const Delta& delta) = 0;
-  /// The same for a change that is judged by the objectives before and after: nothing leaves the
-  /// graph before the next update.
-  virtual BackendReport update_keeping_all(const Delta& delta) { return update(delta); }
+  /// Makes a change on trial: solves, and keeps it if the objective rises by no more than the
+  /// proposal allows. Else the map is as it was before, and the report says `kTurnedDown`. Nothing
+  /// leaves the graph before the next update. Throws as update() does.
+  virtual BackendReport propose(const Proposal& proposal) = 0;
 
   /// Solves to convergence, after the last change.
   virtual BackendReport finish() = 0;
-  /// Solves as far as decisions need that compare the map before and after a change.
+  /// Solves as far as the last change needs, where one update may not come so far.
   virtual BackendReport settle() { return finish(); }
 
   /// All variables ever added and not removed; a marginalised one keeps its last estimate, until

@@ -71,6 +71,37 @@ BackendReport BatchBackend::update(const Delta& delta) {
   return report;
 }
 
+BackendReport BatchBackend::propose(const Proposal& proposal) {
+  const double before = objective_;
+  Estimate estimate = estimate_;
+  Undo undo;
+  const auto take_back = [&] {
+    for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
+    estimate_ = std::move(estimate);
+    marginals_.reset();
+  };
+  BackendReport report;
+  try {
+    AddedHandles handles = insert(proposal.delta, undo);
+    report = solve(estimate_);
+    report.handles = std::move(handles);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  ++updates_;
+  if (report.objective_after - before <= proposal.allowed_rise) return report;
+  take_back();
+  BackendReport trial;
+  trial.status = UpdateReport::Status::kTurnedDown;
+  trial.rounds = report.rounds;
+  trial.relinearized = report.relinearized;
+  trial.objective_after = objective_;
+  trial.cost = cost_;
+  trial.seconds = report.seconds;
+  return trial;
+}
+
 /// Applies a change. To revert it, call the functions of `undo` from the last to the first.
 AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
   undo.emplace_back([this, o = objective_, c = cost_] {

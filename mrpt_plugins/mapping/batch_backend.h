@@ -25,6 +25,7 @@ class BatchBackend : public Backend {
 
   std::string mode() const override { return "batch"; }
   BackendReport update(const Delta& delta) override;
+  BackendReport propose(const Proposal& proposal) override;
   BackendReport finish() override;
   std::map<std::string, double> statistics() const override { return starts_; }
   const Values& values() const override { return estimate_.values; }

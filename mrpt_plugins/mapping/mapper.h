@@ -146,6 +146,7 @@ class Mapper {
   void count(const BackendReport& report);
   void keep(const BackendReport& report);
   void keep(const Contribution& contribution);
+  void keep_turned_down(const Contribution& contribution);
   BackendReport solve(BackendReport (Backend::*way)());
   BackendReport revise(bool concluding);
   StepRecord record(const Keyframe& keyframe, const BackendReport& report) const;

@@ -91,18 +91,25 @@ void Mapper::refuse(std::size_t plugin, const std::string& reason) {
   note("observations dropped: not usable", reason);
 }
 
-/// One update with the motion (`delta`) and all contributions. If it is refused, the motion alone
-/// is added, and then the contributions one by one, without those that are refused again.
+/// One update with the motion (`delta`) and all contributions. If it is refused, or one of them is
+/// on trial, the motion alone is added, and then the contributions one by one, without those that
+/// are refused again or turned down.
 BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>& contributions) {
   Delta all = delta;
   std::array<std::size_t, 3> first = {delta.continuous.size(), delta.discrete.size(),
                                       delta.hybrid.size()};
-  const bool settles = std::any_of(contributions.begin(), contributions.end(),
-                                   [](const Contribution& c) { return c.settle; });
+  const auto any = [&](auto&& is) {
+    return std::any_of(contributions.begin(), contributions.end(), is);
+  };
+  if (any([](const Contribution& c) { return c.allowed_rise.has_value(); })) {
+    landmarks_.roll_back();
+    return update_one_by_one(delta, contributions);
+  }
+  const bool settles = any([](const Contribution& c) { return c.settle; });
   BackendReport report;
   try {
     for (const Contribution& contribution : contributions) merge(all, contribution.delta);
-    report = settles ? backend_->update_keeping_all(all) : backend_->update(all);
+    report = backend_->update(all);
   } catch (const std::bad_alloc&) {
     for (const auto& plugin : plugins_) plugin->refused();
     landmarks_.roll_back();
@@ -123,10 +130,14 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
 
 BackendReport Mapper::update_one_by_one(const Delta& delta,
                                         const std::vector<Contribution>& contributions) {
-  BackendReport report = backend_->update(delta);
-  keep(report);
-  note_start(delta, report);
-  count(report);
+  BackendReport report;
+  report.objective_after = objective_;
+  if (!delta.continuous.empty()) {  // a revision brings no motion
+    report = backend_->update(delta);
+    keep(report);
+    note_start(delta, report);
+    count(report);
+  }
   for (std::size_t p = 0; p < contributions.size(); ++p) {
     const Contribution& own = contributions[p];
     if (own.empty()) {
@@ -136,14 +147,20 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
     }
     try {
       enter(own, landmarks_);
-      BackendReport one =
-          own.settle ? backend_->update_keeping_all(own.delta) : backend_->update(own.delta);
-      landmarks_.commit();
-      keep(one);
-      keep(own);
-      if (own.settle) add_work(one, solve(&Backend::settle));
-      std::array<std::size_t, 3> first{};
-      tell(p, own, one, first);
+      BackendReport one = own.allowed_rise ? backend_->propose({own.delta, *own.allowed_rise})
+                                           : backend_->update(own.delta);
+      if (one.status == UpdateReport::Status::kTurnedDown) {
+        landmarks_.roll_back();
+        plugins_[p]->refused();
+        keep_turned_down(own);
+      } else {
+        landmarks_.commit();
+        keep(one);
+        keep(own);
+        if (own.settle) add_work(one, solve(&Backend::settle));
+        std::array<std::size_t, 3> first{};
+        tell(p, own, one, first);
+      }
       count(one);
       add_work(report, one);
     } catch (const std::bad_alloc&) {
@@ -215,6 +232,15 @@ void Mapper::keep(const Contribution& contribution) {
   append(change.why.associations, contribution.events.associations);
   append(change.why.merges, contribution.events.merges);
   if (change.why.class_prior.empty()) change.why.class_prior = contribution.events.class_prior;
+}
+
+/// Records what a contribution that was turned down would have made one.
+void Mapper::keep_turned_down(const Contribution& contribution) {
+  if (!events_) return;
+  MapChange change;
+  change.why.merges = contribution.events.merges;
+  for (MergeEvent& event : change.why.merges) event.undone = true;
+  events_->push_back(std::move(change));
 }
 
 std::vector<MapChange> Mapper::take_events() {

@@ -91,8 +91,8 @@ class MappingPlugin : public mrpt::rtti::CObject {
   virtual void applied(const Outcome&) {}
 
   /// Called instead of `applied` if the last contribution was refused, for instance because it left
-  /// a variable undetermined: nothing of it is in the map. A plugin with a state of its own
-  /// restores the former one.
+  /// a variable undetermined, or, on trial, raised the objective too much: nothing of it is in the
+  /// map. A plugin with a state of its own restores the former one.
   virtual void refused() {}
 
   /// A change of earlier contributions; called after every keyframe until it is empty.

@@ -79,8 +79,10 @@ BackendReport WindowBackend::update(const Delta& delta) {
   return take(smoother_.update(delta), delta);
 }
 
-BackendReport WindowBackend::update_keeping_all(const Delta& delta) {
-  return take(smoother_.update_keeping_all(delta), delta);
+BackendReport WindowBackend::propose(const Proposal& proposal) {
+  const WindowReport trial = smoother_.propose(proposal);
+  return trial.status == UpdateReport::Status::kTurnedDown ? report_of(trial)
+                                                           : take(trial, proposal.delta);
 }
 
 /// Takes an update of the window over into the estimate of all variables.
@@ -141,7 +143,7 @@ BackendReport WindowBackend::report_of(const UpdateReport& update) const {
   BackendReport report{update, {}, {}};
   report.objective_after = smoother_.smoother().objective();
   report.cost = report.objective_after - smoother_.smoother().constant();
-  if (update.status != UpdateReport::Status::kOk) report.warnings.push_back(update.message);
+  if (update.status == UpdateReport::Status::kSingular) report.warnings.push_back(update.message);
   return report;
 }
 

@@ -129,10 +129,10 @@ void RunRecorder::add(const DecisionEvent& event) {
 }
 
 void RunRecorder::add(const MergeEvent& event) {
-  if (!event.undone) moved_.clear();
   for (const auto& [from, into] : event.pairs) {
-    if (!event.undone) moved_[from] = seen_[from];
-    for (const std::size_t s : moved_[from]) assign(s, event.undone ? from : into);
+    if (event.undone) break;
+    const std::vector<std::size_t> moved = seen_[from];
+    for (const std::size_t s : moved) assign(s, into);
   }
   if (line_) write(merge_line(keyframe_, event));
   record_.merges.push_back({keyframe_, event});

@@ -212,6 +212,14 @@ def test_smoothers_follow_a_walk():
     assert whole.objective() > before and len(whole.factors_of("x9")) == 2
     whole.roll_back()
     assert whole.objective() == before and len(whole.factors_of("x9")) == 1
+    wrong = h.Delta()
+    wrong.add(h.Prior("x9", h.SE2(50, 0, 0), noise))
+    report = whole.propose(wrong, 3.0)
+    assert not report.ok and "where 3 is allowed" in report.message
+    assert whole.objective() == before and len(whole.factors_of("x9")) == 1
+    right = h.Delta()
+    right.add(h.Prior("x9", whole["x9"], noise))
+    assert whole.propose(right, 3.0).ok and len(whole.factors_of("x9")) == 2
     removal = h.Delta()
     removal.remove, removal.remove_values = whole.factors_of("x9"), [h.Key("x9")]
     assert whole.update(removal).ok and "x9" not in whole

@@ -28,9 +28,8 @@ export class History {
     }
     data.associations.forEach((a, i) => a.sightings.forEach(n => this.associationOf.set(n, i)));
     for (const m of data.merges) {
-      for (const [from, into] of m.pairs) {
-        if (m.undone) this.mergedInto.delete(from); else this.mergedInto.set(from, [into, m.k]);
-      }
+      if (m.undone) continue;
+      for (const [from, into] of m.pairs) this.mergedInto.set(from, [into, m.k]);
     }
     this.standsFor = this.matchTruth();
   }

@@ -93,7 +93,7 @@ export class LandmarkView {
       const text = el('span', {});
       merges.forEach((m, i) => {
         const [from, into] = m.pairs.find(p => p.includes(id))!;
-        text.append(i ? '; ' : '', m.undone ? 'taken back: ' : '', this.jump(from), ' into ', this.jump(into), ' at ', this.go(m.k));
+        text.append(i ? '; ' : '', m.undone ? 'turned down: ' : '', this.jump(from), ' into ', this.jump(into), ' at ', this.go(m.k));
       });
       rows.push(['merges', text]);
     }

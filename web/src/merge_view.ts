@@ -13,10 +13,7 @@ export class MergeView {
 
   constructor(private data: MapData, private state: State) {
     const all = data.merges;
-    // A merge that is followed by its being taken back.
-    const undone = all.map((m, i) => !m.undone && all.slice(i + 1, i + 2).some(next => next.undone &&
-        String(next.pairs) === String(m.pairs)));
-    const text = (i: number) => all[i].undone ? 'taken back' : undone[i] ? 'tried' : 'kept';
+    const text = (i: number) => all[i].undone ? 'turned down' : 'kept';
     const table = new Table([
       { title: 'keyframe', width: '5.2rem', number: true, text: i => String(all[i].k), by: i => all[i].k },
       { title: 'what', width: '4.5rem', text: i => (all[i].loop ? 'loop' : 'merge'), by: i => Number(all[i].loop) },
@@ -24,14 +21,14 @@ export class MergeView {
       { title: 'odds', width: '5.5rem', number: true, text: i => odds(all[i].evidence), by: i => all[i].evidence },
       { title: 'χ²', width: '4rem', number: true, text: i => show(all[i].chi_square), by: i => all[i].chi_square },
       { title: 'state', width: '5.2rem', text, by: text },
-    ], i => this.press(i), i => (all[i].undone || undone[i] ? 'faint' : ''), 'Loops and merges');
+    ], i => this.press(i), i => (all[i].undone ? 'faint' : ''), 'Loops and merges');
     const filter = el('select', { 'aria-label': 'Which closures' });
-    for (const name of ['all', 'loops', 'merges', 'taken back']) filter.append(el('option', {}, name));
+    for (const name of ['all', 'loops', 'merges', 'turned down']) filter.append(el('option', {}, name));
     const count = el('span', { class: 'quiet' });
     const update = () => {
       const rows = all.map((_, i) => i).filter(i => filter.value === 'all' ||
           (filter.value === 'loops' && all[i].loop) || (filter.value === 'merges' && !all[i].loop) ||
-          (filter.value === 'taken back' && (all[i].undone || undone[i])));
+          (filter.value === 'turned down' && all[i].undone));
       count.textContent = `${rows.length} of ${all.length}`;
       table.set(rows);
     };
@@ -52,7 +49,7 @@ export class MergeView {
         link(String(from), () => this.state.set({ landmark: from })), ' → ',
         link(String(into), () => this.state.set({ landmark: into }))));
     this.detail.replaceChildren(
-        el('h3', {}, `${m.loop ? 'Loop' : 'Merge'} at keyframe ${m.k}${m.undone ? ', taken back' : ''}`),
+        el('h3', {}, `${m.loop ? 'Loop' : 'Merge'} at keyframe ${m.k}${m.undone ? ', turned down' : ''}`),
         facts([['pairs', pairs], ['odds that they are one', `${odds(m.evidence)} (${show(m.evidence)} nats)`],
           ['χ² of the differences', `${show(m.chi_square)} over ${m.pairs.length * this.data.dimension} coordinates`],
           ['the objective may rise by', show(m.allowed_rise)],

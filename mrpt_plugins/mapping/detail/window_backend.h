@@ -22,7 +22,7 @@ class WindowBackend : public Backend {
 
   std::string mode() const override;
   BackendReport update(const Delta& delta) override;
-  BackendReport update_keeping_all(const Delta& delta) override;
+  BackendReport propose(const Proposal& proposal) override;
   BackendReport finish() override;
   BackendReport settle() override;
   const Values& values() const override;

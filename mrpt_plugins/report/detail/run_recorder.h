@@ -59,11 +59,10 @@ class RunRecorder {
   bool snapshots_;
   RunRecord record_;
   int keyframe_ = 0;
-  int every_ = 1;                                           // keyframes from snapshot to snapshot
-  std::unordered_map<std::int64_t, std::size_t> numbers_;   // of sightings, by those of the plugin
-  std::map<std::int64_t, std::vector<std::size_t>> seen_;   // sightings of each landmark
-  std::map<std::int64_t, std::vector<std::size_t>> moved_;  // by the last merge, from each landmark
-  std::vector<std::int64_t> touched_;                       // landmarks with news of their class
+  int every_ = 1;                                          // keyframes from snapshot to snapshot
+  std::unordered_map<std::int64_t, std::size_t> numbers_;  // of sightings, by those of the plugin
+  std::map<std::int64_t, std::vector<std::size_t>> seen_;  // sightings of each landmark
+  std::vector<std::int64_t> touched_;                      // landmarks with news of their class
   std::vector<std::string> class_names_;
   std::vector<double> class_prior_;
   std::map<std::int64_t, std::vector<double>> class_evidence_;  // sums of logarithms

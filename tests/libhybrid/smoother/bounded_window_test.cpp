@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "libhybrid/discrete/inference.h"
+#include "libhybrid/factors/between.h"
 #include "libhybrid/factors/detail/linear_prior.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/switching/markov.h"
 #include "tests/support/bounded_walk.h"
+#include "tests/support/changing_world.h"
 #include "tests/support/consistency.h"
 
 namespace hybrid {
@@ -83,18 +86,50 @@ TEST(BoundedWindow, GraphAndMemoryStayAsTheyAreInAKnownPlace) {
 }
 
 // A change is judged by the objective before and after: what leaves has to wait.
-TEST(BoundedWindow, KeepsAllWhereAChangeIsToBeJudged) {
+TEST(BoundedWindow, KeepsAllWhereAChangeIsOnTrial) {
+  constexpr double kAnyRise = std::numeric_limits<double>::infinity();
   WindowSmoother window(bounded(60, 5));
   SimulatedWalk<SE2> world({}, 3);
   for (int t = 0; t < 150; ++t) {
-    EXPECT_TRUE(window.update_keeping_all(world.step(window.smoother().values())).left.empty());
+    const WindowReport report = window.propose({world.step(window.smoother().values()), kAnyRise});
+    ASSERT_EQ(report.status, UpdateReport::Status::kOk);
+    EXPECT_TRUE(report.left.empty());
   }
-  window.settle();
   const double before = window.smoother().objective();
-  EXPECT_TRUE(window.update_keeping_all({}).left.empty());
+  EXPECT_TRUE(window.propose({{}, kAnyRise}).left.empty());
   EXPECT_NEAR(window.smoother().objective(), before, 1e-3);
   EXPECT_EQ(window.update({}).left.size(), 50U);
   EXPECT_GT(std::abs(window.smoother().objective() - before), 10.0);
+}
+
+// What a proposal would have brought back into the graph stays past where it is turned down.
+TEST(BoundedWindow, IsAsBeforeWhereAChangeIsTurnedDown) {
+  WindowSmoother window(bounded(60, 5)), twin(bounded(60, 5));
+  SimulatedWalk<SE2> world({}, 3), same({}, 3);
+  for (int t = 0; t < 150; ++t) {
+    window.update(world.step(window.smoother().values()));
+    twin.update(same.step(twin.smoother().values()));
+  }
+  ASSERT_FALSE(window.past().values.empty());
+  const Key past = window.past().values.keys().front();
+  const Key newest('x', 149);
+  ASSERT_TRUE(window.smoother().values().contains(newest));
+  Proposal
+      wrong;  // what enters again is free but for what the proposal says: it contradicts itself
+  for (const double x : {-100, 100}) {
+    wrong.delta.continuous.push_back(
+        std::make_shared<BetweenSE2>(past, newest, SE2(x, 0, 0), Noise::isotropic(3, 0.01)));
+  }
+  wrong.allowed_rise = 5;
+  const WindowReport report = window.propose(wrong);
+  EXPECT_EQ(report.status, UpdateReport::Status::kTurnedDown);
+  EXPECT_EQ(testing::state(window.smoother()), testing::state(twin.smoother()));
+  EXPECT_TRUE(window.past().values.contains(past));
+  for (int t = 0; t < 20; ++t) {
+    const WindowReport one = window.update(world.step(window.smoother().values()));
+    EXPECT_EQ(one.left, twin.update(same.step(twin.smoother().values())).left);
+  }
+  EXPECT_EQ(testing::state(window.smoother()), testing::state(twin.smoother()));
 }
 
 // What is newly explored stays, and of a place as many sightings of each landmark as are asked for.

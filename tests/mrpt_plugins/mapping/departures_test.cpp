@@ -28,15 +28,18 @@ class Judge : public MappingPlugin {
     Contribution out;
     judging_ = std::exchange(due_, false);
     if (!judging_) return out;
-    out.settle = true;
+    out.allowed_rise = allowed;
     out.delta.discrete.emplace_back(std::vector<DiscreteKey>{}, std::vector<double>{1.0});
     return out;
   }
   void applied(const Outcome& outcome) override {
     if (judging_) rises.push_back(outcome.objective_after - outcome.objective_before);
   }
+  void refused() override { ++turned_down; }
 
+  double allowed = 1e9;
   std::vector<double> rises;
+  int turned_down = 0;
 
  private:
   bool due_ = false, judging_ = false;
@@ -64,6 +67,39 @@ TEST(Departures, AreNoPartOfWhatAChangeIsJudgedBy) {
   for (const double rise : judge->rises) {
     EXPECT_LE(rise, 1.0 + 1e-6);
     EXPECT_GT(rise, -10.0);
+  }
+}
+
+/// The change makes one unit of difference, and the map is the same as if it had not been tried.
+TEST(Departures, AreAsBeforeWhereAChangeIsTurnedDown) {
+  for (const char* mode : {"bounded\ncomplete = 150\nsightings = 3", "incremental",
+                           "fixed_lag\nlag = 30", "batch\nsolve_every = 1"}) {
+    SCOPED_TRACE(mode);
+    IniFile ini(std::string("[solver]\nmode = ") + mode, "test.ini");
+    const auto judge = std::make_shared<testing::Judge>();
+    judge->allowed = 0.5;
+    const int keyframes = std::string(mode) == "batch\nsolve_every = 1" ? 20 : 200;
+    Mapper mapper(read_motion_options(ini), {make_plugin("BearingRangeKnownIds", ini), judge},
+                  make_backend(ini.section("solver")), false);
+    Mapper alone(read_motion_options(ini), {make_plugin("BearingRangeKnownIds", ini)},
+                 make_backend(ini.section("solver")), false);
+    mapper.keep_events();
+    BeaconWorld world(false), same(false);
+    for (int i = 0; i < keyframes; ++i) {
+      mapper.add(world.with_detections(i, true));
+      alone.add(same.with_detections(i, true));
+    }
+    EXPECT_EQ(judge->turned_down, keyframes);
+    EXPECT_TRUE(judge->rises.empty());
+    EXPECT_TRUE(mapper.warnings().empty());
+    EXPECT_EQ(mapper.backend().graph().size(), alone.backend().graph().size());
+    const Values &tried = mapper.backend().values(), &values = alone.backend().values();
+    ASSERT_EQ(tried.size(), values.size());
+    for (const Key key : values.keys()) {
+      const int n = values.type(key).size;
+      EXPECT_EQ(std::vector<double>(tried.data(key), tried.data(key) + n),
+                std::vector<double>(values.data(key), values.data(key) + n));
+    }
   }
 }
 

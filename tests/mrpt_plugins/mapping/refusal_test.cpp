@@ -39,6 +39,7 @@ class Refusing : public Backend {
     }
     return inner_->update(delta);
   }
+  BackendReport propose(const Proposal& proposal) override { return inner_->propose(proposal); }
   BackendReport finish() override {
     std::this_thread::sleep_for(kSlow);  // beside what it reports
     return inner_->finish();

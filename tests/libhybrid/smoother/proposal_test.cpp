@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#include "libhybrid/smoother/proposal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "libhybrid/factors/prior.h"
+#include "libhybrid/smoother/transaction.h"
+#include "tests/support/changing_world.h"
+
+namespace hybrid {
+namespace {
+
+using testing::between;
+using testing::pose;
+using testing::state;
+using Status = UpdateReport::Status;
+using World = testing::ChangingWorld;
+
+/// A map after some steps.
+IncrementalSmoother map_of(World& world, int steps = 12) {
+  IncrementalSmoother smoother;
+  for (int k = 0; k < steps; ++k) world.step(smoother);
+  return smoother;
+}
+
+/// A measurement that is as wrong as can be, or next to right.
+Proposal closure(const IncrementalSmoother& map, bool right, double allowed_rise) {
+  const SE2 seen = map.values().at<SE2>(pose(1)).between(map.values().at<SE2>(pose(10)));
+  const SE2 z = right ? seen * SE2(0.01, 0, 0) : seen * SE2(5, -5, 2);
+  return {{{between(1, 10, z, 0.05)}, {}, {}, {}, {}, {}, {}}, allowed_rise};
+}
+
+TEST(Propose, KeepsWhatTheMapBearsOut) {
+  for (int seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    World world(seed);
+    IncrementalSmoother map = map_of(world);
+    IncrementalSmoother twin = map;
+    const double before = map.objective();
+    const Proposal proposal = closure(map, true, 2.0);
+    const UpdateReport report = propose(map, proposal);
+    ASSERT_EQ(report.status, Status::kOk) << report.message;
+    EXPECT_FALSE(map.in_transaction());
+    EXPECT_LE(map.objective(), before + 2.0);
+    EXPECT_EQ(report.objective_after, map.objective());
+    ASSERT_EQ(report.handles.continuous.size(), 1U);
+    EXPECT_TRUE(map.graph().contains(report.handles.continuous[0]));
+    // It is the change and what settling makes of it.
+    Transaction same(twin);
+    twin.update(proposal.delta);
+    twin.settle();
+    same.commit();
+    EXPECT_EQ(state(map), state(twin));
+  }
+}
+
+TEST(Propose, LeavesNoTraceOfWhatItTurnsDown) {
+  int moved = 0;
+  for (int seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    World world(seed);
+    IncrementalSmoother map = map_of(world);
+    IncrementalSmoother twin = map;
+    World other = world;
+    const std::vector<double> before = state(map);
+    const UpdateReport report = propose(map, closure(map, false, 2.0));
+    EXPECT_EQ(report.status, Status::kTurnedDown);
+    EXPECT_NE(report.message.find("where 2 is allowed"), std::string::npos) << report.message;
+    moved += report.eliminated;
+    EXPECT_EQ(report.objective_after, map.objective());
+    EXPECT_EQ(report.handles.size(), 0U);
+    EXPECT_TRUE(report.changed.empty());
+    ASSERT_EQ(state(map), before);
+    // What comes next is the same as if nothing had been tried.
+    for (int k = 0; k < 3; ++k) {
+      world.step(map);
+      other.step(twin);
+    }
+    EXPECT_EQ(state(map), state(twin));
+  }
+  EXPECT_GT(moved, 0);
+}
+
+TEST(Propose, JudgesByWhatIsAllowed) {
+  World world(3);
+  IncrementalSmoother map = map_of(world);
+  IncrementalSmoother settled = map;
+  Transaction trial(settled);
+  settled.update(closure(map, false, 0).delta);
+  settled.settle();
+  const double rise = settled.objective() - map.objective();
+  ASSERT_GT(rise, 10.0);
+  EXPECT_EQ(propose(map, closure(map, false, rise * 0.999)).status, Status::kTurnedDown);
+  EXPECT_EQ(propose(map, closure(map, false, rise * 1.001)).status, Status::kOk);
+}
+
+TEST(Propose, AChangeThatLeavesAVariableFreeIsSingular) {
+  World world(1);
+  IncrementalSmoother map = map_of(world);
+  const std::vector<double> before = state(map);
+  Proposal free;
+  free.delta.values.insert(pose(99), SE2());
+  free.allowed_rise = 1e9;
+  const UpdateReport report = propose(map, free);
+  EXPECT_EQ(report.status, Status::kSingular);
+  EXPECT_EQ(report.under_constrained, pose(99));
+  EXPECT_FALSE(map.in_transaction());
+  EXPECT_EQ(state(map), before);
+}
+
+TEST(Propose, BadInputThrowsAndChangesNothing) {
+  World world(1);
+  IncrementalSmoother map = map_of(world);
+  const std::vector<double> before = state(map);
+  Proposal bad;
+  bad.delta.values.insert(pose(0), SE2());  // is there already
+  EXPECT_THROW(propose(map, bad), Error);
+  EXPECT_FALSE(map.in_transaction());
+  EXPECT_EQ(state(map), before);
+  map.begin();
+  EXPECT_THROW(propose(map, {}), Error);
+  EXPECT_TRUE(map.in_transaction());
+}
+
+// Not a number is no reason to keep a change.
+TEST(Propose, KeepsNothingByANumberThatIsNone) {
+  World world(1);
+  IncrementalSmoother map = map_of(world);
+  EXPECT_EQ(propose(map, closure(map, true, std::nan(""))).status, Status::kTurnedDown);
+}
+
+}  // namespace
+}  // namespace hybrid
