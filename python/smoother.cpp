@@ -60,6 +60,8 @@ void bind_smoother_options(py::module_& m) {
       .field("bend", &SmootherOptions::bend,
              "Rise of the objective up to which a part of the map is left as it is, or moved as a "
              "whole.")
+      .field("bend_share", &SmootherOptions::bend_share,
+             "The same as a share of the mean cost of its factors.")
       .field("rounds", &SmootherOptions::rounds, "Largest number of alternations per update.")
       .field("recent", &SmootherOptions::recent, "Number of newest poses kept near the root.")
       .field("discrete", &SmootherOptions::discrete, "Settings of discrete inference.");

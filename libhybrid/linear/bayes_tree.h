@@ -28,6 +28,12 @@ struct EliminationReport {
   int singular = -1;
 };
 
+/// By how much the objective may rise, at most, where a subtree stays as it is or moves as a whole.
+struct Bend {
+  double whole = 0.0;       ///< whatever is in it
+  double per_factor = 0.0;  ///< and for each of its factors
+};
+
 /// Returns whether variables whose pivots are lost in rounding are determined all the same.
 using IsDetermined = std::function<bool(const std::vector<int>& variables)>;
 
@@ -103,10 +109,10 @@ class BayesTree {
   /// Back-substitutes in the cliques made since the last call, in those with overridden steps, and
   /// downwards in all whose separator changed. A clique keeps its steps unless new ones lower the
   /// linearised objective by more than `threshold`; a clique and all below it keep them where that
-  /// costs no more than `bend` by what the factors there say of the separator. With `charts`,
+  /// costs no more than `bend`, by what the factors there say of the separator. With `charts`,
   /// subtrees without a variable that is held in the map move as their separators do, and estimates
   /// are set. Returns the variables whose step changed.
-  const std::vector<int>& solve(double threshold, double bend = 0.0, Charts* charts = nullptr);
+  const std::vector<int>& solve(double threshold, const Bend& bend = {}, Charts* charts = nullptr);
 
   /// Half the squared residual that the linear model of a factor predicts at the present steps.
   double linear_cost(int f) const;
@@ -175,6 +181,7 @@ class BayesTree {
     int frontal_dim = 0;
     int order = 0;  // rows of `columns`: frontal, separator, one for the right-hand side
     std::vector<int> factors;
+    int factors_below = 0;  // with its own
     Block storage;
     bool detached = false;  // replaced, or being replaced
     bool pending = false;   // its step was overridden: to be solved again
@@ -258,10 +265,10 @@ class BayesTree {
   void reset_scratch();
   void start_epoch() noexcept;
   void reinstate(int c);
-  void propagate(std::vector<int>& stack, double threshold, double bend, Charts* charts);
+  void propagate(std::vector<int>& stack, double threshold, const Bend& bend, Charts* charts);
   double prepare(const Clique& clique);
   void solve_prepared(Clique& clique, Charts* charts);
-  bool is_left(int c, double bend, Charts* charts);
+  bool is_left(int c, const Bend& bend, Charts* charts);
   void see(const Clique& clique, const Charts* charts);
   double strain(const Clique& clique, const std::vector<double>& view) const;
   bool find_motion(const Clique& clique, const Charts& charts);

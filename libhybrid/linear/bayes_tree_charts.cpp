@@ -217,15 +217,16 @@ void BayesTree::move_below(int c, const MapMotion& motion, Charts& charts) {
 
 /// Whether a clique and all below it stay as they are, moved with their separator where they may.
 /// Otherwise it has noted what it sees.
-bool BayesTree::is_left(int c, double bend, Charts* charts) {
+bool BayesTree::is_left(int c, const Bend& bend, Charts* charts) {
   Clique& clique = cliques_[c];
+  const double most = bend.whole + bend.per_factor * clique.factors_below;
   see(clique, charts);
   follow_.found = false;
   const bool may_stay = !clique.pending && clique.visit == Clique::Visit::kNone;
-  if (may_stay && strain(clique, view_) <= bend) return true;
+  if (may_stay && strain(clique, view_) <= most) return true;
   save_seen(c);
   follow_.found = charts != nullptr && may_stay && follow(clique, *charts);
-  if (follow_.found && strain(clique, follow_.view) <= bend) {
+  if (follow_.found && strain(clique, follow_.view) <= most) {
     std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
     charts->move(clique.variables, clique.frontals, follow_.motion);
     move_below(c, follow_.motion, *charts);

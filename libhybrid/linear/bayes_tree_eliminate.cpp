@@ -319,6 +319,8 @@ void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::v
         clique.children.push_back(-1 - f);
       }
     }
+    clique.factors_below = static_cast<int>(clique.factors.size());
+    for (int child : clique.children) clique.factors_below += cliques_[child].factors_below;
   }
   if (charts != nullptr) {
     set_free(made, *charts);

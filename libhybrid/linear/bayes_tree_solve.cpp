@@ -118,7 +118,8 @@ bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack, Charts* cha
 /// keeps its steps, and what is below is visited all the same: the change above may matter there.
 /// But before anything is solved below it, it is solved itself. Else its error, worth little there,
 /// would be a bend of all that hangs on it: a chain of a kilometre would swing to and fro.
-void BayesTree::propagate(std::vector<int>& stack, double threshold, double bend, Charts* charts) {
+void BayesTree::propagate(std::vector<int>& stack, double threshold, const Bend& bend,
+                          Charts* charts) {
   while (!stack.empty()) {
     const int c = stack.back();
     stack.pop_back();
@@ -142,7 +143,7 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold, double bend
   }
 }
 
-const std::vector<int>& BayesTree::solve(double threshold, double bend, Charts* charts) {
+const std::vector<int>& BayesTree::solve(double threshold, const Bend& bend, Charts* charts) {
   changed_.clear();
   // All above a new clique is new.
   std::vector<int> stack;

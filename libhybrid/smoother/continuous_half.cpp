@@ -20,19 +20,30 @@ constexpr int kMoreSteps = 3;
 constexpr std::size_t kAhead = 4;
 /// Of a factor between two variables with their noise; of larger ones the beginning.
 constexpr std::size_t kFactorBytes = 256;
+/// Of a factor, where its noise is as stated: half for each of its rows, of which it has two or
+/// more.
+constexpr double kCostByNoise = 1.0;
 /// Multiplications in the time that it takes to evaluate or linearise a term, about.
 constexpr double kWorkOfTerm = 500.0;
 
 }  // namespace
 
 /// The step of the tree, and the costs of the factors that it changes.
-void IncrementalSmoother::solve(double wildfire, double bend) {
+void IncrementalSmoother::solve(const Leeway& leeway) {
   slot_stamp_.resize(std::max(slot_stamp_.size(), std::size_t(values().slot_count())));
   const MapOf map(*this);
-  changed_ = tree_.solve(wildfire, bend, map.charts());
+  changed_ = tree_.solve(leeway.wildfire, bend_of(leeway), map.charts());
   touch(changed_);
   touch_untied();
   refresh_costs();
+}
+
+/// By how much parts of the map may stay bent.
+Bend IncrementalSmoother::bend_of(const Leeway& leeway) const {
+  const auto factors = static_cast<double>(graph_.continuous().size() + graph_.hybrid().size());
+  const double cost = term_cost_.value() - term_constant_.value();
+  const double mean = std::clamp(cost / std::max(factors, 1.0), 0.0, kCostByNoise);
+  return {leeway.bend, leeway.bend_share * mean};
 }
 
 /// Adds to the touched terms the hybrid ones of which the tree does not know that they tie their
@@ -69,7 +80,7 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
   const double negligible = std::min(leeway_.relinearize, leeway_.minor);
   double promised = 0.0;
   for (int tries = 0;; ++tries) {
-    solve(leeway_.wildfire, leeway_.bend);
+    solve(leeway_);
     const double gained = before - term_cost_.value();
     if (tries == 0) promised = gained + model_error_;
     if (gained >= 0.0 && !falls_short(gained, promised)) break;

@@ -67,7 +67,7 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
 }
 
 IncrementalSmoother::Leeway IncrementalSmoother::usual_leeway() const {
-  return {options_.relinearize, options_.wildfire, options_.bend, kMinorGain};
+  return {options_.relinearize, options_.wildfire, options_.bend, options_.bend_share, kMinorGain};
 }
 
 UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leeway) {
@@ -112,7 +112,10 @@ bool IncrementalSmoother::renew_models(UpdateReport& report) {
 
 UpdateReport IncrementalSmoother::settle(int max_updates) {
   Leeway fine = usual_leeway();
-  for (double* of : {&fine.relinearize, &fine.wildfire, &fine.bend, &fine.minor}) *of *= kSettled;
+  for (double* of :
+       {&fine.relinearize, &fine.wildfire, &fine.bend, &fine.bend_share, &fine.minor}) {
+    *of *= kSettled;
+  }
   leeway_ = fine;
   choose_off();
   UpdateReport report;

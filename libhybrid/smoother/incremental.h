@@ -29,6 +29,10 @@ struct SmootherOptions {
   /// What is below a clique stays, moved with the map above it, where keeping it as it is raises
   /// the objective by no more than this.
   double bend = 1e-3;
+  /// The same as a share of what its factors cost: each counts with the mean cost of all, at most
+  /// with 1, which noise as stated comes to. So estimates are off by no more than a small share of
+  /// what noise leaves them off by, however many there are.
+  double bend_share = 1e-3;
   /// Alternation rounds per update (eq. 8): continuous half-steps, each followed by a discrete one.
   /// There is a further one where something flipped, or where the linear models that are to be made
   /// again are off by more than one unit of the objective in all.
@@ -183,8 +187,8 @@ class IncrementalSmoother {
 
   /// What a half-step may leave undone, in units of the objective.
   struct Leeway {
-    double relinearize = 0.0, wildfire = 0.0, bend = 0.0;  ///< see SmootherOptions
-    double minor = 0.0;                                    ///< not worth damped steps
+    double relinearize = 0.0, wildfire = 0.0, bend = 0.0, bend_share = 0.0;  ///< see the options
+    double minor = 0.0;  ///< not worth damped steps
   };
 
   // incremental.cpp
@@ -224,7 +228,8 @@ class IncrementalSmoother {
 
   // continuous_half.cpp
   void continuous_step(UpdateReport& report);
-  void solve(double wildfire, double bend);
+  void solve(const Leeway& leeway);
+  Bend bend_of(const Leeway& leeway) const;
   void touch_untied();
   void refresh_costs();
   void touch(const std::vector<int>& slots);

@@ -135,7 +135,7 @@ void IncrementalSmoother::damped_steps(const Place& start, UpdateReport& report)
     if (!eliminate(report)) return;
     old_ = {};
     ++old_stamp_;
-    solve(0.0, 0.0);
+    solve(Leeway{});
     const Place before = with(best, old_);
     const double gained = cost - term_cost_.value();
     bool enough = false;

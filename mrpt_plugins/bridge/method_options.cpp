@@ -85,6 +85,8 @@ void read_online(IniFile& ini, OnlineSelectionOptions& o) {
                               IniRange{1e-15, 1e6});
   o.smoother.bend =
       s.get("bend", o.smoother.bend, "as in [solver] of hybrid-replay", IniRange{0.0, 1e6});
+  o.smoother.bend_share = s.get("bend_share", o.smoother.bend_share,
+                                "as in [solver] of hybrid-replay", IniRange{0.0, 1.0});
 }
 
 void read_baselines(IniFile& ini, MethodOptions& o) {

@@ -49,6 +49,11 @@ SmootherOptions read_smoother_options(IniSection& solver) {
                  "online: a part of the map is left as it is, or moved as a whole, while "
                  "that raises the objective by no more than this",
                  IniRange{0.0, 1e6});
+  options.bend_share = solver.get(
+      "bend_share", options.bend_share,
+      "online: besides, for each of its factors, by this share of what a factor costs in the "
+      "mean",
+      IniRange{0.0, 1.0});
   options.rounds = solver.get("rounds", options.rounds,
                               "online: alternation rounds for each keyframe", IniRange{1, 1000});
   return options;

@@ -94,7 +94,7 @@ IncrementalSmoother points(int seed, const std::vector<Key>& kept) {
   testing::Random random(seed);
   SmootherOptions options;
   options.wildfire = 0.0;
-  options.bend = 0.0;
+  options.bend = options.bend_share = 0.0;
   IncrementalSmoother smoother(options);
   smoother.keep_last(kept);
   for (int k = 0; k < 80; ++k) {
