@@ -3,7 +3,7 @@
 
 // The picture of the documentation: node picture.mjs REPORT.html PICTURE.png [KEYFRAME LANDMARK]
 
-import { withPage } from './test/browser.mjs';
+import { closeBrowser, withPage } from './test/browser.mjs';
 
 const [report, picture, keyframe, landmark] = process.argv.slice(2);
 await withPage(report, { viewport: { width: 1280, height: 800 }, colorScheme: 'light' }, async page => {
@@ -14,3 +14,4 @@ await withPage(report, { viewport: { width: 1280, height: 800 }, colorScheme: 'l
   await page.waitForTimeout(1000);
   await page.screenshot({ path: picture });
 });
+await closeBrowser();

@@ -9,15 +9,28 @@ import { chromium } from 'playwright-core';
 export const kBrowser = '/usr/bin/chromium';
 export const hasBrowser = () => existsSync(kBrowser);
 
-/** Runs use(page, faults) on a file; faults fill up with what must not happen. */
-export async function withPage(file, options, use) {
-  const browser = await chromium.launch({
+let launched = null;
+
+/** The browser of this process, which is started once: each page has a context of its own in it. */
+function browser() {
+  launched ??= chromium.launch({
     executablePath: kBrowser,
     headless: true,
     args: ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--enable-unsafe-swiftshader'],
   });
+  return launched;
+}
+
+/** Ends the browser, which otherwise keeps the process alive. */
+export async function closeBrowser() {
+  await (await launched)?.close();
+  launched = null;
+}
+
+/** Runs use(page, faults) on a file; faults fill up with what must not happen. */
+export async function withPage(file, options, use) {
+  const context = await (await browser()).newContext({ deviceScaleFactor: 1, ...options });
   try {
-    const context = await browser.newContext({ deviceScaleFactor: 1, ...options });
     const page = await context.newPage();
     const faults = [];
     page.on('console', message => {
@@ -33,6 +46,6 @@ export async function withPage(file, options, use) {
     await page.waitForSelector('body[data-ready=yes]', { timeout: 60000 });
     await use(page, faults, (performance.now() - start) / 1000);
   } finally {
-    await browser.close();
+    await context.close();
   }
 }

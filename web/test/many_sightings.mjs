@@ -8,7 +8,7 @@ import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
-import { withPage } from './browser.mjs';
+import { closeBrowser, withPage } from './browser.mjs';
 
 const count = Number(process.argv[2] ?? 100000), landmarks = 2000, keyframes = count / 10;
 let seed = 1;
@@ -50,4 +50,5 @@ await withPage(file, { viewport: { width: 1400, height: 900 } }, async (page, fa
   }));
   console.log(`${count} sightings, ${(packed.length / 1e6).toFixed(1)} MB: open after ${seconds.toFixed(2)} s, a frame of panning takes ${frames[Math.floor(frames.length / 2)].toFixed(0)} ms (median), ${frames[Math.floor(0.95 * frames.length)].toFixed(0)} ms (95 %), ${frames[frames.length - 1].toFixed(0)} ms (longest), ${(frames.length / 5).toFixed(0)} frames a second`, ...faults);
 });
+await closeBrowser();
 rmSync(folder, { recursive: true });

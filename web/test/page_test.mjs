@@ -10,7 +10,7 @@ import { readFileSync, statSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { withPage } from './browser.mjs';
+import { closeBrowser, withPage } from './browser.mjs';
 
 const [bin, scratch] = process.argv.slice(2);
 const source = join(dirname(fileURLToPath(import.meta.url)), '../..');
@@ -662,4 +662,5 @@ function square() {
   return lines.join('\n') + '\n';
 }
 
+await closeBrowser();
 process.exit(failed ? 1 : 0);
