@@ -30,6 +30,13 @@ endforeach()
 # What the libraries show, and that neither holds a copy of the other.
 run(${Python3_EXECUTABLE} -B ${SOURCE_DIR}/../exports.py ${prefix}/lib)
 
+# Headers that have not changed since are not compiled again.
+set(launcher "")
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(launcher -DCMAKE_CXX_COMPILER_LAUNCHER=${CCACHE_PROGRAM})
+endif()
+
 # A program that is built without CMake, by pkg-config.
 find_program(PKG_CONFIG pkg-config)
 if(PKG_CONFIG)
@@ -67,7 +74,7 @@ foreach(flags ${ways})
   endif()
   run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE_DIR} -B ${build} -DCMAKE_PREFIX_PATH=${prefix} -DWITH_MRPT=${WITH_MRPT}
       -DEXAMPLES=${HYBRID_SOURCE_DIR}/examples
-      -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
+      -DCMAKE_CXX_COMPILER=${CXX} ${launcher} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
   run(${CMAKE_COMMAND} --build ${build} --parallel 2)
   run(${build}/example)
   run(${build}/border)
@@ -80,7 +87,7 @@ endforeach()
 if(WITH_MRPT)
   file(REMOVE_RECURSE ${build})
   run(${CMAKE_COMMAND} -G Ninja -S ${HYBRID_SOURCE_DIR}/examples/plugin -B ${build} -DCMAKE_PREFIX_PATH=${prefix}
-      -DCMAKE_CXX_COMPILER=${CXX})
+      -DCMAKE_CXX_COMPILER=${CXX} ${launcher})
   run(${CMAKE_COMMAND} --build ${build} --parallel 2)
 endif()
 
@@ -88,7 +95,7 @@ endif()
 # includes.
 file(WRITE ${WORK_DIR}/graph.cpp "#include \"libhybrid/hybrid/graph.h\"\nint main() {}\n")
 foreach(flag -mavx2 -fsanitize=address)
-  execute_process(COMMAND ${CXX} -std=c++17 ${flag} -I${prefix}/include/hybrid -isystem ${EIGEN} -fsyntax-only
+  execute_process(COMMAND ${CXX} -std=c++17 -Wfatal-errors ${flag} -I${prefix}/include/hybrid -isystem ${EIGEN} -fsyntax-only
                           ${WORK_DIR}/graph.cpp RESULT_VARIABLE code ERROR_VARIABLE output)
   string(FIND "${output}" "use hybrid::hybrid of CMake" at)
   if(code EQUAL 0 OR at EQUAL -1)
