@@ -117,10 +117,14 @@ class SeedSearch {
     std::stable_sort(seeds_.begin(), seeds_.end(),
                      [](const auto& a, const auto& b) { return a.score > b.score; });
     std::vector<PlaceSeed<Pose>> out;
+    std::vector<std::vector<Point>> seen;  // from each of them
     for (const PlaceSeed<Pose>& seed : seeds_) {
-      const bool near = std::any_of(out.begin(), out.end(),
-                                    [&](const auto& better) { return same(seed, better); });
-      if (!near) out.push_back(seed);
+      std::vector<Point> places = places_of(seed);
+      const bool near = std::any_of(seen.begin(), seen.end(),
+                                    [&](const auto& better) { return same(places, better); });
+      if (near) continue;
+      out.push_back(seed);
+      seen.push_back(std::move(places));
       if (out.size() == most) break;
     }
     return out;
@@ -216,10 +220,14 @@ class SeedSearch {
     if (near == near_.end()) return 0;
     double best = 0;
     const double own = q_.here.covariances[i].trace() / kDim;
+    // No landmark has a smaller variance: most are found to be too far without a logarithm.
+    const double most =
+        1e-9 - log_density_ - 0.5 * kDim * std::log(2 * M_PI * (lever * own + 1e-12));
     for (const int j : near->second) {
       const double squared = (map_[j] - p).squaredNorm();
       if (squared > spacing_ * spacing_ || !possible(i, j)) continue;
       const double s2 = lever * (own + by_anchor_[j]) + 1e-12;
+      if (q_.class_log_likelihood_ratio(i, j) + most - 0.5 * squared / s2 < best) continue;
       best = std::max(best, q_.class_log_likelihood_ratio(i, j) - log_density_ -
                                 0.5 * kDim * std::log(2 * M_PI * s2) - 0.5 * squared / s2);
     }
@@ -241,11 +249,21 @@ class SeedSearch {
     }
   };
 
+  /// Where a guess puts the landmarks.
+  std::vector<Point> places_of(const PlaceSeed<Pose>& seed) const {
+    std::vector<Point> out;
+    out.reserve(q_.here.points.size());
+    for (const Point& p : q_.here.points) out.push_back(seed.T_map_here * p);
+    return out;
+  }
+
   /// Whether two guesses put the landmarks to the same places, by how these are apart.
-  bool same(const PlaceSeed<Pose>& a, const PlaceSeed<Pose>& b) const {
+  bool same(const std::vector<Point>& a, const std::vector<Point>& b) const {
+    const auto count = static_cast<double>(a.size());
+    const double far = 0.5 * spacing_ * count * (1 + 1e-9);
     double sum = 0;
-    for (const Point& p : q_.here.points) sum += (a.T_map_here * p - b.T_map_here * p).norm();
-    return sum / static_cast<double>(q_.here.points.size()) < 0.5 * spacing_;
+    for (std::size_t i = 0; i < a.size() && sum <= far; ++i) sum += (a[i] - b[i]).norm();
+    return sum / count < 0.5 * spacing_;
   }
 
   const PlaceQuestion<Pose>& q_;
