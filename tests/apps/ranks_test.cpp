@@ -152,7 +152,7 @@ Ran run_and_kill(const std::string& command, const std::string& launcher, const 
 }
 
 TEST_F(RanksTest, ADeadOneLosesOnlyItsTrial) {
-  const std::string ini = config("outlier_rates = 0.4\ntrials = 40\nrank_silence = 20");
+  const std::string ini = config("outlier_rates = 0.4\ntrials = 40\nrank_silence = 8");
   const std::string run = command(ini, "out");
   const Ran ran = run_and_kill(run, mpirun(3, "--enable-recovery"), folder / "out/results.csv", 2);
   EXPECT_NE(ran.text.find("rank 2 on "), std::string::npos) << ran.text;
