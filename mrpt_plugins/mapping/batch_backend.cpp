@@ -34,6 +34,11 @@ void add_to(const Delta& delta, const Estimate& at, double& objective, double& c
   }
 }
 
+/// Reverts a change: the steps of its undo from the last to the first.
+void revert(const std::vector<std::function<void()>>& undo) {
+  for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
+}
+
 }  // namespace
 
 BatchBackend::BatchBackend(const AlternatingOptions& options, int solve_every)
@@ -61,7 +66,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
     }
     if (!std::isfinite(cost_)) throw Error("a new factor has a cost that is not finite");
   } catch (...) {
-    for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
+    revert(undo);
     throw;
   }
   ++updates_;
@@ -76,7 +81,7 @@ BackendReport BatchBackend::propose(const Proposal& proposal) {
   Estimate estimate = estimate_;
   Undo undo;
   const auto take_back = [&] {
-    for (auto step = undo.rbegin(); step != undo.rend(); ++step) (*step)();
+    revert(undo);
     estimate_ = std::move(estimate);
     marginals_.reset();
   };
@@ -89,8 +94,10 @@ BackendReport BatchBackend::propose(const Proposal& proposal) {
     take_back();
     throw;
   }
-  ++updates_;
-  if (report.objective_after - before <= proposal.allowed_rise) return report;
+  if (report.objective_after - before <= proposal.allowed_rise) {
+    ++updates_;
+    return report;
+  }
   take_back();
   BackendReport trial;
   trial.status = UpdateReport::Status::kTurnedDown;
@@ -102,7 +109,7 @@ BackendReport BatchBackend::propose(const Proposal& proposal) {
   return trial;
 }
 
-/// Applies a change. To revert it, call the functions of `undo` from the last to the first.
+/// Applies a change, which revert(undo) takes back.
 AddedHandles BatchBackend::insert(const Delta& delta, Undo& undo) {
   undo.emplace_back([this, o = objective_, c = cost_] {
     objective_ = o;

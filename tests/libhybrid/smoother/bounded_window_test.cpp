@@ -114,8 +114,8 @@ TEST(BoundedWindow, IsAsBeforeWhereAChangeIsTurnedDown) {
   const Key past = window.past().values.keys().front();
   const Key newest('x', 149);
   ASSERT_TRUE(window.smoother().values().contains(newest));
-  Proposal
-      wrong;  // what enters again is free but for what the proposal says: it contradicts itself
+  // What enters again is free but for what the proposal says, so that has to contradict itself.
+  Proposal wrong;
   for (const double x : {-100, 100}) {
     wrong.delta.continuous.push_back(
         std::make_shared<BetweenSE2>(past, newest, SE2(x, 0, 0), Noise::isotropic(3, 0.01)));
