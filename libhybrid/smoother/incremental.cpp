@@ -121,10 +121,11 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
   UpdateReport report;
   report.objective_before = report.objective_after = objective();
   for (int k = 0; k < max_updates; ++k) {
-    const bool open = !off_.empty();
+    const double before = objective();
     const UpdateReport one = update({}, fine);
     report.go_on(one);
-    if (one.status != UpdateReport::Status::kOk || (one.flips == 0 && !open)) break;
+    if (one.status != UpdateReport::Status::kOk) break;
+    if (one.flips == 0 && before - objective() <= fine.minor) break;
   }
   return report;
 }

@@ -71,9 +71,9 @@ class IncrementalSmoother {
   /// variables within some sqrt(2e-10 L) of their standard deviations, 4e-4 for L = 1000.
   UpdateReport converge(int max_rounds = 50, double tolerance = 1e-10);
 
-  /// Goes on where the last update has stopped, at the cost of what still moves, until a hundredth
-  /// of what updates leave undone is left of what that one moved. What nothing touches stays as it
-  /// is, unlike in `converge`.
+  /// Goes on where the last update has stopped, at the cost of what still moves, with a hundredth
+  /// of what updates may leave undone, until an update flips nothing and lowers the objective by
+  /// less than 0.01. What nothing touches stays as it is, unlike in `converge`.
   UpdateReport settle(int max_updates = 50);
 
   /// Begins a transaction: updates until `commit` can be rolled back together, at the cost of what

@@ -9,32 +9,36 @@
 namespace hybrid {
 namespace {
 
-/// The report of a trial that has left nothing behind but its work.
-UpdateReport turned_down(const UpdateReport& trial, double before, double allowed_rise) {
+/// The report of a trial that has left nothing behind but its work: the objective is what it was.
+UpdateReport turned_down(const UpdateReport& trial, double rise, double allowed_rise) {
   UpdateReport report;
   static_cast<UpdateWork&>(report) = trial;
   report.flips = 0;
   report.status = UpdateReport::Status::kTurnedDown;
   std::ostringstream message;
-  message << "the objective would rise by " << trial.objective_after - before << ", where "
-          << allowed_rise << " is allowed";
+  message << "the objective would rise by " << rise << ", where " << allowed_rise << " is allowed";
   report.message = message.str();
-  report.objective_before = report.objective_after = before;
+  report.objective_after = report.objective_before;
   return report;
 }
 
 }  // namespace
 
 UpdateReport propose(IncrementalSmoother& smoother, const Proposal& proposal) {
-  const double before = smoother.objective();
   Transaction trial(smoother);
-  UpdateReport report = smoother.update(proposal.delta);
+  // What earlier updates have left undone is no part of what the change is judged by.
+  UpdateReport report = smoother.settle();
   if (report.status != UpdateReport::Status::kOk) return report;
+  const double settled = smoother.objective();
+  const UpdateReport change = smoother.update(proposal.delta);
+  report.go_on(change);
+  if (report.status != UpdateReport::Status::kOk) return report;
+  report.handles = change.handles;
   report.go_on(smoother.settle());
   if (report.status != UpdateReport::Status::kOk) return report;
   report.objective_after = smoother.objective();
-  if (!(report.objective_after - before <= proposal.allowed_rise))
-    return turned_down(report, before, proposal.allowed_rise);
+  const double rise = report.objective_after - settled;
+  if (!(rise <= proposal.allowed_rise)) return turned_down(report, rise, proposal.allowed_rise);
   trial.commit();
   return report;
 }

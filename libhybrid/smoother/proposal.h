@@ -15,11 +15,11 @@ struct Proposal {
   double allowed_rise = 0.0;
 };
 
-/// Makes a change on trial: the map settles with it, and keeps it if the objective has risen by no
-/// more than the proposal allows. Else the smoother is as it was before, to the bit, and the report
-/// says `kTurnedDown`; its work is that of the trial. The report is that of an update besides:
-/// `kSingular` where the change leaves a variable undetermined. Throws Error for bad input, and
-/// where the smoother is in a transaction.
+/// Makes a change on trial: the map settles, without the change and then with it, and keeps it if
+/// the objective has risen by no more than the proposal allows. Else the smoother is as it was
+/// before, to the bit, and the report says `kTurnedDown`; its work is that of the trial. The report
+/// is that of an update besides: `kSingular` where the change leaves a variable undetermined.
+/// Throws Error for bad input, and where the smoother is in a transaction.
 UpdateReport propose(IncrementalSmoother& smoother, const Proposal& proposal);
 
 }  // namespace hybrid

@@ -69,6 +69,7 @@ BackendReport BatchBackend::update(const Delta& delta) {
     revert(undo);
     throw;
   }
+  is_solved_ = false;
   ++updates_;
   report.objective_after = objective_;
   report.cost = cost_;
@@ -77,28 +78,32 @@ BackendReport BatchBackend::update(const Delta& delta) {
 }
 
 BackendReport BatchBackend::propose(const Proposal& proposal) {
-  const double before = objective_;
-  Estimate estimate = estimate_;
   Undo undo;
-  const auto take_back = [&] {
-    revert(undo);
-    estimate_ = std::move(estimate);
+  undo.emplace_back([this, x = estimate_, o = objective_, c = cost_, is_solved = is_solved_] {
+    estimate_ = x;
+    objective_ = o;
+    cost_ = c;
+    is_solved_ = is_solved;
     marginals_.reset();
-  };
+  });
   BackendReport report;
+  double settled = 0.0;
   try {
+    // What earlier updates have left undone is no part of what the change is judged by.
+    if (!is_solved_) solve(estimate_);
+    settled = objective_;
     AddedHandles handles = insert(proposal.delta, undo);
     report = solve(estimate_);
     report.handles = std::move(handles);
   } catch (...) {
-    take_back();
+    revert(undo);
     throw;
   }
-  if (report.objective_after - before <= proposal.allowed_rise) {
+  if (report.objective_after - settled <= proposal.allowed_rise) {
     ++updates_;
     return report;
   }
-  take_back();
+  revert(undo);
   BackendReport trial;
   trial.status = UpdateReport::Status::kTurnedDown;
   trial.rounds = report.rounds;
@@ -222,6 +227,7 @@ BackendReport BatchBackend::solve(const Estimate& initial) {
   estimate_ = std::move(result.estimate);
   objective_ = report.objective_after = result.report.objective;
   cost_ = report.cost = result.report.cost;
+  is_solved_ = true;
   if (result.report.status != AlternatingStatus::kConverged) {
     report.warnings.push_back("the solver did not converge: " + result.report.message);
   }

@@ -53,6 +53,7 @@ class BatchBackend : public Backend {
   std::unordered_map<Key, int> cardinalities_;  // of all discrete variables ever added
   double objective_ = 0;
   double cost_ = 0;
+  bool is_solved_ = true;                 // since the last change
   std::map<std::string, double> starts_;  // objectives of those that the last finish() compared
   mutable std::optional<ContinuousMarginals> marginals_;  // at the estimate; computed on demand
 };

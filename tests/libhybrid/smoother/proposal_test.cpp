@@ -41,7 +41,7 @@ TEST(Propose, KeepsWhatTheMapBearsOut) {
     World world(seed);
     IncrementalSmoother map = map_of(world);
     IncrementalSmoother twin = map;
-    const double before = map.objective();
+    const double before = map.objective();  // settling does not raise it
     const Proposal proposal = closure(map, true, 2.0);
     const UpdateReport report = propose(map, proposal);
     ASSERT_EQ(report.status, Status::kOk) << report.message;
@@ -50,8 +50,9 @@ TEST(Propose, KeepsWhatTheMapBearsOut) {
     EXPECT_EQ(report.objective_after, map.objective());
     ASSERT_EQ(report.handles.continuous.size(), 1U);
     EXPECT_TRUE(map.graph().contains(report.handles.continuous[0]));
-    // It is the change and what settling makes of it.
+    // It is the change of a settled map, and what settling makes of it.
     Transaction same(twin);
+    twin.settle();
     twin.update(proposal.delta);
     twin.settle();
     same.commit();
@@ -91,12 +92,34 @@ TEST(Propose, JudgesByWhatIsAllowed) {
   IncrementalSmoother map = map_of(world);
   IncrementalSmoother settled = map;
   Transaction trial(settled);
+  settled.settle();
+  const double before = settled.objective();
   settled.update(closure(map, false, 0).delta);
   settled.settle();
-  const double rise = settled.objective() - map.objective();
+  const double rise = settled.objective() - before;
   ASSERT_GT(rise, 10.0);
   EXPECT_EQ(propose(map, closure(map, false, rise * 0.999)).status, Status::kTurnedDown);
   EXPECT_EQ(propose(map, closure(map, false, rise * 1.001)).status, Status::kOk);
+}
+
+// A change that costs 1 and moves nothing, on a map of which the last update has left much undone.
+TEST(Propose, JudgesByNothingThatEarlierUpdatesHaveLeft) {
+  World world(5);
+  SmootherOptions hasty;
+  hasty.rounds = 1;
+  IncrementalSmoother map(hasty);
+  for (int k = 0; k < 12; ++k) world.step(map);
+  const double raised = map.update(closure(map, false, 0).delta).objective_after;
+  IncrementalSmoother settled = map;
+  settled.settle();
+  ASSERT_LT(settled.objective(), raised - 10.0);
+  Proposal costs;
+  costs.delta.discrete.emplace_back(std::vector<DiscreteKey>{}, std::vector<double>{1.0});
+  costs.allowed_rise = 0.99;
+  EXPECT_EQ(propose(map, costs).status, Status::kTurnedDown);
+  EXPECT_EQ(map.objective(), raised);
+  costs.allowed_rise = 1.01;
+  EXPECT_EQ(propose(map, costs).status, Status::kOk);
 }
 
 TEST(Propose, AChangeThatLeavesAVariableFreeIsSingular) {
