@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <numeric>
 #include <sstream>
@@ -23,6 +24,7 @@
 #include "bench/scale_worlds.h"
 #include "bench/stopwatch.h"
 #include "libhybrid/io/write_file.h"
+#include "libhybrid/io/write_graph.h"
 #include "libhybrid/marginals/continuous.h"
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/pose_graph/pose_feed.h"
@@ -68,14 +70,26 @@ HybridGraph graph_of(const PoseGraph& graph, const Values& initial) {
   return worlds::graph_of(to_factors(graph, initial));
 }
 
-/// Squared whitened residuals per degree of freedom; 1 where noise explains them.
-double relative_chi_square(const World& world, double cost) {
+/// Residuals more than unknowns; the first pose is known.
+double degrees_of_freedom(const World& world) {
   double residuals = 0, unknowns = 0;
   for (const auto& e : world.graph.poses2) residuals += e.noise.dim();
   for (const auto& e : world.graph.poses3) residuals += e.noise.dim();
   for (const auto& e : world.graph.points2) residuals += e.noise.dim();
   for (const Key key : world.truth.keys()) unknowns += world.truth.type(key).dim;
-  return 2 * cost / (residuals - unknowns);
+  return residuals - unknowns;
+}
+
+/// Squared whitened residuals per degree of freedom; 1 where noise explains them.
+double relative_chi_square(const World& world, double cost) {
+  return 2 * cost / degrees_of_freedom(world);
+}
+
+double freedom_of(const Delta& delta) {
+  double freedom = 0;
+  for (const ContinuousFactorPtr& factor : delta.continuous) freedom += factor->rows();
+  for (const Key key : delta.values.keys()) freedom -= delta.values.type(key).dim;
+  return freedom;
 }
 
 Measured batch(const World& world) {
@@ -93,13 +107,16 @@ Measured online(const World& world) {
   PoseFeed feed(world.graph, initial);
   IncrementalSmoother smoother;
   std::vector<double> steps;
+  double freedom = 0, off = 0;  // of the chi-square from 1, at every thousandth pose
   const Stopwatch watch;
   while (!feed.done()) {
     const Delta delta = feed.next(smoother.values());
+    freedom += freedom_of(delta);
     const Stopwatch step;
     const UpdateReport report = smoother.update(delta);
     if (report.status != UpdateReport::Status::kOk) throw Error(report.message);
     steps.push_back(step.elapsed().cpu);
+    if (steps.size() % 1000 == 0) off = std::max(off, std::abs(2 * smoother.cost() / freedom - 1));
   }
   const Time time = watch.elapsed();
   const Distribution d = distribution(steps);
@@ -108,9 +125,10 @@ Measured online(const World& world) {
   return {
       time, 1e3 * d.p99,
       format("step mean %.3f, of the last 1000 %.3f, p99 %.2f max %.1f ms, %.0f B per variable, "
-             "chi-square %.4f",
+             "chi-square %.4f, at every thousandth pose within %.3f of 1",
              1e3 * d.mean, 1e3 * at_end, 1e3 * d.p99, 1e3 * d.max,
-             smoother.memory().bytes_per_variable, relative_chi_square(world, smoother.cost()))};
+             smoother.memory().bytes_per_variable, relative_chi_square(world, smoother.cost()),
+             off)};
 }
 
 /// Leaves out closures, evenly, so that at most this many per pose remain.
@@ -129,18 +147,26 @@ void thin(std::vector<GraphEdge<Pose>>& edges, std::size_t most) {
   edges = std::move(kept);
 }
 
-Measured robust(World world, std::uint64_t seed) {
+/// A graph with few of its closures.
+PoseGraph with_few_closures(World world) {
   const auto most = static_cast<std::size_t>(kRobustClosures * double(world.truth.size()));
   thin(world.graph.poses2, most);
   thin(world.graph.poses3, most);
-  std::size_t right = 0;
-  const auto count = [&](const auto& edges) {
-    for (const auto& e : edges) right += !is_odometry(e.from, e.to);
-  };
-  count(world.graph.poses2);
-  count(world.graph.poses3);
+  return std::move(world.graph);
+}
+
+std::size_t count_closures(const PoseGraph& graph) {
+  std::size_t count = 0;
+  for (const auto& e : graph.poses2) count += !is_odometry(e.from, e.to);
+  for (const auto& e : graph.poses3) count += !is_odometry(e.from, e.to);
+  return count;
+}
+
+Measured robust(World world, std::uint64_t seed) {
+  const PoseGraph few = with_few_closures(std::move(world));
+  const std::size_t right = count_closures(few);
   RobustTask task;
-  task.graph = add_false_closures(world.graph, kFalseShare, seed);
+  task.graph = add_false_closures(few, kFalseShare, seed);
   const Values initial = initialize_from_odometry(task.graph);
   const Stopwatch watch;
   task.problem = to_robust_problem(task.graph, initial);
@@ -274,14 +300,29 @@ struct Settings {
   std::vector<std::string> worlds = {"manhattan", "city", "sphere"};
   std::vector<std::string> tasks = {"batch", "online", "robust", "marginals"};
   std::uint64_t seed = 1;
-  std::string csv;
+  std::string csv, g2o;
 };
+
+/// Writes the graph of a task as NAME_POSES.g2o, or with false closures as NAME_POSES_robust.g2o.
+void write_world(const std::string& folder, const std::string& name, const std::string& task,
+                 int poses, std::uint64_t seed) {
+  World world = scale_world(name, poses, seed);
+  const bool robust = task == "robust";
+  PoseGraph graph = robust
+                        ? add_false_closures(with_few_closures(std::move(world)), kFalseShare, seed)
+                        : std::move(world.graph);
+  graph.values = initialize_from_odometry(graph);
+  std::filesystem::create_directories(folder);
+  write_g2o(format("%s/%s_%d%s.g2o", folder.c_str(), name.c_str(), poses, robust ? "_robust" : ""),
+            graph);
+}
 
 void run_all(const Settings& settings) {
   std::vector<Row> rows;
   for (const std::string& world : settings.worlds) {
     for (const std::string& task : settings.tasks) {
       for (const int poses : settings.poses) {
+        if (!settings.g2o.empty()) write_world(settings.g2o, world, task, poses, settings.seed);
         rows.push_back(measure(world, task, poses, settings.seed));
         print(rows.back());
       }
@@ -317,6 +358,8 @@ int main(int argc, char** argv) try {
       ->capture_default_str();
   app.add_option("--seed", settings.seed, "Of the worlds")->capture_default_str();
   app.add_option("--csv", settings.csv, "Write the figures here, too; plot-growth draws them");
+  app.add_option("--g2o", settings.g2o,
+                 "Write the graphs into this folder, too, for other programs");
   CLI11_PARSE(app, argc, argv);
   run_all(settings);
   return EXIT_SUCCESS;

@@ -13,6 +13,7 @@
 #include "apps/exit_code.h"
 #include "apps/program.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/io/folders.h"
 #include "mrpt_plugins/bridge/output_directory.h"
 #include "mrpt_plugins/drawing/plot.h"
 
@@ -253,15 +254,13 @@ std::string noise_lines(const std::vector<ObjectReport>& reports) {
 }
 
 void add_sequence(const std::string& folder, Provenance& provenance) {
-  std::vector<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
+  for (const FolderEntry& entry : entries_of(folder)) {
+    const std::string& name = entry.name;
     const bool read = name == "odom.txt" || name == "cam_gt.txt" || name.rfind("det_", 0) == 0 ||
                       name.rfind("objgt_", 0) == 0;
-    if (read && entry.is_regular_file()) files.push_back(entry.path().string());
+    const std::filesystem::path path = std::filesystem::path(folder) / name;
+    if (read && std::filesystem::is_regular_file(path)) provenance.add_input(path.string());
   }
-  std::sort(files.begin(), files.end());
-  for (const std::string& file : files) provenance.add_input(file);
 }
 
 int write_reports(const std::vector<ObjectReport>& reports, const std::filesystem::path& output,

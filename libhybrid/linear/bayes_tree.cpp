@@ -90,6 +90,14 @@ void BayesTree::save_seen(int c) {
   clique.saved = epoch_;
 }
 
+/// What moves with the map sees what it has seen: its motion is all that changes.
+void BayesTree::save_motion(int c) {
+  Clique& clique = cliques_[c];
+  if (clique.saved == epoch_ || clique.saved_motion == epoch_ || clique.born == epoch_) return;
+  saved_motions_.save(c, clique.motion(), kMotionSize);
+  clique.saved_motion = epoch_;
+}
+
 void BayesTree::reset_delta(int v) {
   touch(variables_[v].clique);
   save_delta(v);
@@ -142,7 +150,7 @@ void BayesTree::free_clique(int c) noexcept {
   clique.free = false;
   clique.charted = false;
   clique.born = 0;
-  clique.saved = 0;
+  clique.saved = clique.saved_motion = 0;
   clique_numbers_.give(c);
   --clique_count_;
 }
@@ -184,6 +192,7 @@ void BayesTree::start_epoch() noexcept {
   saved_hessians_.clear();
   saved_deltas_.clear();
   saved_seen_.clear();
+  saved_motions_.clear();
 }
 
 /// Restores a clique that was replaced since the last commit.
@@ -218,6 +227,11 @@ void BayesTree::roll_back() noexcept {
   for (int c : saved_seen_.ids) {
     std::copy_n(x, cliques_[c].seen_size(), cliques_[c].seen());
     x += cliques_[c].seen_size();
+  }
+  x = saved_motions_.numbers.data();  // after those of saved_seen_, which may be newer
+  for (int c : saved_motions_.ids) {
+    std::copy_n(x, kMotionSize, cliques_[c].motion());
+    x += kMotionSize;
   }
   for (int f : new_factors_.all) {
     if (factors_[f].alive) release_factor(f);

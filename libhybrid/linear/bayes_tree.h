@@ -173,6 +173,7 @@ class BayesTree {
     unsigned saved = 0;  // epoch in which its Hessian was last saved
     std::size_t size() const { return packed_size(order) + points; }
   };
+  static constexpr std::size_t kMotionSize = std::tuple_size<MapMotion>::value;
   struct Clique {
     int parent = -1;
     std::vector<int> children;
@@ -187,8 +188,9 @@ class BayesTree {
     bool pending = false;   // its step was overridden: to be solved again
     bool free = false;      // no variable of it or below is held in the map
     bool charted = false;
-    unsigned born = 0;   // epoch in which it was made
-    unsigned saved = 0;  // epoch in which what it sees was last saved
+    unsigned born = 0;          // epoch in which it was made
+    unsigned saved = 0;         // epoch in which what it sees was last saved
+    unsigned saved_motion = 0;  // or its motion alone
     enum class Visit : char { kNone, kKept, kSolved };
     Visit visit = Visit::kNone;  // in the `solve` under way
 
@@ -207,9 +209,7 @@ class BayesTree {
     double* seen() { return const_cast<double*>(std::as_const(*this).seen()); }
     const double* seen() const { return scales() + variables.size() - frontals; }
     /// What it sees and its motion.
-    std::size_t seen_size() const {
-      return separator_dim() + (charted ? std::tuple_size<MapMotion>::value : 0);
-    }
+    std::size_t seen_size() const { return separator_dim() + (charted ? kMotionSize : 0); }
     double* motion() { return charted ? seen() + separator_dim() : nullptr; }
     const double* motion() const { return charted ? seen() + separator_dim() : nullptr; }
     Chart chart() const { return {motion(), seen() + seen_size()}; }
@@ -275,6 +275,7 @@ class BayesTree {
   bool follow(const Clique& clique, const Charts& charts);
   void move_below(int c, const MapMotion& motion, Charts& charts);
   void save_seen(int c);
+  void save_motion(int c);
   void list_changed(const Clique& clique, std::size_t from, std::size_t to);
   bool solve_kept_ancestors(int c, std::vector<int>& stack, Charts* charts);
   void reset_marks();
@@ -304,7 +305,7 @@ class BayesTree {
   Changes new_variables_, removed_variables_, new_factors_, removed_factors_;
   std::vector<int> retired_;  // cliques that were replaced
   std::vector<int> born_;     // cliques made, some of them freed again
-  Journal saved_hessians_, saved_deltas_, saved_seen_;
+  Journal saved_hessians_, saved_deltas_, saved_seen_, saved_motions_;
   // fresh_ and pending_ at the last commit. Their capacity is that of the present ones, so that
   // neither a commit nor a roll-back needs memory.
   std::vector<int> committed_fresh_, committed_pending_;

@@ -208,7 +208,7 @@ void BayesTree::move_below(int c, const MapMotion& motion, Charts& charts) {
     const int b = below_.back();
     below_.pop_back();
     Clique& clique = cliques_[b];
-    save_seen(b);
+    save_motion(b);
     charts.add(motion, clique.motion());
     charts.move(clique.variables, clique.frontals, motion);
     below_.insert(below_.end(), clique.children.begin(), clique.children.end());
@@ -224,15 +224,16 @@ bool BayesTree::is_left(int c, const Bend& bend, Charts* charts) {
   follow_.found = false;
   const bool may_stay = !clique.pending && clique.visit == Clique::Visit::kNone;
   if (may_stay && strain(clique, view_) <= most) return true;
-  save_seen(c);
   follow_.found = charts != nullptr && may_stay && follow(clique, *charts);
   if (follow_.found && strain(clique, follow_.view) <= most) {
+    save_motion(c);
     std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
     charts->move(clique.variables, clique.frontals, follow_.motion);
     move_below(c, follow_.motion, *charts);
     list_changed(clique, clique.frontals, clique.variables.size());  // what moves past them
     return true;
   }
+  save_seen(c);
   std::copy(view_.begin(), view_.end(), clique.seen());
   return false;
 }

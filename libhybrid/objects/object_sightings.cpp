@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/folders.h"
 #include "libhybrid/io/text_reader.h"
 
 namespace hybrid {
@@ -70,18 +71,13 @@ std::vector<SE3> all_of(const std::vector<std::optional<SE3>>& poses, const fs::
 }
 
 std::vector<std::string> object_names(const fs::path& folder) {
-  std::error_code failure;
+  if (!name_exists(folder)) throw Error(folder.string() + ": no such folder");
   std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failure)) {
-    const std::string stem = entry.path().stem().string();
-    if (entry.path().extension() == ".txt" && stem.rfind("det_", 0) == 0) {
-      names.push_back(stem.substr(4));
-    }
+  for (const FolderEntry& entry : entries_of(folder)) {
+    const fs::path file(entry.name);
+    const std::string stem = file.stem().string();
+    if (file.extension() == ".txt" && stem.rfind("det_", 0) == 0) names.push_back(stem.substr(4));
   }
-  if (failure == std::errc::no_such_file_or_directory) {
-    throw Error(folder.string() + ": no such folder");
-  }
-  if (failure) throw Error(folder.string() + ": cannot be read: " + failure.message());
   if (names.empty()) throw Error(folder.string() + ": holds no sightings (det_NAME.txt)");
   std::sort(names.begin(), names.end());
   return names;

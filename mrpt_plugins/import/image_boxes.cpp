@@ -16,6 +16,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
+#include "libhybrid/io/folders.h"
 #include "mrpt_plugins/import/detail/detection_steps.h"
 
 namespace hybrid {
@@ -73,23 +74,24 @@ std::vector<ImageBox> read_yolo(const std::string& folder, const ImageBoxOptions
   }
   std::map<std::int64_t, fs::path> files;
   std::vector<ImageBox> boxes;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() != ".txt") continue;
-    if (entry.path().filename() == "classes.txt") {
-      TextReader text(entry.path().string(), TextFormat{TextFormat::Cut::kWords, ""});
+  for (const FolderEntry& entry : entries_of(folder)) {
+    const fs::path path = fs::path(folder) / entry.name;
+    if (path.extension() != ".txt") continue;
+    if (entry.name == "classes.txt") {
+      TextReader text(path.string(), TextFormat{TextFormat::Cut::kWords, ""});
       std::string_view line;
       for (std::int64_t i = 0; text.next_line(line); ++i) {
         names.try_emplace(i, std::string(line.substr(0, line.find_last_not_of(" \t\r") + 1)));
       }
       continue;
     }
-    const auto number = image_number(entry.path().stem().string());
+    const auto number = image_number(path.stem().string());
     if (!number) {
-      throw Error(entry.path().string() + ": the name has no number of an image (1 to 9 digits)");
+      throw Error(path.string() + ": the name has no number of an image (1 to 9 digits)");
     }
-    const auto [other, is_new] = files.emplace(*number, entry.path());
+    const auto [other, is_new] = files.emplace(*number, path);
     if (is_new) continue;
-    throw Error(fmt::format("{} and {} are both of image {}", entry.path().string(),
+    throw Error(fmt::format("{} and {} are both of image {}", path.string(),
                             other->second.string(), *number));
   }
   if (files.empty()) throw Error(folder + ": no .txt file of an image is there");

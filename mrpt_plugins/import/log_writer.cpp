@@ -13,11 +13,11 @@
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/folders.h"
 #include "libhybrid/io/regular_file.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 
@@ -156,16 +156,16 @@ void LogWriter::note_end(const std::string& input) {
 void LogWriter::note_ends(const std::string& folder) {
   std::size_t count = 0;
   std::vector<std::string> without;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() != ".txt") continue;
+  for (const FolderEntry& entry : entries_of(folder)) {
+    if (std::filesystem::path(entry.name).extension() != ".txt") continue;
     ++count;
-    if (ends_in_line(entry.path().string())) without.push_back(entry.path().filename().string());
+    if (ends_in_line(folder + "/" + entry.name)) without.push_back(entry.name);
   }
   if (without.empty() || without.size() == count) return;
   note(fmt::format(
       "{}: the last line of {} of {} files has no end, such as that of {}; are they "
       "cut off?",
-      folder, without.size(), count, *std::min_element(without.begin(), without.end())));
+      folder, without.size(), count, without.front()));
 }
 
 ImportReport LogWriter::finish() {

@@ -14,9 +14,9 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/io/folders.h"
 #include "mrpt_plugins/bridge/interrupt.h"
 #include "mrpt_plugins/rawlog/parser_main.h"
 
@@ -44,9 +44,8 @@ int moved_up(int descriptor) {
 bool may_fork() {
   const char* preloaded = std::getenv("LD_PRELOAD");
   if (preloaded != nullptr && std::strstr(preloaded, "vgpreload") != nullptr) return false;
-  std::error_code error;
-  const std::filesystem::directory_iterator threads("/proc/self/task", error);
-  return !error && std::distance(begin(threads), end(threads)) == 1;
+  const char* threads = "/proc/self/task";
+  return name_exists(threads) && entries_of(threads).size() == 1;
 }
 
 struct Ends {

@@ -76,6 +76,8 @@ MACRO = re.compile(r"^\s*#\s*define\b")
 # MRPT registers classes with macros only, and ours joins two of them; another names an attribute. Those for what differs
 # between the versions of MRPT are in mrpt_plugins/mrpt_version.h.
 OUR_MACRO = re.compile(r"^#define (HYBRID_REGISTER_PLUGIN\(|HYBRID_API\b|HYBRID_(DEFINE|MRPT)_)")
+# Those of the standard library end the program when memory is exhausted.
+LISTS_FOLDER = re.compile(r"directory_iterator\b")
 PRINTS = re.compile(r"\bstd::(cout|cerr|clog|puts)\b|\bprintf\s*\(|\bfmt::print\s*\(")
 # How lines at the left margin begin that open no function.
 NO_FUNCTION = ("namespace", "class", "struct", "enum", "extern", "template", "using")
@@ -132,6 +134,8 @@ def check_code(path, lines):
             yield number, "a macro of our own"
         if top in ("libhybrid", "mrpt_plugins") and PRINTS.search(line):
             yield number, "libraries do not print"
+        if top in ("libhybrid", "mrpt_plugins", "apps", "python") and LISTS_FOLDER.search(line):
+            yield number, "folders are listed by libhybrid/io/folders.h"
 
 
 def check_functions(lines):

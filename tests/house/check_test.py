@@ -162,6 +162,11 @@ class CheckTest(unittest.TestCase):
                         ("mrpt_plugins/input/a.cpp:3:", "print"))
         self.expect("mrpt_plugins/input/a.cpp", code("std::snprintf(text, 8, format);"))
 
+    def test_folders_are_listed_by_our_functions(self):
+        line = "for (const auto& entry : std::filesystem::%s(folder)) {}"
+        for name in ("directory_iterator", "recursive_directory_iterator"):
+            self.expect("apps/hybrid-map/a.cpp", code(line % name), ("apps/hybrid-map/a.cpp:3:", "folders.h"))
+
     def test_examples_are_compiled(self):
         source = {"tests/a.cpp": code("  int x;", "  int y;")}
         page = "<!-- from tests/a.cpp -->\n```cpp\nint x;\n%s\n```\n"
