@@ -25,6 +25,7 @@
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/evaluation/graph_truth.h"
 #include "mrpt_plugins/health/closures.h"
+#include "mrpt_plugins/health/health_lines.h"
 #include "mrpt_plugins/output/sparsity.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
@@ -98,10 +99,7 @@ GraphSummary summarize(const Input& input, const Solution& solution, const std::
 void report(const GraphSummary& summary, const OutputDirectory& out) {
   if (!summary.message.empty()) complain("hybrid-pgo: {}\n", summary.message);
   if (!summary.note.empty()) complain("hybrid-pgo: {}\n", summary.note);
-  for (const HealthEntry& entry : summary.health) {
-    if (entry.verdict != HealthVerdict::kBad) continue;
-    complain("hybrid-pgo: warning: {}: {} Look at: {}\n", entry.name, entry.sentence, entry.knob);
-  }
+  for (const std::string& line : health_lines(summary.health)) complain("hybrid-pgo: {}\n", line);
   say("{} poses, {} landmarks, {} loop closures ({} rejected), cost {:.6g}, {:.3f} s solving",
       summary.poses, summary.landmarks, summary.inliers + summary.outliers, summary.outliers,
       summary.cost, summary.solver_s);

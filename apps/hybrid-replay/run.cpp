@@ -11,6 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/hybrid-replay/progress.h"
 #include "apps/program.h"
+#include "mrpt_plugins/health/health_lines.h"
 #include "mrpt_plugins/job/replay.h"
 
 namespace hybrid {
@@ -40,15 +41,6 @@ void report_plugins(const Summary& summary, Progress& progress, std::FILE* file)
   }
 }
 
-/// Tells what the run says against itself.
-void report(const Health& health, Progress& progress) {
-  for (const HealthEntry& entry : health) {
-    if (entry.verdict != HealthVerdict::kBad) continue;
-    progress.message(
-        fmt::format("warning: {}: {} Look at: {}", entry.name, entry.sentence, entry.knob));
-  }
-}
-
 /// The errors of the robots whose true path is known, in brackets; "" where there is none.
 std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
   std::vector<std::string> errors;
@@ -68,7 +60,7 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
     progress.message(fmt::format("{}: {}", reason, count));
   }
   for (const std::string& warning : summary.warnings) progress.message("warning: " + warning);
-  report(summary.health, progress);
+  for (const std::string& line : health_lines(summary.health)) progress.message(line);
   if (summary.status != "ok") progress.message("error: " + summary.message);
   for (const CalibrationEstimate& calibration : summary.calibration) report(calibration, file);
   print_to(file, "{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
