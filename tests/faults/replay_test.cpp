@@ -4,10 +4,12 @@
 // Calls that change the disk and allocations go wrong, one at a time, in a replay over an older
 // result: the folder holds one of the two results afterwards, and the exit code says which.
 
+#include <array>
 #include <csignal>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <vector>
 
 #include "mrpt_plugins/bridge/sha256.h"
 #include "tests/faults/injection.h"
@@ -150,11 +152,14 @@ TEST_F(ReplayFaults, KilledAtAnyCallOfTheDiskItIsTheOldResultOrTheNewOne) {
 TEST_F(ReplayFaults, ASignalAtAnyMomentGivesThePartialResultOrLeavesTheOldOne) {
   Fault fault{"memory", ""};
   const long all = count({"memory", "once"}, command("long"));
+  const std::array<int, 3> signals = {SIGINT, SIGTERM, SIGHUP};
+  const std::vector<long> moments = numbers(all, 36);  // a third of which are while it maps
   std::size_t interrupted = 0;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (std::size_t s = 0; s < signals.size(); ++s) {
+    const int signal = signals[s];
     fault.how = std::to_string(signal);
-    for (const long number : numbers(all, 12)) {
-      fault.at = number;
+    for (std::size_t k = s; k < moments.size(); k += signals.size()) {
+      fault.at = moments[k];
       set_files("out", old_);
       const Ran ran = run_with(fault, command("long"));
       const int frames = whole_result();
