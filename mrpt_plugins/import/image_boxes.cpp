@@ -91,8 +91,8 @@ std::vector<ImageBox> read_yolo(const std::string& folder, const ImageBoxOptions
     }
     const auto [other, is_new] = files.emplace(*number, path);
     if (is_new) continue;
-    throw Error(fmt::format("{} and {} are both of image {}", path.string(),
-                            other->second.string(), *number));
+    throw Error(fmt::format("{} and {} are both of image {}", path.string(), other->second.string(),
+                            *number));
   }
   if (files.empty()) throw Error(folder + ": no .txt file of an image is there");
   for (const auto& [number, path] : files) {

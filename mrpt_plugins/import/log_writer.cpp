@@ -162,10 +162,10 @@ void LogWriter::note_ends(const std::string& folder) {
     if (ends_in_line(folder + "/" + entry.name)) without.push_back(entry.name);
   }
   if (without.empty() || without.size() == count) return;
-  note(fmt::format(
-      "{}: the last line of {} of {} files has no end, such as that of {}; are they "
-      "cut off?",
-      folder, without.size(), count, without.front()));
+  note(
+      fmt::format("{}: the last line of {} of {} files has no end, such as that of {}; are they "
+                  "cut off?",
+                  folder, without.size(), count, without.front()));
 }
 
 ImportReport LogWriter::finish() {
