@@ -70,21 +70,17 @@ HybridGraph graph_of(const PoseGraph& graph, const Values& initial) {
   return worlds::graph_of(to_factors(graph, initial));
 }
 
-/// Residuals more than unknowns; the first pose is known.
-double degrees_of_freedom(const World& world) {
+/// Squared whitened residuals per degree of freedom; 1 where noise explains them.
+double relative_chi_square(const World& world, double cost) {
   double residuals = 0, unknowns = 0;
   for (const auto& e : world.graph.poses2) residuals += e.noise.dim();
   for (const auto& e : world.graph.poses3) residuals += e.noise.dim();
   for (const auto& e : world.graph.points2) residuals += e.noise.dim();
   for (const Key key : world.truth.keys()) unknowns += world.truth.type(key).dim;
-  return residuals - unknowns;
+  return 2 * cost / (residuals - unknowns);
 }
 
-/// Squared whitened residuals per degree of freedom; 1 where noise explains them.
-double relative_chi_square(const World& world, double cost) {
-  return 2 * cost / degrees_of_freedom(world);
-}
-
+/// By how many residuals a change brings more than unknowns.
 double freedom_of(const Delta& delta) {
   double freedom = 0;
   for (const ContinuousFactorPtr& factor : delta.continuous) freedom += factor->rows();
@@ -303,18 +299,25 @@ struct Settings {
   std::string csv, g2o;
 };
 
-/// Writes the graph of a task as NAME_POSES.g2o, or with false closures as NAME_POSES_robust.g2o.
-void write_world(const std::string& folder, const std::string& name, const std::string& task,
-                 int poses, std::uint64_t seed) {
-  World world = scale_world(name, poses, seed);
-  const bool robust = task == "robust";
-  PoseGraph graph = robust
-                        ? add_false_closures(with_few_closures(std::move(world)), kFalseShare, seed)
-                        : std::move(world.graph);
-  graph.values = initialize_from_odometry(graph);
-  std::filesystem::create_directories(folder);
-  write_g2o(format("%s/%s_%d%s.g2o", folder.c_str(), name.c_str(), poses, robust ? "_robust" : ""),
-            graph);
+/// Writes the graphs as NAME_POSES.g2o, and those of the robust task as NAME_POSES_robust.g2o.
+void write_graphs(const Settings& settings) {
+  const auto write = [&](PoseGraph graph, const std::string& name) {
+    graph.values = initialize_from_odometry(graph);
+    write_g2o(settings.g2o + "/" + name + ".g2o", graph);
+  };
+  const auto robust =
+      std::count(settings.tasks.begin(), settings.tasks.end(), std::string("robust"));
+  std::filesystem::create_directories(settings.g2o);
+  for (const std::string& world : settings.worlds) {
+    for (const int poses : settings.poses) {
+      World made = scale_world(world, poses, settings.seed);
+      const std::string name = world + "_" + std::to_string(poses);
+      write(made.graph, name);
+      if (robust == 0) continue;
+      const PoseGraph few = with_few_closures(std::move(made));
+      write(add_false_closures(few, kFalseShare, settings.seed), name + "_robust");
+    }
+  }
 }
 
 void run_all(const Settings& settings) {
@@ -322,13 +325,13 @@ void run_all(const Settings& settings) {
   for (const std::string& world : settings.worlds) {
     for (const std::string& task : settings.tasks) {
       for (const int poses : settings.poses) {
-        if (!settings.g2o.empty()) write_world(settings.g2o, world, task, poses, settings.seed);
         rows.push_back(measure(world, task, poses, settings.seed));
         print(rows.back());
       }
     }
   }
   print_slopes(rows);
+  if (!settings.g2o.empty()) write_graphs(settings);
   if (settings.csv.empty()) return;
   std::string csv = "case,poses,cpu_s,peak_mib\n";
   for (const Row& row : rows) {

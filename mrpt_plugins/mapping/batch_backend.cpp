@@ -90,10 +90,11 @@ BackendReport BatchBackend::propose(const Proposal& proposal) {
   double settled = 0.0;
   try {
     // What earlier updates have left undone is no part of what the change is judged by.
-    if (!is_solved_) solve(estimate_);
+    if (!is_solved_) report = solve(estimate_);
     settled = objective_;
+    report.warnings.clear();
     AddedHandles handles = insert(proposal.delta, undo);
-    report = solve(estimate_);
+    add_work(report, solve(estimate_));
     report.handles = std::move(handles);
   } catch (...) {
     revert(undo);
