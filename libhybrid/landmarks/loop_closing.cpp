@@ -31,16 +31,23 @@ Constellation<Pose> seen_from(Key pose, const std::vector<int>& tracks, const Ma
   using Matrix = typename Constellation<Pose>::Matrix;
   const Pose T_map_pose = map.values.at<Pose>(pose);
   const Pose T_pose_map = T_map_pose.inverse();
-  Eigen::MatrixXd J(kDim, Pose::kDim + kDim);
-  J.leftCols<kDim>() = -Matrix::Identity();
-  J.rightCols<kDim>() = T_map_pose.rotation().matrix().transpose();
+  const Matrix turned = T_map_pose.rotation().matrix().transpose();
+  const auto dims = static_cast<Eigen::Index>(kDim * tracks.size());
+  std::vector<Key> keys = {pose};
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(dims, Pose::kDim + dims);
   Constellation<Pose> out;
   for (const int t : tracks) {
     const Key position = landmarks.track(t).position;
+    const auto row = static_cast<Eigen::Index>(kDim * out.points.size());
+    keys.push_back(position);
     out.points.push_back(T_pose_map * map.values.at<typename Pose::Point>(position));
-    J.middleCols<Pose::kDim - kDim>(kDim) = rotation_derivative(out.points.back());
-    out.covariances.push_back(map.covariance_of({pose, position}, J));
+    J.block<kDim, kDim>(row, 0) = -Matrix::Identity();
+    J.block<kDim, Pose::kDim - kDim>(row, kDim) = rotation_derivative(out.points.back());
+    J.block<kDim, kDim>(row, Pose::kDim + row) = turned;
   }
+  const Eigen::MatrixXd joint = map.covariance_of(keys, J);
+  for (Eigen::Index row = 0; row < dims; row += kDim)
+    out.covariances.push_back(joint.block<kDim, kDim>(row, row));
   return out;
 }
 

@@ -285,9 +285,10 @@ class BayesTree {
   template <class Visit>
   void for_each_turn(const Clique& clique, const Turn& turn, const Visit& visit) const;
   std::pair<int, int> anchor_rows(const Clique& clique, const Turn& turn) const;
-  void turn_frontals(const Clique& clique, const Turn& turn, Eigen::MatrixXd& rows) const;
+  void turn_frontals(const Clique& clique, const Turn& turn,
+                     Eigen::Ref<Eigen::MatrixXd> front) const;
   void turn_separator(const Clique& clique, const Turn& turn, const Eigen::MatrixXd& given,
-                      Eigen::MatrixXd& rows) const;
+                      Eigen::Ref<Eigen::MatrixXd> front) const;
   Eigen::MatrixXd rows_of(const Clique& clique, const Charts* charts) const;
 
   std::vector<VariableState> variables_;

@@ -3,12 +3,65 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
+#include <type_traits>
+#include <unordered_set>
 
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/substitute.h"
 
 namespace hybrid {
+namespace {
+
+/// Calls use(n) with n the number, known when compiled for the dimensions of poses and points.
+template <class Use>
+void with_dim(int dim, const Use& use) {
+  switch (dim) {
+    case 2:
+      return use(std::integral_constant<int, 2>());
+    case 3:
+      return use(std::integral_constant<int, 3>());
+    case 6:
+      return use(std::integral_constant<int, 6>());
+    default:
+      return use(std::integral_constant<int, Eigen::Dynamic>());
+  }
+}
+
+/// Rows := D' rows, or D^-T rows, for as many rows as D has.
+void turn_rows(const double* D, bool inverse, Eigen::Ref<Eigen::MatrixXd> rows) {
+  const auto dim = static_cast<int>(rows.rows());
+  with_dim(dim, [&](auto n) {
+    constexpr int kDim = decltype(n)::value;
+    Eigen::Matrix<double, kDim, kDim> by =
+        Eigen::Map<const Eigen::Matrix<double, kDim, kDim>>(D, dim, dim).transpose();
+    if (inverse) by = by.inverse().eval();
+    for (Eigen::Index k = 0; k < rows.cols(); ++k) {
+      Eigen::Map<Eigen::Matrix<double, kDim, 1>> x(rows.col(k).data(), dim);
+      x = (by * x).eval();
+    }
+  });
+}
+
+/// Forward substitution for the columns of a front, each of which is zero until a variable of it
+/// has been met on the way up.
+void substitute_all(const double* L, int order, int frontal_dim,
+                    Eigen::Ref<Eigen::MatrixXd> front) {
+  const auto height = static_cast<int>(front.rows());
+  for (Eigen::Index k = 0; k < front.cols();) {
+    if (front.col(k).head(frontal_dim).isZero(0.0)) {
+      ++k;
+    } else if (k + 3 <= front.cols() && front.outerStride() == height) {
+      substitute3(L, order, height, frontal_dim, front.col(k).data());
+      k += 3;
+    } else {
+      substitute(L, order, height, frontal_dim, front.col(k).data());
+      ++k;
+    }
+  }
+}
+
+}  // namespace
 
 /// Cliques from the roots down, parents before children.
 std::vector<int> BayesTree::top_down() const {
@@ -59,39 +112,47 @@ std::pair<int, int> BayesTree::anchor_rows(const Clique& clique, const Turn& tur
 }
 
 // With the turn D of a clique's tangents, its rows [R_F R_S] are [R_F R_S] D by tangents at the
-// estimates. Where the anchor is in the separator, as it is if that has a pose, D_SF is zero: what
-// stands on the right of R_F' z is turned by D_FF^-T before, what z leaves for the separator by D
-// after.
+// estimates. Where the anchor is in the separator, as it is if that has a pose, or there is no
+// separator, D_SF is zero: what stands on the right of R_F' z is turned by D_FF^-T before, what z
+// leaves for the separator by D after.
 
 /// Turns the rows of the frontals.
-void BayesTree::turn_frontals(const Clique& clique, const Turn& turn, Eigen::MatrixXd& rows) const {
+void BayesTree::turn_frontals(const Clique& clique, const Turn& turn,
+                              Eigen::Ref<Eigen::MatrixXd> front) const {
+  const bool has_anchor = turn.anchor >= 0 && turn.anchor < clique.frontals;
+  const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
+  for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
+    if (k >= clique.frontals || k == turn.anchor) return;
+    turn_rows(own, true, front.middleRows(row, dim));
+    if (has_anchor && by != nullptr)
+      front.middleRows(anchor, anchor_dim) -=
+          Eigen::Map<const Eigen::MatrixXd>(by, dim, anchor_dim).transpose() *
+          front.middleRows(row, dim);
+  });
+  if (!has_anchor) return;
   for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double*) {
-    if (k >= clique.frontals) return;
-    const Eigen::MatrixXd D = Eigen::Map<const Eigen::MatrixXd>(own, dim, dim).transpose();
-    rows.middleRows(row, dim) = D.partialPivLu().solve(rows.middleRows(row, dim)).eval();
+    if (k == turn.anchor) turn_rows(own, true, front.middleRows(row, dim));
   });
 }
 
 /// Turns the rows of the separator; `given` are those of the frontals before the substitution.
 void BayesTree::turn_separator(const Clique& clique, const Turn& turn, const Eigen::MatrixXd& given,
-                               Eigen::MatrixXd& rows) const {
+                               Eigen::Ref<Eigen::MatrixXd> front) const {
   const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
-  Eigen::MatrixXd by_anchor = Eigen::MatrixXd::Zero(anchor_dim, rows.cols());
+  Eigen::MatrixXd by_anchor = Eigen::MatrixXd::Zero(anchor_dim, front.cols());
   for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
-    const Eigen::Map<const Eigen::MatrixXd> own_turn(own, dim, dim);
     const bool frontal = k < clique.frontals;
     if (by != nullptr) {
-      const Eigen::Map<const Eigen::MatrixXd> turn_by(by, dim, by_anchor.rows());
+      const Eigen::Map<const Eigen::MatrixXd> turn_by(by, dim, anchor_dim);
       if (frontal) {
         by_anchor -= turn_by.transpose() * given.middleRows(row, dim);
       } else {
-        by_anchor += turn_by.transpose() * rows.middleRows(row, dim);
+        by_anchor += turn_by.transpose() * front.middleRows(row, dim);
       }
     }
-    if (!frontal)
-      rows.middleRows(row, dim) = (own_turn.transpose() * rows.middleRows(row, dim)).eval();
+    if (!frontal) turn_rows(own, false, front.middleRows(row, dim));
   });
-  rows.middleRows(anchor, anchor_dim) += by_anchor;
+  front.middleRows(anchor, anchor_dim) += by_anchor;
 }
 
 /// The rows of the square-root information of a clique, [L_FF' L_SF'], by tangents at the
@@ -126,11 +187,10 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
 std::vector<int> BayesTree::paths_of(const std::vector<int>& variables) const {
   // Each path ends where it meets an earlier one; later paths come first.
   std::vector<std::vector<int>> paths;
-  std::vector<char> seen(cliques_.size(), 0);
+  std::unordered_set<int> seen;
   for (int v : variables) {
     paths.emplace_back();
-    for (int c = variables_[v].clique; c >= 0 && !seen[c]; c = cliques_[c].parent) {
-      seen[c] = 1;
+    for (int c = variables_[v].clique; c >= 0 && seen.insert(c).second; c = cliques_[c].parent) {
       paths.back().push_back(c);
     }
   }
@@ -166,27 +226,30 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     z.middleRows(first_row(v), dim) += J.middleCols(own, dim).transpose();
     own += dim;
   }
+  int tallest = 0;
+  for (int c : path) tallest = std::max(tallest, cliques_[c].order - 1);
+  std::vector<double> storage(static_cast<std::size_t>(tallest) * columns);
   int row = 0;
   Turn turn;
+  Eigen::MatrixXd given;
   for (int c : path) {
     const Clique& clique = cliques_[c];
     const int f = clique.frontal_dim;
     const int height = clique.order - 1;
-    Eigen::MatrixXd front = Eigen::MatrixXd::Zero(height, columns);
+    Eigen::Map<Eigen::MatrixXd> front(storage.data(), height, columns);
     front.topRows(f) = z.middleRows(row, f);
+    front.bottomRows(height - f).setZero();
     const bool turned = charts != nullptr && look(clique, *charts, turn);
-    if (turned && turn.anchor >= 0 && turn.anchor < clique.frontals) {
+    if (turned && turn.anchor >= 0 && turn.anchor < clique.frontals && height > f) {
       const Eigen::MatrixXd by = rows_of(clique, charts);
       front.topRows(f) = by.leftCols(f).transpose().lu().solve(front.topRows(f)).eval();
       front.bottomRows(height - f).noalias() -=
           by.rightCols(height - f).transpose() * front.topRows(f);
     } else {
       if (turned) turn_frontals(clique, turn, front);
-      const Eigen::MatrixXd given = front.topRows(turned ? f : 0);
-      for (int k = 0; k < columns; ++k) {
-        substitute(clique.columns(), clique.order, height, f, front.col(k).data());
-      }
-      if (turned) turn_separator(clique, turn, given, front);
+      if (turned && turn.anchor >= 0) given = front.topRows(f);
+      substitute_all(clique.columns(), clique.order, f, front);
+      if (turned && height > f) turn_separator(clique, turn, given, front);
     }
     note_work(double(height) * f * columns);
     z.middleRows(row, f) = front.topRows(f);
@@ -198,7 +261,10 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     }
     row += f;
   }
-  return z.transpose() * z;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(columns, columns);
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(z.transpose());
+  covariance.triangularView<Eigen::StrictlyUpper>() = covariance.transpose();
+  return covariance;
 }
 
 // From the roots down: with Sigma_SS of the separator from the parent,
