@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "libhybrid/association/gate.h"
@@ -154,9 +155,13 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
   } else {
     for (const auto& [t, keyframe] : recent_) compare(t);
   }
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
-  if (pairs.size() > kMostCompared) pairs.resize(kMostCompared);
+  // Where nothing is known yet, nearly all landmarks are pairs: no more are sorted than are kept.
+  const auto kept =
+      pairs.begin() + static_cast<std::ptrdiff_t>(std::min(pairs.size(), kMostCompared));
+  std::partial_sort(pairs.begin(), kept, pairs.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.distance, a.from, a.into) < std::tie(b.distance, b.from, b.into);
+  });
+  pairs.erase(kept, pairs.end());
   return pairs;
 }
 

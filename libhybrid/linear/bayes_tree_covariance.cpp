@@ -61,6 +61,14 @@ void substitute_all(const double* L, int order, int frontal_dim,
   }
 }
 
+/// z' z.
+Eigen::MatrixXd square(const Eigen::MatrixXd& z) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(z.cols(), z.cols());
+  out.selfadjointView<Eigen::Lower>().rankUpdate(z.transpose());
+  out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
+  return out;
+}
+
 }  // namespace
 
 /// Cliques from the roots down, parents before children.
@@ -261,10 +269,7 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     }
     row += f;
   }
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(columns, columns);
-  covariance.selfadjointView<Eigen::Lower>().rankUpdate(z.transpose());
-  covariance.triangularView<Eigen::StrictlyUpper>() = covariance.transpose();
-  return covariance;
+  return square(z);
 }
 
 // From the roots down: with Sigma_SS of the separator from the parent,

@@ -206,5 +206,79 @@ TEST(Covariance, IsOneBeforeConvergenceToo) {
   });
 }
 
+/// A walk in a circle about landmarks that each pose sees, turned by half a radian when a compass
+/// comes in at the end: most of the map has moved since it was linearised.
+template <class Pose>
+void expect_one_covariance(const Pose& step, const Pose& turned) {
+  using Point = typename Pose::Point;
+  constexpr int kDim = Pose::kDim, kPointDim = Point::RowsAtCompileTime;
+  IncrementalSmoother smoother;
+  Random random(3);
+  std::vector<Pose> truth;
+  std::vector<Key> landmarks;
+  std::vector<Point> places;
+  for (int i = 0; i < 25; ++i) {
+    Delta delta;
+    truth.push_back(i == 0 ? Pose() : truth.back() * step);
+    if (i == 0) {
+      delta.values.insert(pose(0), truth[0]);
+      delta.continuous.push_back(
+          std::make_shared<Prior<Pose>>(pose(0), truth[0], Noise::isotropic(kDim, 0.3)));
+    } else {
+      delta.values.insert(pose(i), smoother.values().at<Pose>(pose(i - 1)) * step);
+      delta.continuous.push_back(std::make_shared<Between<Pose>>(pose(i - 1), pose(i), step,
+                                                                 Noise::isotropic(kDim, 0.05)));
+    }
+    if (i % 3 == 0) {
+      places.push_back(truth[i] * Point(Point::Constant(2.0 + random.uniform())));
+      landmarks.push_back(Key('l', i));
+      delta.values.insert(landmarks.back(), places.back());
+    }
+    for (std::size_t l = landmarks.size() > 3 ? landmarks.size() - 3 : 0; l < landmarks.size();
+         ++l) {
+      delta.continuous.push_back(std::make_shared<BearingRange<Pose>>(
+          pose(i), landmarks[l], to_polar(Point(truth[i].inverse() * places[l])),
+          Noise::isotropic(kPointDim, 0.02)));
+    }
+    ASSERT_EQ(smoother.update(delta).status, UpdateReport::Status::kOk);
+  }
+  Delta compass;
+  compass.continuous.push_back(
+      std::make_shared<Prior<Pose>>(pose(0), turned, Noise::isotropic(kDim, 0.01)));
+  ASSERT_EQ(smoother.update(compass).status, UpdateReport::Status::kOk);
+  smoother.visit_covariances([&](Key key, const Eigen::MatrixXd& covariance) {
+    EXPECT_LT(difference(covariance, smoother.joint_covariance({key})), 1e-9) << to_string(key);
+  });
+  // Landmarks as they are seen from a pose, asked at once and one by one.
+  std::vector<Key> keys = landmarks;
+  keys.insert(keys.begin(), pose(12));
+  const auto dims = static_cast<Eigen::Index>(kPointDim * landmarks.size());
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(dims, kDim + dims);
+  const Pose from = smoother.values().at<Pose>(pose(12));
+  const Eigen::MatrixXd back = from.rotation().matrix().transpose();
+  for (std::size_t l = 0; l < landmarks.size(); ++l) {
+    const auto row = static_cast<Eigen::Index>(kPointDim * l);
+    J.block(row, 0, kPointDim, kPointDim) = -Eigen::MatrixXd::Identity(kPointDim, kPointDim);
+    J.block(row, kDim + row, kPointDim, kPointDim) = back;
+  }
+  const Eigen::MatrixXd at_once = smoother.joint_covariance(keys, J);
+  EXPECT_LT(difference(at_once, J * smoother.joint_covariance(keys) * J.transpose()), 1e-9);
+  for (std::size_t l = 0; l < landmarks.size(); ++l) {
+    const auto row = static_cast<Eigen::Index>(kPointDim * l);
+    Eigen::MatrixXd own(kPointDim, kDim + kPointDim);
+    own << J.block(row, 0, kPointDim, kDim), back;
+    EXPECT_LT(difference(at_once.block(row, row, kPointDim, kPointDim),
+                         smoother.joint_covariance({pose(12), landmarks[l]}, own)),
+              1e-9);
+  }
+}
+
+TEST(Covariance, OfAMapOfLandmarksThatHasMovedIsOne) {
+  expect_one_covariance<SE2>(SE2(1.0, 0.0, 0.2), SE2(0.3, 0.1, 0.5));
+  expect_one_covariance<SE3>(
+      SE3(Eigen::Vector3d(1.0, 0.0, 0.05), SO3::exp(Eigen::Vector3d(0.02, 0.01, 0.2))),
+      SE3(Eigen::Vector3d(0.3, 0.1, 0.0), SO3::exp(Eigen::Vector3d(0.1, -0.2, 0.5))));
+}
+
 }  // namespace
 }  // namespace hybrid
