@@ -128,7 +128,8 @@ std::pair<int, int> BayesTree::anchor_rows(const Clique& clique, const Turn& tur
 void BayesTree::turn_frontals(const Clique& clique, const Turn& turn,
                               Eigen::Ref<Eigen::MatrixXd> front) const {
   const bool has_anchor = turn.anchor >= 0 && turn.anchor < clique.frontals;
-  const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
+  const std::pair<int, int> rows = anchor_rows(clique, turn);
+  const int anchor = rows.first, anchor_dim = rows.second;
   for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
     if (k >= clique.frontals || k == turn.anchor) return;
     turn_rows(own, true, front.middleRows(row, dim));
@@ -146,7 +147,8 @@ void BayesTree::turn_frontals(const Clique& clique, const Turn& turn,
 /// Turns the rows of the separator; `given` are those of the frontals before the substitution.
 void BayesTree::turn_separator(const Clique& clique, const Turn& turn, const Eigen::MatrixXd& given,
                                Eigen::Ref<Eigen::MatrixXd> front) const {
-  const auto [anchor, anchor_dim] = anchor_rows(clique, turn);
+  const std::pair<int, int> rows = anchor_rows(clique, turn);
+  const int anchor = rows.first, anchor_dim = rows.second;
   Eigen::MatrixXd by_anchor = Eigen::MatrixXd::Zero(anchor_dim, front.cols());
   for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
     const bool frontal = k < clique.frontals;
