@@ -5,11 +5,12 @@
 #include <algorithm>
 
 #include "libhybrid/linear/bayes_tree.h"
+#include "libhybrid/linear/detail/with_dim.h"
 
 namespace hybrid {
 namespace {
 
-/// to += from D for a block of N columns, or n if N is zero.
+/// to += from D for a block of N columns, or n if N is Eigen::Dynamic.
 template <int N>
 void add_product(const double* from, const double* D, int rows, int n, int columns, double* to) {
   using Wide = Eigen::Matrix<double, Eigen::Dynamic, N>;
@@ -21,16 +22,8 @@ void add_product(const double* from, const double* D, int rows, int n, int colum
 }
 
 void add_product(const double* from, const double* D, int rows, int n, int columns, double* to) {
-  switch (n) {
-    case 2:
-      return add_product<2>(from, D, rows, n, columns, to);
-    case 3:
-      return add_product<3>(from, D, rows, n, columns, to);
-    case 6:
-      return add_product<6>(from, D, rows, n, columns, to);
-    default:
-      return add_product<Eigen::Dynamic>(from, D, rows, n, columns, to);
-  }
+  with_dim(n,
+           [&](auto known) { add_product<decltype(known)::value>(from, D, rows, n, columns, to); });
 }
 
 /// H' = T' H T in place for a packed H of order n: T has the N x N blocks `own` on its diagonal and

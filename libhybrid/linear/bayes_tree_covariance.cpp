@@ -3,30 +3,15 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
-#include <type_traits>
 #include <unordered_set>
 
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/linear/bayes_tree.h"
 #include "libhybrid/linear/detail/substitute.h"
+#include "libhybrid/linear/detail/with_dim.h"
 
 namespace hybrid {
 namespace {
-
-/// Calls use(n) with n the number, known when compiled for the dimensions of poses and points.
-template <class Use>
-void with_dim(int dim, const Use& use) {
-  switch (dim) {
-    case 2:
-      return use(std::integral_constant<int, 2>());
-    case 3:
-      return use(std::integral_constant<int, 3>());
-    case 6:
-      return use(std::integral_constant<int, 6>());
-    default:
-      return use(std::integral_constant<int, Eigen::Dynamic>());
-  }
-}
 
 /// Rows := D' rows, or D^-T rows, for as many rows as D has.
 void turn_rows(const double* D, bool inverse, Eigen::Ref<Eigen::MatrixXd> rows) {
@@ -41,24 +26,6 @@ void turn_rows(const double* D, bool inverse, Eigen::Ref<Eigen::MatrixXd> rows) 
       x = (by * x).eval();
     }
   });
-}
-
-/// Forward substitution for the columns of a front, each of which is zero until a variable of it
-/// has been met on the way up.
-void substitute_all(const double* L, int order, int frontal_dim,
-                    Eigen::Ref<Eigen::MatrixXd> front) {
-  const auto height = static_cast<int>(front.rows());
-  for (Eigen::Index k = 0; k < front.cols();) {
-    if (front.col(k).head(frontal_dim).isZero(0.0)) {
-      ++k;
-    } else if (k + 3 <= front.cols() && front.outerStride() == height) {
-      substitute3(L, order, height, frontal_dim, front.col(k).data());
-      k += 3;
-    } else {
-      substitute(L, order, height, frontal_dim, front.col(k).data());
-      ++k;
-    }
-  }
 }
 
 /// z' z.
@@ -127,21 +94,23 @@ std::pair<int, int> BayesTree::anchor_rows(const Clique& clique, const Turn& tur
 /// Turns the rows of the frontals.
 void BayesTree::turn_frontals(const Clique& clique, const Turn& turn,
                               Eigen::Ref<Eigen::MatrixXd> front) const {
-  const bool has_anchor = turn.anchor >= 0 && turn.anchor < clique.frontals;
   const std::pair<int, int> rows = anchor_rows(clique, turn);
   const int anchor = rows.first, anchor_dim = rows.second;
+  const bool has_anchor = turn.anchor >= 0 && turn.anchor < clique.frontals;
+  const double* turn_of_anchor = nullptr;
   for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double* by) {
-    if (k >= clique.frontals || k == turn.anchor) return;
+    if (k >= clique.frontals) return;
+    if (k == turn.anchor) {
+      turn_of_anchor = own;
+      return;
+    }
     turn_rows(own, true, front.middleRows(row, dim));
-    if (has_anchor && by != nullptr)
-      front.middleRows(anchor, anchor_dim) -=
-          Eigen::Map<const Eigen::MatrixXd>(by, dim, anchor_dim).transpose() *
-          front.middleRows(row, dim);
+    if (!has_anchor || by == nullptr) return;
+    front.middleRows(anchor, anchor_dim) -=
+        Eigen::Map<const Eigen::MatrixXd>(by, dim, anchor_dim).transpose() *
+        front.middleRows(row, dim);
   });
-  if (!has_anchor) return;
-  for_each_turn(clique, turn, [&](int k, int row, int dim, const double* own, const double*) {
-    if (k == turn.anchor) turn_rows(own, true, front.middleRows(row, dim));
-  });
+  if (has_anchor) turn_rows(turn_of_anchor, true, front.middleRows(anchor, anchor_dim));
 }
 
 /// Turns the rows of the separator; `given` are those of the frontals before the substitution.
@@ -258,7 +227,7 @@ Eigen::MatrixXd BayesTree::joint_covariance(const std::vector<int>& variables,
     } else {
       if (turned) turn_frontals(clique, turn, front);
       if (turned && turn.anchor >= 0) given = front.topRows(f);
-      substitute_all(clique.columns(), clique.order, f, front);
+      substitute_all(clique.columns(), clique.order, height, f, front.data(), columns);
       if (turned && height > f) turn_separator(clique, turn, given, front);
     }
     note_work(double(height) * f * columns);

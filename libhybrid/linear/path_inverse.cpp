@@ -32,14 +32,7 @@ const PathInverse::Path& PathInverse::path(int start, int dim) {
     const auto& node = factor_->supernode(s);
     Eigen::MatrixXd front = Eigen::MatrixXd::Zero(node.height, dim);
     front.topRows(node.columns) = scratch_.middleRows(node.first, node.columns);
-    int d = 0;
-    for (; d + 3 <= dim; d += 3) {
-      substitute3(factor_->panel(node), node.stride, node.height, node.columns,
-                  front.col(d).data());
-    }
-    for (; d < dim; ++d) {
-      substitute(factor_->panel(node), node.stride, node.height, node.columns, front.col(d).data());
-    }
+    substitute_all(factor_->panel(node), node.stride, node.height, node.columns, front.data(), dim);
     path.y.middleRows(row, node.columns) = front.topRows(node.columns);
     const int* below = factor_->rows(node) + node.columns;
     for (int r = 0; r < node.below(); ++r) scratch_.row(below[r]) += front.row(node.columns + r);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libhybrid/core/detail/prefetch.h"
+#include "libhybrid/linear/detail/with_dim.h"
 
 namespace hybrid {
 namespace {
@@ -65,16 +66,7 @@ void linearize(Term& term, const Values& values, BayesTree& tree) {
   const TermPointers x(term, values);
   for (std::size_t i = 0; i < factor.types().size(); ++i)
     point = std::copy_n(x.data()[i], factor.types()[i].size, point);
-  switch (rows) {
-    case 2:
-      return square<2>(a, rows, n, h);
-    case 3:
-      return square<3>(a, rows, n, h);
-    case 6:
-      return square<6>(a, rows, n, h);
-    default:
-      return square<Eigen::Dynamic>(a, rows, n, h);
-  }
+  with_dim(rows, [&](auto known) { square<decltype(known)::value>(a, rows, n, h); });
 }
 
 int point_size(const ContinuousFactor& factor) {

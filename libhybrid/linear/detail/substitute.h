@@ -76,4 +76,22 @@ inline void substitute3(const double* L, int stride, int height, int columns, do
   }
 }
 
+/// The same for `count` right-hand sides, one after the other in memory. One that is zero where it
+/// would be solved for stays as it is: on the way up a tree, its variables are not below.
+inline void substitute_all(const double* L, int stride, int height, int columns, double* w,
+                           int count) {
+  for (int k = 0; k < count;) {
+    double* x = w + static_cast<std::ptrdiff_t>(k) * height;
+    if (std::all_of(x, x + columns, [](double number) { return number == 0.0; })) {
+      ++k;
+    } else if (k + 3 <= count) {
+      substitute3(L, stride, height, columns, x);
+      k += 3;
+    } else {
+      substitute(L, stride, height, columns, x);
+      ++k;
+    }
+  }
+}
+
 }  // namespace hybrid
