@@ -12,12 +12,16 @@ import sys
 import unittest
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
-PAGES = ("a_map_of_your_own", "coming_from", "evidence", "importing", "laser", "maps", "range_only", "replay", "robots", "scale")
+PAGES = ("a_map_of_your_own", "april_tags", "association", "coming_from", "evidence", "experiments", "health", "importing", "incremental",
+         "laser", "maps", "movers", "objects", "pose_graphs", "python", "range_only", "replay", "robots", "robust", "scale")
 MOST_IN_THE_MEAN, LONG, MOST_LONG = 25, 40, 0.1  # words, words, share of the sentences
 # Sentences that readers did not understand.
 RIDDLES = ("so that one of yours takes part", "is true of its own log is then left out", "as MRPT's reader of pairs",
            "Chance reaches more", "what the robot mapped", "elsewhere than where the original is", "for the joint map tells it again",
-           "errors of one landmark stay alike for", "Errors that last are counted as often")
+           "errors of one landmark stay alike for", "Errors that last are counted as often", "a scan is known to the keyframes that saw what it sees",
+           "Where checks are only in doubt", "before it comes back to known streets", "What is tied besides", "What has no place at the end is said",
+           "The start is also that of the kernels", "each pair must speak for itself",
+           "only pairs whose errors hang together", "Single rows are luck")
 
 
 def sentences_of(text):
