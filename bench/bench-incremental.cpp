@@ -9,11 +9,11 @@
 #include <deque>
 #include <filesystem>
 #include <iostream>
-#include <numeric>
 #include <string>
 #include <vector>
 
 #include "bench/graph_feed.h"
+#include "bench/growth_rows.h"
 #include "bench/stopwatch.h"
 #include "libhybrid/hybrid/mixture.h"
 #include "libhybrid/io/write_file.h"
@@ -65,22 +65,6 @@ double batch_optimum(const IncrementalSmoother& smoother) {
   options.relative_decrease = 1e-12;
   const SolverResult result = levenberg_marquardt(smoother.graph(), smoother.estimate(), options);
   return cost(smoother.graph(), result.values, smoother.assignment());
-}
-
-constexpr int kBlocks = 40;  // blocks of steps in the CSV of step time over graph size
-constexpr const char* kGrowthHeader = "graph,poses,cpu_us\n";
-
-/// Mean times [s] of blocks of consecutive steps as rows of the CSV.
-std::string growth_rows(const std::string& name, const std::vector<double>& cpu) {
-  std::string rows;
-  for (int block = 0; block < kBlocks; ++block) {
-    const std::size_t begin = cpu.size() * block / kBlocks,
-                      end = cpu.size() * (block + 1) / kBlocks;
-    const double sum = std::accumulate(cpu.begin() + begin, cpu.begin() + end, 0.0);
-    rows +=
-        name + "," + std::to_string(end) + "," + std::to_string(1e6 * sum / (end - begin)) + "\n";
-  }
-  return rows;
 }
 
 const char* reached(bool is) {
@@ -188,9 +172,9 @@ void run_growth(int poses, const std::string& csv) {
   IncrementalSmoother smoother;
   std::string text = kGrowthHeader;
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (int block = 0; block < kBlocks; ++block) {
-    const int begin = static_cast<int>(static_cast<long>(poses) * block / kBlocks);
-    const int end = static_cast<int>(static_cast<long>(poses) * (block + 1) / kBlocks);
+  for (int block = 0; block < kGrowthBlocks; ++block) {
+    const int begin = static_cast<int>(static_cast<long>(poses) * block / kGrowthBlocks);
+    const int end = static_cast<int>(static_cast<long>(poses) * (block + 1) / kGrowthBlocks);
     const Stopwatch watch;
     for (int i = begin; i < end; ++i) checked_update(smoother, next_pose(smoother, i));
     const double cpu = 1e6 * watch.elapsed().cpu / (end - begin);

@@ -23,6 +23,7 @@ struct Measurement {
   Key from;
   Key to;
   std::variant<SE2, SE3, Eigen::Vector2d> measured;  ///< a point as range [m] and bearing [rad]
+  Noise noise;
   ContinuousFactorPtr factor;
 };
 
@@ -35,12 +36,12 @@ inline std::vector<Step> read_pose_graph(const std::string& path) {
   std::map<Key, Step> steps;
   for (const GraphEdge<SE2>& e : graph.poses2) {
     steps[std::max(e.from, e.to)].push_back(
-        {e.from, e.to, e.measured,
+        {e.from, e.to, e.measured, e.noise,
          std::make_shared<BetweenSE2>(e.from, e.to, e.measured, e.noise)});
   }
   for (const GraphEdge<SE3>& e : graph.poses3) {
     steps[std::max(e.from, e.to)].push_back(
-        {e.from, e.to, e.measured,
+        {e.from, e.to, e.measured, e.noise,
          std::make_shared<Between<SE3>>(e.from, e.to, e.measured, e.noise)});
   }
   std::vector<Step> list;
@@ -66,17 +67,17 @@ inline std::vector<Step> read_victoria_park(const std::string& path) {
       Eigen::Matrix3d covariance;
       covariance << v[1], v[2], v[3], v[2], v[4], v[5], v[3], v[5], v[6];
       const SE2 z(x, y, v[0]);
+      const Noise noise = Noise::covariance(covariance);
       const Key next('x', j);
       odometry[j].push_back(
-          {pose, next, z,
-           std::make_shared<BetweenSE2>(pose, next, z, Noise::covariance(covariance))});
+          {pose, next, z, noise, std::make_shared<BetweenSE2>(pose, next, z, noise)});
     } else {
       const Eigen::Vector2d z(std::hypot(x, y), std::atan2(y, x));
       const Eigen::Vector2d sigmas(std::sqrt(v[0]), std::sqrt(v[0] / 10.0));
+      const Noise noise = Noise::diagonal(sigmas);
       const Key landmark('l', j);
       sightings[i].push_back(
-          {pose, landmark, z,
-           std::make_shared<BearingRange2>(pose, landmark, z, Noise::diagonal(sigmas))});
+          {pose, landmark, z, noise, std::make_shared<BearingRange2>(pose, landmark, z, noise)});
     }
   }
   for (auto& [i, list] : sightings) {

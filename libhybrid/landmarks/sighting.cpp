@@ -19,6 +19,15 @@ namespace hybrid {
 namespace {
 
 constexpr std::size_t kMostAlike = 10;  // detections, a budget
+/// Of the noise of a range: nearer than this its sensor may be on either side of what it measures.
+constexpr double kNearSigmas = 3.0;
+
+/// Adds a variance [m^2] across its direction to the noise of a detection.
+void widen(Detection& d, double variance, bool is_3d) {
+  const double across = std::max(d.range * d.range, variance);  // nearer, all directions are alike
+  d.covariance(1, 1) += variance / (across * std::pow(std::cos(d.pitch), 2));
+  if (is_3d) d.covariance(2, 2) += variance / across;
+}
 
 }  // namespace
 
@@ -36,9 +45,10 @@ std::string misfit_of_bearing(const DetectionFrame& frame, bool is_3d) {
 
 ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& frame,
                                     const Detection& detection, bool is_3d, Loss loss) {
+  const MeasuredPoint measured = measured_point(detection, is_3d);
+  const Noise noise = Noise::covariance(measured.covariance);
   if (is_3d) {
-    const Eigen::Vector3d z(detection.range, detection.yaw, detection.pitch);
-    const Noise noise = Noise::covariance(detection.covariance);
+    const Eigen::Vector3d z = measured.z;
     if (!frame.calibrated) {
       return std::make_shared<BearingRange3>(pose, point, z, noise, to_se3(frame.T_robot_sensor),
                                              loss);
@@ -46,8 +56,7 @@ ContinuousFactorPtr sighting_factor(Key pose, Key point, const DetectionFrame& f
     return std::make_shared<CalibratedBearingRange3>(pose, point, *frame.calibrated, z, noise,
                                                      loss);
   }
-  const Eigen::Vector2d z(detection.range, detection.yaw);
-  const Noise noise = Noise::covariance(detection.covariance.topLeftCorner<2, 2>());
+  const Eigen::Vector2d z = measured.z;
   if (!frame.calibrated) {
     return std::make_shared<BearingRange2>(pose, point, z, noise, to_se2(frame.T_robot_sensor),
                                            loss);
@@ -100,17 +109,17 @@ double position_sigma(const Detection& d, bool is_3d) {
 }
 
 Detection with_extent(Detection d, double extent, bool is_3d) {
-  const double variance = extent * extent;
-  const double across = std::max(d.range * d.range, variance);  // nearer, all directions are alike
-  d.covariance(0, 0) += variance;
-  d.covariance(1, 1) += variance / (across * std::pow(std::cos(d.pitch), 2));
-  if (is_3d) d.covariance(2, 2) += variance / across;
+  d.covariance(0, 0) += extent * extent;
+  widen(d, extent * extent, is_3d);
   return d;
 }
 
-MeasuredPoint measured_point(const Detection& d, bool is_3d) {
-  if (is_3d) return {Eigen::Vector3d(d.range, d.yaw, d.pitch), d.covariance};
-  return {Eigen::Vector2d(d.range, d.yaw), d.covariance.topLeftCorner<2, 2>()};
+MeasuredPoint measured_point(const Detection& detection, bool is_3d) {
+  Detection d = detection;
+  const double along = d.covariance(0, 0);
+  if (d.range * d.range < kNearSigmas * kNearSigmas * along) widen(d, along, is_3d);
+  const Eigen::Index dim = is_3d ? 3 : 2;
+  return {Eigen::Vector3d(d.range, d.yaw, d.pitch).head(dim), d.covariance.topLeftCorner(dim, dim)};
 }
 
 Key position_key(std::int64_t id) {
@@ -130,15 +139,16 @@ PointSighting point_sighting(const Eigen::Isometry3d& T_map_robot, const Detecti
   out.time = frame.time + d.delay;
   out.point = sighted_point(T_map_robot, frame, d);
   const Eigen::Matrix3d R = compose(T_map_robot, frame.T_robot_sensor).linear();
+  const Eigen::MatrixXd noise = measured_point(d, is_3d).covariance;
   if (is_3d) {
     Eigen::Matrix3d J;
     from_polar(Eigen::Vector3d(d.range, d.yaw, d.pitch), &J);
-    out.covariance = R * J * d.covariance * J.transpose() * R.transpose();
+    out.covariance = R * J * noise * J.transpose() * R.transpose();
   } else {
     Eigen::Matrix2d J;
     from_polar(Eigen::Vector2d(d.range, d.yaw), &J);
     J = R.topLeftCorner<2, 2>() * J;
-    out.covariance.topLeftCorner<2, 2>() = J * d.covariance.topLeftCorner<2, 2>() * J.transpose();
+    out.covariance.topLeftCorner<2, 2>() = J * noise * J.transpose();
     out.point.z() = 0;
   }
   if (!d.velocity) return out;

@@ -42,7 +42,10 @@ double position_sigma(const Detection& detection, bool is_3d);
 /// which along each axis is so far off, a standard deviation [m].
 Detection with_extent(Detection detection, double extent, bool is_3d);
 
-/// Range and direction of a detection, as a map in space or in the plane takes them.
+/// Range and direction of a detection, as a map in space or in the plane takes them. Nearer than
+/// three sigmas of its range, where the sensor may be on either side of the thing, all directions
+/// are alike: its position is known across no better than along. Else a bearing from a thing that
+/// is passed at a hand's breadth would hold it on the wrong side, against all other sightings.
 MeasuredPoint measured_point(const Detection& detection, bool is_3d);
 
 /// The position of the landmark that the log gives this id.

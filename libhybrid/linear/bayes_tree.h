@@ -109,7 +109,8 @@ class BayesTree {
   /// Back-substitutes in the cliques made since the last call, in those with overridden steps, and
   /// downwards in all whose separator changed. A clique keeps its steps unless new ones lower the
   /// linearised objective by more than `threshold`; a clique and all below it keep them where that
-  /// costs no more than `bend`, by what the factors there say of the separator. With `charts`,
+  /// costs no more than `bend`, by what the factors there say of the separator, and in all no more
+  /// than half of what the new steps bring. With `charts`,
   /// subtrees without a variable that is held in the map move as their separators do, and estimates
   /// are set. Returns the variables whose step changed.
   const std::vector<int>& solve(double threshold, const Bend& bend = {}, Charts* charts = nullptr);
@@ -266,8 +267,10 @@ class BayesTree {
   void start_epoch() noexcept;
   void reinstate(int c);
   void propagate(std::vector<int>& stack, double threshold, const Bend& bend, Charts* charts);
-  double prepare(const Clique& clique);
+  double prepare(const Clique& clique, const double* seen);
   void solve_prepared(Clique& clique, Charts* charts);
+  double promise(const Charts* charts);
+  bool may_stay(const Clique& clique, const std::vector<double>& view, const Bend& bend);
   bool is_left(int c, const Bend& bend, Charts* charts);
   void see(const Clique& clique, const Charts* charts);
   double strain(const Clique& clique, const std::vector<double>& view) const;
@@ -328,6 +331,7 @@ class BayesTree {
   std::vector<int> visited_, kept_;    // cliques
   std::vector<int> changed_;
   std::vector<char> changed_mark_;
+  double may_rise_ = 0.0;  // by how much the objective may still rise in the `solve` under way
   std::vector<double> step_, rhs_, view_;
   Turn turn_;
   std::vector<double> square_, product_, carried_;  // of the Hessian of a factor or subtree

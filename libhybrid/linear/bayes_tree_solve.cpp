@@ -15,6 +15,9 @@ namespace {
 
 constexpr int kFewColumns = 16;
 
+/// Of what new steps bring, the share that it may cost that parts of the tree stay.
+constexpr double kShareForRest = 0.5;
+
 /// d' H d / 2 for a symmetric matrix given by its packed lower triangle, of order N, or n if N is
 /// zero. Sums by columns, so that the compiler can take several rows at once.
 template <int N>
@@ -36,9 +39,9 @@ double half_quadratic(const double* h, const double* d, int n) {
 
 }  // namespace
 
-/// Gathers the steps of a clique's variables and its right-hand side given what it sees of the
-/// separator. Returns by how much solving for the frontals lowers the linearised objective.
-double BayesTree::prepare(const Clique& clique) {
+/// Gathers the steps of a clique's variables and its right-hand side given the steps that it sees
+/// of its separator. Returns by how much solving for the frontals lowers the linearised objective.
+double BayesTree::prepare(const Clique& clique, const double* seen) {
   note_work(2.0 * clique.order * clique.frontal_dim);
   const int n = clique.order;
   const int f = clique.frontal_dim;
@@ -49,7 +52,7 @@ double BayesTree::prepare(const Clique& clique) {
     to = std::copy_n(deltas_.at(variable.delta), variable.dim, to);
   }
   const int s = n - 1 - f;
-  std::copy_n(clique.seen(), s, to);
+  std::copy_n(seen, s, to);
   rhs_.resize(f);
   const auto dot = kernels().dot;
   double gain = 0.0;
@@ -106,7 +109,7 @@ bool BayesTree::solve_kept_ancestors(int c, std::vector<int>& stack, Charts* cha
     see(clique, charts);
     save_seen(*a);
     std::copy(view_.begin(), view_.end(), clique.seen());
-    prepare(clique);
+    prepare(clique, clique.seen());
     solve_prepared(clique, charts);
     clique.visit = Clique::Visit::kSolved;
     stack.insert(stack.end(), clique.children.begin(), clique.children.end());
@@ -125,7 +128,7 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold, const Bend&
     stack.pop_back();
     Clique& clique = cliques_[c];
     if (clique.visit == Clique::Visit::kSolved || is_left(c, bend, charts)) continue;
-    const bool worth = prepare(clique) > threshold;
+    const bool worth = prepare(clique, clique.seen()) > threshold;
     if (worth && solve_kept_ancestors(c, stack, charts)) {
       clique.pending = true;  // what it sees next is not compared with what it has seen now
       continue;
@@ -133,7 +136,7 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold, const Bend&
     if (worth && follow_.found) {
       std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
       std::copy(follow_.view.begin(), follow_.view.end(), clique.seen());
-      prepare(clique);
+      prepare(clique, clique.seen());
     }
     if (worth) solve_prepared(clique, charts);
     if (clique.visit == Clique::Visit::kNone) visited_.push_back(c);
@@ -143,8 +146,22 @@ void BayesTree::propagate(std::vector<int>& stack, double threshold, const Bend&
   }
 }
 
+/// By how much the cliques that are to be solved lower the linearised objective, if all below them
+/// follows.
+double BayesTree::promise(const Charts* charts) {
+  double gain = 0.0;
+  for (const std::vector<int>* cliques : {&fresh_, &pending_}) {
+    for (int c : *cliques) {
+      see(cliques_[c], charts);
+      gain += prepare(cliques_[c], view_.data());
+    }
+  }
+  return gain;
+}
+
 const std::vector<int>& BayesTree::solve(double threshold, const Bend& bend, Charts* charts) {
   changed_.clear();
+  may_rise_ = kShareForRest * promise(charts);
   // All above a new clique is new.
   std::vector<int> stack;
   for (int c : fresh_) {

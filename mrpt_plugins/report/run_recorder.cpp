@@ -204,8 +204,8 @@ void RunRecorder::compute_residuals(const Mapper& mapper) {
                                                 landmark->position, z, values)
                                   : residual_of(to_se2(T_map_robot), to_se2(T_robot_sensor),
                                                 landmark->position, z.head(2), values);
-      const Eigen::Index n = s.residual.size();
-      s.chi_square = gaussian_score(s.residual, d.covariance.topLeftCorner(n, n)).chi_square;
+      const Eigen::MatrixXd noise = measured_point(d, mapper.is_3d()).covariance;
+      s.chi_square = gaussian_score(s.residual, noise).chi_square;
     }
     if (line_) write(residual_line(i, s));
   }

@@ -63,6 +63,38 @@ TEST(BayesTree, LiftedPivotsHoldThePresentSteps) {
   EXPECT_NEAR(tree.delta(0)[0], last, 1e-9);
 }
 
+/// A stiff chain, of which a share of what its factors may cost is far more than what a pull at its
+/// end brings.
+TEST(BayesTree, WhatStaysCostsNoMoreThanHalfOfWhatNewStepsBring) {
+  constexpr int kLength = 1000;
+  BayesTree tree;
+  std::vector<int> factors;
+  const auto add = [&](const std::vector<int>& variables, const std::vector<double>& packed) {
+    factors.push_back(tree.add_factor(variables));
+    std::copy(packed.begin(), packed.end(), tree.hessian(factors.back()));
+  };
+  const auto solve = [&](const Bend& bend) {
+    ASSERT_LT(tree.eliminate({kLength - 1}).singular, 0);
+    tree.solve(1e-9, bend);
+    tree.commit();
+  };
+  const auto cost = [&] {
+    double sum = 0.0;
+    for (int f : factors) sum += tree.linear_cost(f);
+    return sum;
+  };
+  for (int v = 0; v < kLength; ++v) tree.add_variable(v, 1);
+  add({0}, {100, 0, 0});
+  for (int v = 1; v < kLength; ++v) add({v - 1, v}, {100, -100, 0, 100, 0, 0});
+  solve({});
+  add({kLength - 1}, {1, -3, 9});  // x = 3
+  const double before = cost();
+  const double promised = before - 4.5 / (1 + 10);  // two springs in a row, of 1 and .1
+  solve({0.0, 1.0});
+  EXPECT_GE(before - cost(), 0.5 * promised);
+  EXPECT_NEAR(before, 4.5, 1e-9);
+}
+
 TEST(BayesTree, EqualsDenseOverRandomChanges) {
   int singular = 0;
   for (int seed = 1; seed <= cases(150); ++seed) {
