@@ -14,6 +14,7 @@
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/landmarks/detail/sensor_place.h"
+#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 
