@@ -140,7 +140,7 @@ double IncrementalSmoother::model_cost(const Term& term) const {
   const ContinuousFactor& factor = *term.component.factor;
   std::vector<double> many(factor.cols() > kFew ? factor.cols() : 0);
   double* steps = many.empty() ? few.data() : many.data();
-  steps_from(pose_, tree_.chart_of(term.tree_factor), factor.types(),
+  steps_from(map_kind_, tree_.chart_of(term.tree_factor), factor.types(),
              TermPointers(term, values()).data(), steps);
   return tree_.linear_cost(term.tree_factor, steps);
 }

@@ -13,6 +13,7 @@
 #include "libhybrid/smoother/cost_sum.h"
 #include "libhybrid/smoother/discrete_half.h"
 #include "libhybrid/smoother/journaled_values.h"
+#include "libhybrid/smoother/map_kind.h"
 #include "libhybrid/smoother/report.h"
 #include "libhybrid/smoother/terms.h"
 
@@ -149,7 +150,7 @@ class IncrementalSmoother {
   struct Committed {
     CostSum term_cost, term_constant;
     std::vector<int> off, stale, last;
-    VariableKind pose = VariableKind::kVector;
+    MapKind map_kind;
     std::vector<Key> recent, kept_last;
     bool weak_left_out = false, couple_weak = false;
   };
@@ -174,6 +175,7 @@ class IncrementalSmoother {
   void stage(const Delta& delta, UpdateReport& report);
   void remove_factor(Handle handle);
   void add_variable(Key key, const Values& initial);
+  void note_map_kind(VariableType type);
   template <class Factor>
   Handle add_to_graph(Factor factor);
   int add_term(Term term, UpdateReport& report);
@@ -266,9 +268,9 @@ class IncrementalSmoother {
   bool couple_weak_ = false;    // since a variable hung on one: none is any more
   std::vector<Key> recent_;
   std::vector<Key> kept_last_;
-  VariableKind pose_ = VariableKind::kVector;  // kind of the poses of the map, once there is one
-  std::vector<int> off_;                       // terms to linearise again in the next update
-  double open_ = 0.0;                          // by which their linear models are off
+  MapKind map_kind_;
+  std::vector<int> off_;    // terms to linearise again in the next update
+  double open_ = 0.0;       // by which their linear models are off
   std::vector<int> stale_;  // hybrid terms whose variables moved since their tables were made
   std::vector<int> last_;   // slots to eliminate last, as of the last update
 

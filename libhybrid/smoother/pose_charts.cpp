@@ -8,8 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "libhybrid/geometry/se2.h"
-#include "libhybrid/geometry/se3.h"
+#include "libhybrid/geometry/detail/pose_step.h"
 #include "libhybrid/smoother/detail/located.h"
 
 namespace hybrid {
@@ -34,10 +33,13 @@ void move_with_map(const Pose& motion, VariableType type, double* x) {
 /// From the map into the frame of a chart.
 template <class Pose>
 struct Back {
+  bool beside_points;
   bool moved;
   Pose motion;
-  explicit Back(Chart chart)
-      : moved(chart.is_moved()), motion(moved ? Pose::load(chart.motion + 1).inverse() : Pose()) {}
+  Back(Chart chart, bool has_points)
+      : beside_points(has_points),
+        moved(chart.is_moved()),
+        motion(moved ? Pose::load(chart.motion + 1).inverse() : Pose()) {}
 
   /// A pose as its point of the chart sees it.
   Pose from_point(const double* point, const double* x) const {
@@ -47,7 +49,7 @@ struct Back {
   void see(VariableType type, const double* point, const double* x, double* step) const {
     using Point = typename Pose::Point;
     if (type.kind == Variable<Pose>::type().kind) {
-      Eigen::Map<typename Pose::Tangent>{step} = from_point(point, x).log();
+      Eigen::Map<typename Pose::Tangent>{step} = step_over(from_point(point, x), beside_points);
     } else if (moved && type.kind == VariableKind::kVector &&
                type.dim == Pose::Point::RowsAtCompileTime) {
       const Point at = motion * Point(Eigen::Map<const Point>(x));
@@ -63,8 +65,9 @@ struct Back {
 template <class Pose>
 class PoseCharts : public Charts {
  public:
-  PoseCharts(const Values& values, JournaledValues* estimate, const MapVariables& variables)
-      : values_(values), estimate_(estimate), variables_(variables) {}
+  PoseCharts(const Values& values, JournaledValues* estimate, const MapVariables& variables,
+             bool has_points)
+      : values_(values), estimate_(estimate), variables_(variables), has_points_(has_points) {}
 
   std::size_t size(const std::vector<int>& variables) const override {
     std::size_t size = 0;
@@ -78,7 +81,7 @@ class PoseCharts : public Charts {
 
   void see(const std::vector<int>& variables, int first, Chart chart,
            double* steps) const override {
-    const Back<Pose> back(chart);
+    const Back<Pose> back(chart, has_points_);
     const double* point = point_of(variables, first, chart);
     for (auto v = variables.begin() + first; v != variables.end(); ++v) {
       const VariableType type = values_.type(*v);
@@ -90,7 +93,7 @@ class PoseCharts : public Charts {
 
   void see(const std::vector<int>& variables, int first, int anchor_from, Chart chart,
            double* steps, Turn& turn) const override {
-    const Back<Pose> back(chart);
+    const Back<Pose> back(chart, has_points_);
     const auto count = static_cast<int>(variables.size());
     int anchor = first_pose(variables, anchor_from);
     if (anchor == count) anchor = first_pose(variables, first);
@@ -99,6 +102,8 @@ class PoseCharts : public Charts {
     turn.anchor = points && anchor < count ? anchor : -1;
     turn.own.clear();
     turn.by_anchor.clear();
+    const Point way =
+        anchor < count ? turning_point(variables, anchor, chart, back) : Point::Zero();
     const double* point = point_of(variables, first, chart);
     for (int k = first; k < count; ++k) {
       const VariableType type = values_.type(variables[k]);
@@ -110,8 +115,9 @@ class PoseCharts : public Charts {
       if (!is_pose(variables[k])) back.see(type, point, x, steps);
       if (is_pose(variables[k])) {
         const Pose step = back.from_point(point, x);
-        Eigen::Map<typename Pose::Tangent>{steps} = step.log();
-        D = step.adjoint();
+        Eigen::Map<typename Pose::Tangent>{steps} = step_over(step, has_points_);
+        const Point back_to_point = Pose::load(point).rotation().inverse() * way;
+        D = Pose(Point(step.translation() - back_to_point), step.rotation()).adjoint();
       } else if (type.kind != VariableKind::kVector) {
         D = local_jacobian(type, point, x);
       } else if (type.dim != kPointDim) {
@@ -124,7 +130,7 @@ class PoseCharts : public Charts {
           const Point step = Eigen::Map<const Point>(steps);
           const Pose held = Pose::load(values_.data(variables[turn.anchor]));
           A.setZero();
-          A.template rightCols<kTurn>() = against_turn(step) * turn_of(back.motion * held);
+          A.template rightCols<kTurn>() = against_turn(step - way) * turn_of(back.motion * held);
         }
       }
       point += type.size;
@@ -151,8 +157,7 @@ class PoseCharts : public Charts {
       const double weight = weights[k - first];
       if (is_pose(variables[k])) {
         if (weight > most) {
-          const Pose seen =
-              Pose::load(point) * Pose::exp(Eigen::Map<const typename Pose::Tangent>(steps));
+          const Pose seen = after_step(Pose::load(point), steps, has_points_);
           best = Pose::load(x) * (before * seen).inverse();
           most = weight;
         }
@@ -194,7 +199,13 @@ class PoseCharts : public Charts {
       const VariableType type = values_.type(variables[k]);
       variables_.before_change(variables[k]);
       double* x = estimate_->edit(variables[k]);
-      retract(type, point, steps, x);
+      if (is_pose(variables[k])) {
+        Pose pose = after_step(Pose::load(point), steps, has_points_);
+        pose.normalize();
+        pose.store(x);
+      } else {
+        retract(type, point, steps, x);
+      }
       if (chart.is_moved()) move_with_map(motion, type, x);
       point += type.size;
       steps += type.dim;
@@ -225,6 +236,16 @@ class PoseCharts : public Charts {
       out << 0, -arrow.z(), arrow.y(), arrow.z(), 0, -arrow.x(), -arrow.y(), arrow.x(), 0;
     }
     return out;
+  }
+
+  /// How far the anchor has gone in the frame of the chart. Beside points a turn of the map is one
+  /// about it: then its own step, and nearly those of all about it, depend on tangents at the
+  /// estimates as steps along tangents do.
+  Point turning_point(const std::vector<int>& variables, int anchor, Chart chart,
+                      const Back<Pose>& back) const {
+    if (!has_points_) return Point::Zero();
+    const Pose now = back.motion * Pose::load(values_.data(variables[anchor]));
+    return now.translation() - Pose::load(point_of(variables, anchor, chart)).translation();
   }
 
   /// The number of the first pose from `k` on, or that of all variables.
@@ -282,6 +303,7 @@ class PoseCharts : public Charts {
   const Values& values_;
   JournaledValues* estimate_;
   const MapVariables& variables_;
+  bool has_points_;
 };
 
 /// Assignments of the discrete variables of a factor that are looked at; with more it is one of the
@@ -290,19 +312,19 @@ constexpr std::size_t kMostAssignments = 64;
 
 }  // namespace
 
-std::unique_ptr<Charts> make_charts(VariableKind pose, const Values& values,
-                                    JournaledValues* estimate, const MapVariables& variables) {
-  if (pose == VariableKind::kSE3)
-    return std::make_unique<PoseCharts<SE3>>(values, estimate, variables);
-  return std::make_unique<PoseCharts<SE2>>(values, estimate, variables);
+std::unique_ptr<Charts> make_charts(MapKind kind, const Values& values, JournaledValues* estimate,
+                                    const MapVariables& variables) {
+  if (kind.pose == VariableKind::kSE3)
+    return std::make_unique<PoseCharts<SE3>>(values, estimate, variables, kind.has_points);
+  return std::make_unique<PoseCharts<SE2>>(values, estimate, variables, kind.has_points);
 }
 
 namespace {
 
 template <class Pose>
-void steps_from(Chart chart, const std::vector<VariableType>& types, const double* const* x,
-                double* steps) {
-  const Back<Pose> back(chart);
+void steps_from(Chart chart, bool has_points, const std::vector<VariableType>& types,
+                const double* const* x, double* steps) {
+  const Back<Pose> back(chart, has_points);
   const double* point = chart.points;
   for (std::size_t i = 0; i < types.size(); ++i) {
     back.see(types[i], point, x[i], steps);
@@ -313,10 +335,10 @@ void steps_from(Chart chart, const std::vector<VariableType>& types, const doubl
 
 }  // namespace
 
-void steps_from(VariableKind pose, Chart chart, const std::vector<VariableType>& types,
+void steps_from(MapKind kind, Chart chart, const std::vector<VariableType>& types,
                 const double* const* x, double* steps) {
-  pose == VariableKind::kSE3 ? steps_from<SE3>(chart, types, x, steps)
-                             : steps_from<SE2>(chart, types, x, steps);
+  kind.pose == VariableKind::kSE3 ? steps_from<SE3>(chart, kind.has_points, types, x, steps)
+                                  : steps_from<SE2>(chart, kind.has_points, types, x, steps);
 }
 
 bool moves_with_map(VariableKind pose, const ContinuousFactor& factor, const double* const* x) {

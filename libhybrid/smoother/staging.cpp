@@ -29,7 +29,7 @@ void IncrementalSmoother::begin() {
 void IncrementalSmoother::start_change() {
   if (changing_) return;
   committed_ = {term_cost_, term_constant_, off_,       stale_,         last_,
-                pose_,      recent_,        kept_last_, weak_left_out_, couple_weak_};
+                map_kind_,  recent_,        kept_last_, weak_left_out_, couple_weak_};
   changing_ = true;
 }
 
@@ -89,11 +89,23 @@ void IncrementalSmoother::remove_factor(Handle handle) {
   graph_changes_.back().factor = graph_.remove(handle);
 }
 
+/// With the first landmark the steps of poses are along other lines, so that all linear models are
+/// made again.
+void IncrementalSmoother::note_map_kind(VariableType type) {
+  if (is_pose(type) && map_kind_.pose == VariableKind::kVector) map_kind_.pose = type.kind;
+  const bool is_point = type.kind == VariableKind::kVector && (type.dim == 2 || type.dim == 3);
+  if (!is_point || map_kind_.has_points) return;
+  map_kind_.has_points = true;
+  for (int t = 0; t < terms_.count(); ++t) {
+    if (terms_[t].alive && terms_[t].tree_factor >= 0) tree_.assemble_again(terms_[t].tree_factor);
+  }
+}
+
 void IncrementalSmoother::add_variable(Key key, const Values& initial) {
   const VariableType type = initial.type(key);
   estimate_.insert(key, type, initial.data(key));
   const int slot = values().slot(key);
-  if (is_pose(type) && pose_ == VariableKind::kVector) pose_ = type.kind;
+  note_map_kind(type);
   tree_.add_variable(slot, type.dim);
   terms_.reserve_variable(slot);
   if (is_pose(type)) recent_.push_back(key);
@@ -115,8 +127,8 @@ int IncrementalSmoother::add_term(Term term, UpdateReport& report) {
     term.slots.push_back(values().slot(key));
     x.push_back(values().data(term.slots.back()));
   }
-  term.holds = term.hybrid != nullptr ? !moves_with_map(pose_, *term.hybrid, x.data())
-                                      : !moves_with_map(pose_, *term.continuous, x.data());
+  term.holds = term.hybrid != nullptr ? !moves_with_map(map_kind_.pose, *term.hybrid, x.data())
+                                      : !moves_with_map(map_kind_.pose, *term.continuous, x.data());
   const Handle handle = term.handle;
   (term.hybrid ? report.handles.hybrid : report.handles.continuous).push_back(handle);
   const int t = number_of(handle) = terms_.add(std::move(term));
@@ -197,7 +209,7 @@ void IncrementalSmoother::take_back() noexcept {
   term_cost_ = committed_.term_cost;
   term_constant_ = committed_.term_constant;
   off_ = std::move(committed_.off);
-  pose_ = committed_.pose;
+  map_kind_ = committed_.map_kind;
   stale_ = std::move(committed_.stale);
   last_ = std::move(committed_.last);
   recent_ = std::move(committed_.recent);

@@ -17,11 +17,11 @@ class IncrementalSmoother::MapOf : public MapVariables {
  public:
   explicit MapOf(const IncrementalSmoother& smoother)
       : smoother_(smoother),
-        charts_(make_charts(smoother.pose_, smoother.values(), nullptr, *this)) {}
+        charts_(make_charts(smoother.map_kind_, smoother.values(), nullptr, *this)) {}
   explicit MapOf(IncrementalSmoother& smoother)
       : smoother_(smoother),
         change_(&smoother),
-        charts_(make_charts(smoother.pose_, smoother.values(), &smoother.estimate_, *this)) {}
+        charts_(make_charts(smoother.map_kind_, smoother.values(), &smoother.estimate_, *this)) {}
 
   Charts* charts() const { return charts_.get(); }
 

@@ -8,6 +8,7 @@
 #include "libhybrid/hybrid/hybrid_factor.h"
 #include "libhybrid/linear/charts.h"
 #include "libhybrid/smoother/journaled_values.h"
+#include "libhybrid/smoother/map_kind.h"
 
 namespace hybrid {
 
@@ -24,11 +25,11 @@ class MapVariables {
 /// The charts of a map with poses of one kind, which move with the map as points of their dimension
 /// do. `values` are the estimates; `estimate` is the same for changing them, null where nothing is
 /// to be changed.
-std::unique_ptr<Charts> make_charts(VariableKind pose, const Values& values,
-                                    JournaledValues* estimate, const MapVariables& variables);
+std::unique_ptr<Charts> make_charts(MapKind kind, const Values& values, JournaledValues* estimate,
+                                    const MapVariables& variables);
 
 /// The steps from the points of a chart to variables x, one after the other.
-void steps_from(VariableKind pose, Chart chart, const std::vector<VariableType>& types,
+void steps_from(MapKind kind, Chart chart, const std::vector<VariableType>& types,
                 const double* const* x, double* steps);
 
 /// Whether a small motion of the map leaves a factor as it is, or all components of one, at x. None
