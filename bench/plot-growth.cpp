@@ -67,7 +67,36 @@ void add_point(std::vector<Series>& series, const std::string& name, double x, d
   series[i].y.push_back(y);
 }
 
-/// Files of bench-incremental: the time per step.
+/// The graph of a series of a peer, "GRAPH iSAM2"; empty for others.
+std::string graph_of_peer(const Series& series) {
+  const std::string peer = " iSAM2";
+  if (series.label.size() <= peer.size()) return {};
+  const std::size_t end = series.label.size() - peer.size();
+  return series.label.substr(end) == peer ? series.label.substr(0, end) : std::string();
+}
+
+/// Where there are peers, a graph and its peer have one colour, and the peer is dashed.
+void color_by_graph(std::vector<Series>& series) {
+  if (std::all_of(series.begin(), series.end(),
+                  [](const Series& s) { return graph_of_peer(s).empty(); }))
+    return;
+  std::size_t graphs = 0;
+  for (Series& s : series) {
+    if (!graph_of_peer(s).empty()) continue;
+    s.color = series_color(graphs++);
+    s.line = LineStyle::kSolid;
+  }
+  for (Series& s : series) {
+    const std::string graph = graph_of_peer(s);
+    if (graph.empty()) continue;
+    s.line = LineStyle::kDashed;
+    for (const Series& of : series) {
+      if (of.label == graph) s.color = of.color;
+    }
+  }
+}
+
+/// Files of bench-incremental and bench-isam2: the time per step.
 void draw_steps(const std::vector<std::string>& files, const std::string& output) {
   PlotSpec plot;
   plot.title = "Time per step of the incremental smoother";
@@ -79,6 +108,7 @@ void draw_steps(const std::vector<std::string>& files, const std::string& output
       add_point(plot.series, cells[0], number(cells[1], where), 1e-3 * number(cells[2], where));
     });
   }
+  color_by_graph(plot.series);
   write_file(output + "/growth.png", png(render(plot)));
 }
 
