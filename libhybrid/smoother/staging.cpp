@@ -2,8 +2,10 @@
 // Copyright (c) 2026, the hybrid mapping authors
 // How a change enters the smoother, becomes permanent or is taken back.
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "libhybrid/smoother/detail/pose_charts.h"
 #include "libhybrid/smoother/incremental.h"
@@ -96,9 +98,10 @@ void IncrementalSmoother::note_map_kind(VariableType type) {
   const bool is_point = type.kind == VariableKind::kVector && (type.dim == 2 || type.dim == 3);
   if (!is_point || map_kind_.has_points) return;
   map_kind_.has_points = true;
-  for (int t = 0; t < terms_.count(); ++t) {
-    if (terms_[t].alive && terms_[t].tree_factor >= 0) tree_.assemble_again(terms_[t].tree_factor);
-  }
+  std::vector<int> all(terms_.count());
+  std::iota(all.begin(), all.end(), 0);
+  UpdateReport uncounted;
+  make_models_again(all, uncounted);
 }
 
 void IncrementalSmoother::add_variable(Key key, const Values& initial) {

@@ -11,6 +11,7 @@
 
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
+#include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/landmarks/sighting.h"
 #include "libhybrid/smoother/incremental.h"
@@ -102,9 +103,8 @@ class DriveOver {
     const Detection d = sighting(range, std::atan2(seen.y(), seen.x()) + gauss(kAcross));
     const Key key = position_key(std::int64_t(k));
     if (!estimate.contains(key)) {
-      delta.values.insert(
-          key,
-          Eigen::Vector2d(start * (range * Eigen::Vector2d(std::cos(d.yaw), std::sin(d.yaw)))));
+      delta.values.insert(key,
+                          Eigen::Vector2d(start * from_polar(Eigen::Vector2d(d.range, d.yaw))));
     }
     delta.continuous.push_back(sighting_factor(pose(t), key, {}, d, false));
   }
