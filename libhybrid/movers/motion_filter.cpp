@@ -110,13 +110,12 @@ double VelocityState<D>::take_velocity(const PointSighting& seen) {
 
 template <int D>
 MotionFilter<D>::MotionFilter(const PointSighting& first, const MotionPrior& prior)
-    : acceleration_(prior.acceleration),
-      time_(first.time),
+    : time_(first.time),
       standing_(first.point.head<D>()),
       standing_covariance_(first.covariance.topLeftCorner<D, D>()),
       standing_evidence_(log_at_rest<D>(first)) {
-  for (const double speed : prior.speeds) {
-    Motion motion{VelocityState<D>(first, speed), 0};
+  for (const MotionKind& kind : prior.kinds) {
+    Motion motion{VelocityState<D>(first, kind.speed), kind.acceleration, 0};
     motion.evidence = motion.state.take_velocity(first);
     motions_.push_back(motion);
   }
@@ -127,6 +126,14 @@ double MotionFilter<D>::evidence() const {
   double sum = motions_.front().evidence;
   for (std::size_t k = 1; k < motions_.size(); ++k) sum = log_sum(sum, motions_[k].evidence);
   return sum - std::log(static_cast<double>(motions_.size())) - standing_evidence_;
+}
+
+template <int D>
+std::size_t MotionFilter<D>::likeliest_kind() const {
+  const auto best =
+      std::max_element(motions_.begin(), motions_.end(),
+                       [](const Motion& a, const Motion& b) { return a.evidence < b.evidence; });
+  return static_cast<std::size_t>(best - motions_.begin());
 }
 
 /// log p of a sighting of the thing where it stands.
@@ -140,7 +147,7 @@ double MotionFilter<D>::log_standing(const PointSighting& seen) const {
 template <int D>
 void MotionFilter<D>::take(const PointSighting& seen, double births) {
   for (Motion& motion : motions_) {
-    motion.state.predict(seen.time - time_, acceleration_);
+    motion.state.predict(seen.time - time_, motion.acceleration);
     motion.evidence += motion.state.take(seen);
   }
   time_ = std::max(time_, seen.time);
@@ -166,7 +173,7 @@ double MotionFilter<D>::log_density(const PointSighting& seen, double moving) co
   const double share = std::log(moving / static_cast<double>(motions_.size()));
   for (const Motion& motion : motions_) {
     VelocityState<D> state = motion.state;
-    state.predict(seen.time - time_, acceleration_);
+    state.predict(seen.time - time_, motion.acceleration);
     weights = log_sum(weights, share + motion.evidence);
     densities = log_sum(densities, share + motion.evidence + state.take(seen));
   }

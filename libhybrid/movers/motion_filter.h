@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "libhybrid/movers/point_sighting.h"
@@ -24,7 +25,7 @@ struct VelocityState {
   VelocityState(const PointSighting& seen, double speed);
   /// The transition over `dt` seconds.
   static Covariance transition(double dt);
-  /// The state after `dt` seconds, see MotionPrior::acceleration.
+  /// The state after `dt` seconds, see MotionKind::acceleration.
   void predict(double dt, double acceleration);
   /// log p of the position (and, if measured, the velocity) of a sighting at the time of the state;
   /// takes it in.
@@ -50,6 +51,8 @@ class MotionFilter {
 
   /// log p(sightings | it moves) - log p(sightings | it stands).
   double evidence() const;
+  /// The most probable kind of motion, if it moves: its number in the prior.
+  std::size_t likeliest_kind() const;
 
  private:
   using Point = Eigen::Matrix<double, D, 1>;
@@ -59,10 +62,10 @@ class MotionFilter {
 
   struct Motion {  // one kind of motion
     VelocityState<D> state;
+    double acceleration;
     double evidence;  // log p(sightings | it moves so)
   };
 
-  double acceleration_;
   double time_;
   Point standing_;
   Covariance standing_covariance_;

@@ -27,6 +27,15 @@ MoverState padded(double time, const typename VelocityState<D>::Mean& mean,
   return out;
 }
 
+/// The kind of motion that fits all sightings best.
+template <int D>
+MotionKind likeliest_kind(const std::vector<PointSighting>& sightings, const MotionPrior& prior) {
+  MotionFilter<D> filter(sightings.front(), prior);
+  // Births concern what stands alone.
+  for (std::size_t i = 1; i < sightings.size(); ++i) filter.take(sightings[i], 1.0);
+  return prior.kinds[filter.likeliest_kind()];
+}
+
 template <int D>
 std::vector<MoverState> smoothed(const std::vector<PointSighting>& sightings,
                                  const std::vector<double>& wanted, const MotionPrior& prior) {
@@ -38,12 +47,12 @@ std::vector<MoverState> smoothed(const std::vector<PointSighting>& sightings,
       std::remove_if(times.begin(), times.end(), [&](double t) { return t < first || t > last; }),
       times.end());
   std::vector<VelocityState<D>> predicted, filtered;
-  VelocityState<D> state(sightings.front(),
-                         *std::max_element(prior.speeds.begin(), prior.speeds.end()));
+  const MotionKind kind = likeliest_kind<D>(sightings, prior);
+  VelocityState<D> state(sightings.front(), kind.speed);
   state.take_velocity(sightings.front());
   std::size_t next = 1;
   for (std::size_t k = 0; k < times.size(); ++k) {
-    if (k > 0) state.predict(times[k] - times[k - 1], prior.acceleration);
+    if (k > 0) state.predict(times[k] - times[k - 1], kind.acceleration);
     predicted.push_back(state);
     for (; next < sightings.size() && sightings[next].time <= times[k]; ++next) {
       state.take(sightings[next]);

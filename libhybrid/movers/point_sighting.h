@@ -21,13 +21,17 @@ struct PointSighting {
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< [m^2/s^2]
 };
 
-/// What is known beforehand of things that move: they keep their velocity but for white noise of
-/// acceleration.
+/// A kind of motion: things keep their velocity but for white noise of acceleration.
+struct MotionKind {
+  double speed = 1.5;          ///< standard deviation of each component of the velocity [m/s]
+  double acceleration = 0.75;  ///< by which each component changes within a second [m/s]
+};
+
+/// What is known beforehand of things that move.
 struct MotionPrior {
-  /// Standard deviations of each component of the velocity, one for each kind of motion, all kinds
-  /// equally probable [m/s].
-  std::vector<double> speeds = {1.5, 10};
-  double acceleration = 2;  ///< by which each component changes within a second [m/s]
+  /// All equally probable. What walks, or creeps in a jam, changes its velocity by less than what
+  /// drives: with the acceleration of the latter, a thing that starts and halts seems to stand.
+  std::vector<MotionKind> kinds = {{1.5, 0.75}, {10, 2}};
   /// Probability that a thing moves: one for each class, or one for all.
   std::vector<double> moving = {0.1};
 };

@@ -40,15 +40,26 @@ void read_motion_prior(IniSection& section, MotionPrior& motion) {
                               "one for each class in the order of class_names; 0: nothing moves",
                               kProbability);
   if (motion.moving.empty()) section.fail("moving_share", "needs a probability");
-  motion.speeds = section.get("moving_speeds", motion.speeds,
-                              "of things that move, the standard deviation of each component of "
-                              "the velocity, one for each kind of motion, such as walking and "
-                              "driving [m/s]",
-                              IniRange{1e-3, 1e4});
-  if (motion.speeds.empty()) section.fail("moving_speeds", "needs a speed");
-  motion.acceleration = section.get("moving_acceleration", motion.acceleration,
-                                    "by which each component of it changes within a second [m/s]",
-                                    IniRange{1e-4, 1e4});
+  std::vector<double> speeds, accelerations;
+  for (const MotionKind& kind : motion.kinds) {
+    speeds.push_back(kind.speed);
+    accelerations.push_back(kind.acceleration);
+  }
+  speeds = section.get("moving_speeds", speeds,
+                       "of things that move, the standard deviation of each component of the "
+                       "velocity, one for each kind of motion, such as walking and driving [m/s]",
+                       IniRange{1e-3, 1e4});
+  if (speeds.empty()) section.fail("moving_speeds", "needs a speed");
+  accelerations = section.get("moving_acceleration", accelerations,
+                              "by which each component of it changes within a second: one for "
+                              "each kind of motion, or one for all [m/s]",
+                              IniRange{1e-4, 1e4});
+  if (accelerations.size() == 1) accelerations.resize(speeds.size(), accelerations.front());
+  if (accelerations.size() != speeds.size())
+    section.fail("moving_acceleration", "needs one for each of moving_speeds, or one for all");
+  motion.kinds.clear();
+  for (std::size_t k = 0; k < speeds.size(); ++k)
+    motion.kinds.push_back({speeds[k], accelerations[k]});
 }
 
 }  // namespace

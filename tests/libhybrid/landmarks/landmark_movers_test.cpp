@@ -119,7 +119,7 @@ TEST(LandmarkMovers, ASlowWalkerGetsATrajectoryAndNoLandmark) {
 TEST(LandmarkMovers, WhereAllStandsTheMapIsThatOfNoMovers) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const LandmarkMapper<SE2> followed = Yard(seed).mapped(false);
-    const LandmarkMapper<SE2> plain = Yard(seed).mapped(false, {{10}, 2, {0}});
+    const LandmarkMapper<SE2> plain = Yard(seed).mapped(false, {{{10, 2}}, {0}});
     EXPECT_TRUE(followed.movers(times()).empty());
     EXPECT_EQ(count(followed.landmarks()), count(plain.landmarks()));
     EXPECT_EQ(followed.smoother().objective(), plain.smoother().objective());
@@ -128,7 +128,7 @@ TEST(LandmarkMovers, WhereAllStandsTheMapIsThatOfNoMovers) {
 
 TEST(LandmarkMovers, WithoutAPriorOfMotionTheWalkerIsMapped) {
   Yard yard(1);
-  const LandmarkMapper<SE2> mapper = yard.mapped(true, {{10}, 2, {0}});
+  const LandmarkMapper<SE2> mapper = yard.mapped(true, {{{10, 2}}, {0}});
   EXPECT_TRUE(mapper.movers(times()).empty());
   int mapped = 0;
   for (const AssociationDecision& d : mapper.decisions()) {

@@ -19,7 +19,8 @@ namespace {
 constexpr double kNeverBorn = 1e-300;
 constexpr double kSigma = 0.2;  // of a coordinate [m]
 constexpr double kSpeed = 3;    // [m/s]
-const MotionPrior kPrior{{kSpeed}, 0.7, {0.1}};
+constexpr double kAcceleration = 0.7;
+const MotionPrior kPrior{{{kSpeed, kAcceleration}}, {0.1}};
 
 double log_gaussian(const Eigen::VectorXd& r, const Eigen::MatrixXd& S) {
   const Eigen::LLT<Eigen::MatrixXd> llt(S);
@@ -30,13 +31,13 @@ double log_gaussian(const Eigen::VectorXd& r, const Eigen::MatrixXd& S) {
 /// Covariance of a coordinate at times a and b after the start, without that of the start: of the
 /// integral of a Wiener process and of the velocity at first.
 double of_positions(double a, double b) {
-  const double m = std::min(a, b), M = std::max(a, b), q = std::pow(kPrior.acceleration, 2);
+  const double m = std::min(a, b), M = std::max(a, b), q = std::pow(kAcceleration, 2);
   return kSpeed * kSpeed * a * b + q * (m * m * M / 2 - m * m * m / 6);
 }
 
 /// The same of the velocity at time a and the position at time b.
 double of_velocity_and_position(double a, double b) {
-  const double q = std::pow(kPrior.acceleration, 2);
+  const double q = std::pow(kAcceleration, 2);
   return kSpeed * kSpeed * b + q * (a >= b ? b * b / 2 : a * a / 2 + a * (b - a));
 }
 
@@ -146,6 +147,18 @@ TEST(MotionFilter, AMeasuredVelocityIsEvidence) {
   }
 }
 
+// Two kinds of the same speed that differ in how steady it is.
+TEST(MotionFilter, TheLikeliestKindIsTheOneThatWasSeen) {
+  const MotionPrior prior{{{kSpeed, 0.1}, {kSpeed, 5}}, {0.1}};
+  for (const bool steady : {true, false}) {
+    std::vector<PointSighting> seen = sightings<2>(12, 2);
+    for (std::size_t i = 0; i < seen.size() && !steady; i += 2) seen[i].point.y() += 2;
+    MotionFilter<2> filter(seen.front(), prior);
+    for (std::size_t i = 1; i < seen.size(); ++i) filter.take(seen[i], 0.01);
+    EXPECT_EQ(filter.likeliest_kind(), steady ? 0U : 1U);
+  }
+}
+
 // The smoother gives the conditional density that all sightings leave.
 TEST(SmoothedStates, AreThePosteriorOfAllSightings) {
   const std::vector<PointSighting> seen = sightings<2>(5, 0.6);
@@ -171,7 +184,7 @@ TEST(SmoothedStates, AreThePosteriorOfAllSightings) {
       C(1, i) = of_velocity_and_position(t, since(seen[i].time));
     }
     const Eigen::MatrixXd gain = C * S.inverse();
-    const double q = kPrior.acceleration * kPrior.acceleration;
+    const double q = kAcceleration * kAcceleration;
     Eigen::Matrix2d prior;
     prior << kBroad + of_positions(t, t), of_velocity_and_position(t, t),
         of_velocity_and_position(t, t), kSpeed * kSpeed + q * t;

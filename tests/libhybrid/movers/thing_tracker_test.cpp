@@ -102,9 +102,59 @@ TEST(ThingTracker, WalkersAndCarsAreFollowed) {
   }
 }
 
+/// Cars in two lanes that start and halt: halts of 2 to 6 s, and between them 2 to 6 s at 0.4 to
+/// 2 m/s.
+struct Jam {
+  explicit Jam(Square& on) : square(on), left(12) {
+    for (int i = 0; i < 12; ++i) {
+      square.places.emplace_back(7.0 * (i % 6), i < 6 ? 18 : 22, 0);
+      square.velocities.emplace_back(Eigen::Vector3d::Zero());
+    }
+  }
+  void look() {
+    std::uniform_real_distribution<double> span(2, 6), speed(0.4, 2);
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      left[i] -= kPeriod;
+      if (left[i] > 0) continue;
+      left[i] = span(square.random);
+      const bool halts = square.velocities[i].x() > 0;
+      square.velocities[i].x() = halts ? 0 : speed(square.random);
+    }
+    square.look();
+  }
+  Square& square;
+  std::vector<double> left;  // to the next change of each car [s]
+};
+
+// With one acceleration for all kinds, 94 % were found at the end and 91 % while it ran.
+TEST(ThingTracker, CarsInAJamMove) {
+  constexpr int kSeeds = 10, kFrames = 60, kWhile = 10;  // frames between two looks at the shares
+  double at_end = 0, running = 0, posts = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Square square(seed);
+    Jam jam(square);
+    const auto share = [&] {
+      const auto cars = std::count_if(square.things.begin(), square.things.end(),
+                                      [](int thing) { return thing >= 0; });
+      return square.taken_for_movers(true) / static_cast<double>(cars);
+    };
+    for (int i = 1; i <= kFrames; ++i) {
+      jam.look();
+      if (i % kWhile == 0) running += share() / (kSeeds * (kFrames / kWhile));
+    }
+    square.tracker.decide(square.locate());
+    at_end += share() / kSeeds;
+    posts += square.taken_for_movers(false);
+  }
+  EXPECT_GT(at_end, 0.98);
+  EXPECT_GT(running, 0.97);
+  // A post between the lanes may be taken for the car that hides beside it: of 8,100 sightings.
+  EXPECT_LT(posts, 20);
+}
+
 TEST(ThingTracker, WhatCannotMoveIsNotFollowed) {
-  EXPECT_FALSE(ThingTracker({{10}, 2, {0, 0}}).is_on());
-  EXPECT_TRUE(ThingTracker({{10}, 2, {0, 0.1}}).is_on());
+  EXPECT_FALSE(ThingTracker({{{10, 2}}, {0, 0}}).is_on());
+  EXPECT_TRUE(ThingTracker({{{10, 2}}, {0, 0.1}}).is_on());
 }
 
 // Of two alike tracks, that of a class that moves more often is taken for a mover first.
@@ -112,7 +162,7 @@ TEST(ThingTracker, ClassesHavePriorsOfTheirOwn) {
   const ThingTracker::Look look{0.9, 1600, false, {0.5, 0.5}};
   int frames_until[2] = {0, 0};
   for (int kind : {0, 1}) {
-    ThingTracker tracker({{10}, 2, {0.5, 1e-6}});
+    ThingTracker tracker({{{10, 2}}, {0.5, 1e-6}});
     std::vector<PointSighting> seen;
     const auto locate = [&](int s) { return seen[static_cast<std::size_t>(s)]; };
     for (int i = 0; i < 12 && frames_until[kind] == 0; ++i) {
