@@ -270,7 +270,10 @@ class BayesTree {
   double prepare(const Clique& clique, const double* seen);
   void solve_prepared(Clique& clique, Charts* charts);
   double promise(const Charts* charts);
-  bool may_stay(const Clique& clique, const std::vector<double>& view, const Bend& bend);
+  template <class Rise>
+  bool may_bend(const Clique& clique, const std::vector<double>& view, const Bend& bend,
+                const Rise& rise);
+  double rise_of_staying(int c, const Bend& bend, const Charts* charts);
   bool is_left(int c, const Bend& bend, Charts* charts);
   void see(const Clique& clique, const Charts* charts);
   double strain(const Clique& clique, const std::vector<double>& view) const;

@@ -208,18 +208,38 @@ void BayesTree::move_below(int c, const MapMotion& motion, Charts& charts) {
   }
 }
 
-/// Whether a clique and all below it may stay as they are while it sees its separator as given:
-/// what that costs at most is little for so many factors, and what it costs the clique itself is no
-/// more than is left for it of what the new steps bring. Without the latter, a part of 100,000
-/// factors would stay at a cost of a hundred beside steps that bring one.
-bool BayesTree::may_stay(const Clique& clique, const std::vector<double>& view, const Bend& bend) {
+/// Whether a clique and all below it may be left while it sees its separator as given: what that
+/// costs at most is little for so many factors, and what it costs, `rise()`, is no more than is
+/// left for it of what the new steps bring. Without the latter, a part of 100,000 factors would
+/// stay at a cost of a hundred beside steps that bring one.
+template <class Rise>
+bool BayesTree::may_bend(const Clique& clique, const std::vector<double>& view, const Bend& bend,
+                         const Rise& rise) {
   const double most = strain(clique, view);
   if (most <= bend.whole) return true;
   if (most > bend.whole + bend.per_factor * clique.factors_below) return false;
-  const double rise = prepare(clique, view.data());
-  if (rise > may_rise_) return false;
-  may_rise_ -= rise;
+  const double cost = rise();
+  if (cost > may_rise_) return false;
+  may_rise_ -= cost;
   return true;
+}
+
+/// By how much the linearised objective rises where a clique, which sees its separator as in view_,
+/// and all below it stay: the sum over the cliques that see something else than they have seen.
+/// Stops at more than may be spent.
+double BayesTree::rise_of_staying(int c, const Bend& bend, const Charts* charts) {
+  double rise = 0.0;
+  below_.assign(1, c);
+  while (!below_.empty() && rise <= may_rise_) {
+    const Clique& clique = cliques_[below_.back()];
+    below_.pop_back();
+    see(clique, charts);
+    if (strain(clique, view_) <= bend.whole) continue;
+    rise += prepare(clique, view_.data());
+    below_.insert(below_.end(), clique.children.begin(), clique.children.end());
+  }
+  see(cliques_[c], charts);
+  return rise;
 }
 
 /// Whether a clique and all below it stay as they are, moved with their separator where they may.
@@ -229,9 +249,12 @@ bool BayesTree::is_left(int c, const Bend& bend, Charts* charts) {
   see(clique, charts);
   follow_.found = false;
   const bool is_as_before = !clique.pending && clique.visit == Clique::Visit::kNone;
-  if (is_as_before && may_stay(clique, view_, bend)) return true;
+  if (is_as_before &&
+      may_bend(clique, view_, bend, [&] { return rise_of_staying(c, bend, charts); }))
+    return true;
   follow_.found = charts != nullptr && is_as_before && follow(clique, *charts);
-  if (follow_.found && may_stay(clique, follow_.view, bend)) {
+  if (follow_.found &&
+      may_bend(clique, follow_.view, bend, [&] { return prepare(clique, follow_.view.data()); })) {
     save_motion(c);
     std::copy(follow_.in_all.begin(), follow_.in_all.end(), clique.motion());
     charts->move(clique.variables, clique.frontals, follow_.motion);

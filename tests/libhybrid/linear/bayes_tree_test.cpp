@@ -95,6 +95,40 @@ TEST(BayesTree, WhatStaysCostsNoMoreThanHalfOfWhatNewStepsBring) {
   EXPECT_NEAR(before, 4.5, 1e-9);
 }
 
+/// A soft chain of which each link sees one more variable: what it costs that the chain stays while
+/// that one moves is little for each link, and much for all of them.
+TEST(BayesTree, WhatStaysIsCountedInAllThatSeeIt) {
+  constexpr int kLength = 1000, kSeen = kLength;
+  BayesTree tree;
+  std::vector<int> factors;
+  const auto add = [&](const std::vector<int>& variables, const std::vector<double>& packed) {
+    factors.push_back(tree.add_factor(variables));
+    std::copy(packed.begin(), packed.end(), tree.hessian(factors.back()));
+  };
+  const auto solve = [&](const Bend& bend) {
+    ASSERT_LT(tree.eliminate({kLength - 1, kSeen}).singular, 0);
+    tree.solve(1e-9, bend);
+    tree.commit();
+  };
+  const auto cost = [&] {
+    double sum = 0.0;
+    for (int f : factors) sum += tree.linear_cost(f);
+    return sum;
+  };
+  for (int v = 0; v <= kSeen; ++v) tree.add_variable(v, 1);
+  add({0}, {1e-3, 0, 0});
+  for (int v = 0; v < kLength; ++v) {
+    add({v, kSeen}, {1, -1, 0, 1, 0, 0});
+    if (v > 0) add({v - 1, v}, {0.1, -0.1, 0, 0.1, 0, 0});
+  }
+  solve({});
+  add({kSeen}, {100, -300, 900});  // x = 3
+  const double before = cost();
+  solve({0.0, 10.0});
+  EXPECT_NEAR(before, 450, 1e-9);
+  EXPECT_LT(cost(), 0.5 * before + 0.01);  // that of all in one place is 0.0045
+}
+
 TEST(BayesTree, EqualsDenseOverRandomChanges) {
   int singular = 0;
   for (int seed = 1; seed <= cases(150); ++seed) {
