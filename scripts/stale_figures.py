@@ -3,7 +3,8 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """Lists figures of the pages that are older than what makes them.
 
-usage: stale_figures.py [--unnamed] [PAGE]...     (default: README.md and docs/*.md)
+usage: stale_figures.py [--lines N] [PAGE]...     (default: README.md and docs/*.md)
+       stale_figures.py --unnamed [PAGE]...
 
 A figure is a paragraph, list or table with measured numbers, or a picture. The command that makes it is the nearest one before it
 in its section, or else the first one there, or else that of the section around it. A picture has that of its caption, or of the
@@ -14,7 +15,8 @@ The inputs of a figure are the configuration, the script or the benchmark that t
 that its program and plugins are about (PROGRAMS, PLUGINS). A figure is listed where lines of code in an input are younger than
 all lines of the figure by `git blame`, or than the picture. Comments, lines that a commit only moves, and renamed files do not
 count. Nor do commits whose message begins with "Reword", for the age of a figure. Whoever finds a figure unchanged touches its
-lines, or leaves it for the next measurement. A line that uses a renamed name counts.
+lines, or leaves it for the next measurement. A line that uses a renamed name counts. With --lines, figures are listed whose inputs
+have at least N changed lines (an added and a removed line are two), so that those of large changes can be measured first.
 
 With --unnamed, figures are listed that no command makes. Numbers of settings, limits and methods are no figures: there a result
 is a table of numbers, or a sentence in which a number stands beside a word of measuring (RESULT). What a page says "no command here repeats" is left out. Exit code 0, or 1 where a page
@@ -266,8 +268,16 @@ def main():
         print(__doc__)
         return
     root = pathlib.Path(git(pathlib.Path.cwd(), "rev-parse", "--show-toplevel").strip())
-    without = "--unnamed" in sys.argv[1:]
-    pages = [word for word in sys.argv[1:] if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
+    words = sys.argv[1:]
+    without = "--unnamed" in words
+    least = 1
+    if "--lines" in words:
+        at = words.index("--lines")
+        if not words[at + 1:] or not words[at + 1].isdigit():
+            sys.exit("error: --lines needs a number")
+        least = int(words[at + 1])
+        del words[at:at + 2]
+    pages = [word for word in words if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
     count = 0
     changes = {} if without else changes_of_code(root)
     for page in pages:
@@ -276,6 +286,8 @@ def main():
                 count += 1
                 print(f"{page}:{first}: names no command")
             for first, written, younger in () if without else stale(root, page, changes):
+                if sum(lines for _, _, lines in younger) < least:
+                    continue
                 count += 1
                 told = ", ".join(f"{path} ({day(changed)}, {lines} lines)" for path, changed, lines in younger)
                 print(f"{page}:{first}: figures of {day(written)}; changed since: {told}")

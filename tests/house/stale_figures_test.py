@@ -96,6 +96,15 @@ class StaleFigures(unittest.TestCase):
         self.assertEqual(self.listed("docs/page.md"),
                          [f"docs/page.md:{line}: figures of 2026-01-01; changed since: config/a.ini (2026-01-05, 2 lines)" for line in (9, 17)])
 
+    def test_small_changes_can_be_left_out(self):
+        self.write("config/a.ini", "2")
+        self.write("config/b.ini", "2\n3\n4\n5\n")
+        self.commit(5)
+        self.assertEqual(len(self.listed("--lines", "2", "docs/page.md")), 3)
+        self.assertEqual([line.split(": ")[0] for line in self.listed("--lines", "3", "docs/page.md")], ["docs/page.md:11"])
+        ran = subprocess.run([sys.executable, "-B", SCRIPT, "--lines"], cwd=self.at, text=True, capture_output=True, check=False)
+        self.assertEqual((ran.returncode, ran.stderr), (1, "error: --lines needs a number\n"))
+
     def test_a_table_names_its_own_command(self):
         self.write("config/b.ini", "2")
         self.commit(5)
