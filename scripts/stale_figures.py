@@ -3,16 +3,27 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """Lists figures of the pages that are older than what makes them.
 
-usage: stale_figures.py [--unnamed] [PAGE]...     (default: README.md and docs/*.md)
+usage: stale_figures.py [--lines N] [PAGE]...     (default: README.md and docs/*.md)
+       stale_figures.py --unnamed [PAGE]...
 
-A figure is a paragraph, list or table with measured numbers. The command that makes it is the nearest one before it in its
-section, or else the first one there, or else that of the section around it. With --unnamed, figures are listed that no command
-makes: either one is missing, or the numbers are no measurements, such as limits and settings. Otherwise: the inputs of a figure are the configuration, the script or the benchmark that the command names,
-and the rooms of the library that its program is about (PROGRAMS). A figure is listed where an input has a commit that is
-younger than all lines of the figure by `git blame`; whoever finds it unchanged touches its lines, or leaves it for the next
-measurement. Exit code 0, or 1 where a page is not in the repository.
+A figure is a paragraph, list or table with measured numbers, or a picture. The command that makes it is the nearest one before it
+in its section, or else the first one there, or else that of the section around it. A picture has that of its caption, or of the
+code below it; where its page names none, another page may. What a script writes into a page ("What follows is written by") is
+skipped.
+
+The inputs of a figure are the configuration, the script or the benchmark that the command names, and the rooms of the library
+that its program and plugins are about (PROGRAMS, PLUGINS). A figure is listed where lines of code in an input are younger than
+all lines of the figure by `git blame`, or than the picture. Comments, lines that a commit only moves, and renamed files do not
+count. Nor do commits whose message begins with "Reword", for the age of a figure. Whoever finds a figure unchanged touches its
+lines, or leaves it for the next measurement. A line that uses a renamed name counts. With --lines, figures are listed whose inputs
+have at least N changed lines (an added and a removed line are two), so that those of large changes can be measured first.
+
+With --unnamed, figures are listed that no command makes. Numbers of settings, limits and methods are no figures: there a result
+is a table of numbers, or a sentence in which a number stands beside a word of measuring (RESULT). What a page says "no command here repeats" is left out. Exit code 0, or 1 where a page
+is not in the repository.
 """
 
+import collections
 import pathlib
 import re
 import subprocess
@@ -20,9 +31,19 @@ import sys
 import time
 
 LANDMARKS = ["libhybrid/landmarks", "libhybrid/association", "libhybrid/movers", "mrpt_plugins/plugins"]
+KNOWN_IDS = ["libhybrid/initialization", "libhybrid/landmarks/sighting.cpp"]
+# What a replay is about by its plugins; LANDMARKS where none is named.
+PLUGINS = {
+    "BearingRangeAssociation": LANDMARKS[:3] + ["mrpt_plugins/plugins/bearing_range_association.cpp"],
+    "BearingRangeKnownIds": [*KNOWN_IDS, "mrpt_plugins/plugins/bearing_range_plugins.cpp"],
+    "ClassedBearingRangeKnownIds": [*KNOWN_IDS, "mrpt_plugins/plugins/bearing_range_plugins.cpp"],
+    "BeaconRanges": [*KNOWN_IDS, "mrpt_plugins/plugins/beacon_ranges.cpp"],
+    "BearingOnly": [*KNOWN_IDS, "mrpt_plugins/plugins/bearing_only.cpp"],
+    "LaserScans": ["libhybrid/scans", "mrpt_plugins/plugins/laser_scans.cpp"],
+}
 # What a program is about; what all programs share is left out, or every figure would be listed after every commit.
 PROGRAMS = {
-    "hybrid-replay": LANDMARKS + ["mrpt_plugins/mapping"],
+    "hybrid-replay": ["mrpt_plugins/mapping"],
     "hybrid-import": ["mrpt_plugins/import"],
     "hybrid-map": ["libhybrid/maps", "mrpt_plugins/map_file"],
     "hybrid-objects": ["libhybrid/objects"],
@@ -33,8 +54,14 @@ PROGRAMS = {
     "hybrid-switching": ["libhybrid/switching"],
 }
 MEASURED = re.compile(r"\d+\.\d+|\d\s?%|\d (m|s|ms|MB|kB|rad|degrees)\b")
-COMMAND = re.compile(r"(?:^|[\s`/])((?:hybrid|bench)-[a-z-]+|scripts/[a-z_]+(?:\.py)?|test_[a-z_]+)(?=[\s`]|$)")
-DAY = 86400
+COMMAND = re.compile(r"(?:^|[\s`/])((?:hybrid|bench)-[a-z0-9-]+|(?:scripts|examples)/[a-z0-9_]+(?:\.(?:py|cpp))?|test_[a-z_]+)(?=[\s`]|$)")
+PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.(?:png|svg))\)")
+GENERATED = re.compile(r"<!-- What follows is written by ")
+RESULT = re.compile(r"\b(error of|rmse|recall|precision|median|took|takes?|save[sd]?|faster|slower|instead of|compiles in)\b")
+SETTINGS = re.compile(r"\|\s*default\s*\|")  # in the head of a table
+NOT_REPEATED = "no command here repeats it"  # said of what was measured once
+NO_CODE = re.compile(r"\s*(//|#(?!define)|;|\W*$)")  # comments, includes, brackets
+ROOMS = ("libhybrid", "mrpt_plugins", "bench", "config", "scripts", "tests", "examples")
 
 
 def git(root, *words):
@@ -65,15 +92,20 @@ def is_code(block):
 def inputs_of(root, command_line):
     """Paths of the repository that a command uses."""
     paths = []
+    settings = re.findall(r"config/[\w/]+\.ini", command_line)
     for word in COMMAND.findall(command_line):
         paths += PROGRAMS.get(word, [])
         if word.startswith("bench-"):
             paths.append(f"bench/{word}.cpp")
-        if word.startswith("scripts/"):
+        if word == "hybrid-replay":
+            text = command_line + "".join((root / name).read_text(encoding="utf-8") for name in settings if (root / name).exists())
+            named = [paths_of for plugin, paths_of in PLUGINS.items() if re.search(rf"\b{plugin}\b", text)]
+            paths += sum(named, []) or LANDMARKS
+        if word.startswith(("scripts/", "examples/")):
             paths.append(word)
         if word.startswith("test_"):
             paths.append(tests_of(root, word.removeprefix("test_")))
-    paths += re.findall(r"config/[\w/]+\.ini", command_line)
+    paths += settings
     return [path for path in dict.fromkeys(paths) if path and (root / path).exists()]
 
 
@@ -100,7 +132,23 @@ def sections(lines):
 
 
 def is_figure(block):
-    return not is_code(block) and not block[0].startswith("#") and MEASURED.search(re.sub(r"`[^`]*`", "", "\n".join(block)))
+    return not is_code(block) and not block[0].startswith("#") and not SETTINGS.search(block[0]) and MEASURED.search(re.sub(r"`[^`]*`", "", "\n".join(block)))
+
+
+def is_result(block):
+    """Whether numbers were measured; only asked where no command stands, since settings have units too."""
+    if block[0].startswith("!["):
+        return True
+    if block[0].startswith("|"):
+        cells = [cell for row in block[2:] for cell in row.strip("| ").split("|")[1:]]
+        return sum(bool(re.match(r"\W*\d", cell)) for cell in cells) > len(cells) / 2
+    sentences = re.split(r"(?<=[.?!])\s+", re.sub(r"`[^`]*`", "", " ".join(line.strip() for line in block)))
+    return any(MEASURED.search(sentence) and RESULT.search(sentence) for sentence in sentences)
+
+
+def pictures_of(block):
+    """Paths of the pictures in a block."""
+    return [] if is_code(block) else PICTURE.findall("\n".join(block))
 
 
 def figures_of(root, lines):
@@ -114,8 +162,11 @@ def figures_of(root, lines):
         inherited = around[max(around)] if around else []
         if made and level > 1:  # the head of a page is of no figure in particular
             around[level] = made[0][1]
-        for start, block in section:
-            if is_figure(block):
+        for at, (start, block) in enumerate(section):
+            below = section[at + 1] if at + 1 < len(section) else (0, [""])
+            if pictures_of(block) and (is_code(below[1]) or below[1][0].startswith("*")) and inputs_of(root, "\n".join(below[1])):
+                yield start, start + len(block) - 1, inputs_of(root, "\n".join(below[1]))
+            elif is_figure(block) or pictures_of(block):
                 before = [m for m in made if m[0] <= start] or made[:1] or [(start, inherited)]
                 yield start, start + len(block) - 1, before[-1][1]
 
@@ -123,7 +174,9 @@ def figures_of(root, lines):
 def times_of_lines(root, page):
     """The commit time of each line; now for lines that are not committed."""
     times, out = {}, []
-    for line in git(root, "blame", "--line-porcelain", "--", str(page)).splitlines():
+    told = [line.split(" ", 1) for line in git(root, "log", "--format=%H %s", "--", str(page)).splitlines()]
+    words = [word for commit, subject in told if subject.startswith("Reword") for word in ("--ignore-rev", commit)]
+    for line in git(root, "blame", *words, "--line-porcelain", "--", str(page)).splitlines():
         if re.match(r"[0-9a-f]{40} ", line):
             commit = line.split()[0]
         elif line.startswith("committer-time "):
@@ -133,25 +186,77 @@ def times_of_lines(root, page):
     return out
 
 
-def stale(root, page):
-    """(first line, day of the figure, [(path, day of its last commit)]) of the figures that are older than an input."""
-    lines = (root / page).read_text(encoding="utf-8").splitlines()
+def changes_of_code(root):
+    """{file: [(commit time, number of lines of code)]}: lines that were changed and not only moved."""
+    changes = collections.defaultdict(list)
+    log = git(root, "log", "-M", "-p", "-U0", "--no-color", "--format=%x00%ct", "--", *(name for name in ROOMS if (root / name).exists()))
+    for commit in log.split("\0")[1:]:
+        time_of, _, diff = commit.partition("\n")
+        counts, files, name = {"+": collections.Counter(), "-": collections.Counter()}, [], None
+        header = False
+        for line in diff.splitlines():
+            if line.startswith("diff --git "):
+                name, header = line.split(" b/", 1)[1], True
+            elif line.startswith("@@"):
+                header = False
+            elif not header and line[:1] in counts and not NO_CODE.match(line[1:]):
+                plain = "".join(line[1:].split())
+                counts[line[0]][plain] += 1
+                files.append((name, line[0], plain))
+        lines = collections.Counter(name for name, sign, plain in files if counts["+"][plain] != counts["-"][plain])
+        for name, count in lines.items():
+            changes[name].append((int(time_of), count))
+    return changes
+
+
+def stale(root, page, changes):
+    """(first line, day of the figure, [(path, day of its last change, lines of code)]) of the figures that are older than an input."""
+    lines = shown_lines(root, page)
     times = times_of_lines(root, page)
     for first, last, inputs in figures_of(root, lines):
-        written = max(times[first - 1:last])
+        written = [max(times[first - 1:last])]
+        pictures = pictures_of(lines[first - 1:last])
+        for picture in pictures:
+            found = git(root, "log", "-1", "--format=%ct", "--", str(pathlib.Path(page).parent / picture)).strip()
+            written.append(int(found) if found else time.time())
+        written = min(written[1:]) if pictures else written[0]
         younger = []
         for path in inputs:
-            found = git(root, "log", "-1", "--format=%ct", "--", path).strip()
-            if found and int(found) > written:
-                younger.append((path, int(found)))
+            found = [change for name, of in changes.items() if name == path or name.startswith(path + "/") for change in of if change[0] > written]
+            if found:
+                younger.append((path, max(found)[0], sum(count for _, count in found)))
         if younger:
             yield first, written, younger
 
 
+def shown_lines(root, page):
+    """Lines of a page but for those that a script writes."""
+    lines = (root / page).read_text(encoding="utf-8").splitlines()
+    return lines[:next((n for n, line in enumerate(lines) if GENERATED.match(line)), len(lines))]
+
+
+def pictures_with_commands(root):
+    """Paths of the pictures that some page names a command for."""
+    named = set()
+    for page in [root / "README.md", *(root / "docs").glob("*.md")]:
+        if page.exists():
+            lines = shown_lines(root, page)
+            for first, last, inputs in figures_of(root, lines):
+                if inputs:
+                    named.update((page.parent / picture).resolve() for picture in pictures_of(lines[first - 1:last]))
+    return named
+
+
 def unnamed(root, page):
     """First lines of the figures of a page that no command makes."""
-    lines = (root / page).read_text(encoding="utf-8").splitlines()
-    return [first for first, _, inputs in figures_of(root, lines) if not inputs]
+    lines = shown_lines(root, page)
+    elsewhere = pictures_with_commands(root)
+    for first, last, inputs in figures_of(root, lines):
+        pictures = [(root / page).parent / picture for picture in pictures_of(lines[first - 1:last])]
+        if pictures and all(picture.resolve() in elsewhere for picture in pictures) or NOT_REPEATED in " ".join(lines[max(first - 6, 0):last]):
+            continue
+        if not inputs and is_result(lines[first - 1:last]):
+            yield first
 
 
 def day(seconds):
@@ -163,17 +268,28 @@ def main():
         print(__doc__)
         return
     root = pathlib.Path(git(pathlib.Path.cwd(), "rev-parse", "--show-toplevel").strip())
-    without = "--unnamed" in sys.argv[1:]
-    pages = [word for word in sys.argv[1:] if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
+    words = sys.argv[1:]
+    without = "--unnamed" in words
+    least = 1
+    if "--lines" in words:
+        at = words.index("--lines")
+        if not words[at + 1:] or not words[at + 1].isdigit():
+            sys.exit("error: --lines needs a number")
+        least = int(words[at + 1])
+        del words[at:at + 2]
+    pages = [word for word in words if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
     count = 0
+    changes = {} if without else changes_of_code(root)
     for page in pages:
         try:
             for first in unnamed(root, page) if without else ():
                 count += 1
                 print(f"{page}:{first}: names no command")
-            for first, written, younger in () if without else stale(root, page):
+            for first, written, younger in () if without else stale(root, page, changes):
+                if sum(lines for _, _, lines in younger) < least:
+                    continue
                 count += 1
-                told = ", ".join(f"{path} ({day(changed)})" for path, changed in younger)
+                told = ", ".join(f"{path} ({day(changed)}, {lines} lines)" for path, changed, lines in younger)
                 print(f"{page}:{first}: figures of {day(written)}; changed since: {told}")
         except (OSError, subprocess.CalledProcessError) as error:
             sys.exit(f"error: {page}: {getattr(error, 'stderr', None) or error}".strip())

@@ -12,7 +12,7 @@
 namespace hybrid {
 namespace {
 
-/// Most closures of a sound front end are true: from half of them on the noise is in doubt, and
+/// Most closures of a sound front end are true: from half of them on the noise is doubtful, and
 /// where nearly all go, it is the noise and not they.
 constexpr UpperLimits kRejectedLimits{0.5, 0.9};
 constexpr std::size_t kFewestClosures = 5;

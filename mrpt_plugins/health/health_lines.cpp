@@ -30,7 +30,7 @@ std::vector<std::string> health_lines(const Health& health) {
           fmt::format("{} is {:.3g} (good: {})", entry.name, entry.value, limits_of(entry)));
     }
   }
-  if (!doubtful.empty()) lines.push_back(fmt::format("in doubt: {}", fmt::join(doubtful, ", ")));
+  if (!doubtful.empty()) lines.push_back(fmt::format("doubtful: {}", fmt::join(doubtful, ", ")));
   return lines;
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 /// Sigmas are wrong by a factor of so much: what they are squared is the ratio below.
 constexpr double kDoubtfulFactor = 1.5, kBadFactor = 2;
-/// Stated too large makes covariances too large, and no map wrong: in doubt from so much on.
+/// Stated too large makes covariances too large, and no map wrong: doubtful from so much on.
 constexpr double kDoubtfulExcess = 3;
 constexpr double kSure = 0.999;  // probability at which a ratio is not by chance
 

@@ -146,11 +146,11 @@ namespace {
 
 /// Section [keyframes].
 void read_keyframes(IniFile& ini, SourceOptions& options) {
-  IniSection keyframes = ini.section(
-      "keyframes",
-      "A frame becomes a pose of the map once any threshold that is set is reached; "
-      "with all at 0 every frame does, or, where laser scans alone are mapped and none is "
-      "given, one every half metre or 20 degrees");
+  IniSection keyframes =
+      ini.section("keyframes",
+                  "A frame becomes a pose of the map once any threshold that is set is reached. "
+                  "With all at 0 every frame does; where laser scans alone are mapped and none is "
+                  "given, one every half metre or 20 degrees does");
   KeyframeOptions& k = options.keyframes;
   k.min_distance =
       keyframes.get("min_distance", k.min_distance, "since the keyframe before [m]", kLength);

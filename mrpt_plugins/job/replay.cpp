@@ -20,7 +20,7 @@ constexpr int kMostMeasurements = 4;  // of the noise, each with a map
 
 /// Where landmarks are not found again, or mapped twice, which detection is of which landmark was
 /// decided finer than could be told. Landmarks get an extent: the least with which what was bad is
-/// not in doubt any more, or else with which it is least.
+/// not doubtful any more, or else with which it is least.
 void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
                   std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
   const char* check = too_fine(outcome.summary.health);
@@ -38,7 +38,7 @@ void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
 }
 
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes an
-/// outcome that is better. A map in doubt is made again where sign, clock or mounting of a sensor,
+/// outcome that is better. A doubtful map is made again where sign, clock or mounting of a sensor,
 /// or what ids are, is not as stated. Returns the request of the map that is taken.
 ReplayRequest map_as_measured(const ReplayRequest& request, const Watchers& watchers,
                               std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {

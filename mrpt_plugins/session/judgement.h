@@ -16,7 +16,7 @@ Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                  double repeated_stamps, const Mapper& mapper, const MapResult& result);
 
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
-/// where none of the other's is bad, fewer are in doubt.
+/// where none of the other's is bad, fewer are doubtful.
 bool is_better(const Health& a, const Health& b);
 
 }  // namespace hybrid

@@ -31,7 +31,7 @@ struct Remedies {
 /// these count where all are found again.
 const char* too_fine(const Health& health);
 
-/// How far a check is from where it begins to be in doubt, a factor; 0: it was not made.
+/// How far a check is from where it begins to be doubtful, a factor; 0: it was not made.
 double excess(const Health& health, const char* check);
 
 /// Whether map `a` is better by a check than map `b`, and so good that it is not bad, nor are its

@@ -63,9 +63,9 @@ Scenario::Path read_path(IniFile& ini) {
   path.waypoints =
       s.get("waypoints", std::vector<double>{},
             "x y of each waypoint after the start, as seen from there [m]", kCoordinate);
-  path.height =
-      s.get("height", 0.0, "In 3d: the path swings between 0 and this height [m]", kCoordinate);
-  path.waves = s.get("waves", 2.0, "In 3d: swings of height and roll per path", IniRange{0, 1e4});
+  path.height = s.get("height", 0.0, "In 3d: the path rises and falls from 0 to this height [m]",
+                      kCoordinate);
+  path.waves = s.get("waves", 2.0, "In 3d: waves of height and roll per path", IniRange{0, 1e4});
   path.roll = s.degrees("roll_deg", 0, "In 3d: amplitude of the roll [deg]", IniRange{-90, 90});
   if (path.shape == "waypoints" && (path.waypoints.empty() || path.waypoints.size() % 2 != 0)) {
     s.fail("waypoints", "needs pairs of x y");

@@ -22,7 +22,7 @@ TEST(HealthLines, ABadVerdictHasALineAndAllDoubtfulOnesHaveOne) {
   EXPECT_EQ(health_lines(health),
             (std::vector<std::string>{
                 "warning: seen once: Half were seen once. Look at: odometry",
-                "in doubt: seen when in view is 0.466 (good: 0.5 to 1), odometry is 7 (good: at "
+                "doubtful: seen when in view is 0.466 (good: 0.5 to 1), odometry is 7 (good: at "
                 "most 5), closures is 0.25 (good: at least 1)"}));
 }
 

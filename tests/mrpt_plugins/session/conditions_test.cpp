@@ -26,7 +26,7 @@ TEST(IsBetter, IsNotWhereOneCheckIsMuchWorse) {
   const Health before{entry("a", 8), entry("b", 8)};
   EXPECT_TRUE(is_better({entry("a", 1), entry("b", 8.5)}, before));  // the same but for chance
   EXPECT_FALSE(is_better({entry("a", 1), entry("b", 9.5)}, before));
-  // What was in doubt before and is bad now is worse, whatever else is good.
+  // What was doubtful before and is bad now is worse, whatever else is good.
   EXPECT_FALSE(is_better({entry("a", 1), entry("b", 5)}, {entry("a", 3), entry("b", 3)}));
 }
 
