@@ -9,6 +9,7 @@
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -24,11 +25,20 @@ struct FeedOfCopy {
   PoseFeed feed;
 };
 
+}  // namespace
+
+template <class T>
+struct Blank<GraphEdge<T>> {
+  static GraphEdge<T> make() { return {{}, {}, T(), Noise::unit(1)}; }
+};
+
+namespace {
+
 template <class T>
 void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
                std::vector<GraphEdge<T>> PoseGraph::*edges, const char* doc) {
   using Edge = GraphEdge<T>;
-  py::class_<Edge>(m, name, doc)
+  FieldsClass<Edge>(m, name, doc)
       .def_readonly("from_key", &Edge::from)
       .def_readonly("to_key", &Edge::to)
       .def_readonly("measured", &Edge::measured)
