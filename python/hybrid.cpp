@@ -20,6 +20,7 @@ std::vector<T> all_of(const HandleList<T>& factors) {
 /// Adds whatever can be iterated over, such as a list of factors.
 template <class Target>
 py::list add_all(Target& target, const py::iterable& factors) {
+  if (py::isinstance<py::str>(factors)) throw py::type_error("factors are wanted, not a text");
   const py::object self = py::cast(&target, py::return_value_policy::reference);
   py::list handles;
   for (const py::handle factor : factors) handles.append(self.attr("add")(factor));
@@ -79,12 +80,37 @@ void bind_handles(py::module_& m) {
       .def("__len__", &AddedHandles::size);
 }
 
+/// What a list of Python has beside.
+void bind_places(py::class_<HybridGraph>& c) {
+  c.def(
+       "__getitem__",
+       [](const HybridGraph& graph, const py::int_& i) {
+         return py::object(factors_of(graph).attr("__getitem__")(i));
+       },
+       "index"_a, "A factor by its place in the order of iteration.")
+      .def(
+          "__getitem__",
+          [](const HybridGraph& graph, const py::slice& places) {
+            return py::list(factors_of(graph).attr("__getitem__")(places));
+          },
+          "places"_a)
+      .def(
+          "__iadd__",
+          [](const py::object& self, const py::object& factors) {
+            self.attr("add")(factors);
+            return self;
+          },
+          "factors"_a, "Adds a factor, or several.");
+}
+
 void bind_graph(py::module_& m) {
-  py::class_<HybridGraph>(m, "HybridGraph",
-                          "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
-                          "hybrid factors.",
-                          collected<HybridGraph, GraphAccess>())
-      .def(py::init<>())
+  py::class_<HybridGraph> c(
+      m, "HybridGraph",
+      "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
+      "hybrid factors.",
+      collected<HybridGraph, GraphAccess>());
+  bind_places(c);
+  c.def(py::init<>())
       .def(py::init([](const py::iterable& factors) {
              HybridGraph graph;
              add_all(graph, factors);

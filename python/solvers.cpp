@@ -115,6 +115,20 @@ void bind_certificate(py::module_& m) {
       .def_readonly("message", &Certificate::message, "Why nothing could be computed, or empty.");
   m.def(
       "certify",
+      [](const HybridGraph& graph, const Values& estimate) {
+        if (graph.hybrid().size() + graph.discrete().size() > 0) {
+          throw Error(
+              "a certificate is of continuous factors: give those of the chosen components as a "
+              "list");
+        }
+        std::vector<ContinuousFactorPtr> factors;
+        graph.continuous().for_each([&](Handle, const auto& f) { factors.push_back(f); });
+        return call_on_copies([](const auto&... arguments) { return certify(arguments...); },
+                              factors, estimate);
+      },
+      "graph"_a, "estimate"_a, "Of a graph of continuous factors.");
+  m.def(
+      "certify",
       [](const std::vector<FactorArgument>& factors, const Values& estimate) {
         const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
         return call_on_copies([](const auto&... arguments) { return certify(arguments...); },
