@@ -52,6 +52,9 @@ install(FILES ${PROJECT_BINARY_DIR}/hybrid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR
 install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT hybrid-apps)
 
+if(HYBRID_APPS)
+  include(cmake/completions.cmake)
+endif()
 if(HYBRID_PACKAGES)
   include(cmake/package_files.cmake)
   include(cmake/package.cmake)

@@ -1,8 +1,7 @@
-# Files of the Debian packages in addition to installed ones: man pages by help2man, completion for bash and zsh,
-# copyright and changelog of each package.
+# Files of the Debian packages in addition to installed ones: man pages by help2man, copyright and changelog of each
+# package.
 find_program(HELP2MAN help2man REQUIRED)
 find_program(GZIP gzip REQUIRED)
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
 # The line shown by `man -k`.
 set(HYBRID_PURPOSE_hybrid-replay "map landmarks and correct the trajectory of an MRPT rawlog")
@@ -22,26 +21,20 @@ foreach(app ${HYBRID_APPS})
     message(FATAL_ERROR "${app} needs its line for `man -k`: HYBRID_PURPOSE_${app}")
   endif()
   set(page ${package_dir}/man1/${app}.1.gz)
-  set(bash ${package_dir}/bash/${app})
-  set(zsh ${package_dir}/zsh/_${app})
   add_custom_command(
-    OUTPUT ${page} ${bash} ${zsh}
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${package_dir}/man1 ${package_dir}/bash ${package_dir}/zsh
+    OUTPUT ${page}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${package_dir}/man1
     COMMAND ${CMAKE_COMMAND} -E env SOURCE_DATE_EPOCH=0 LC_ALL=C.UTF-8 ${HELP2MAN} --no-info --section=1 --source=hybrid
             --version-string=${PROJECT_VERSION} --name=${HYBRID_PURPOSE_${app}} --output=${package_dir}/man1/${app}.1
             $<TARGET_FILE:${app}>
     COMMAND ${GZIP} -9nf ${package_dir}/man1/${app}.1
-    COMMAND ${Python3_EXECUTABLE} -B ${PROJECT_SOURCE_DIR}/scripts/completion.py $<TARGET_FILE:${app}> ${bash} ${zsh}
-    DEPENDS ${app} ${PROJECT_SOURCE_DIR}/scripts/completion.py
-    COMMENT "Manual and completion of ${app}" VERBATIM)
-  list(APPEND outputs ${page} ${bash} ${zsh})
+    DEPENDS ${app}
+    COMMENT "Manual of ${app}" VERBATIM)
+  list(APPEND outputs ${page})
 endforeach()
 add_custom_target(hybrid_package_files ALL DEPENDS ${outputs})
 
 install(DIRECTORY ${package_dir}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT hybrid-apps)
-install(DIRECTORY ${package_dir}/bash/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
-        COMPONENT hybrid-apps)
-install(DIRECTORY ${package_dir}/zsh/ DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT hybrid-apps)
 
 configure_file(${PROJECT_SOURCE_DIR}/LICENSE ${package_dir}/copyright COPYONLY)
 execute_process(COMMAND ${GZIP} -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${package_dir}/changelog.gz)

@@ -70,31 +70,6 @@ PyObject* python_object(const ContinuousFactorPtr& factor);
 /// The pointer to a Python object that is a continuous factor; null for other objects.
 ContinuousFactorPtr factor_pointer(py::handle object);
 
-/// A class of settings, constructed from keywords, one for each field.
-template <class T>
-class SettingsClass : public py::class_<T> {
- public:
-  SettingsClass(py::module_& m, const char* name, const char* doc) : py::class_<T>(m, name, doc) {
-    this->def(py::init([](const py::kwargs& fields) {
-      py::object made = py::cast(T{});
-      for (const auto& [key, value] : fields) {
-        if (!py::hasattr(made, key)) {
-          throw py::type_error(py::str(py::type::of(made).attr("__name__")).cast<std::string>() +
-                               " has no field '" + py::str(key).cast<std::string>() + "'");
-        }
-        py::setattr(made, key, value);
-      }
-      return made.template cast<T>();
-    }));
-  }
-
-  template <class Member>
-  SettingsClass& field(const char* name, Member member, const char* doc) {
-    this->def_readwrite(name, member, doc);
-    return *this;
-  }
-};
-
 }  // namespace hybrid::python
 
 namespace pybind11::detail {

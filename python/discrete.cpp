@@ -5,7 +5,7 @@
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/discrete/table.h"
 #include "libhybrid/hybrid/semantic.h"
-#include "python/bindings.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -92,7 +92,7 @@ void bind_tables(py::module_& m) {
 
 void bind_discrete(py::module_& m) {
   bind_tables(m);
-  py::class_<DiscreteSolution>(m, "DiscreteSolution", "The joint values of least total cost.")
+  FieldsClass<DiscreteSolution>(m, "DiscreteSolution", "The joint values of least total cost.")
       .def_readonly("assignment", &DiscreteSolution::assignment)
       .def_readonly("cost", &DiscreteSolution::cost, "Sum of the costs of all tables.")
       .def_readonly("exact", &DiscreteSolution::exact,

@@ -4,6 +4,7 @@
 #include "libhybrid/hybrid/graph.h"
 #include "python/calls.h"
 #include "python/conversions.h"
+#include "python/fields.h"
 #include "python/garbage.h"
 
 namespace hybrid::python {
@@ -19,6 +20,7 @@ std::vector<T> all_of(const HandleList<T>& factors) {
 /// Adds whatever can be iterated over, such as a list of factors.
 template <class Target>
 py::list add_all(Target& target, const py::iterable& factors) {
+  if (py::isinstance<py::str>(factors)) throw py::type_error("factors are wanted, not a text");
   const py::object self = py::cast(&target, py::return_value_policy::reference);
   py::list handles;
   for (const py::handle factor : factors) handles.append(self.attr("add")(factor));
@@ -59,8 +61,10 @@ void bind_handles(py::module_& m) {
       .value("CONTINUOUS", FactorKind::kContinuous)
       .value("DISCRETE", FactorKind::kDiscrete)
       .value("HYBRID", FactorKind::kHybrid);
-  py::class_<Handle>(m, "Handle",
-                     "Identifies a factor in a graph, from its addition to its removal.")
+  FieldsClass<Handle>(m, "Handle",
+                      "Identifies a factor in a graph, from its addition to its removal.")
+      .kept("index", &Handle::index)
+      .kept("generation", &Handle::generation)
       .def_readonly("kind", &Handle::kind)
       .def(
           "__eq__", [](Handle a, Handle b) { return a == b; }, "other"_a)
@@ -68,7 +72,7 @@ void bind_handles(py::module_& m) {
         return std::hash<std::uint64_t>()((std::uint64_t{h.index} << 32 | h.generation) * 4 +
                                           static_cast<unsigned>(h.kind));
       });
-  py::class_<AddedHandles>(m, "AddedHandles", "Handles of the factors added by a change.")
+  FieldsClass<AddedHandles>(m, "AddedHandles", "Handles of the factors added by a change.")
       .def_readonly("continuous", &AddedHandles::continuous)
       .def_readonly("discrete", &AddedHandles::discrete)
       .def_readonly("hybrid", &AddedHandles::hybrid)
@@ -76,12 +80,37 @@ void bind_handles(py::module_& m) {
       .def("__len__", &AddedHandles::size);
 }
 
+/// What a list of Python has beside.
+void bind_places(py::class_<HybridGraph>& c) {
+  c.def(
+       "__getitem__",
+       [](const HybridGraph& graph, const py::int_& i) {
+         return py::object(factors_of(graph).attr("__getitem__")(i));
+       },
+       "index"_a, "A factor by its place in the order of iteration.")
+      .def(
+          "__getitem__",
+          [](const HybridGraph& graph, const py::slice& places) {
+            return py::list(factors_of(graph).attr("__getitem__")(places));
+          },
+          "places"_a)
+      .def(
+          "__iadd__",
+          [](const py::object& self, const py::object& factors) {
+            self.attr("add")(factors);
+            return self;
+          },
+          "factors"_a, "Adds a factor, or several.");
+}
+
 void bind_graph(py::module_& m) {
-  py::class_<HybridGraph>(m, "HybridGraph",
-                          "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
-                          "hybrid factors.",
-                          collected<HybridGraph, GraphAccess>())
-      .def(py::init<>())
+  py::class_<HybridGraph> c(
+      m, "HybridGraph",
+      "A discrete-continuous factor graph (eq. 2): continuous factors, tables, "
+      "hybrid factors.",
+      collected<HybridGraph, GraphAccess>());
+  bind_places(c);
+  c.def(py::init<>())
       .def(py::init([](const py::iterable& factors) {
              HybridGraph graph;
              add_all(graph, factors);
@@ -127,6 +156,43 @@ void bind_graph(py::module_& m) {
            "All discrete variables, in the order of first appearance.");
 }
 
+void bind_delta(py::module_& m) {
+  const auto factors = [](const Delta& delta) {
+    py::list all;
+    for (const auto& factor : delta.continuous) all.append(factor);
+    for (const auto& table : delta.discrete) all.append(table);
+    for (const auto& factor : delta.hybrid) all.append(factor);
+    return all;
+  };
+  FieldsClass<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.",
+                     collected<Delta, DeltaAccess>())
+      .kept("factors", factors, [](Delta& delta, const py::list& all) { add_all(delta, all); })
+      .def(py::init<>())
+      .def(
+          "add",
+          [](Delta& delta, const FactorArgument& factor) {
+            delta.continuous.push_back(factor.pointer);
+          },
+          "factor"_a, "A factor, table or hybrid factor to add.")
+      .def(
+          "add", [](Delta& delta, const Table& table) { delta.discrete.push_back(table); },
+          "factor"_a)
+      .def(
+          "add",
+          [](Delta& delta, const std::shared_ptr<HybridFactor>& factor) {
+            delta.hybrid.push_back(factor);
+          },
+          "factor"_a)
+      .def(
+          "add", [](Delta& delta, const py::iterable& factors) { add_all(delta, factors); },
+          "factors"_a, "Adds several.")
+      .def_readwrite("values", &Delta::values, "Initial values of new continuous variables.")
+      .def_readwrite("assignment", &Delta::assignment,
+                     "Initial values of new discrete variables; 0 if not given.")
+      .def_readwrite("remove", &Delta::remove, "Handles of factors to remove.")
+      .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables to remove.");
+}
+
 }  // namespace
 
 void bind_hybrid(py::module_& m) {
@@ -153,32 +219,7 @@ void bind_hybrid(py::module_& m) {
       .def_readwrite("assignment", &Estimate::assignment, "Discrete.");
   convertible_or_error<Values, Estimate>();
   convertible_or_error<py::dict, Estimate>();
-  py::class_<Delta>(m, "Delta", "One atomic change of a graph, for the smoothers.",
-                    collected<Delta, DeltaAccess>())
-      .def(py::init<>())
-      .def(
-          "add",
-          [](Delta& delta, const FactorArgument& factor) {
-            delta.continuous.push_back(factor.pointer);
-          },
-          "factor"_a, "A factor, table or hybrid factor to add.")
-      .def(
-          "add", [](Delta& delta, const Table& table) { delta.discrete.push_back(table); },
-          "factor"_a)
-      .def(
-          "add",
-          [](Delta& delta, const std::shared_ptr<HybridFactor>& factor) {
-            delta.hybrid.push_back(factor);
-          },
-          "factor"_a)
-      .def(
-          "add", [](Delta& delta, const py::iterable& factors) { add_all(delta, factors); },
-          "factors"_a, "Adds several.")
-      .def_readwrite("values", &Delta::values, "Initial values of new continuous variables.")
-      .def_readwrite("assignment", &Delta::assignment,
-                     "Initial values of new discrete variables; 0 if not given.")
-      .def_readwrite("remove", &Delta::remove, "Handles of factors to remove.")
-      .def_readwrite("remove_values", &Delta::remove_values, "Continuous variables to remove.");
+  bind_delta(m);
   m.def("objective", on_copies(&objective), "graph"_a, "values"_a, "assignment"_a = Assignment(),
         "The joint negative log posterior of eq. 6, normalisers included.");
   m.def("cost",

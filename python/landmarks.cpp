@@ -4,6 +4,7 @@
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/landmarks/landmark_mapper.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -80,14 +81,14 @@ void bind_detections(py::module_& m) {
 }
 
 void bind_results(py::module_& m) {
-  py::class_<Landmark>(m, "Landmark", "A landmark of the map.")
+  FieldsClass<Landmark>(m, "Landmark", "A landmark of the map.")
       .def_readonly("id", &Landmark::id)
       .def_readonly("position", &Landmark::position, "Key of a point (2,) or (3,) [m].")
       .def_readonly("class_key", &Landmark::class_key,
                     "Discrete variable of its class; None without classes.")
       .def_readonly("sightings", &Landmark::sightings);
-  py::class_<AssociationDecision>(m, "AssociationDecision",
-                                  "The landmark that a detection was attributed to.")
+  FieldsClass<AssociationDecision>(m, "AssociationDecision",
+                                   "The landmark that a detection was attributed to.")
       .def_readonly("estimated_id", &AssociationDecision::estimated_id, "None: clutter.")
       .def_readonly("true_id", &AssociationDecision::true_id)
       .def_readonly("pose", &AssociationDecision::pose)

@@ -171,7 +171,7 @@ def python_class(name, cls):
 def stubs(package):
     lines = ["__version__: str"]
     for name in package.__all__:
-        value = getattr(package, name)
+        value = inspect.unwrap(getattr(package, name))
         if isinstance(value, type) and issubclass(value, dict):
             lines += ["", *python_class(name, value)]
         elif isinstance(value, type) and not issubclass(value, enum.Enum):

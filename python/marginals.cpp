@@ -6,18 +6,47 @@
 #include "libhybrid/marginals/evidence.h"
 #include "libhybrid/marginals/posterior.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
 
-void bind_continuous(py::module_& m) {
+void bind_covariances(py::module_& m) {
   py::class_<Covariances>(m, "Covariances", "Covariance blocks of many variables, by key.")
       .def(
           "__getitem__", [](const Covariances& c, Key key) { return c.at(key); }, "key"_a,
           py::return_value_policy::reference_internal,
           "Covariance (dim, dim) over the tangent of the variable; a read-only view.")
       .def("__contains__", &Covariances::contains, "key"_a)
-      .def("__len__", &Covariances::size);
+      .def("__len__", &Covariances::size)
+      .def("keys", &Covariances::keys, "Sorted.")
+      .def(
+          "__iter__", [](const Covariances& c) { return py::iter(py::cast(c.keys())); },
+          "The keys, sorted.")
+      .def("__repr__",
+           [](const Covariances& c) {
+             return "<Covariances of " + std::to_string(c.size()) + " variables>";
+           })
+      .def("__copy__", [](const Covariances& c) { return Covariances(c); })
+      .def(py::pickle(
+          [](const Covariances& c) {
+            py::list blocks;
+            for (const Key key : c.keys()) {
+              blocks.append(py::make_tuple(key, Eigen::MatrixXd(c.at(key))));
+            }
+            return blocks;
+          },
+          [](const py::list& blocks) {
+            Covariances made;
+            for (const auto& [key, block] :
+                 blocks.cast<std::vector<std::pair<Key, Eigen::MatrixXd>>>()) {
+              made.insert(key, block);
+            }
+            return made;
+          }));
+}
+
+void bind_continuous(py::module_& m) {
   py::class_<ContinuousMarginals>(m, "ContinuousMarginals",
                                   "Laplace approximation of the continuous marginals given the "
                                   "assignment (eq. 11b to 14), over "
@@ -50,8 +79,9 @@ void bind_posterior(py::module_& m) {
              "Required standard error of sampled probabilities.")
       .field("max_sweeps", &PosteriorOptions::max_sweeps, "Largest number of sampling sweeps.")
       .field("seed", &PosteriorOptions::seed, "Seed of the sampling.");
-  py::class_<DiscreteProbabilities>(m, "DiscreteProbabilities",
-                                    "The probabilities of one discrete variable.")
+  FieldsClass<DiscreteProbabilities>(m, "DiscreteProbabilities",
+                                     "The probabilities of one discrete variable.")
+      .kept("p", &DiscreteProbabilities::p)
       .def_property_readonly(
           "p",
           [](const DiscreteProbabilities& d) {
@@ -60,9 +90,10 @@ void bind_posterior(py::module_& m) {
           "Probability of each value (cardinality,).")
       .def_readonly("standard_error", &DiscreteProbabilities::standard_error,
                     "Standard error of each probability if sampled; empty if enumerated.");
-  py::class_<AssignmentPosterior>(m, "AssignmentPosterior",
-                                  "The posterior of discrete variables, with the continuous ones "
-                                  "integrated out.")
+  FieldsClass<AssignmentPosterior>(m, "AssignmentPosterior",
+                                   "The posterior of discrete variables, with the continuous ones "
+                                   "integrated out.")
+      .kept("variables", &AssignmentPosterior::variables)
       .def("__getitem__", &AssignmentPosterior::at, "key"_a, "The probabilities of one variable.",
            py::return_value_policy::reference_internal)
       .def_readonly("joint", &AssignmentPosterior::joint,
@@ -99,6 +130,7 @@ void bind_posterior(py::module_& m) {
 }  // namespace
 
 void bind_marginals(py::module_& m) {
+  bind_covariances(m);
   bind_continuous(m);
   bind_posterior(m);
   m.def(
@@ -110,7 +142,7 @@ void bind_marginals(py::module_& m) {
       },
       "graph"_a, "values"_a,
       "Exact marginals of the discrete variables given the continuous ones (eq. 11a).");
-  py::class_<Evidence>(m, "Evidence", "The evidence of an assignment.")
+  FieldsClass<Evidence>(m, "Evidence", "The evidence of an assignment.")
       .def_readonly("log", &Evidence::log,
                     "Logarithm of the evidence; None if the assignment leaves variables "
                     "undetermined.")

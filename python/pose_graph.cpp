@@ -9,6 +9,7 @@
 #include "libhybrid/pose_graph/pose_feed.h"
 #include "libhybrid/smoother/incremental.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -24,11 +25,20 @@ struct FeedOfCopy {
   PoseFeed feed;
 };
 
+}  // namespace
+
+template <class T>
+struct Blank<GraphEdge<T>> {
+  static GraphEdge<T> make() { return {{}, {}, T(), Noise::unit(1)}; }
+};
+
+namespace {
+
 template <class T>
 void bind_edge(py::module_& m, py::class_<PoseGraph>& graph, const char* name,
                std::vector<GraphEdge<T>> PoseGraph::*edges, const char* doc) {
   using Edge = GraphEdge<T>;
-  py::class_<Edge>(m, name, doc)
+  FieldsClass<Edge>(m, name, doc)
       .def_readonly("from_key", &Edge::from)
       .def_readonly("to_key", &Edge::to)
       .def_readonly("measured", &Edge::measured)
@@ -120,6 +130,15 @@ PoseGraph from_state(const py::tuple& state) {
   return g;
 }
 
+py::list edges_of(const PoseGraph& g) {
+  py::list all;
+  for (const auto& edge : g.poses2) all.append(edge);
+  for (const auto& edge : g.poses3) all.append(edge);
+  for (const auto& edge : g.points2) all.append(edge);
+  for (const auto& edge : g.points3) all.append(edge);
+  return all;
+}
+
 void bind_graph(py::module_& m) {
   py::class_<PoseGraph> graph(
       m, "PoseGraph",
@@ -129,6 +148,15 @@ void bind_graph(py::module_& m) {
                      "Initial values of the VERTEX lines; may be empty.")
       .def_readwrite("fixed", &PoseGraph::fixed, "Vertices that are held fixed.")
       .def_property_readonly("edge_count", &PoseGraph::edge_count)
+      .def("__len__", &PoseGraph::edge_count, "Number of edges of all kinds.")
+      .def(
+          "__iter__", [](const PoseGraph& g) { return py::iter(edges_of(g)); },
+          "The edges: poses2, poses3, points2, points3.")
+      .def("__repr__",
+           [](const PoseGraph& g) {
+             return "<PoseGraph of " + std::to_string(g.edge_count()) + " edges and " +
+                    std::to_string(g.values.size()) + " initial values>";
+           })
       .def("__copy__", [](const PoseGraph& g) { return PoseGraph(g); })
       .def(
           "__deepcopy__", [](const PoseGraph& g, const py::dict&) { return PoseGraph(g); },

@@ -5,7 +5,7 @@
 
 #include "libhybrid/io/read_points.h"
 #include "libhybrid/registration/register.h"
-#include "python/bindings.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 
@@ -40,13 +40,14 @@ void bind_result(py::module_& m) {
       .value("CONVERGED", Result::Status::kConverged)
       .value("UNOBSERVABLE", Result::Status::kUnobservable)
       .value("NO_MATCH", Result::Status::kNoMatch);
-  py::class_<FreeMotion>(m, "FreeMotion",
-                         "A motion of the source that the matches do not determine.")
+  FieldsClass<FreeMotion>(m, "FreeMotion",
+                          "A motion of the source that the matches do not determine.")
       .def_readonly("is_rotation", &FreeMotion::is_rotation)
       .def_readonly("direction", &FreeMotion::direction, "(3,), of unit norm.")
       .def_readonly("through", &FreeMotion::through, "A point (3,) on the axis of a rotation.")
       .def("__str__", [](const FreeMotion& motion) { return to_string(motion); });
-  py::class_<Result>(m, "RegistrationResult", "The result of a registration.")
+  FieldsClass<Result>(m, "RegistrationResult", "The result of a registration.")
+      .kept("assignment", &Result::assignment)
       .def_readonly("status", &Result::status)
       .def_readonly("T_target_source", &Result::T_target_source)
       .def_readonly("covariance", &Result::covariance,

@@ -8,6 +8,7 @@
 #include "libhybrid/selection/online_selection.h"
 #include "libhybrid/selection/robust_methods.h"
 #include "python/calls.h"
+#include "python/fields.h"
 #include "python/garbage.h"
 
 namespace hybrid::python {
@@ -24,9 +25,9 @@ struct ProblemAccess {
 };
 
 void bind_problem(py::module_& m) {
-  py::class_<RobustProblem>(m, "RobustProblem",
-                            "Trusted factors, and closures that may be false (eq. 16).",
-                            collected<RobustProblem, ProblemAccess>())
+  FieldsClass<RobustProblem>(m, "RobustProblem",
+                             "Trusted factors, and closures that may be false (eq. 16).",
+                             collected<RobustProblem, ProblemAccess>())
       .def(py::init([](const std::vector<FactorArgument>& trusted,
                        const std::vector<FactorArgument>& closures, const Values& initial) {
              return RobustProblem{to_pointers(trusted), to_pointers(closures), initial};
@@ -40,7 +41,7 @@ void bind_problem(py::module_& m) {
       .value("UNDECIDED", ClosureStatus::kUndecided)
       .value("ACCEPTED", ClosureStatus::kAccepted)
       .value("TRUSTED", ClosureStatus::kTrusted);
-  py::class_<ClosureDecision>(m, "ClosureDecision", "The decision on one closure.")
+  FieldsClass<ClosureDecision>(m, "ClosureDecision", "The decision on one closure.")
       .def_readonly("status", &ClosureDecision::status)
       .def_property_readonly("accepted", &ClosureDecision::accepted)
       .def_readonly("inlier_probability", &ClosureDecision::inlier_probability)
@@ -52,7 +53,7 @@ void bind_problem(py::module_& m) {
                     "Log evidence relative to that for a false closure.")
       .def_readonly("margin", &ClosureDecision::margin,
                     "Excess of the log evidence over its threshold.");
-  py::class_<RobustResult>(m, "RobustResult", "The result of a robust method.")
+  FieldsClass<RobustResult>(m, "RobustResult", "The result of a robust method.")
       .def_readonly("method", &RobustResult::method)
       .def_readonly("values", &RobustResult::values)
       .def_readonly("decisions", &RobustResult::decisions,
@@ -152,8 +153,8 @@ void bind_batch(py::module_& m) {
       "truth"_a = std::vector<bool>(), "threads"_a = 0,
       "Solves by a method of `robust_methods`, with the default settings of the programs. "
       "`truth` (whether each closure is true) is for the method 'oracle'.");
-  py::class_<ObjectiveBound>(m, "ObjectiveBound",
-                             "A lower bound on the joint objective of a robust problem.")
+  FieldsClass<ObjectiveBound>(m, "ObjectiveBound",
+                              "A lower bound on the joint objective of a robust problem.")
       .def_readonly("bound", &ObjectiveBound::bound,
                     "No poses and no decisions have a lower objective.")
       .def_readonly("gap", &ObjectiveBound::gap,
@@ -169,7 +170,7 @@ void bind_batch(py::module_& m) {
 }
 
 void bind_online(py::module_& m) {
-  py::class_<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
+  FieldsClass<SelectionReport, UpdateReport>(m, "SelectionReport", "The report of an update.")
       .def_readonly("admitted", &SelectionReport::admitted, "Closures admitted.")
       .def_readonly("tried", &SelectionReport::tried);
   py::class_<OnlineSelection>(

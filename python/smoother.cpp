@@ -4,6 +4,7 @@
 #include "libhybrid/smoother/proposal.h"
 #include "libhybrid/smoother/window.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -15,8 +16,16 @@ py::object value_at(const IncrementalSmoother& smoother, Key key) {
 }
 
 void bind_reports(py::module_& m) {
-  py::class_<UpdateReport> report(m, "UpdateReport", "The report of an update of a smoother.");
-  report
+  FieldsClass<UpdateReport> report(m, "UpdateReport", "The report of an update of a smoother.");
+  report.kept("status", &UpdateReport::status)
+      .kept("relinearized", &UpdateReport::relinearized)
+      .kept("eliminated", &UpdateReport::eliminated)
+      .kept("flips", &UpdateReport::flips)
+      .kept("rounds", &UpdateReport::rounds)
+      .kept("exact", &UpdateReport::exact)
+      .kept("objective_before", &UpdateReport::objective_before)
+      .kept("objective_after", &UpdateReport::objective_after)
+      .kept("seconds", &UpdateReport::seconds)
       .def_property_readonly(
           "ok", [](const UpdateReport& r) { return r.status == UpdateReport::Status::kOk; },
           "False if the system is singular: then nothing has changed.")
@@ -40,7 +49,7 @@ void bind_reports(py::module_& m) {
       .def_property_readonly("objective_after",
                              [](const UpdateReport& r) { return r.objective_after; })
       .def_property_readonly("seconds", [](const UpdateReport& r) { return r.seconds; });
-  py::class_<WindowReport, UpdateReport>(m, "WindowReport", "The report of an update of a window.")
+  FieldsClass<WindowReport, UpdateReport>(m, "WindowReport", "The report of an update of a window.")
       .def_readonly("marginalized", &WindowReport::marginalized)
       .def_readonly("left", &WindowReport::left, "Continuous variables that were marginalised.")
       .def_readonly("left_discrete", &WindowReport::left_discrete)
@@ -85,7 +94,13 @@ void bind_estimate_of(py::class_<IncrementalSmoother>& c) {
       .def("factors_of", looking(+[](const Smoother& s, Key key) { return s.factors_of(key); }),
            "key"_a, "Handles of the factors of a continuous variable.")
       .def("__copy__", looking(+[](const Smoother& s) { return Smoother(s); }),
-           "An independent copy of the smoother.");
+           "An independent copy of the smoother.")
+      .def("__deepcopy__", looking(+[](const Smoother& s, const py::dict&) { return Smoother(s); }),
+           "memo"_a)
+      .def("__repr__", looking(+[](const Smoother& s) {
+             return "<IncrementalSmoother of " + std::to_string(s.values().size()) +
+                    " variables and " + std::to_string(s.graph().size()) + " factors>";
+           }));
 }
 
 UpdateReport propose_change(IncrementalSmoother& smoother, const Delta& delta,

@@ -9,6 +9,7 @@
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "libhybrid/solvers/null_space.h"
 #include "python/calls.h"
+#include "python/fields.h"
 
 namespace hybrid::python {
 namespace {
@@ -53,7 +54,7 @@ void bind_reports(py::module_& m) {
       .value("UNDER_CONSTRAINED", SolverStatus::kUnderConstrained)
       .value("NOT_FINITE", SolverStatus::kNotFinite)
       .value("STALLED", SolverStatus::kStalled);
-  py::class_<SolverReport>(m, "SolverReport", "The report of a continuous solver.")
+  FieldsClass<SolverReport>(m, "SolverReport", "The report of a continuous solver.")
       .def_readonly("status", &SolverReport::status)
       .def_readonly("iterations", &SolverReport::iterations, "Linear systems solved.")
       .def_readonly("costs", &SolverReport::costs,
@@ -62,15 +63,15 @@ void bind_reports(py::module_& m) {
       .def_readonly("message", &SolverReport::message)
       .def_readonly("under_constrained", &SolverReport::under_constrained,
                     "Variables that the factors do not determine.");
-  py::class_<SolverResult>(m, "SolverResult", "The result of a continuous solver.")
+  FieldsClass<SolverResult>(m, "SolverResult", "The result of a continuous solver.")
       .def_readonly("values", &SolverResult::values)
       .def_readonly("report", &SolverResult::report);
-  py::class_<HalfStep>(m, "HalfStep", "The joint objective after a half-step.")
+  FieldsClass<HalfStep>(m, "HalfStep", "The joint objective after a half-step.")
       .def_readonly("discrete", &HalfStep::discrete)
       .def_readonly("objective", &HalfStep::objective)
       .def_readonly("changes", &HalfStep::changes,
                     "Number of discrete variables that changed, or of continuous iterations.");
-  py::class_<AlternatingReport>(m, "AlternatingReport", "The report of the alternation.")
+  FieldsClass<AlternatingReport>(m, "AlternatingReport", "The report of the alternation.")
       .def_readonly("status", &AlternatingReport::status)
       .def_readonly("iterations", &AlternatingReport::iterations, "Pairs of half-steps.")
       .def_readonly("initial_objective", &AlternatingReport::initial_objective)
@@ -82,25 +83,25 @@ void bind_reports(py::module_& m) {
       .def_readonly("last_solve", &AlternatingReport::last_solve)
       .def_readonly("seconds", &AlternatingReport::seconds)
       .def_readonly("message", &AlternatingReport::message);
-  py::class_<AlternatingResult>(m, "AlternatingResult", "The result of the alternation.")
+  FieldsClass<AlternatingResult>(m, "AlternatingResult", "The result of the alternation.")
       .def_readonly("estimate", &AlternatingResult::estimate)
       .def_readonly("report", &AlternatingResult::report);
-  py::class_<ExhaustiveResult>(m, "ExhaustiveResult",
-                               "The result of an exhaustive search over assignments.")
+  FieldsClass<ExhaustiveResult>(m, "ExhaustiveResult",
+                                "The result of an exhaustive search over assignments.")
       .def_readonly("estimate", &ExhaustiveResult::estimate)
       .def_readonly("objective", &ExhaustiveResult::objective)
       .def_readonly("keys", &ExhaustiveResult::keys)
       .def_readonly("objectives", &ExhaustiveResult::objectives,
                     "Objective by joint value of `keys`, the first varying slowest.");
-  py::class_<FreeVariable>(m, "FreeVariable", "A variable that the factors do not determine.")
+  FieldsClass<FreeVariable>(m, "FreeVariable", "A variable that the factors do not determine.")
       .def_readonly("key", &FreeVariable::key)
       .def_readonly("directions", &FreeVariable::directions,
                     "Basis (dim, k) of its undetermined directions, in its tangent.");
 }
 
 void bind_certificate(py::module_& m) {
-  py::class_<Certificate>(m, "Certificate",
-                          "Certificate of optimality of an estimate of a pose graph.")
+  FieldsClass<Certificate>(m, "Certificate",
+                           "Certificate of optimality of an estimate of a pose graph.")
       .def_readonly("verified", &Certificate::verified,
                     "Whether no poses cost less, up to `stated_gap`.")
       .def_readonly("isotropic_verified", &Certificate::isotropic_verified,
@@ -114,6 +115,20 @@ void bind_certificate(py::module_& m) {
       .def_readonly("message", &Certificate::message, "Why nothing could be computed, or empty.");
   m.def(
       "certify",
+      [](const HybridGraph& graph, const Values& estimate) {
+        if (graph.hybrid().size() + graph.discrete().size() > 0) {
+          throw Error(
+              "a certificate is of continuous factors: give those of the chosen components as a "
+              "list");
+        }
+        std::vector<ContinuousFactorPtr> factors;
+        graph.continuous().for_each([&](Handle, const auto& f) { factors.push_back(f); });
+        return call_on_copies([](const auto&... arguments) { return certify(arguments...); },
+                              factors, estimate);
+      },
+      "graph"_a, "estimate"_a, "Of a graph of continuous factors.");
+  m.def(
+      "certify",
       [](const std::vector<FactorArgument>& factors, const Values& estimate) {
         const std::vector<ContinuousFactorPtr> pointers = to_pointers(factors);
         return call_on_copies([](const auto&... arguments) { return certify(arguments...); },
@@ -122,7 +137,7 @@ void bind_certificate(py::module_& m) {
       "factors"_a, "estimate"_a,
       "Whether an estimate lies in the basin of the global optimum of its relative poses, by the "
       "dual certificate of SE-Sync.");
-  py::class_<StaircaseResult>(m, "StaircaseResult", "The result of `climb_staircase`.")
+  FieldsClass<StaircaseResult>(m, "StaircaseResult", "The result of `climb_staircase`.")
       .def_readonly("values", &StaircaseResult::values, "The estimate, or poses that cost less.")
       .def_readonly("certificate", &StaircaseResult::certificate, "The certificate of these.")
       .def_readonly("cost_before", &StaircaseResult::cost_before)

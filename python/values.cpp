@@ -4,6 +4,7 @@
 #include "libhybrid/core/values.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "python/bindings.h"
@@ -14,8 +15,47 @@ namespace {
 
 using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+/// The name of a number of a value, for messages.
+std::string name_of(VariableType type, int i) {
+  const auto among = [&](std::initializer_list<const char*> names) { return names.begin()[i]; };
+  switch (type.kind) {
+    case VariableKind::kSO2:
+      return "angle";
+    case VariableKind::kSE2:
+      return among({"x", "y", "angle", "angle"});
+    case VariableKind::kSO3:
+      return among({"qx", "qy", "qz", "qw"});
+    case VariableKind::kSE3:
+      return among({"x", "y", "z", "qx", "qy", "qz", "qw"});
+    default:
+      return "number " + std::to_string(i + 1) + " of " + std::to_string(type.size);
+  }
+}
+
+/// Throws Error that names variable and number if one is not finite.
+void check_finite(const Values& values, Key key, VariableType type, const double* x) {
+  for (int i = 0; i < type.size; ++i) {
+    if (std::isfinite(x[i])) continue;
+    throw Error((values.contains(key) ? "value of " : "initial value of ") + to_string(key) +
+                " is not finite: its " + name_of(type, i) + " is " +
+                (std::isnan(x[i]) ? "nan" : "infinite"));
+  }
+}
+
+template <class T>
+void check_finite(const Values& values, Key key, const T& value) {
+  double x[Variable<T>::kSize];
+  Variable<T>::store(value, x);
+  check_finite(values, key, Variable<T>::type(), x);
+}
+
+void check_finite(const Values& values, Key key, const Eigen::VectorXd& value) {
+  check_finite(values, key, vector_type(static_cast<int>(value.size())), value.data());
+}
+
 template <class T>
 void put(Values& values, Key key, const T& value) {
+  check_finite(values, key, value);
   if (values.contains(key)) {
     values.update(key, value);
   } else {
@@ -24,6 +64,7 @@ void put(Values& values, Key key, const T& value) {
 }
 
 void put_vector(Values& values, Key key, const Eigen::VectorXd& value) {
+  check_finite(values, key, value);
   if (!values.contains(key)) {
     values.insert(key, value);
     return;
@@ -40,8 +81,12 @@ void put_vector(Values& values, Key key, const Eigen::VectorXd& value) {
 template <class T>
 void bind_value(py::class_<Values>& c) {
   c.def(
-      "insert", [](Values& values, Key key, const T& value) { values.insert(key, value); }, "key"_a,
-      "value"_a, "Adds a variable; raises Error if the key exists.");
+      "insert",
+      [](Values& values, Key key, const T& value) {
+        check_finite(values, key, value);
+        values.insert(key, value);
+      },
+      "key"_a, "value"_a, "Adds a variable; raises Error if the key exists.");
   c.def("__setitem__", &put<T>, "key"_a, "value"_a);
 }
 
@@ -98,6 +143,15 @@ std::vector<std::pair<Key, py::object>> items_of(const Values& values, const std
   return items;
 }
 
+/// Whether two have the same variables, in any order, with the same numbers.
+bool equal(const Values& a, const Values& b) {
+  const std::vector<Key> keys = a.keys();
+  return a.size() == b.size() && std::all_of(keys.begin(), keys.end(), [&](Key key) {
+           return b.contains(key) && a.type(key) == b.type(key) &&
+                  std::equal(a.data(key), a.data(key) + a.type(key).size, b.data(key));
+         });
+}
+
 /// Variables of many types by keys, types and storage, for pickle.
 py::tuple state_of(const Values& values) {
   py::list state;
@@ -109,6 +163,36 @@ py::tuple state_of(const Values& values) {
 
 Values from_state(const py::tuple& state) {
   return from_dict(py::module_::import("builtins").attr("dict")(*state));
+}
+
+/// What a dict of Python has beside.
+void bind_mapping(py::class_<Values>& c) {
+  c.def(
+       "values",
+       [](const Values& values) {
+         py::list all;
+         for (const auto& [key, value] : items_of(values, "")) all.append(value);
+         return all;
+       },
+       "The values, copies, in the order of insertion.")
+      .def(
+          "get",
+          [](const Values& values, Key key, const py::object& otherwise) {
+            const int slot = values.find(key);
+            return slot < 0 ? otherwise : value_of(values.type(slot), values.data(slot));
+          },
+          "key"_a, "default"_a = py::none(), "The value, a copy, or the default.")
+      .def(
+          "update",
+          [](Values& values, const Values& other) {
+            const py::object self = py::cast(&values, py::return_value_policy::reference);
+            for (const auto& [key, value] : items_of(other, "")) {
+              self.attr("__setitem__")(key, value);
+            }
+          },
+          "other"_a, "Adds the variables of another, or replaces their values.")
+      .def("__eq__", &equal, py::is_operator(), py::arg("other").noconvert(),
+           "Whether variables and numbers are the same, in any order.");
 }
 
 }  // namespace
@@ -166,7 +250,10 @@ void bind_values(py::module_& m) {
   bind_value<SE3>(c);
   c.def(
       "insert",
-      [](Values& values, Key key, const Eigen::VectorXd& value) { values.insert(key, value); },
+      [](Values& values, Key key, const Eigen::VectorXd& value) {
+        check_finite(values, key, value);
+        values.insert(key, value);
+      },
       "key"_a, "value"_a, "Adds a variable; raises Error if the key exists.");
   c.def("__setitem__", &put_vector, "key"_a, "value"_a);
   convertible_or_error<py::dict, Values>();
@@ -191,10 +278,11 @@ void bind_values(py::module_& m) {
       .def(
           "__deepcopy__", [](const Values& values, const py::dict&) { return Values(values); },
           "memo"_a)
-      .def(py::pickle(&state_of, &from_state))
-      .def(
-          "__iter__", [](const Values& values) { return py::iter(py::cast(keys_of(values, ""))); },
-          "The keys, in the order of insertion.")
+      .def(py::pickle(&state_of, &from_state));
+  bind_mapping(c);
+  c.def(
+       "__iter__", [](const Values& values) { return py::iter(py::cast(keys_of(values, ""))); },
+       "The keys, in the order of insertion.")
       .def("items", &items_of, "letters"_a = "",
            "Pairs of key and value; only those with the given letters, if any.")
       .def("keys", &keys_of, "letters"_a = "",

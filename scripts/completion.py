@@ -46,6 +46,8 @@ def keys_of(program):
         elif " = " in line:
             listed = re.search(r"\((?:one of: ([^();]*)|true or (false)); default [^()]*\)$", note)
             keys[f"{section}.{line.split(' = ')[0]}"] = (listed[1].split() if listed[1] else ["true", "false"]) if listed else []
+    if "plugins.classes" in keys:  # a plugin has a section of its own name, CamelCase as its class
+        keys["plugins.classes"] = ["auto", *dict.fromkeys(key.split(".")[0] for key in keys if key[0].isupper())]
     return keys
 
 
@@ -93,10 +95,13 @@ def bash_values(options, keys):
     return list(dict.fromkeys(lines))
 
 
-def bash_settings(keys):
-    """Lines that complete what follows `--set section.key=`, which bash takes for three words."""
-    lines = ["  local at=$COMP_CWORD", '  if [ "$word" = = ]; then word="" at=$((at + 1)); fi',
-             '  if [ "${COMP_WORDS[at-1]}" = = ]; then', '    local few=', '    case "${COMP_WORDS[at-2]}" in']
+def bash_equals(keys):
+    """Lines that find what is completed, `before`: bash takes `--option=value` and `section.key=value` for three words."""
+    lines = ["  local at=$COMP_CWORD", '  if [ "$word" = = ]; then word="" at=$((at + 1)); fi', '  local before="${COMP_WORDS[at-1]}"',
+             '  [ "$before" != = ] || before="${COMP_WORDS[at-2]}"']
+    if not keys:
+        return lines
+    lines += ['  if [ "${COMP_WORDS[at-1]}" = = ] && [[ "$before" != -* ]]; then', '    local few=', '    case "$before" in']
     lines += [f'    {key}) few="{" ".join(values)}" ;;' for key, values in keys.items() if values]
     return lines + ["    esac", '    mapfile -t COMPREPLY < <(compgen -W "$few" -- "$word")', "    return 0", "  fi"]
 
@@ -110,10 +115,8 @@ def bash_text(name, top, commands, keys):
         lines += [f'  [ "$COMP_CWORD" -gt 1 ] || words="$words {" ".join(commands)}"', '  case "${COMP_WORDS[1]}" in']
         lines += [f'    {command}) words="{words_of(options)}" ;;' for command, options in commands.items()]
         lines += ["  esac"]
-    if keys:
-        lines += bash_settings(keys)
     if values:
-        lines += ['  local values= files=', '  case "${COMP_WORDS[COMP_CWORD-1]}" in', *values, "  esac",
+        lines += [*bash_equals(keys), '  local values= files=', '  case "$before" in', *values, "  esac",
                   '  if [ -n "$values" ]; then', '    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word"; [ -z "$files" ] || compgen -f -- "$word")',
                   '    [[ "${COMPREPLY[*]}" == *= ]] && compopt -o nospace', "    return 0", "  fi"]
     # An empty reply completes file names.
@@ -130,7 +133,7 @@ def zsh_option(keys, short, long, valued, meaning):
     value = f":value:({' '.join(choices)})" if choices and not or_file(valued) else ":value:_files" if valued else ""
     if or_file(valued):
         value = ":value:{ _alternative \"values\\:value\\:(" + " ".join(choices) + ")\" \"files\\:file\\:_files\" }"
-    names = [n for n in (short, long) if n]
+    names = [n for n in (short, f"{long}=" if value else long) if n]  # --option value and --option=value
     return " ".join(f"'*{n}[{meaning}]{value}'" for n in names)
 
 

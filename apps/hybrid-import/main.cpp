@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <string_view>
+#include <utility>
+
 #include "apps/command_line.h"
 #include "apps/hybrid-import/formats.h"
 #include "apps/program.h"
@@ -20,6 +23,27 @@ constexpr const char* kFooter =
     "SIGINT,\n"
     "SIGTERM, nothing written.";
 
+/// Words that are no format here, and what to use.
+constexpr std::pair<const char*, const char*> kElsewhere[] = {
+    {"yolo", "a form of csv: hybrid-import csv --detections FOLDER --odometry F.csv"},
+    {"mot", "a form of csv: hybrid-import csv --detections det.txt --odometry F.csv"},
+    {"coco", "a form of csv: hybrid-import csv --detections F.json --odometry F.csv"},
+    {"tum", "a form of csv: hybrid-import csv --odometry F.txt --detections F.csv"},
+    {"mcap", "read by examples/ros2/mcap_to_csv.py, for hybrid-import csv"},
+    {"rosbag", "read by examples/ros2/mcap_to_csv.py, for hybrid-import csv"},
+    {"g2o", "read as it is: hybrid-pgo F.g2o"},
+};
+
+/// Whether the first word is one of these, which is told.
+bool is_elsewhere(int argc, char** argv) {
+  for (const auto& [word, answer] : kElsewhere) {
+    if (argc < 2 || argv[1] != std::string_view(word)) continue;
+    hybrid::complain("hybrid-import: '{}' is {}\nSee docs/importing.md.\n", word, answer);
+    return true;
+  }
+  return false;
+}
+
 void print(const hybrid::ImportReport& report) {
   hybrid::say("{} steps over {:.1f} s, {} observations with {} detections, {} true landmarks\n",
               report.steps, report.duration, report.observations, report.detections,
@@ -33,6 +57,7 @@ void print(const hybrid::ImportReport& report) {
 
 int main(int argc, char** argv) {
   return hybrid::run_program("hybrid-import", [&] {
+    if (is_elsewhere(argc, argv)) return static_cast<int>(hybrid::kExitFailure);
     CLI::App app(kAbout, "hybrid-import");
     app.footer(kFooter);
     app.require_subcommand(1);

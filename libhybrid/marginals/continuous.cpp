@@ -2,6 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #include "libhybrid/marginals/continuous.h"
 
+#include <algorithm>
+
 #include "libhybrid/linear/detail/path_inverse.h"
 #include "libhybrid/linear/detail/selected_inverse.h"
 #include "libhybrid/solvers/null_space.h"
@@ -17,6 +19,14 @@ Eigen::Map<const Eigen::MatrixXd> Covariances::at(Key key) const {
 void Covariances::insert(Key key, const Eigen::MatrixXd& covariance) {
   places_[key] = {entries_.size(), static_cast<int>(covariance.rows())};
   entries_.insert(entries_.end(), covariance.data(), covariance.data() + covariance.size());
+}
+
+std::vector<Key> Covariances::keys() const {
+  std::vector<Key> keys;
+  keys.reserve(places_.size());
+  for (const auto& [key, place] : places_) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  return keys;
 }
 
 ContinuousMarginals::ContinuousMarginals(const HybridGraph& graph, const Estimate& estimate,

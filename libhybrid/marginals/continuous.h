@@ -18,6 +18,7 @@ class Covariances {
  public:
   bool contains(Key key) const { return places_.count(key) != 0; }
   std::size_t size() const { return places_.size(); }
+  std::vector<Key> keys() const;  ///< sorted
   /// Square, over the tangent of the variable; throws Error for a variable without covariance.
   Eigen::Map<const Eigen::MatrixXd> at(Key key) const;
   void insert(Key key, const Eigen::MatrixXd& covariance);

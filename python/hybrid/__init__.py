@@ -14,9 +14,12 @@ threads run meanwhile, and must not use the graph that is being solved.
 
 import importlib.util as _util
 
-from . import _core, _represent
-from ._core import *  # noqa: F403
-from ._graphs import add_pickling as _add_pickling, read_g2o  # noqa: F401
+from . import _core, _mistakes, _represent
+
+_mistakes.add_to(_core, [name for name in vars(_core) if not name.startswith("_")])
+
+from ._core import *  # noqa: E402, F403
+from ._graphs import add_pickling as _add_pickling, read_g2o  # noqa: E402, F401
 
 __version__ = _core.__version__
 __all__ = [name for name in vars(_core) if not name.startswith("_")]

@@ -110,6 +110,79 @@ def test_a_mistake_is_told_by_name(call, message):
     assert message in str(raised.value) and "overload" not in str(raised.value)
 
 
+@pytest.mark.parametrize("value, message", [
+    (h.SE2(math.nan, 0, 0), "its x is nan"), (h.SE2(0, math.inf, 0), "its y is infinite"), (h.SE2(0, 0, math.nan), "its angle is nan"),
+    (h.SE3([1, 2, math.nan], h.SO3()), "its z is nan"), ([1.0, math.nan], "its number 2 of 2 is nan"),
+])
+def test_a_value_that_is_not_finite_is_refused_by_name(value, message):
+    values = h.Values()
+    with pytest.raises(h.Error, match=f"initial value of x0 is not finite: {message}"):
+        values["x0"] = value
+    with pytest.raises(h.Error, match=f"initial value of x0 is not finite: {message}"):
+        values.insert("x0", value)
+    good = [1.0, 2.0] if isinstance(value, list) else type(value)()
+    values["x0"] = good
+    with pytest.raises(h.Error, match=f"^value of x0 is not finite: {message}"):
+        values["x0"] = value
+    assert values == h.Values({"x0": good})
+
+
+def test_values_are_like_a_dict():
+    values = h.Values({"x0": h.SE2(1, 2, 3), "l0": [4.0, 5.0]})
+    assert [type(value) for value in values.values()] == [h.SE2, np.ndarray] and list(values["l0"]) == [4, 5]
+    assert values.get("x0").x == 1 and values.get("x7") is None and values.get("x7", 3) == 3
+    with pytest.raises(h.Error, match="got 'pose'"):
+        values.get("pose")
+    other = h.Values({"l0": [4.0, 5.0], "x0": h.SE2(1, 2, 3)})
+    assert values == other and not values != other and values != h.Values() and values != {"x0": 1} and values != 3
+    other.update({"l0": [0.0, 1.0], "x1": h.SE2()})
+    assert len(other) == 3 and list(other["l0"]) == [0, 1] and values != other
+    assert h.Values({"x0": [1.0, 0.0]}) != h.Values({"x0": h.SO2()})
+
+
+def test_a_graph_has_places_and_grows():
+    graph, _ = chain()
+    assert graph[0].name == "prior" and graph[-1] is graph[1] and len(graph[:]) == 2 and graph[1:][0] is graph[1]
+    with pytest.raises(IndexError):
+        graph[2]
+    same_graph = graph
+    graph += h.Between("x1", "x2", h.SE2(), NOISE)
+    graph += [h.Between("x2", "x3", h.SE2(), NOISE), h.prior_table(h.DiscreteKey("d0", 2), [0.5, 0.5])]
+    assert graph is same_graph and len(graph) == 5 and isinstance(graph[4], h.Table)
+    with pytest.raises(TypeError, match="not a text"):
+        graph.add("x0")
+    with pytest.raises(TypeError, match="not a text"):
+        h.Delta().add("x0")
+
+
+def test_a_pose_graph_is_iterated():
+    ring = h.PoseGraph()
+    ring.add_edge("x0", "l1", [1.0, 2.0], h.Noise.isotropic(2, 0.1))
+    ring.add_edge("x0", "x1", h.SE2(1, 0, 0), NOISE)
+    assert len(ring) == 2 and [str(edge.to_key) for edge in ring] == ["x1", "l1"]
+    assert repr(ring) == "<PoseGraph of 2 edges and 0 initial values>"
+
+
+def test_a_graph_is_certified():
+    graph, values = chain()
+    estimate = h.levenberg_marquardt(graph, values).values
+    assert h.certify(graph, estimate).cost == h.certify(graph.continuous, estimate).cost
+    assert h.certify(graph, estimate).verified
+    graph += h.prior_table(h.DiscreteKey("d0", 2), [0.5, 0.5])
+    with pytest.raises(h.Error, match="of continuous factors"):
+        h.certify(graph, estimate)
+
+
+def test_what_holds_much_shows_little():
+    graph, values = chain()
+    assert repr(h.ContinuousMarginals(graph, values).all()) == "<Covariances of 2 variables>"
+    smoother, change = h.IncrementalSmoother(), h.Delta()
+    change.add(graph)
+    change.values = values
+    smoother.update(change)
+    assert repr(smoother) == "<IncrementalSmoother of 2 variables and 2 factors>"
+
+
 def test_comparing_a_key_with_other_things_is_no_mistake():
     key = h.Key("x1")
     assert key == "x1" and key != "X" and key != 1 and key != None and key not in [2, "y", h.Key("x2")]  # noqa: E711

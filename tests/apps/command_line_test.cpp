@@ -46,6 +46,8 @@ TEST_F(CommandLine, FormatsAreListed) {
     expect_refusal("hybrid-import", arguments, "victoria-park mrclam kitti kitti-tracking stata");
   }
   expect_refusal("hybrid-import", "plazza a.fg", "did you mean plaza?");
+  expect_refusal("hybrid-import", "yolo labels", "'yolo' is a form of csv: hybrid-import csv");
+  expect_refusal("hybrid-import", "g2o a.g2o", "hybrid-pgo F.g2o");
 }
 
 TEST_F(CommandLine, AMissingFileIsOnePhrase) {

@@ -48,6 +48,20 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("--set", "keyframes.tracklets", "="), ["true", "false"])
         self.assertEqual(self.complete("--set", "sensor.max_range", "="), [])
 
+    def test_values_in_the_same_word(self):
+        self.assertEqual(self.complete("--map-mode", "="), ["auto", "build", "extend", "localize"])
+        self.assertEqual(self.complete("--map-mode", "=", "ex"), ["extend"])
+        self.assertEqual(self.complete("--set", "=", "sensor.noi"), ["sensor.noise="])
+        self.assertEqual(self.complete("--set", "=", "sensor.noise", "=", "st"), ["stated"])
+        self.assertEqual(self.complete("--method", "=", "gnc-", program="hybrid-pgo"), ["gnc-gm"])
+        self.assertEqual(self.complete("--output", "=", "x"), [])
+
+    def test_plugins(self):
+        plugins = self.complete("--set", "plugins.classes", "=")
+        self.assertEqual(plugins[0], "auto")
+        self.assertLessEqual({"BeaconRanges", "BearingRangeAssociation", "LaserScans"}, set(plugins))
+        self.assertEqual(self.complete("--set", "plugins.classes", "=", "Beac"), ["BeaconRanges"])
+
     def test_methods(self):
         self.assertIn("switchable", self.complete("--method", "", program="hybrid-pgo"))
         self.assertEqual(self.complete("--method", "gnc-", program="hybrid-pgo"), ["gnc-gm"])
@@ -59,7 +73,7 @@ class Completion(unittest.TestCase):
 
     @unittest.skipUnless(ZSH, "zsh is not installed")
     def test_zsh(self):
-        for program, line, wanted in (("hybrid-replay", "--map-mode e", "extend"), ("hybrid-replay", "--set sensor.noise=st", "sensor.noise=stated"),
+        for program, line, wanted in (("hybrid-replay", "--map-mode e", "extend"), ("hybrid-replay", "--map-mode=e", "extend"), ("hybrid-replay", "--set sensor.noise=st", "sensor.noise=stated"),
                                       ("hybrid-pgo", "--method gnc-", "gnc-gm"), ("hybrid-pgo", "--trusted od", "odometry")):
             self.write(program)
             self.assertIn(wanted, self.zsh(f"{program} {line}", wanted), line)

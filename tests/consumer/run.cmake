@@ -12,6 +12,13 @@ set(build ${WORK_DIR}/build)
 file(REMOVE_RECURSE ${prefix})
 run(${CMAKE_COMMAND} --install ${HYBRID_BINARY_DIR} --prefix ${prefix})
 
+# Shells find the completion of the programs that were built.
+foreach(place bash-completion/completions/hybrid-replay zsh/site-functions/_hybrid-replay)
+  if(EXISTS ${HYBRID_BINARY_DIR}/completions/bash/hybrid-replay AND NOT EXISTS ${prefix}/share/${place})
+    message(FATAL_ERROR "no ${place} under ${prefix}/share")
+  endif()
+endforeach()
+
 # What is installed speaks neither of the tree it came from nor of the processor of this machine.
 file(GLOB_RECURSE packages ${prefix}/*.cmake)
 if(NOT packages)

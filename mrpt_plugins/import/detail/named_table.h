@@ -18,6 +18,7 @@
 
 #include "libhybrid/io/escaped.h"
 #include "libhybrid/io/text_reader.h"
+#include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/import/detail/stated_noise.h"
 #include "mrpt_plugins/import/log_writer.h"
 
@@ -61,8 +62,7 @@ class NamedTable {
       }
       if (std::find(known.begin(), known.end(), name) == known.end() &&
           !(has_probabilities && is_probability(name))) {
-        header->fail(i, fmt::format("unknown column {}; known are: {}", in_quotes(name),
-                                    fmt::join(known, " ")));
+        header->fail(i, unknown_column(name, known, aliases));
       }
       if (!columns_.emplace(name, i).second) header->fail(i, fmt::format("two columns '{}'", name));
     }
@@ -145,6 +145,17 @@ class NamedTable {
  private:
   static bool is_row_number(const std::string& name) {
     return name == "num" || name == "index" || name == "row" || name == "seq";
+  }
+
+  static std::string unknown_column(const std::string& name, std::vector<std::string> known,
+                                    const ColumnAliases& aliases) {
+    const std::string list = fmt::format("nown are: {}", fmt::join(known, " "));
+    for (const auto& [alias, column] : aliases) {
+      if (std::find(known.begin(), known.end(), column) != known.end()) known.push_back(alias);
+    }
+    const std::string nearest = nearest_name(name, known);
+    return fmt::format("unknown column {}; {}{}", in_quotes(name),
+                       nearest.empty() ? "k" : fmt::format("did you mean '{}'? K", nearest), list);
   }
 
   TextReader table_;

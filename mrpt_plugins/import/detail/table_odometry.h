@@ -19,9 +19,11 @@ namespace hybrid {
 
 /// Names of columns that others use.
 inline const ColumnAliases kColumnAliases{
-    {"t", "time"},      {"timestamp", "time"},  {"stamp", "time"},  {"distance", "range"},
-    {"bearing", "yaw"}, {"theta", "yaw"},       {"heading", "yaw"}, {"elevation", "pitch"},
-    {"label", "class"}, {"confidence", "score"}};
+    {"t", "time"},      {"timestamp", "time"},    {"stamp", "time"},  {"distance", "range"},
+    {"dist", "range"},  {"r", "range"},           {"bearing", "yaw"}, {"theta", "yaw"},
+    {"heading", "yaw"}, {"angle", "yaw"},         {"azimuth", "yaw"}, {"elevation", "pitch"},
+    {"label", "class"}, {"category", "class"},    {"name", "class"},  {"confidence", "score"},
+    {"prob", "score"},  {"probability", "score"}, {"beacon", "id"},   {"anchor", "id"}};
 
 /// The odometry, interpolated at times that do not fall. Where several poses have one time stamp,
 /// the first ends the motion before it and the last begins that after it.

@@ -38,6 +38,32 @@ TEST_F(TableConventions, ColumnsByOtherNamesAndRowNumbers) {
   EXPECT_TRUE(tells(report, "column seq is left aside"));
 }
 
+TEST_F(TableConventions, MoreNamesOfColumns) {
+  const char* odometry = "t,x,y,angle\n0,0,0,0\n2,2,0,1.5\n";
+  for (const char* header : {"t,dist,azimuth,category,prob", "t,r,angle,name,probability"}) {
+    imported(odometry, std::string(header) + "\n0.5,3,0.1,tree,0.8\n1.5,4,-0.2,car,0.6\n");
+    const auto tree = seen(steps().at(0)).detections.at(0);
+    EXPECT_NEAR(tree.range, 3, 1e-6);
+    EXPECT_NEAR(tree.yaw, 0.1, 1e-6);
+    EXPECT_NEAR(tree.class_scores.at(1), 0.8, 1e-6);
+    std::filesystem::remove(log());
+  }
+  for (const char* header : {"t,r,beacon", "t,dist,anchor"}) {
+    EXPECT_EQ(imported(odometry, std::string(header) + "\n0.5,3,7\n1.5,2,7\n").detections, 2U);
+    std::filesystem::remove(log());
+  }
+}
+
+TEST_F(TableConventions, AnUnknownColumnIsAskedAbout) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n";
+  const auto expect = [&](const char* header, const char* message) {
+    expect_error([&] { imported(odometry, std::string(header) + "\n"); }, message);
+  };
+  expect("time,rnage,yaw", "unknown column 'rnage'; did you mean 'range'? Known are: time range");
+  expect("time,range,azimut", "did you mean 'azimuth'?");
+  expect("time,range,yaw,temperature", "unknown column 'temperature'; known are: time range");
+}
+
 TEST_F(TableConventions, QuaternionsInNamedColumns) {
   imported(
       "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,2,0,0,0,0,0,1\n"
