@@ -161,7 +161,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
       const double cost = score.cost + c.class_cost(i, j);
       const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square -
                              options.information_penalty * information(c, i, j);
-      if (local || at_best > std::log(options.open_odds)) c.problem.matched(i, j) = cost;
+      if (local || at_best > std::log(options.old_landmark_odds)) c.problem.matched(i, j) = cost;
     }
   }
 }
@@ -323,7 +323,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
                                              const AssociationOptions& options) {
   using Method = AssociationOptions::Method;
   std::vector<Matching> matchings;
-  const double margin = std::log(options.open_odds);
+  const double margin = std::log(options.keep_open_odds);
   if (options.method == Method::kNearest) {
     matchings = nearest(candidates, options.information_penalty);
   } else if (options.method == Method::kJcbb) {

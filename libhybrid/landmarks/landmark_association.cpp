@@ -316,7 +316,7 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
     track.existence += miss;
     const bool tentative =
         !landmarks_.seen_times(t, options_.confirm) && track.known_sightings == 0;
-    if (tentative && track.existence < -std::log(options_.open_odds) && map.keeps_all)
+    if (tentative && track.existence < -std::log(options_.clutter_odds) && map.keeps_all)
       discard(t, map, out);
   }
 }

@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMostAnchors = 20;  // each is a search of its own, of a share of ...
 constexpr int kMostFollowed = 2000;       // ... these pairs of pairs
+constexpr int kAnswers = 8;               // of each, to compare with those of the others
 constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kFewest = 3;        // landmarks that can be a place
 constexpr std::size_t kClutter = 100;     // births in a row, none confirmed, that are clutter
@@ -121,7 +122,7 @@ void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_r
     ++first_recent_;
   }
   first_local_ = std::max(first_local_, first_recent_);
-  while (too_far(first_local_, 1 / options_.open_odds)) ++first_local_;
+  while (too_far(first_local_, 1 / options_.old_landmark_odds)) ++first_local_;
 }
 
 /// Landmarks to expect by chance where the drift since a view lets one be.
@@ -300,7 +301,7 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   const Key here = views_.back().pose;
   const Eigen::MatrixXd drift = map.joint_covariance({here}).topLeftCorner(kDim, kDim);
   const double chance_here = density * std::sqrt((2 * M_PI * drift).determinant());
-  if (chance_here * options_.open_odds < 1) return {};  // single landmarks can be told anywhere
+  if (chance_here * options_.old_landmark_odds < 1) return {};  // single landmarks can be told anywhere
   const double gate = std::sqrt(chi_square_quantile(options_.gate, kDim));
   const std::vector<std::size_t> near =
       anchors(map, gate * std::sqrt(drift.trace()) + 0.5 * span());
@@ -319,7 +320,7 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   };
   PlaceOptions options;
   options.gate = options_.gate;
-  options.answers = options_.hypotheses;
+  options.answers = kAnswers;
   options.hypotheses = kMostFollowed / static_cast<int>(near.size());
   std::vector<Recognition> found;
   for (const std::size_t view : near) {
