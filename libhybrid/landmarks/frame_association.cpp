@@ -14,13 +14,19 @@
 #include "libhybrid/association/consensus.h"
 #include "libhybrid/association/joint_compatibility.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
+
+/// Landmarks that the detections of a frame may be, the nearest: their joint covariance costs the
+/// square of that.
+constexpr std::size_t kMostTracks = 40;
+/// Matchings of a frame whose joint evidence is computed, those that are best pair by pair: more
+/// than are kept open, as the order by joint evidence is another.
+constexpr std::size_t kMostMatchings = 40;
 
 /// Where detections fall in the map and how far off they may be.
 struct Located {
@@ -94,7 +100,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
   std::sort(found.begin(), found.end());
   std::vector<int> tracks;
   for (const auto& [distance, t] : found) {
-    if (tracks.size() == kMostCompared) break;
+    if (tracks.size() == kMostTracks) break;
     if (std::find(tracks.begin(), tracks.end(), t) == tracks.end()) tracks.push_back(t);
   }
   std::sort(tracks.begin(), tracks.end());
@@ -329,7 +335,7 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
   } else if (options.method == Method::kJcbb) {
     matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
-    matchings = k_best_matchings(candidates.problem, kMostCompared, margin);
+    matchings = k_best_matchings(candidates.problem, kMostMatchings, margin);
     const bool ambiguous =
         (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
     if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
@@ -18,6 +17,9 @@
 namespace hybrid {
 namespace {
 
+/// Landmarks whose place in the grid follows the estimate, each keyframe: a budget of time. Those
+/// that are candidates of its detections do besides.
+constexpr int kPlacedAtOnce = 40;
 constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
 }  // namespace
@@ -37,7 +39,7 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
   ++keyframe_;
   things_are_decided_ = false;
   decide_old(map, keyframe_ - options_.window, out);
-  landmarks_.place_some(map.values, kMostCompared);
+  landmarks_.place_some(map.values, kPlacedAtOnce);
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
                                                       seen.sensor_label) != sensors_.end();

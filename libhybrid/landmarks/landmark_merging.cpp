@@ -11,13 +11,16 @@
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/landmarks/count_things.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
+
+/// Pairs that one question compares, the nearest: their joint covariance has a row for each axis of
+/// both landmarks, and costs the cube of that.
+constexpr std::size_t kMostPairs = 40;
 
 /// Drops the pairs that a new landmark explains better: what takes several landmarks to tell is a
 /// loop, which LoopClosing looks for in one place.
@@ -156,8 +159,7 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
     for (const auto& [t, keyframe] : recent_) compare(t);
   }
   // Where nothing is known yet, nearly all landmarks are pairs: no more are sorted than are kept.
-  const auto kept =
-      pairs.begin() + static_cast<std::ptrdiff_t>(std::min(pairs.size(), kMostCompared));
+  const auto kept = pairs.begin() + static_cast<std::ptrdiff_t>(std::min(pairs.size(), kMostPairs));
   std::partial_sort(pairs.begin(), kept, pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tie(a.distance, a.from, a.into) < std::tie(b.distance, b.from, b.into);
   });

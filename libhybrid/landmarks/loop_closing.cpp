@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/sensor_view.h"
 
@@ -22,6 +21,7 @@ constexpr int kMostFollowed = 2000;       // ... these pairs of pairs
 constexpr int kAnswers = 8;               // of each, to compare with those of the others
 constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kFewest = 3;        // landmarks that can be a place
+constexpr std::size_t kMostOfPlace = 40;  // landmarks of one that are compared: a budget
 constexpr std::size_t kClutter = 100;     // births in a row, none confirmed, that are clutter
 
 /// Landmarks in the frame of a pose.
@@ -156,7 +156,7 @@ std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
   for (int t = static_cast<int>(landmarks.tracks().size()) - 1; t >= 0; --t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
-    if (is_old(t, landmarks) || tracks.size() == kMostCompared) break;
+    if (is_old(t, landmarks) || tracks.size() == kMostOfPlace) break;
     if (landmarks.seen_times(t, sightings)) tracks.push_back(t);
   }
   std::reverse(tracks.begin(), tracks.end());
@@ -214,7 +214,7 @@ std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, int si
     near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
   });
   std::sort(near.begin(), near.end());
-  if (near.size() > kMostCompared) near.resize(kMostCompared);
+  if (near.size() > kMostOfPlace) near.resize(kMostOfPlace);
   std::vector<int> tracks;
   for (const auto& [distance, t] : near) tracks.push_back(t);
   return tracks;
@@ -301,7 +301,8 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   const Key here = views_.back().pose;
   const Eigen::MatrixXd drift = map.joint_covariance({here}).topLeftCorner(kDim, kDim);
   const double chance_here = density * std::sqrt((2 * M_PI * drift).determinant());
-  if (chance_here * options_.old_landmark_odds < 1) return {};  // single landmarks can be told anywhere
+  // Whether single landmarks can be told anywhere.
+  if (chance_here * options_.old_landmark_odds < 1) return {};
   const double gate = std::sqrt(chi_square_quantile(options_.gate, kDim));
   const std::vector<std::size_t> near =
       anchors(map, gate * std::sqrt(drift.trace()) + 0.5 * span());

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/core/spatial_values.h"
 
 namespace hybrid {
@@ -19,14 +18,15 @@ namespace {
 constexpr std::size_t kForgetShare = 16;
 constexpr std::size_t kFewLooks = 100;
 /// Looks that are counted: what is left after so many is nothing.
-constexpr int kMostLooks = 2 * static_cast<int>(kPriorCount);
+constexpr int kMostLooks = 2 * static_cast<int>(Views::kPriorLooks);
 
 /// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
 /// (beta-binomial): one that hides from a look is likely to hide from the next.
 double log_probability(int hits, int n, double detected) {
-  const double a = kPriorCount * detected, b = kPriorCount - a;
+  constexpr double kPrior = Views::kPriorLooks;
+  const double a = kPrior * detected, b = kPrior - a;
   return std::lgamma(a + hits) - std::lgamma(a) + std::lgamma(b + n - hits) - std::lgamma(b) -
-         std::lgamma(kPriorCount + n) + std::lgamma(kPriorCount);
+         std::lgamma(kPrior + n) + std::lgamma(kPrior);
 }
 
 }  // namespace

@@ -25,6 +25,10 @@ struct View {
 /// All looks of the sensors so far, in order.
 class Views {
  public:
+  /// Looks at one landmark as well as which it is known how often looks detect it, the rest being
+  /// its own: one that hides from a look is likely to hide from the next.
+  static constexpr double kPriorLooks = 10;
+
   /// Notes a look from a keyframe, `map` being that of its frame.
   void add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
            const SensorCoverage& coverage, const MapView& map);

@@ -9,13 +9,15 @@
 #include <utility>
 
 #include "libhybrid/association/matching.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/movers/motion_filter.h"
 
 namespace hybrid {
 namespace {
 
+/// Sightings of a thing that its motion is told by, the newest: older ones say nothing of where it
+/// is next, and each costs a step of its filters at every frame.
+constexpr std::size_t kNewest = 40;
 /// A thing in view that was missed with less probability than this is gone.
 constexpr double kLost = 1e-4;
 /// Odds at which a thing counts as moving: two sightings of clutter often look like a mover.
@@ -97,7 +99,7 @@ void ThingTracker::take_in(const std::vector<ThingSighting>& frame, const Locate
   }
   for (Eigen::Index j = 0; j < cols; ++j) {
     const Thing& thing = things_[followed_[j]];
-    filters.push_back(filter_of<D>(thing.sightings, kMostCompared, density, prior_, locate));
+    filters.push_back(filter_of<D>(thing.sightings, kNewest, density, prior_, locate));
     beliefs.push_back(class_belief(thing));
     const double moving = share_moving(beliefs.back());
     const double unseen = thing.missed * log_missed;
