@@ -91,7 +91,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
     const double sigma = std::min(at.sigma, spacing), coverage = gate_sigmas * sigma;
     landmarks.grid().visit_near(at.point.x(), at.point.y(), 2 * coverage, [&](int t) {
       const Track& track = landmarks.track(t);
-      if (!map.holds(track.position)) return;
+      if (!track.alive || !map.holds(track.position)) return;
       const double own = std::min(track.sigma, spacing);
       const double d = (point_at(map.values, track.position) - at.point).norm();
       if (d <= coverage + gate_sigmas * own) found.emplace_back(d / (sigma + own + 1e-9), t);
@@ -286,7 +286,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
                                 const AssociationOptions& options, Key local_since,
-                                const Views& views, LandmarkTracks& landmarks) {
+                                const Views& views, const LandmarkTracks& landmarks) {
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
@@ -311,9 +311,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                     : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, map);
   const double drift = std::sqrt(map.joint_covariance({}).topLeftCorner(dim, dim).trace());
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
-    landmarks.track(c.tracks[j]).sigma =
-        drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j));
-    landmarks.place(c.tracks[j], map.values);
+    c.sigmas.push_back(drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j)));
   }
   for (const MeasuredPoint& measured : c.measured) {
     for (std::size_t j = 0; j < c.tracks.size(); ++j) {

@@ -67,6 +67,11 @@ bool out_of_reach(const ConstellationMatchProblem<Pose>& q, double radius, doubl
   });
 }
 
+/// Tracks so far, one more at the end, when all is asked once more.
+std::size_t count_of(bool concluding, const LandmarkTracks& landmarks) {
+  return landmarks.tracks().size() + (concluding ? 1 : 0);
+}
+
 /// Where a pose of the map is [m].
 Eigen::Vector3d point_of(const Values& values, Key pose) {
   return isometry_at(values, pose).translation();
@@ -123,6 +128,12 @@ void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_r
   }
   first_local_ = std::max(first_local_, first_recent_);
   while (too_far(first_local_, 1 / options_.old_landmark_odds)) ++first_local_;
+}
+
+void LoopClosing::take_back() {
+  views_.resize(before_.views);
+  first_local_ = before_.first_local;
+  first_recent_ = before_.first_recent;
 }
 
 /// Landmarks to expect by chance where the drift since a view lets one be.
@@ -226,12 +237,14 @@ bool LoopClosing::covered(const Eigen::Vector3d& point, const std::vector<std::s
                      [&](std::size_t v) { return views_.covers(v, point, map); });
 }
 
+void LoopClosing::note(bool concluding, const LandmarkTracks& landmarks) {
+  if (!views_.empty()) asked_ = count_of(concluding, landmarks);
+}
+
 /// Tentative landmarks count only where confirmed ones do not tell: more of them are clutter.
 Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double density,
-                           bool concluding, const LandmarkTracks& landmarks) {
-  const std::size_t asked = landmarks.tracks().size() + (concluding ? 1 : 0);
-  if (views_.empty() || asked == asked_) return {};
-  asked_ = asked;
+                           bool concluding, const LandmarkTracks& landmarks) const {
+  if (views_.empty() || count_of(concluding, landmarks) == asked_) return {};
   const auto among = [&](int sightings) {
     return map.is_3d ? propose_among<SE3>(sightings, map, classes, density, concluding, landmarks)
                      : propose_among<SE2>(sightings, map, classes, density, concluding, landmarks);
@@ -294,7 +307,8 @@ bool LoopClosing::ask_about(std::size_t view, int sightings, const std::vector<i
 
 template <class Pose>
 Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassModel& classes,
-                                 double density, bool concluding, const LandmarkTracks& landmarks) {
+                                 double density, bool concluding,
+                                 const LandmarkTracks& landmarks) const {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   const std::vector<int> recent = recent_tracks(sightings, map, landmarks);
   if (recent.size() < kFewest) return {};

@@ -50,6 +50,12 @@ void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sens
   views_.push_back(std::move(view));
 }
 
+void Views::resize(std::size_t size) {
+  for (; views_.size() > size; views_.pop_back()) {
+    places_.remove(static_cast<int>(views_.size()) - 1);
+  }
+}
+
 /// Looks from poses that have left the graph are no longer searched, so that the search grows with
 /// the graph and not with the log. A map that keeps all poses loses none.
 void Views::forget(const MapView& map, Key newest) {

@@ -33,6 +33,9 @@ class Views {
   void add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
            const SensorCoverage& coverage, const MapView& map);
 
+  /// Goes back to the first so many looks.
+  void resize(std::size_t size);
+
   bool empty() const { return views_.empty(); }
   std::size_t size() const { return views_.size(); }
   const View& operator[](std::size_t view) const { return views_[view]; }

@@ -73,11 +73,44 @@ double ThingTracker::share_moving(const std::vector<double>& belief) const {
 
 void ThingTracker::take(const std::vector<ThingSighting>& frame, const Look& look,
                         const Locate& locate) {
+  if (before_) before_->push_back(before());
   look_ = look;
   if (look.is_3d) {
     take_in<3>(frame, locate);
   } else {
     take_in<2>(frame, locate);
+  }
+}
+
+ThingTracker::Before ThingTracker::before() const {
+  Before out{things_.size(), thing_of_.size(), changed_.size(), followed_, {}, born_, frames_,
+             look_};
+  for (const int t : followed_) {
+    const Thing& thing = things_[t];
+    out.states.emplace_back(
+        thing.sightings.size(),
+        Thing{{}, thing.id, thing.class_evidence, thing.log_odds, thing.missed, thing.moves});
+  }
+  return out;
+}
+
+void ThingTracker::take_back() {
+  for (; before_ && !before_->empty(); before_->pop_back()) {
+    Before& before = before_->back();
+    things_.resize(before.things);
+    thing_of_.resize(before.sightings);
+    changed_.resize(before.changed);
+    followed_ = std::move(before.followed);
+    for (std::size_t i = 0; i < followed_.size(); ++i) {
+      auto& [count, state] = before.states[i];
+      Thing& thing = things_[followed_[i]];
+      thing.sightings.resize(count);
+      state.sightings = std::move(thing.sightings);
+      thing = std::move(state);
+    }
+    born_ = before.born;
+    frames_ = before.frames;
+    look_ = std::move(before.look);
   }
 }
 

@@ -96,6 +96,20 @@ TEST(FrameAssociation, CandidatesAreThoseWithinTheGate) {
   EXPECT_EQ(look.candidates().tracks, std::vector<int>{near});
 }
 
+// Its factors may still be in the graph, and itself among the values.
+TEST(FrameAssociation, ALandmarkThatWasGivenUpIsNoCandidate) {
+  Look look;
+  const int a = look.world.landmark({10, 0}), b = look.world.landmark({10, 0.1});
+  look.detect({10, 0});
+  ASSERT_EQ(look.candidates().tracks, (std::vector<int>{a, b}));
+  Contribution out;
+  look.world.tracks.retire(a, out);
+  EXPECT_EQ(out.forgotten, std::vector<std::int64_t>{a});
+  EXPECT_EQ(look.candidates().tracks, std::vector<int>{b});
+  look.world.tracks.track(b).alive = false;  // and still in the grid
+  EXPECT_TRUE(look.candidates().tracks.empty());
+}
+
 TEST(FrameAssociation, NoHypothesisTakesALandmarkTwiceAndTheBestComesFirst) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0, 0.3);

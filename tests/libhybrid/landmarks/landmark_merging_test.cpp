@@ -54,6 +54,33 @@ TEST(LandmarkMerging, TwoBetweenWhichAFrameIsOpenMayBeOne) {
   EXPECT_EQ(two.propose().pairs.size(), 1U);
 }
 
+// To propose changes nothing: what is noted of it decides whether it is worth to ask again.
+TEST(LandmarkMerging, AsksAgainOnceThereIsNews) {
+  Two two({0.1, 0.05});
+  const LandmarkMerging& asked = two.merging;
+  const auto propose = [&](int keyframe) {
+    return asked.propose(two.world.map_alone(), two.world.classes, kDensity, keyframe, false,
+                         two.world.tracks);
+  };
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  EXPECT_TRUE(propose(1 + two.options.recent + 1).pairs.empty());  // not recent any more
+  two.merging.note(Merge());
+  EXPECT_TRUE(propose(1).pairs.empty());
+  two.merging.remember();
+  two.saw(two.b);
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  two.merging.take_back();
+  EXPECT_TRUE(propose(1).pairs.empty());
+  two.merging.forget(1 + two.options.recent + 1);
+  two.merging.remember();
+  two.merging.sighted(two.a, 40, 8);  // which alone is no pair: it is the earlier of the two
+  two.merging.sighted(two.b, 40, 8);
+  two.merging.take_back();
+  two.merging.sighted(two.a, 40, 8);
+  EXPECT_TRUE(propose(40).pairs.empty());
+}
+
 TEST(LandmarkMerging, TwoFarApartAreTwo) {
   EXPECT_TRUE(Two({1.5, 0}).propose().pairs.empty());
 }
