@@ -67,7 +67,7 @@ double log_probability(const Looks& looks, int things, double detected, double c
 int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map) {
   int looks = 0;
   if (views.empty()) return 0;
-  views.visit_near(point, views.back().coverage.max_range, [&](std::size_t view) {
+  views.visit_near(point, views.reach(), [&](std::size_t view) {
     looks += map.holds(views[view].pose) && views.covers(view, point, map) ? 1 : 0;
   });
   return looks;

@@ -301,8 +301,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
                                              local, c.measured.back()));
   }
-  const double density =
-      coverage.expected_in_view(options.landmarks_in_view) / coverage.space_in_view();
+  const double density = coverage.density(options.landmarks_in_view);
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(landmarks.track(t).position);

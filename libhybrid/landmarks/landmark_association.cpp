@@ -90,7 +90,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   SensorCoverage& coverage = now_.coverage[seen.sensor_label];
   coverage.learn(seen);
   if (coverage.max_range <= 0) return;
-  now_.density = coverage.expected_in_view(options_.landmarks_in_view) / coverage.space_in_view();
+  now_.density = density_of_landmarks(now_.coverage, options_.landmarks_in_view);
   loops_.looked(frame, seen.T_robot_sensor, coverage, now_.density, map);
   if (!seen.class_names.empty()) now_.classes.learn_names(seen.class_names);
   auto sensor = std::make_shared<DetectionFrame>(seen);

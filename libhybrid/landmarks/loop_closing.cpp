@@ -156,9 +156,9 @@ double LoopClosing::chance(const View& view, const KeyframeView& frame, double d
                               : drift(map.values.at<SE2>(view.pose), to_se2(frame.T_map_robot)));
 }
 
-/// Length of a stretch of the way [m].
+/// Length of a stretch of the way, by the sensor that sees farthest [m].
 double LoopClosing::span() const {
-  return kStretch * views_.back().coverage.max_range;
+  return kStretch * views_.reach();
 }
 
 std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
@@ -191,7 +191,7 @@ std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius)
 
 std::vector<std::size_t> LoopClosing::anchors_within(const MapView& map, double radius) const {
   const Eigen::Vector3d here = point_of(map.values, views_.back().pose);
-  const double apart = views_.back().coverage.max_range;
+  const double apart = views_.reach();
   std::vector<std::pair<double, std::size_t>> near;
   views_.visit_near(here, radius, [&](std::size_t view) {
     if (view >= first_recent_ || !map.holds(views_[view].pose)) return;

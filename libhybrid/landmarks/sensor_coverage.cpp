@@ -62,6 +62,14 @@ double SensorCoverage::expected_in_view(double before) const {
   return (kPriorDetections * before + around) / (kPriorDetections + detections);
 }
 
+double density_of_landmarks(const std::map<std::string, SensorCoverage>& sensors, double before) {
+  double most = 0;
+  for (const auto& [label, sensor] : sensors) {
+    if (sensor.max_range > 0) most = std::max(most, sensor.density(before));
+  }
+  return most;
+}
+
 double SensorCoverage::detection_probability(double before) const {
   const double p = (kPriorInView * before + seen) / (kPriorInView + in_view);
   return std::clamp(p, 0.1, 0.9);

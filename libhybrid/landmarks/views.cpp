@@ -33,7 +33,7 @@ double log_probability(int hits, int n, double detected) {
 
 void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
                 const SensorCoverage& coverage, const MapView& map) {
-  View view{frame.pose, T_robot_sensor, coverage, 0};
+  View view{frame.pose, T_robot_sensor, coverage, 0, std::max(reach(), coverage.max_range)};
   const Eigen::Vector3d here = frame.T_map_robot.translation();
   if (!views_.empty()) {
     const View& last = views_.back();
@@ -87,7 +87,7 @@ double Views::one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Ke
                                   double detected, const MapView& map) const {
   if (empty()) return 0.0;
   int looks = 0, hits_a = 0, hits_b = 0, hits = 0;
-  visit_near(a, back().coverage.max_range, [&](std::size_t view) {
+  visit_near(a, reach(), [&](std::size_t view) {
     const Key pose = views_[view].pose;
     if (!map.holds(pose) || !covers(view, a, map) || !covers(view, b, map)) return;
     const bool of_a = std::binary_search(seen_a.begin(), seen_a.end(), pose);
@@ -120,7 +120,7 @@ double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov
     }
     const Eigen::Vector3d point = padded_point(mean + axes * offset);
     int looks = 0;
-    visit_near(point, back().coverage.max_range, [&](std::size_t view) {
+    visit_near(point, reach(), [&](std::size_t view) {
       const Key pose = views_[view].pose;
       if (looks == kMostLooks || pose == back().pose || !map.holds(pose)) return;
       if (covers(view, point, map)) ++looks;

@@ -20,6 +20,7 @@ struct View {
   Eigen::Isometry3d T_robot_sensor;
   SensorCoverage coverage;
   double travelled;  ///< so far [m]
+  double reach;      ///< the farthest range of any sensor so far [m]
 };
 
 /// All looks of the sensors so far, in order.
@@ -40,6 +41,9 @@ class Views {
   std::size_t size() const { return views_.size(); }
   const View& operator[](std::size_t view) const { return views_[view]; }
   const View& back() const { return views_.back(); }
+
+  /// The farthest range of any sensor so far [m]: looks from farther away show nothing.
+  double reach() const { return empty() ? 0 : back().reach; }
 
   /// Calls visit(view) for those whose robot was about `radius` from a point when it looked.
   template <class Visit>
