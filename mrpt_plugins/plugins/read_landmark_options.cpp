@@ -51,6 +51,25 @@ void read_motion_prior(IniSection& section, MotionPrior& motion) {
                                     IniRange{1e-4, 1e4});
 }
 
+/// Which matchings are kept, for how long, and of which landmarks.
+void read_what_stays_open(IniSection& section, AssociationOptions& o) {
+  o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
+                             IniRange{1, 64});
+  section.replace_all({"keep_open_odds", "old_landmark_odds", "clutter_odds"}, "open_odds");
+  o.keep_open_odds = section.get("keep_open_odds", o.keep_open_odds,
+                                 "matchings are kept open that are less probable than the best by "
+                                 "at most this factor",
+                                 IniRange{1, 1e9});
+  o.old_landmark_odds =
+      section.get("old_landmark_odds", o.old_landmark_odds,
+                  "odds at which a landmark from before the way has drifted is matched by one "
+                  "detection; the way has drifted where there may be more than one in so many by "
+                  "chance, and loops are looked for from there on",
+                  IniRange{1, 1e9});
+  o.window = section.get("window", o.window, "keyframes until an open matching is decided",
+                         IniRange{1, 1e6});
+}
+
 }  // namespace
 
 AssociationOptions read_association_options(IniSection& section) {
@@ -75,21 +94,7 @@ AssociationOptions read_association_options(IniSection& section) {
                   "price of a match, in -log odds, for each nat that it would tell of pose "
                   "and landmark: the less these are known, the better it must fit",
                   IniRange{0, 1e3});
-  o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
-                             IniRange{1, 64});
-  section.replace_all({"keep_open_odds", "old_landmark_odds", "clutter_odds"}, "open_odds");
-  o.keep_open_odds = section.get("keep_open_odds", o.keep_open_odds,
-                                 "matchings are kept open that are less probable than the best by "
-                                 "at most this factor",
-                                 IniRange{1, 1e9});
-  o.old_landmark_odds =
-      section.get("old_landmark_odds", o.old_landmark_odds,
-                  "odds at which a landmark from before the way has drifted is matched by one "
-                  "detection; the way has drifted where there may be more than one in so many by "
-                  "chance, and loops are looked for from there on",
-                  IniRange{1, 1e9});
-  o.window = section.get("window", o.window, "keyframes until an open matching is decided",
-                         IniRange{1, 1e6});
+  read_what_stays_open(section, o);
   o.landmarks_in_view = section.get("landmarks_in_view", o.landmarks_in_view,
                                     "landmarks expected in the field of view, before any is known",
                                     IniRange{1e-3, 1e6});
