@@ -50,11 +50,11 @@ Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& 
 
 template <class Pose>
 PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vector<Key>& keys,
-                           const MapView& map) {
+                           const KeyframeView& frame, const MapView& map) {
   std::vector<typename Pose::Point> points;
   for (const Key key : keys) points.push_back(map.values.at<typename Pose::Point>(key));
   return predict_sightings_by(pose, sensor, points, [&](const Eigen::MatrixXd& J) {
-    return keys.empty() ? Eigen::MatrixXd(0, 0) : map.covariance_of(keys, J);
+    return keys.empty() ? Eigen::MatrixXd(0, 0) : frame.covariance_of(keys, J);
   });
 }
 
@@ -67,10 +67,10 @@ Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& fr
                                  const MapView& map) {
   const auto first =
       views.first_near(frame.T_map_robot.translation(), coverage.max_range, frame.pose, map);
-  if (!first) return map.joint_covariance({});
+  if (!first) return frame.joint_covariance({});
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
   J << Pose::Jacobian::Identity(), -T_map_robot.between(map.values.at<Pose>(*first)).adjoint();
-  return map.covariance_of({*first}, J);
+  return frame.covariance_of({*first}, J);
 }
 
 /// How far off landmark j is, seen from the robot [m].
@@ -305,10 +305,10 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(landmarks.track(t).position);
-  c.predicted = map.is_3d
-                    ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys, map)
-                    : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, map);
-  const double drift = std::sqrt(map.joint_covariance({}).topLeftCorner(dim, dim).trace());
+  c.predicted =
+      map.is_3d ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys, frame, map)
+                : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, frame, map);
+  const double drift = std::sqrt(frame.joint_covariance({}).topLeftCorner(dim, dim).trace());
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
     c.sigmas.push_back(drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j)));
   }

@@ -145,7 +145,7 @@ double LoopClosing::chance(const View& view, const KeyframeView& frame, double d
     constexpr int kDim = Pose::Point::RowsAtCompileTime;
     Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
     J << Pose::Jacobian::Identity(), -T_map_robot.between(T_map_view).adjoint();
-    const typename Pose::Jacobian P = map.covariance_of({view.pose}, J);
+    const typename Pose::Jacobian P = frame.covariance_of({view.pose}, J);
     const double turn = P.diagonal().tail(Pose::kDim - kDim).sum();
     const double range = 0.5 * view.coverage.max_range;
     Eigen::Matrix<double, kDim, kDim> spread = P.template topLeftCorner<kDim, kDim>();

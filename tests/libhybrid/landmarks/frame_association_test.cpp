@@ -45,7 +45,7 @@ struct Look {
   }
   FrameCandidates candidates() {
     const std::vector<DetectionFrame> frames = {frame};
-    const KeyframeView view{Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), frames};
+    const KeyframeView view = world.keyframe(Key(key_letter::kPose, 1000), frames);
     return find_candidates(view, frame, phi, world.map(), coverage, world.classes, options,
                            local_since, views, world.tracks);
   }

@@ -34,7 +34,7 @@ struct Two {
   }
   void saw(int t) { merging.sighted(t, 1, world.tracks.track(t).sightings.size()); }
   Merge propose() {
-    return merging.propose(world.map_alone(), world.classes, kDensity, 1, false, world.tracks);
+    return merging.propose(world.map(), world.classes, kDensity, 1, false, world.tracks);
   }
 };
 
@@ -59,7 +59,7 @@ TEST(LandmarkMerging, AsksAgainOnceThereIsNews) {
   Two two({0.1, 0.05});
   const LandmarkMerging& asked = two.merging;
   const auto propose = [&](int keyframe) {
-    return asked.propose(two.world.map_alone(), two.world.classes, kDensity, keyframe, false,
+    return asked.propose(two.world.map(), two.world.classes, kDensity, keyframe, false,
                          two.world.tracks);
   };
   EXPECT_EQ(propose(1).pairs.size(), 1U);
@@ -104,7 +104,7 @@ TEST(LandmarkMerging, WhatIsPoorlyKnownIsNotMergedWhereLandmarksAreDense) {
   Two two({0.1, 0.05});
   two.world.sigma = 0.5;
   EXPECT_TRUE(
-      two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false, two.world.tracks)
+      two.merging.propose(two.world.map(), two.world.classes, 1.0, 1, false, two.world.tracks)
           .pairs.empty());
 }
 
@@ -114,8 +114,7 @@ TEST(LandmarkMerging, WhatWasBornWhereLittleWasLeftToFindIsMergedEvenIfPoorlyKno
   two.world.sigma = 0.5;
   const auto proposed = [&] {
     two.saw(two.b);
-    return two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false,
-                               two.world.tracks);
+    return two.merging.propose(two.world.map(), two.world.classes, 1.0, 1, false, two.world.tracks);
   };
   EXPECT_TRUE(proposed().pairs.empty());
   two.world.tracks.track(two.b).undetected = 1e-3;
@@ -166,7 +165,7 @@ Merge proposed_by_misses(Two& two, double max_range = 20) {
               two.world.map());
   }
   for (const int t : {two.a, two.b}) two.world.tracks.track(t).existence = 3;
-  return two.merging.propose_by_misses(two.world.map_alone(), two.world.classes, kDensity, views,
+  return two.merging.propose_by_misses(two.world.map(), two.world.classes, kDensity, views,
                                        two.world.tracks);
 }
 
@@ -291,7 +290,7 @@ Merge proposed_by_counting(int all, const std::vector<double>& class_of_third = 
         {Key(key_letter::kPose, static_cast<std::uint64_t>(i)), Eigen::Isometry3d::Identity(), {}},
         Eigen::Isometry3d::Identity(), coverage, two.world.map());
   }
-  return two.merging.propose_by_counting(two.world.map_alone(), two.world.classes, views,
+  return two.merging.propose_by_counting(two.world.map(), two.world.classes, views,
                                          two.world.tracks);
 }
 

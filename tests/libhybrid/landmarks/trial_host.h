@@ -41,13 +41,21 @@ struct TrialHost {
     Delta delta;
     delta.continuous.push_back(factor);
     delta.values.insert(now, place);
-    MapView seen_before = view();
-    const auto covariance = seen_before.covariance_of;
-    seen_before.joint_covariance = [&](const std::vector<Key>& keys) {
-      return covariance_after_motion(*factor, delta.values, map.values(), covariance, keys);
+    const MapView before = view();
+    KeyframeView frame{now, to_isometry(place), seen};
+    frame.joint_covariance = [&](const std::vector<Key>& keys) {
+      return covariance_after_motion(*factor, delta.values, map.values(), before.covariance_of,
+                                     keys);
     };
-    if (!refused.empty()) refuse({now, to_isometry(place), refused}, seen_before);
-    const Contribution out = association.observe({now, to_isometry(place), seen}, seen_before);
+    frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+      return covariance_after_motion(*factor, delta.values, map.values(), before.covariance_of,
+                                     keys, J);
+    };
+    if (!refused.empty()) {
+      refuse({now, frame.T_map_robot, refused, frame.joint_covariance, frame.covariance_of},
+             before);
+    }
+    const Contribution out = association.observe(frame, before);
     map.update(delta);
     apply(out);
     change_until_done([this] { return association.revise(view()); });
