@@ -25,8 +25,10 @@ void bind_options(py::module_& m) {
       .field("information_penalty", &Options::information_penalty,
              "Cost of a match per nat of information that it adds.")
       .field("hypotheses", &Options::hypotheses, "Largest number per frame.")
-      .field("open_odds", &Options::open_odds,
+      .field("keep_open_odds", &Options::keep_open_odds,
              "Hypotheses less probable than the best by this factor are dropped.")
+      .field("old_landmark_odds", &Options::old_landmark_odds,
+             "Odds at which one detection is matched with a landmark from before the drift.")
       .field("window", &Options::window, "Keyframes until a delayed decision is made.")
       .field("landmarks_in_view", &Options::landmarks_in_view,
              "Expected number of landmarks in the field of view.")
@@ -35,10 +37,12 @@ void bind_options(py::module_& m) {
       .field("detection_probability", &Options::detection_probability,
              "Probability that a landmark in view is detected.")
       .field("confirm", &Options::confirm, "Sightings needed to make a landmark.")
+      .field("clutter_odds", &Options::clutter_odds,
+             "Odds against a tentative landmark at which it is removed.")
       .field("merge", &Options::merge, "Merge duplicates of landmarks, and close loops.")
       .field("recent", &Options::recent,
-             "Landmarks seen within this number of keyframes may be merged into others.")
-      .field("merge_odds", &Options::merge_odds, "Odds required for a merge.");
+             "Landmarks seen within this number of keyframes may be merged or count as missed.")
+      .field("merge_odds", &Options::merge_odds, "Odds that decide whether landmarks are one.");
   SettingsClass<ClassOptions>(m, "ClassOptions", "Prior knowledge of classes and of the detector.")
       .field("names", &ClassOptions::names, "Names of the classes; empty: those of the detections.")
       .field("prior", &ClassOptions::prior, "Prior probability of each class; empty: uniform.")

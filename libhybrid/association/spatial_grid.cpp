@@ -13,7 +13,8 @@ void SpatialGrid::put(int id, double x, double y) {
   if (old.used && old.x == place.x && old.y == place.y) return;
   remove(id);
   place_[id] = place;
-  cells_[name(place.x, place.y)].push_back(id);
+  std::vector<int>& ids = cells_[name(place.x, place.y)];
+  ids.insert(std::lower_bound(ids.begin(), ids.end(), id), id);
 }
 
 void SpatialGrid::remove(int id) {

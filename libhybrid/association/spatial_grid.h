@@ -30,7 +30,7 @@ class SpatialGrid {
   }
 
   /// Calls visit(id) for every point whose cell is touched by the square of half side `radius`
-  /// around (x, y), in a fixed order.
+  /// around (x, y), in an order that depends on where points are, not on how they came there.
   template <class Visit>
   void visit_near(double x, double y, double radius, Visit&& visit) const {
     const std::int64_t x0 = index(x - radius), x1 = index(x + radius);

@@ -20,18 +20,26 @@ struct AssociationOptions {
   /// Of a landmark: how far from it is what is taken for it, a standard deviation along each axis
   /// [m]. Things nearer to each other than that are not told apart where the map does not tell.
   double extent = 0;
-  double gate = 0.9999;                ///< chi-square probability of an innovation
-  double information_penalty = 1.0;    ///< price of a match per nat of what it would tell
-  int hypotheses = 8;                  ///< at most, per frame
-  double open_odds = 10;               ///< a hypothesis this much less probable is not kept open
+  double gate = 0.9999;              ///< chi-square probability of an innovation
+  double information_penalty = 1.0;  ///< price of a match per nat of what it would tell
+  int hypotheses = 8;                ///< at most, per frame
+  double keep_open_odds = 10;        ///< a hypothesis this much less probable is not kept open
+  /// Of a landmark from before the way has drifted: odds at which it is told from its neighbours by
+  /// one detection. Where the drift lets fewer than one in so many be there by chance, each is.
+  double old_landmark_odds = 10;
   int window = 20;                     ///< keyframes until an open decision is taken
   double landmarks_in_view = 5;        ///< expected landmarks in the field of view of the sensor
   double clutter_in_view = 0.5;        ///< expected spurious detections per frame
   double detection_probability = 0.5;  ///< of a landmark in view
-  int confirm = 2;                     ///< sightings that make a landmark
+  int confirm = 2;                     ///< sightings that make a landmark of a tentative one
+  double clutter_odds = 10;            ///< against a tentative landmark, at which it is given up
   bool merge = true;                   ///< find landmarks that are one, close loops by consensus
-  int recent = 30;          ///< keyframes: landmarks seen within may be merged into others
-  double merge_odds = 100;  ///< evidence that a merge needs
+  /// Keyframes: of landmarks seen within, it is known well enough where they are. They are compared
+  /// with others, which they may be, and a look that misses them speaks against them.
+  int recent = 30;
+  /// Odds that decide whether landmarks are one: of a merge, over one that contradicts it. What
+  /// classes alone, or the places of single detections, tell apart by as much is not compared.
+  double merge_odds = 100;
   MotionPrior motion = {};  ///< of things that move and are no landmarks
 };
 

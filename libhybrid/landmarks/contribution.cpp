@@ -16,7 +16,7 @@ void enter(const Contribution& contribution, LandmarkRegistry& landmarks) {
 }
 
 Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, const MapView& map) {
-  if (!map.holds(before)) return map.joint_covariance({});
+  if (!map.holds(before)) return frame.joint_covariance({});
   const Eigen::Index n = map.is_3d ? 6 : 3;
   const Eigen::Isometry3d T_now_before =
       between(frame.T_map_robot, isometry_at(map.values, before));
@@ -27,7 +27,7 @@ Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, cons
   } else {
     J.rightCols(n) = -to_se2(T_now_before).adjoint();
   }
-  return map.covariance_of({before}, J);
+  return frame.covariance_of({before}, J);
 }
 
 }  // namespace hybrid

@@ -24,6 +24,12 @@ struct KeyframeView {
   Key pose;                       ///< its variable: SE2, or SE3 where `MapView::is_3d`
   Eigen::Isometry3d T_map_robot;  ///< its estimate before the detections are used
   const std::vector<DetectionFrame>& detections;
+  /// Joint covariance (eq. 11b) of `pose`, before its detections are used, and of some variables of
+  /// the map, in that order.
+  std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
+  /// Covariance of J x, with x the same stacked: what is relative is known far better.
+  std::function<Eigen::MatrixXd(const std::vector<Key>&, const Eigen::MatrixXd& J)> covariance_of =
+      {};
 };
 
 /// What may be read of the map.
@@ -36,10 +42,10 @@ struct MapView {
   bool explain = false;   ///< whether contributions are to say why, in `events`
   /// Whether a variable is in the graph and not marginalised out.
   std::function<bool(Key)> holds = {};
-  /// Joint covariance (eq. 11b) of the pose of the keyframe, before its detections are used, and of
-  /// some variables of the map, in that order. Of the variables alone where there is no keyframe.
+  /// Joint covariance (eq. 11b) of some variables of the map, in that order; that of a keyframe has
+  /// its pose besides.
   std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
-  /// Covariance of J x, with x the same variables stacked: what is relative is known far better.
+  /// Covariance of J x, with x the same variables stacked.
   std::function<Eigen::MatrixXd(const std::vector<Key>&, const Eigen::MatrixXd& J)> covariance_of =
       {};
 };

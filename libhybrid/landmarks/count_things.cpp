@@ -10,7 +10,6 @@
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/landmarks/detail/sensor_place.h"
 #include "libhybrid/landmarks/sighting.h"
@@ -46,14 +45,15 @@ double probability(int detections, int things, double p, double clutter) {
 }
 
 /// log probability of the looks at so many things: the mean over p, whose prior counts as much as
-/// kPriorCount looks.
+/// Views::kPriorLooks.
 double log_probability(const Looks& looks, int things, double detected, double clutter) {
   constexpr int kNodes = 40;
+  constexpr double kPrior = Views::kPriorLooks;
   std::vector<double> terms;
   for (int node = 0; node < kNodes; ++node) {
     const double p = (node + 0.5) / kNodes;
-    double term = (kPriorCount * detected - 1) * std::log(p) +
-                  (kPriorCount * (1 - detected) - 1) * std::log1p(-p);
+    double term =
+        (kPrior * detected - 1) * std::log(p) + (kPrior * (1 - detected) - 1) * std::log1p(-p);
     for (std::size_t n = 0; n < looks.size(); ++n) {
       if (looks[n] == 0) continue;
       term += looks[n] * std::log(probability(static_cast<int>(n), things, p, clutter));
@@ -67,7 +67,7 @@ double log_probability(const Looks& looks, int things, double detected, double c
 int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& map) {
   int looks = 0;
   if (views.empty()) return 0;
-  views.visit_near(point, views.back().coverage.max_range, [&](std::size_t view) {
+  views.visit_near(point, views.reach(), [&](std::size_t view) {
     looks += map.holds(views[view].pose) && views.covers(view, point, map) ? 1 : 0;
   });
   return looks;

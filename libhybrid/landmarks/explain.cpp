@@ -54,10 +54,11 @@ std::vector<SightingCandidate> candidates_for(Eigen::Index i, const FrameCandida
 
 template <class Pose>
 GaussianScore score_of(const Pose& pose, const Pose& sensor, Key landmark,
-                       const MeasuredPoint& measured, const MapView& map) {
+                       const MeasuredPoint& measured, const KeyframeView& frame,
+                       const MapView& map) {
   const auto predicted =
       predict_sightings<Pose>(pose, sensor, {map.values.at<typename Pose::Point>(landmark)},
-                              map.joint_covariance({landmark}));
+                              frame.joint_covariance({landmark}));
   return predicted.score(measured, 0);
 }
 
@@ -109,11 +110,11 @@ SightingEvent identified_sighting(const KeyframeView& frame, const DetectionFram
   try {
     if (map.is_3d) {
       event.nis = score_of(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
-                           landmark->position, measured, map)
+                           landmark->position, measured, frame, map)
                       .chi_square;
     } else {
       event.nis = score_of(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
-                           landmark->position, measured, map)
+                           landmark->position, measured, frame, map)
                       .chi_square;
     }
   } catch (const SettingsError&) {  // a batch solver has no covariance on the way

@@ -14,13 +14,19 @@
 #include "libhybrid/association/consensus.h"
 #include "libhybrid/association/joint_compatibility.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
+
+/// Landmarks that the detections of a frame may be, the nearest: their joint covariance costs the
+/// square of that.
+constexpr std::size_t kMostTracks = 40;
+/// Matchings of a frame whose joint evidence is computed, those that are best pair by pair: more
+/// than are kept open, as the order by joint evidence is another.
+constexpr std::size_t kMostMatchings = 40;
 
 /// Where detections fall in the map and how far off they may be.
 struct Located {
@@ -44,11 +50,11 @@ Located locate_one(const Pose& pose, const Pose& sensor, const Eigen::MatrixXd& 
 
 template <class Pose>
 PredictedSightings predict(const Pose& pose, const Pose& sensor, const std::vector<Key>& keys,
-                           const MapView& map) {
+                           const KeyframeView& frame, const MapView& map) {
   std::vector<typename Pose::Point> points;
   for (const Key key : keys) points.push_back(map.values.at<typename Pose::Point>(key));
   return predict_sightings_by(pose, sensor, points, [&](const Eigen::MatrixXd& J) {
-    return keys.empty() ? Eigen::MatrixXd(0, 0) : map.covariance_of(keys, J);
+    return keys.empty() ? Eigen::MatrixXd(0, 0) : frame.covariance_of(keys, J);
   });
 }
 
@@ -61,10 +67,10 @@ Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& fr
                                  const MapView& map) {
   const auto first =
       views.first_near(frame.T_map_robot.translation(), coverage.max_range, frame.pose, map);
-  if (!first) return map.joint_covariance({});
+  if (!first) return frame.joint_covariance({});
   Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
   J << Pose::Jacobian::Identity(), -T_map_robot.between(map.values.at<Pose>(*first)).adjoint();
-  return map.covariance_of({*first}, J);
+  return frame.covariance_of({*first}, J);
 }
 
 /// How far off landmark j is, seen from the robot [m].
@@ -85,7 +91,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
     const double sigma = std::min(at.sigma, spacing), coverage = gate_sigmas * sigma;
     landmarks.grid().visit_near(at.point.x(), at.point.y(), 2 * coverage, [&](int t) {
       const Track& track = landmarks.track(t);
-      if (!map.holds(track.position)) return;
+      if (!track.alive || !map.holds(track.position)) return;
       const double own = std::min(track.sigma, spacing);
       const double d = (point_at(map.values, track.position) - at.point).norm();
       if (d <= coverage + gate_sigmas * own) found.emplace_back(d / (sigma + own + 1e-9), t);
@@ -94,7 +100,7 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
   std::sort(found.begin(), found.end());
   std::vector<int> tracks;
   for (const auto& [distance, t] : found) {
-    if (tracks.size() == kMostCompared) break;
+    if (tracks.size() == kMostTracks) break;
     if (std::find(tracks.begin(), tracks.end(), t) == tracks.end()) tracks.push_back(t);
   }
   std::sort(tracks.begin(), tracks.end());
@@ -161,7 +167,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
       const double cost = score.cost + c.class_cost(i, j);
       const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square -
                              options.information_penalty * information(c, i, j);
-      if (local || at_best > std::log(options.open_odds)) c.problem.matched(i, j) = cost;
+      if (local || at_best > std::log(options.old_landmark_odds)) c.problem.matched(i, j) = cost;
     }
   }
 }
@@ -280,7 +286,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
                                 const AssociationOptions& options, Key local_since,
-                                const Views& views, LandmarkTracks& landmarks) {
+                                const Views& views, const LandmarkTracks& landmarks) {
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options.gate, dim));
@@ -295,19 +301,16 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
                                              local, c.measured.back()));
   }
-  const double density =
-      coverage.expected_in_view(options.landmarks_in_view) / coverage.space_in_view();
+  const double density = coverage.density(options.landmarks_in_view);
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
   std::vector<Key> keys;
   for (int t : c.tracks) keys.push_back(landmarks.track(t).position);
-  c.predicted = map.is_3d
-                    ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys, map)
-                    : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, map);
-  const double drift = std::sqrt(map.joint_covariance({}).topLeftCorner(dim, dim).trace());
+  c.predicted =
+      map.is_3d ? predict(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), keys, frame, map)
+                : predict(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), keys, frame, map);
+  const double drift = std::sqrt(frame.joint_covariance({}).topLeftCorner(dim, dim).trace());
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
-    landmarks.track(c.tracks[j]).sigma =
-        drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j));
-    landmarks.place(c.tracks[j], map.values);
+    c.sigmas.push_back(drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j)));
   }
   for (const MeasuredPoint& measured : c.measured) {
     for (std::size_t j = 0; j < c.tracks.size(); ++j) {
@@ -323,13 +326,13 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
                                              const AssociationOptions& options) {
   using Method = AssociationOptions::Method;
   std::vector<Matching> matchings;
-  const double margin = std::log(options.open_odds);
+  const double margin = std::log(options.keep_open_odds);
   if (options.method == Method::kNearest) {
     matchings = nearest(candidates, options.information_penalty);
   } else if (options.method == Method::kJcbb) {
     matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
-    matchings = k_best_matchings(candidates.problem, kMostCompared, margin);
+    matchings = k_best_matchings(candidates.problem, kMostMatchings, margin);
     const bool ambiguous =
         (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
     if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);

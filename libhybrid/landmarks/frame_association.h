@@ -26,6 +26,7 @@ struct FrameHypothesis {
 struct FrameCandidates {
   std::vector<MeasuredPoint> measured;  ///< by detection
   std::vector<int> tracks;              ///< the candidates
+  std::vector<double> sigmas;           ///< of each, at most, of its position in the map [m]
   PredictedSightings predicted;         ///< of the candidates
   std::vector<GaussianScore> scores;    ///< of single pairs, by detection, then by candidate
   std::vector<double> undetected;       ///< by detection: share of landmarks, see Views::undetected
@@ -45,7 +46,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
                                 const AssociationOptions& options, Key local_since,
-                                const Views& views, LandmarkTracks& landmarks);
+                                const Views& views, const LandmarkTracks& landmarks);
 
 /// Ways to see the frame, best first, as the method chosen finds them; those but the best are close
 /// to it.

@@ -30,8 +30,8 @@ void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
     options_.extent = landmark.size.extent;  // the map is used as it was made
     options_.method = AssociationOptions::Method::kJcbb;
   }
-  if (!known.class_names.empty()) classes_.learn_names(known.class_names);
-  landmarks_.adopt(known.landmarks, classes_, is_3d);
+  if (!known.class_names.empty()) now_.classes.learn_names(known.class_names);
+  landmarks_.adopt(known.landmarks, now_.classes, is_3d);
   adopted_ = !known.landmarks.empty();
 }
 
@@ -44,7 +44,8 @@ std::map<std::int64_t, double> LandmarkAssociation::existence() const {
 }
 
 std::map<std::int64_t, LandmarkSize> LandmarkAssociation::sizes(const MapView& map) const {
-  const std::vector<int> things = count_things(map, classes_, loops_.views(), options_, landmarks_);
+  const std::vector<int> things =
+      count_things(map, now_.classes, loops_.views(), options_, landmarks_);
   std::map<std::int64_t, LandmarkSize> out;
   for (int t = 0; t < static_cast<int>(things.size()); ++t) {
     const Track& track = landmarks_.track(t);

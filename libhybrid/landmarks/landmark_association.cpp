@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "libhybrid/association/association_factor.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/hybrid/semantic.h"
@@ -18,6 +17,9 @@
 namespace hybrid {
 namespace {
 
+/// Landmarks whose place in the grid follows the estimate, each keyframe: a budget of time. Those
+/// that are candidates of its detections do besides.
+constexpr int kPlacedAtOnce = 40;
 constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
 }  // namespace
@@ -26,18 +28,20 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
                                          std::vector<std::string> sensors)
     : sensors_(std::move(sensors)),
       options_(options),
-      classes_(std::move(classes)),
       merging_(options),
       loops_(options),
-      things_(options.motion) {}
+      things_(options.motion) {
+  now_.classes = std::move(classes);
+}
 
 Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
   Contribution out;
+  merging_.forget(now_.keyframe);
   remember();
-  ++keyframe_;
-  things_are_decided_ = false;
-  decide_old(map, keyframe_ - options_.window, out);
-  landmarks_.place_some(map.values, kMostCompared);
+  ++now_.keyframe;
+  now_.things_are_decided = false;
+  decide_old(map, now_.keyframe - options_.window, out);
+  landmarks_.place_some(map.values, kPlacedAtOnce);
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
                                                       seen.sensor_label) != sensors_.end();
@@ -57,24 +61,27 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
                                            const std::shared_ptr<const DetectionFrame>& sensor,
                                            bool is_3d, Contribution& out) {
   std::vector<int> noted;
-  ++frames_;
+  ++now_.frames;
   const std::vector<bool> crowded = are_crowded(seen);
   for (std::size_t i = 0; i < seen.detections.size(); ++i) {
     Detection detection = seen.detections[i];
     const bool named = options_.use_ids && detection.id.has_value();
-    sigmas_ += position_sigma(detection, is_3d);
-    ++detections_;
+    now_.sigmas += position_sigma(detection, is_3d);
+    ++now_.detections;
     if (crowded[i] && !named) {
       ++out.dropped["detection dropped: too many others within its noise to be told apart"];
       continue;
     }
+    std::shared_ptr<const Detection> of_thing;
     if (!named && options_.extent > 0) {
+      of_thing = std::make_shared<const Detection>(detection);
       detection = with_extent(std::move(detection), options_.extent, is_3d);
     }
-    Sighting sighting{frames_, pose, sensor, std::move(detection), {}, -1, {}};
+    Sighting sighting{now_.frames,         pose, sensor, std::move(detection),
+                      std::move(of_thing), {},   -1,     {}};
     const std::vector<double>& scores = sighting.detection.class_probabilities;
-    if (!scores.empty() && classes_.names().size() > 1) {
-      sighting.phi = classes_.likelihood(scores, seen.class_names);
+    if (!scores.empty() && now_.classes.names().size() > 1) {
+      sighting.phi = now_.classes.likelihood(scores, seen.class_names);
     }
     noted.push_back(landmarks_.note(std::move(sighting)));
   }
@@ -83,12 +90,12 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
 
 void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,
                                const MapView& map, Contribution& out) {
-  SensorCoverage& coverage = coverage_[seen.sensor_label];
+  SensorCoverage& coverage = now_.coverage[seen.sensor_label];
   coverage.learn(seen);
   if (coverage.max_range <= 0) return;
-  density_ = coverage.expected_in_view(options_.landmarks_in_view) / coverage.space_in_view();
-  loops_.looked(frame, seen.T_robot_sensor, coverage, density_, map);
-  if (!seen.class_names.empty()) classes_.learn_names(seen.class_names);
+  now_.density = density_of_landmarks(now_.coverage, options_.landmarks_in_view);
+  loops_.looked(frame, seen.T_robot_sensor, coverage, now_.density, map);
+  if (!seen.class_names.empty()) now_.classes.learn_names(seen.class_names);
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
   DetectionFrame unknown = *sensor;
@@ -110,12 +117,10 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   FrameCandidates candidates;
   std::vector<FrameHypothesis> found;
   if (!sightings.empty()) {
-    candidates = find_candidates(frame, unknown, phi, map, coverage, classes_, options_,
+    candidates = find_candidates(frame, unknown, phi, map, coverage, now_.classes, options_,
                                  loops_.local_since(), loops_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
-    for (std::size_t i = 0; i < sightings.size(); ++i) {
-      landmarks_.sighting(sightings[i]).undetected = candidates.undetected[i];
-    }
+    note_candidates(candidates, sightings, map);
   }
   const bool open = found.size() > 1 && map.keeps_all;
   if (open) keep_ambiguous(found, sightings, frame, map, out);
@@ -124,7 +129,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     if (options_.use_ids) learn_ids(sightings);
   }
   if (map.explain) {
-    explain_frame(landmarks_, noted, sightings, candidates, found, classes_, open, out.events);
+    explain_frame(landmarks_, noted, sightings, candidates, found, now_.classes, open, out.events);
   }
   judge_existence(seen, frame, map, noted, out);
 }
@@ -140,7 +145,7 @@ bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& fram
     return false;
   } else {
     create(sighting, frame.T_map_robot, map, out);
-    track_of_id_[*id] = landmarks_.sighting(sighting).track;
+    learn_id(*id, landmarks_.sighting(sighting).track);
   }
   return true;
 }
@@ -149,25 +154,43 @@ void LandmarkAssociation::learn_ids(const std::vector<int>& sightings) {
   for (const int s : sightings) {
     const Sighting& sighting = landmarks_.sighting(s);
     if (sighting.detection.id && sighting.track >= 0) {
-      track_of_id_[*sighting.detection.id] = sighting.track;
+      learn_id(*sighting.detection.id, sighting.track);
     }
+  }
+}
+
+void LandmarkAssociation::learn_id(std::int64_t id, int track) {
+  const auto it = track_of_id_.find(id);
+  ids_before_.emplace_back(id, it == track_of_id_.end() ? std::nullopt : std::optional(it->second));
+  track_of_id_[id] = track;
+}
+
+/// What was asked of the map about the candidates of a frame serves those that follow.
+void LandmarkAssociation::note_candidates(const FrameCandidates& candidates,
+                                          const std::vector<int>& sightings, const MapView& map) {
+  for (std::size_t j = 0; j < candidates.tracks.size(); ++j) {
+    landmarks_.set(candidates.tracks[j], &Track::sigma, candidates.sigmas[j]);
+    landmarks_.place(candidates.tracks[j], map.values);
+  }
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    landmarks_.sighting(sightings[i]).undetected = candidates.undetected[i];
   }
 }
 
 void LandmarkAssociation::attach(int sighting, int track, const MapView& map, Contribution& out) {
   landmarks_.attach(sighting, track, map.is_3d, out);
-  landmarks_.track(track).last_keyframe = keyframe_;
-  merging_.sighted(track, keyframe_, landmarks_.track(track).sightings.size());
+  landmarks_.set(track, &Track::last_keyframe, now_.keyframe);
+  merging_.sighted(track, now_.keyframe, landmarks_.track(track).sightings.size());
 }
 
 void LandmarkAssociation::create(int sighting, const Eigen::Isometry3d& T_map_robot,
                                  const MapView& map, Contribution& out) {
-  const int track = landmarks_.create(sighting, T_map_robot, classes_, map.is_3d, out);
-  landmarks_.track(track).last_keyframe = keyframe_;
+  const int track = landmarks_.create(sighting, T_map_robot, now_.classes, map.is_3d, out);
+  landmarks_.track(track).last_keyframe = now_.keyframe;
   landmarks_.track(track).sigma = landmarks_.sighting(sighting).detection.range;
   landmarks_.track(track).existence =
       std::log(options_.landmarks_in_view / options_.clutter_in_view);
-  merging_.sighted(track, keyframe_, landmarks_.track(track).sightings.size());
+  merging_.sighted(track, now_.keyframe, landmarks_.track(track).sightings.size());
 }
 
 void LandmarkAssociation::take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
@@ -202,18 +225,18 @@ void LandmarkAssociation::keep_ambiguous(std::vector<FrameHypothesis> hypotheses
     ambiguous.rows.push_back(i);
     ambiguous.sightings.push_back(sightings[i]);
   }
-  ambiguous_.push_back(std::move(ambiguous));
+  now_.ambiguous.push_back(std::move(ambiguous));
 }
 
 /// One discrete variable for the frame, a value for each hypothesis.
 void LandmarkAssociation::leave_open(const AmbiguousFrame& frame, const MapView& map,
                                      Contribution& out) {
   const std::size_t n = frame.hypotheses.size();
-  OpenFrame open{
-      keyframe_,
-      {Key(key_letter::kAssociation, static_cast<std::uint64_t>(opened_++)), static_cast<int>(n)},
-      frame.sightings,
-      std::vector<std::vector<int>>(n)};
+  OpenFrame open{now_.keyframe,
+                 {Key(key_letter::kAssociation, static_cast<std::uint64_t>(now_.opened++)),
+                  static_cast<int>(n)},
+                 frame.sightings,
+                 std::vector<std::vector<int>>(n)};
   for (std::size_t i = 0; i < frame.rows.size(); ++i) {
     const int s = frame.sightings[i];
     const Sighting& sighting = landmarks_.sighting(s);
@@ -239,14 +262,14 @@ void LandmarkAssociation::leave_open(const AmbiguousFrame& frame, const MapView&
     landmarks_.add_factor(s, std::make_shared<AssociationFactor>(open.choice, std::move(options)),
                           out);
   }
-  ++statistics_["frames_left_open"];
-  open_.push_back(std::move(open));
+  ++now_.statistics["frames_left_open"];
+  now_.open.push_back(std::move(open));
 }
 
 /// Replaces the mixture of a frame by what its variable has come to.
 void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Contribution& out) {
   const int value = map.assignment.at(open.choice.key);
-  if (value != 0) ++statistics_["frames_revised"];
+  if (value != 0) ++now_.statistics["frames_revised"];
   for (std::size_t i = 0; i < open.sightings.size(); ++i) {
     for (const std::vector<int>& tracks : open.tracks) {
       if (tracks[i] >= 0) --landmarks_.track(tracks[i]).open;
@@ -269,8 +292,9 @@ void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Cont
 
 void LandmarkAssociation::decide_old(const MapView& map, int before, Contribution& out) {
   std::size_t done = 0;
-  while (done < open_.size() && open_[done].keyframe <= before) decide(open_[done++], map, out);
-  open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(done));
+  while (done < now_.open.size() && now_.open[done].keyframe <= before)
+    decide(now_.open[done++], map, out);
+  now_.open.erase(now_.open.begin(), now_.open.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
 /// Raises the odds of landmarks that were seen and lowers those of landmarks that should have been;
@@ -278,7 +302,7 @@ void LandmarkAssociation::decide_old(const MapView& map, int before, Contributio
 void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const KeyframeView& frame,
                                           const MapView& map, const std::vector<int>& sightings,
                                           Contribution& out) {
-  SensorCoverage& coverage = coverage_[seen.sensor_label];
+  SensorCoverage& coverage = now_.coverage[seen.sensor_label];
   const Eigen::Isometry3d T_map_sensor = compose(frame.T_map_robot, seen.T_robot_sensor);
   const double detected = coverage.detection_probability(options_.detection_probability);
   // Clutter in the share of the view that is nearest to a landmark is taken for it.
@@ -289,8 +313,8 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
     const int t = landmarks_.sighting(s).track;
     if (t < 0) continue;
     ++seen_now;
-    double& odds = landmarks_.track(t).existence;
-    odds = std::min(kSureOdds, odds + std::log(detected / clutter));
+    const double odds = landmarks_.track(t).existence + std::log(detected / clutter);
+    landmarks_.set(t, &Track::existence, std::min(kSureOdds, odds));
   }
   std::vector<int> missed;
   landmarks_.grid().visit_near(
@@ -298,9 +322,9 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
       [&](int t) {
         const Track& track = landmarks_.track(t);
         // Where a landmark lies that was last seen long ago is known less well than this asks for.
-        const bool long_ago = track.last_keyframe + options_.recent < keyframe_;
+        const bool long_ago = track.last_keyframe + options_.recent < now_.keyframe;
         if ((long_ago && track.known_sightings == 0) || !map.holds(track.position)) return;
-        if (track.last_keyframe == keyframe_ || track.open > 0) return;
+        if (track.last_keyframe == now_.keyframe || track.open > 0) return;
         if (coverage.well_in_view(T_map_sensor, point_at(map.values, track.position))) {
           missed.push_back(t);
         }
@@ -312,11 +336,11 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
   coverage.seen += seen_now;
   const double miss = std::log((1 - detected) / (1 - clutter));
   for (int t : missed) {
-    Track& track = landmarks_.track(t);
-    track.existence += miss;
+    const Track& track = landmarks_.track(t);
+    landmarks_.set(t, &Track::existence, track.existence + miss);
     const bool tentative =
         !landmarks_.seen_times(t, options_.confirm) && track.known_sightings == 0;
-    if (tentative && track.existence < -std::log(options_.open_odds) && map.keeps_all)
+    if (tentative && track.existence < -std::log(options_.clutter_odds) && map.keeps_all)
       discard(t, map, out);
   }
 }
@@ -324,8 +348,7 @@ void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const Keyf
 void LandmarkAssociation::discard(int track, const MapView& map, Contribution& out) {
   const std::vector<int> sightings = landmarks_.track(track).sightings;
   if (!map.keeps_all || !landmarks_.is_whole(track, map)) {
-    out.forgotten.push_back(track);
-    landmarks_.track(track).alive = false;
+    landmarks_.retire(track, out);
   } else {
     for (int s : sightings) landmarks_.detach(s, out);
     landmarks_.remove(track, out);
@@ -335,7 +358,7 @@ void LandmarkAssociation::discard(int track, const MapView& map, Contribution& o
 
 std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& map) const {
   std::map<int, int> now;  // of undecided sightings
-  for (const OpenFrame& open : open_) {
+  for (const OpenFrame& open : now_.open) {
     const std::vector<int>& tracks = open.tracks[map.assignment.at(open.choice.key)];
     for (std::size_t i = 0; i < tracks.size(); ++i) now[open.sightings[i]] = tracks[i];
   }
@@ -358,9 +381,10 @@ std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& m
 }
 
 std::map<std::string, double> LandmarkAssociation::statistics() const {
-  std::map<std::string, double> out = statistics_;
+  std::map<std::string, double> out = now_.statistics;
   out["landmarks_tried"] = static_cast<double>(landmarks_.tracks().size());
-  if (detections_ > 0) out["detection_sigma_m"] = sigmas_ / static_cast<double>(detections_);
+  if (now_.detections > 0)
+    out["detection_sigma_m"] = now_.sigmas / static_cast<double>(now_.detections);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libhybrid/landmarks/association_decision.h"
@@ -48,7 +49,9 @@ class LandmarkAssociation {
   /// Takes note of what became of the last contribution.
   void applied(const Outcome& outcome);
   /// Nothing of the last contribution is in the graph, as it was not possible or, on trial, turned
-  /// down: goes back to what was before it.
+  /// down: goes back to what was before it, to the bit, as if its keyframe had shown nothing. What
+  /// is kept is that a merge was turned down, and that frames could not be left open: they are
+  /// matched as is most probable.
   void refused();
   /// A change of what was contributed before: frames decided later, merges, loops.
   Contribution revise(const MapView& map);
@@ -62,7 +65,7 @@ class LandmarkAssociation {
   std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const;
   /// Counts of what was done, by name.
   std::map<std::string, double> statistics() const;
-  std::vector<std::string> class_names() const { return classes_.names(); }
+  std::vector<std::string> class_names() const { return now_.classes.names(); }
 
  private:
   static constexpr const char* kMoving = "detection dropped: its thing moves";
@@ -92,11 +95,14 @@ class LandmarkAssociation {
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
   void learn_ids(const std::vector<int>& sightings);
+  void learn_id(std::int64_t id, int track);
+  void note_candidates(const FrameCandidates& candidates, const std::vector<int>& sightings,
+                       const MapView& map);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
   void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
               Contribution& out);
   void decide(const OpenFrame& open, const MapView& map, Contribution& out);
-  ThingTracker::Locate locate(const MapView& map) const;
+  ThingTracker::Locate locate(const MapView& map, const KeyframeView* frame = nullptr) const;
   void follow(const std::vector<int>& noted, const KeyframeView& frame,
               const SensorCoverage& coverage, const MapView& map);
   void withdraw_movers(const MapView& map, Contribution& out);
@@ -113,31 +119,38 @@ class LandmarkAssociation {
   static MergeEvent event_of(const Merge& merge);
   Contribution match_again(const MapView& map);
 
+  /// What a contribution may change and does not grow with the map.
+  struct Now {
+    ClassModel classes;
+    std::map<std::string, SensorCoverage> coverage;  // by label
+    double density = 0;                              // of landmarks, per m^2 or m^3
+    std::vector<AmbiguousFrame> ambiguous;
+    std::vector<OpenFrame> open;
+    int opened = 0;
+    std::optional<Key> followed_from;  // pose of the last frame that `things_` has seen
+    Eigen::MatrixXd since_followed;    // tangent covariance of the motion since the frame before it
+    bool things_are_decided = false;   // by all sightings, once no more come
+    int matched_again = 0;             // half-steps over all associations so far
+    int keyframe = -1;
+    int frames = 0;
+    double sigmas = 0;           // of detections, as they are stated, their sum [m]
+    std::size_t detections = 0;  // and their number
+    std::map<std::string, double> statistics;
+  };
+
   std::vector<std::string> sensors_;
   AssociationOptions options_;
-  ClassModel classes_;
-  std::map<std::string, SensorCoverage> coverage_;  // by label
-  double density_ = 0;                              // of landmarks, per m^2 or m^3
+  Now now_;
+  std::optional<Now> before_;  // the last contribution, until it is answered
   LandmarkTracks landmarks_;
   LandmarkMerging merging_;
   LoopClosing loops_;
   ThingTracker things_;
-  std::optional<Key> followed_from_;  // pose of the last frame that `things_` has seen
-  Eigen::MatrixXd since_followed_;    // tangent covariance of the motion since the frame before it
-  std::set<int> to_withdraw_;         // sightings of movers that landmarks still have
-  bool things_are_decided_ = false;   // by all sightings, once no more come
+  std::set<int> to_withdraw_;  // sightings of movers that landmarks still have
   bool adopted_ = false;  // landmarks of a map, whose ids of the log are learned by their places
-  std::map<std::int64_t, int> track_of_id_;  // of identified landmarks
-  std::vector<AmbiguousFrame> ambiguous_;
-  std::vector<OpenFrame> open_, open_before_;  // now, and before the last contribution
-  int opened_ = 0;
-  std::optional<Merge> merge_;  // on trial
-  int matched_again_ = 0;       ///< half-steps over all associations so far
-  int keyframe_ = -1;
-  int frames_ = 0;
-  double sigmas_ = 0;           // of detections, as they are stated, their sum [m]
-  std::size_t detections_ = 0;  // and their number
-  std::map<std::string, double> statistics_;
+  std::map<std::int64_t, int> track_of_id_;                              // of identified landmarks
+  std::vector<std::pair<std::int64_t, std::optional<int>>> ids_before_;  // of each changed
+  std::optional<Merge> merge_;                                           // on trial
 };
 
 }  // namespace hybrid

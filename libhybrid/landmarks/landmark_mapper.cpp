@@ -49,17 +49,19 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
   Delta delta;
   delta.continuous.push_back(factor);
   delta.values.insert(now, T_map_robot);
-  MapView map = view();
-  const CovarianceOf before = map.covariance_of;
-  map.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(*factor, delta.values, smoother_.values(), before, keys);
+  const MapView map = view();
+  KeyframeView frame{now, to_isometry(T_map_robot), detections};
+  frame.joint_covariance = [&](const std::vector<Key>& keys) {
+    return covariance_after_motion(*factor, delta.values, smoother_.values(), map.covariance_of,
+                                   keys);
   };
-  map.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-    return covariance_after_motion(*factor, delta.values, smoother_.values(), before, keys, J);
+  frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return covariance_after_motion(*factor, delta.values, smoother_.values(), map.covariance_of,
+                                   keys, J);
   };
   Contribution contribution;
   try {
-    contribution = association_.observe({now, to_isometry(T_map_robot), detections}, map);
+    contribution = association_.observe(frame, map);
   } catch (...) {
     association_.refused();
     throw;

@@ -11,13 +11,16 @@
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/landmarks/count_things.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
+
+/// Pairs that one question compares, the nearest: their joint covariance has a row for each axis of
+/// both landmarks, and costs the cube of that.
+constexpr std::size_t kMostPairs = 40;
 
 /// Drops the pairs that a new landmark explains better: what takes several landmarks to tell is a
 /// loop, which LoopClosing looks for in one place.
@@ -105,8 +108,34 @@ MoveCost cost_of_moving(int from, int into, const MapView& map, const ClassModel
 }  // namespace
 
 void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
+  const auto it = recent_.find(track);
+  recent_before_.emplace_back(track,
+                              it == recent_.end() ? std::nullopt : std::optional(it->second));
   recent_[track] = keyframe;
   news_ = news_ || (n & (n - 1)) == 0;  // whenever they have doubled
+}
+
+void LandmarkMerging::remember() {
+  recent_before_.clear();
+  news_before_ = news_;
+}
+
+void LandmarkMerging::take_back() {
+  for (auto it = recent_before_.rbegin(); it != recent_before_.rend(); ++it) {
+    if (it->second) {
+      recent_[it->first] = *it->second;
+    } else {
+      recent_.erase(it->first);
+    }
+  }
+  recent_before_.clear();
+  news_ = news_before_;
+}
+
+void LandmarkMerging::forget(int keyframe) {
+  for (auto it = recent_.begin(); it != recent_.end();) {
+    it = it->second < keyframe - options_.recent ? recent_.erase(it) : std::next(it);
+  }
 }
 
 bool LandmarkMerging::refused(int from, int into, const LandmarkTracks& landmarks) const {
@@ -122,9 +151,10 @@ void LandmarkMerging::refuse(const Merge& merge, const LandmarkTracks& landmarks
   }
 }
 
+/// Of the landmarks seen since a keyframe with all, or of all with all.
 std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
-    const MapView& map, const ClassModel& classes, double density, bool everything, bool together,
-    const LandmarkTracks& landmarks) const {
+    const MapView& map, const ClassModel& classes, double density, std::optional<int> since,
+    bool together, const LandmarkTracks& landmarks) const {
   const int dim = map.is_3d ? 3 : 2;
   const double sigmas = std::sqrt(chi_square_quantile(options_.gate, dim));
   // Of what is known less well than landmarks are apart, no pair stands out.
@@ -150,14 +180,15 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
       pairs.push_back({t, other, d / reach});
     });
   };
-  if (everything) {
+  if (!since) {
     for (int t = 0; t < static_cast<int>(landmarks.tracks().size()); ++t) compare(t);
   } else {
-    for (const auto& [t, keyframe] : recent_) compare(t);
+    for (const auto& [t, keyframe] : recent_) {
+      if (keyframe >= *since) compare(t);
+    }
   }
   // Where nothing is known yet, nearly all landmarks are pairs: no more are sorted than are kept.
-  const auto kept =
-      pairs.begin() + static_cast<std::ptrdiff_t>(std::min(pairs.size(), kMostCompared));
+  const auto kept = pairs.begin() + static_cast<std::ptrdiff_t>(std::min(pairs.size(), kMostPairs));
   std::partial_sort(pairs.begin(), kept, pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tie(a.distance, a.from, a.into) < std::tie(b.distance, b.from, b.into);
   });
@@ -212,15 +243,12 @@ IdentityHypotheses LandmarkMerging::hypotheses_of(const std::vector<Pair>& pairs
 }
 
 Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, double density,
-                               int keyframe, bool everything, LandmarkTracks& landmarks) {
-  for (auto it = recent_.begin(); it != recent_.end();) {
-    const bool old = it->second < keyframe - options_.recent || !landmarks.track(it->first).alive;
-    it = old ? recent_.erase(it) : std::next(it);
-  }
+                               int keyframe, bool everything,
+                               const LandmarkTracks& landmarks) const {
   if (!news_ && !everything) return {};
-  news_ = false;
-  const std::vector<Pair> pairs =
-      possible_pairs(map, classes, density, everything, false, landmarks);
+  const std::optional<int> since =
+      everything ? std::nullopt : std::optional(keyframe - options_.recent);
+  const std::vector<Pair> pairs = possible_pairs(map, classes, density, since, false, landmarks);
   if (pairs.empty()) return {};
 
   IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
@@ -243,7 +271,6 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
     merge.pairs.emplace_back(h.a[p], h.b[p]);
   }
   if (merge.pairs.empty()) return {};
-  news_ = true;
   merge.evidence = -set.cost;
   merge.chi_square = set.chi_square;
   return merge;
@@ -251,10 +278,11 @@ Merge LandmarkMerging::propose(const MapView& map, const ClassModel& classes, do
 
 Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& classes,
                                          double density, const Views& views,
-                                         LandmarkTracks& landmarks) {
+                                         const LandmarkTracks& landmarks) const {
   Merge merge;
   if (views.empty()) return merge;
-  const std::vector<Pair> pairs = possible_pairs(map, classes, density, true, true, landmarks);
+  const std::vector<Pair> pairs =
+      possible_pairs(map, classes, density, std::nullopt, true, landmarks);
   if (pairs.empty()) return merge;
   const IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
   const SensorCoverage& coverage = views.back().coverage;

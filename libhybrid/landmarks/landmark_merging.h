@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -35,9 +36,18 @@ class LandmarkMerging {
   /// Notes that a landmark was sighted at this keyframe, for the n-th time.
   void sighted(int track, int keyframe, std::size_t n);
 
+  /// From here on what is sighted, and what `note` says, can be taken back.
+  void remember();
+  void take_back();
+
   /// The next merge that can be believed, or none. `density` is that of landmarks per m^2 or m^3.
+  /// Unless of `everything`, it looks again only once enough is sighted, or it has found one.
   Merge propose(const MapView& map, const ClassModel& classes, double density, int keyframe,
-                bool everything, LandmarkTracks& landmarks);
+                bool everything, const LandmarkTracks& landmarks) const;
+  /// Notes whether there was one.
+  void note(const Merge& proposed) { news_ = !proposed.pairs.empty(); }
+  /// Forgets landmarks that are not recent any more.
+  void forget(int keyframe);
 
   /// The same at the end of the log, with the misses as evidence: of two landmarks that are one,
   /// each look sees one at most. The best pair of landmarks, which may have been seen in one frame:
@@ -45,7 +55,7 @@ class LandmarkMerging {
   /// two of different stretches may only seem to be in one place, see LoopClosing. Landmarks that
   /// the sensor names, or that were known before, are not made others.
   Merge propose_by_misses(const MapView& map, const ClassModel& classes, double density,
-                          const Views& views, LandmarkTracks& landmarks);
+                          const Views& views, const LandmarkTracks& landmarks) const;
 
   /// The same by counting, at all places at once: where single looks at landmarks that may be taken
   /// for each other show fewer things than they are, one is spared, the one whose sightings another
@@ -62,7 +72,7 @@ class LandmarkMerging {
     double distance;  // in sigmas, roughly
   };
   std::vector<Pair> possible_pairs(const MapView& map, const ClassModel& classes, double density,
-                                   bool everything, bool together,
+                                   std::optional<int> since, bool together,
                                    const LandmarkTracks& landmarks) const;
   static IdentityHypotheses hypotheses_of(const std::vector<Pair>& pairs, const MapView& map,
                                           const ClassModel& classes, double density,
@@ -74,8 +84,9 @@ class LandmarkMerging {
 
   AssociationOptions options_;
   std::map<int, int> recent_;  // track -> keyframe of its last sighting
-  bool news_ = false;
-  std::map<std::pair<int, int>, std::size_t> refused_;  // and the sightings of both then
+  bool news_ = false, news_before_ = false;
+  std::vector<std::pair<int, std::optional<int>>> recent_before_;  // what it was of each changed
+  std::map<std::pair<int, int>, std::size_t> refused_;             // and the sightings of both then
 };
 
 }  // namespace hybrid

@@ -34,11 +34,14 @@ Eigen::Matrix3d from_pose(const Eigen::Vector3d& point, const Eigen::Isometry3d&
 
 }  // namespace
 
-ThingTracker::Locate LandmarkAssociation::locate(const MapView& map) const {
-  return [this, &map](int s) {
+/// By the map, and by `frame` what was seen from its pose, which the map does not have yet.
+ThingTracker::Locate LandmarkAssociation::locate(const MapView& map,
+                                                 const KeyframeView* frame) const {
+  return [this, &map, frame](int s) {
     const Sighting& sighting = landmarks_.sighting(s);
-    return point_sighting(isometry_at(map.values, sighting.pose), *sighting.sensor,
-                          sighting.detection, map.is_3d);
+    const bool is_new = frame != nullptr && sighting.pose == frame->pose;
+    return point_sighting(is_new ? frame->T_map_robot : isometry_at(map.values, sighting.pose),
+                          *sighting.sensor, sighting.measured(), map.is_3d);
   };
 }
 
@@ -46,20 +49,20 @@ ThingTracker::Locate LandmarkAssociation::locate(const MapView& map) const {
 void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeView& frame,
                                  const SensorCoverage& coverage, const MapView& map) {
   if (!things_.is_on() || noted.empty()) return;
-  const bool is_next = followed_from_ && *followed_from_ != frame.pose;
-  if (is_next) since_followed_ = covariance_of_motion(frame, *followed_from_, map);
+  const bool is_next = now_.followed_from && *now_.followed_from != frame.pose;
+  if (is_next) now_.since_followed = covariance_of_motion(frame, *now_.followed_from, map);
   std::vector<ThingSighting> seen;
   for (const int s : noted) {
     const Sighting& sighting = landmarks_.sighting(s);
     ThingSighting thing{
         s,
-        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.detection, map.is_3d),
+        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.measured(), map.is_3d),
         {},
         sighting.phi};
     if (options_.use_ids) thing.id = sighting.detection.id;
-    if (since_followed_.size() > 0) {
+    if (now_.since_followed.size() > 0) {
       thing.seen.covariance +=
-          from_pose(thing.seen.point, frame.T_map_robot, since_followed_, map.is_3d);
+          from_pose(thing.seen.point, frame.T_map_robot, now_.since_followed, map.is_3d);
     }
     seen.push_back(std::move(thing));
   }
@@ -67,9 +70,9 @@ void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeVi
                           coverage.space_in_view(),
                           map.is_3d,
                           {}};
-  if (classes_.names().size() > 1) look.class_prior = classes_.prior();
-  things_.take(seen, look, locate(map));
-  followed_from_ = frame.pose;
+  if (now_.classes.names().size() > 1) look.class_prior = now_.classes.prior();
+  things_.take(seen, look, locate(map, &frame));
+  now_.followed_from = frame.pose;
   for (const int s : noted) landmarks_.sighting(s).detection.moving = things_.moves(s);
 }
 
@@ -77,7 +80,7 @@ void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeVi
 /// of a frame, and of a landmark with undecided sightings, waits for the decision.
 void LandmarkAssociation::withdraw_movers(const MapView& map, Contribution& out) {
   std::set<int> undecided, emptied;
-  for (const OpenFrame& open : open_) {
+  for (const OpenFrame& open : now_.open) {
     undecided.insert(open.sightings.begin(), open.sightings.end());
   }
   for (const int s : things_.take_changed()) {

@@ -18,43 +18,64 @@ constexpr int kHalfSteps = 20;  // over all associations, at most
 }  // namespace
 
 void LandmarkAssociation::applied(const Outcome& outcome) {
+  before_.reset();
   landmarks_.take_handles(outcome.handles);
-  if (!outcome.exact) ++statistics_["updates_by_local_search"];
+  if (!outcome.exact) ++now_.statistics["updates_by_local_search"];
   if (!merge_) return;
-  matched_again_ = 0;  // each merge leaves one landmark fewer: this comes to an end
-  if (merge_->loop) ++statistics_["loops_closed"];
-  statistics_["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
+  now_.matched_again = 0;  // each merge leaves one landmark fewer: this comes to an end
+  if (merge_->loop) ++now_.statistics["loops_closed"];
+  now_.statistics["landmarks_merged"] += static_cast<double>(merge_->pairs.size());
   for (const auto& [from, into] : merge_->pairs)
     merging_.sighted(into, landmarks_.track(into).last_keyframe, 1);
   merge_.reset();
 }
 
-/// Before each contribution: what there is to go back to where it is refused.
+/// Before each contribution: what there is to go back to where it is refused. What grows with the
+/// map notes its changes, the rest is copied.
 void LandmarkAssociation::remember() {
-  open_before_ = open_;
+  before_ = now_;
+  landmarks_.remember();
+  merging_.remember();
+  loops_.remember();
+  things_.remember();
+  ids_before_.clear();
 }
 
-/// Nothing of the last contribution is in the map: its detections belong to nothing, its frames are
-/// as open as they were, and the merge that it made is not proposed again.
 void LandmarkAssociation::refused() {
+  if (!before_) return;
+  now_ = std::move(*before_);
+  before_.reset();
   landmarks_.take_back();
-  ambiguous_.clear();
-  open_ = open_before_;
-  count_open();
-  for (auto it = track_of_id_.begin(); it != track_of_id_.end();) {
-    it = landmarks_.track(it->second).alive ? std::next(it) : track_of_id_.erase(it);
+  merging_.take_back();
+  loops_.take_back();
+  things_.take_back();
+  for (auto it = ids_before_.rbegin(); it != ids_before_.rend(); ++it) {
+    if (it->second) {
+      track_of_id_[it->first] = *it->second;
+    } else {
+      track_of_id_.erase(it->first);
+    }
   }
+  ids_before_.clear();
+  count_open();
   if (!merge_) return;
   merging_.refuse(*merge_, landmarks_);
-  ++statistics_["merges_taken_back"];
+  ++now_.statistics["merges_taken_back"];
   merge_.reset();
 }
 
-/// Counts the open frames of each track anew.
+/// Counts the frames that are open, or about to be, of each track anew.
 void LandmarkAssociation::count_open() {
   for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t)
     landmarks_.track(t).open = 0;
-  for (const OpenFrame& open : open_) {
+  for (const AmbiguousFrame& frame : now_.ambiguous) {
+    for (const FrameHypothesis& h : frame.hypotheses) {
+      for (const std::size_t row : frame.rows) {
+        if (h.track[row] >= 0) ++landmarks_.track(h.track[row]).open;
+      }
+    }
+  }
+  for (const OpenFrame& open : now_.open) {
     for (const std::vector<int>& tracks : open.tracks) {
       for (int t : tracks) {
         if (t >= 0) ++landmarks_.track(t).open;
@@ -64,11 +85,11 @@ void LandmarkAssociation::count_open() {
 }
 
 Contribution LandmarkAssociation::revise(const MapView& map) {
+  const std::vector<AmbiguousFrame> ambiguous = std::exchange(now_.ambiguous, {});
   remember();
-  if (!ambiguous_.empty()) {
+  if (!ambiguous.empty()) {
     Contribution out;
-    for (const AmbiguousFrame& frame : ambiguous_) leave_open(frame, map, out);
-    ambiguous_.clear();
+    for (const AmbiguousFrame& frame : ambiguous) leave_open(frame, map, out);
     return out;
   }
   Contribution out;
@@ -79,10 +100,13 @@ Contribution LandmarkAssociation::revise(const MapView& map) {
 }
 
 Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything) {
-  Merge merge = merging_.propose(map, classes_, density_, keyframe_, everything, landmarks_);
+  Merge merge =
+      merging_.propose(map, now_.classes, now_.density, now_.keyframe, everything, landmarks_);
+  merging_.note(merge);
   keep_whole(map, merge);
   if (merge.pairs.empty()) {
-    merge = loops_.propose(map, classes_, density_, everything, landmarks_);
+    merge = loops_.propose(map, now_.classes, now_.density, everything, landmarks_);
+    loops_.note(everything, landmarks_);
     keep_whole(map, merge);
   }
   if (merge.pairs.empty()) return {};
@@ -103,10 +127,10 @@ Contribution LandmarkAssociation::decide_before(const Merge& merge, const MapVie
     return false;
   };
   Contribution out;
-  const auto first = std::stable_partition(open_.begin(), open_.end(),
+  const auto first = std::stable_partition(now_.open.begin(), now_.open.end(),
                                            [&](const OpenFrame& open) { return !concerns(open); });
-  const std::vector<OpenFrame> concerned(first, open_.end());
-  open_.erase(first, open_.end());
+  const std::vector<OpenFrame> concerned(first, now_.open.end());
+  now_.open.erase(first, now_.open.end());
   for (const OpenFrame& open : concerned) decide(open, map, out);
   return out;
 }
@@ -155,16 +179,16 @@ MergeEvent LandmarkAssociation::event_of(const Merge& merge) {
 /// Alternates (eq. 8): what belongs to what, given the estimate. Landmarks without sightings go.
 Contribution LandmarkAssociation::match_again(const MapView& map) {
   Contribution out;
-  if (matched_again_ == kHalfSteps) return out;
-  ++matched_again_;
+  if (now_.matched_again == kHalfSteps) return out;
+  ++now_.matched_again;
   std::set<int> emptied;
   for (const auto& [s, t] :
-       reassociate(map, classes_, coverage_, options_, track_of_id_, landmarks_)) {
+       reassociate(map, now_.classes, now_.coverage, options_, track_of_id_, landmarks_)) {
     const int before = landmarks_.sighting(s).track;
     landmarks_.detach(s, out);
     if (t >= 0) attach(s, t, map, out);
     if (before >= 0 && landmarks_.track(before).sightings.empty()) emptied.insert(before);
-    ++statistics_["sightings_matched_again"];
+    ++now_.statistics["sightings_matched_again"];
     if (!map.explain) continue;
     DecisionEvent event{s, std::nullopt, true};
     if (t >= 0) event.landmark = t;
@@ -179,13 +203,13 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
 
 Contribution LandmarkAssociation::conclude(const MapView& map) {
   remember();
-  if (!open_.empty()) {
+  if (!now_.open.empty()) {
     Contribution out;
-    decide_old(map, keyframe_, out);
+    decide_old(map, now_.keyframe, out);
     return out;
   }
-  if (!things_are_decided_) things_.decide(locate(map));
-  things_are_decided_ = true;
+  if (!now_.things_are_decided) things_.decide(locate(map));
+  now_.things_are_decided = true;
   Contribution withdrawn;
   withdraw_movers(map, withdrawn);
   if (!withdrawn.empty()) return withdrawn;
@@ -194,10 +218,11 @@ Contribution LandmarkAssociation::conclude(const MapView& map) {
     Contribution out = next_merge(map, true);
     if (out.empty()) out = match_again(map);
     if (out.empty()) {
-      Merge merge = merging_.propose_by_misses(map, classes_, density_, loops_.views(), landmarks_);
+      Merge merge =
+          merging_.propose_by_misses(map, now_.classes, now_.density, loops_.views(), landmarks_);
       keep_whole(map, merge);
       if (merge.pairs.empty()) {
-        merge = merging_.propose_by_counting(map, classes_, loops_.views(), landmarks_);
+        merge = merging_.propose_by_counting(map, now_.classes, loops_.views(), landmarks_);
       }
       if (!merge.pairs.empty()) out = apply(merge, map);
     }

@@ -29,6 +29,7 @@ void add_evidence(const Sighting& sighting, double sign, Track& track) {
 
 int LandmarkTracks::note(Sighting sighting) {
   sightings_.push_back(std::move(sighting));
+  undo_.emplace_back([](LandmarkTracks& all) { all.sightings_.pop_back(); });
   return static_cast<int>(sightings_.size()) - 1;
 }
 
@@ -57,7 +58,7 @@ int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const Cl
   ++alive_;
   grid_.put(t, point.x(), point.y());
   undo_.emplace_back([t](LandmarkTracks& all) {
-    all.tracks_[t].alive = false;
+    all.tracks_.pop_back();
     --all.alive_;
     all.grid_.remove(t);
   });
@@ -97,6 +98,7 @@ void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const Cl
     ++alive_;
     grid_.put(t, known.position.x(), known.position.y());
   }
+  remember();
 }
 
 /// Notes that sighting `s` belongs to track `t`.
@@ -116,8 +118,11 @@ void LandmarkTracks::part(int s, int t) {
 }
 
 void LandmarkTracks::count(int s, int t, Contribution& out) {
+  undo_.emplace_back([s, t, evidence = tracks_[t].class_evidence](LandmarkTracks& all) {
+    all.part(s, t);
+    all.tracks_[t].class_evidence = evidence;  // to the bit, which a difference is not
+  });
   join(s, t);
-  undo_.emplace_back([s, t](LandmarkTracks& all) { all.part(s, t); });
   out.sighted.push_back(t);
 }
 
@@ -152,23 +157,31 @@ void LandmarkTracks::detach(int s, Contribution& out) {
   const int t = sighting.track;
   if (t < 0) return;
   out.unsighted.push_back(t);
+  undo_.emplace_back([s, t, evidence = tracks_[t].class_evidence](LandmarkTracks& all) {
+    all.join(s, t);
+    all.tracks_[t].class_evidence = evidence;
+  });
   part(s, t);
-  undo_.emplace_back([s, t](LandmarkTracks& all) { all.join(s, t); });
 }
 
 void LandmarkTracks::remove(int t, Contribution& out) {
   Track& track = tracks_[t];
   out.delta.remove.insert(out.delta.remove.end(), track.prior.begin(), track.prior.end());
-  undo_.emplace_back([t, prior = track.prior, at = grid_.middle(t)](LandmarkTracks& all) {
-    all.tracks_[t].prior = prior;
+  undo_.emplace_back(
+      [t, prior = track.prior](LandmarkTracks& all) { all.tracks_[t].prior = prior; });
+  track.prior.clear();
+  out.delta.remove_values.push_back(track.position);
+  retire(t, out);
+}
+
+void LandmarkTracks::retire(int t, Contribution& out) {
+  undo_.emplace_back([t, at = grid_.middle(t)](LandmarkTracks& all) {
     all.tracks_[t].alive = true;
     ++all.alive_;
     all.grid_.put(t, at[0], at[1]);
   });
-  track.prior.clear();
-  out.delta.remove_values.push_back(track.position);
   out.forgotten.push_back(t);
-  track.alive = false;
+  tracks_[t].alive = false;
   --alive_;
   grid_.remove(t);
 }
@@ -182,13 +195,9 @@ void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
     });
     if (!taken) attach(s, into, is_3d, out);
   }
-  undo_.emplace_back([into, existence = tracks_[into].existence,
-                      last = tracks_[into].last_keyframe](LandmarkTracks& all) {
-    all.tracks_[into].existence = existence;
-    all.tracks_[into].last_keyframe = last;
-  });
-  tracks_[into].existence = std::max(tracks_[into].existence, tracks_[from].existence);
-  tracks_[into].last_keyframe = std::max(tracks_[into].last_keyframe, tracks_[from].last_keyframe);
+  set(into, &Track::existence, std::max(tracks_[into].existence, tracks_[from].existence));
+  set(into, &Track::last_keyframe,
+      std::max(tracks_[into].last_keyframe, tracks_[from].last_keyframe));
   remove(from, out);
 }
 
@@ -275,7 +284,14 @@ std::vector<int> LandmarkTracks::sightings_beside(int a, int b, std::size_t at_m
 void LandmarkTracks::place(int t, const Values& values) {
   if (!tracks_[t].alive || !values.contains(tracks_[t].position)) return;
   const double* p = values.data(tracks_[t].position);
-  grid_.put(t, p[0], p[1]);
+  move(t, p[0], p[1]);
+}
+
+void LandmarkTracks::move(int t, double x, double y) {
+  const std::array<double, 2> before = grid_.middle(t);
+  grid_.put(t, x, y);
+  if (grid_.middle(t) == before) return;
+  undo_.emplace_back([t, before](LandmarkTracks& all) { all.grid_.put(t, before[0], before[1]); });
 }
 
 void LandmarkTracks::place_all(const Values& values) {
@@ -283,6 +299,7 @@ void LandmarkTracks::place_all(const Values& values) {
 }
 
 void LandmarkTracks::place_some(const Values& values, int count) {
+  undo_.emplace_back([next = next_to_place_](LandmarkTracks& all) { all.next_to_place_ = next; });
   for (int i = 0; i < count && !tracks_.empty(); ++i) {
     next_to_place_ = (next_to_place_ + 1) % tracks_.size();
     place(static_cast<int>(next_to_place_), values);

@@ -24,11 +24,15 @@ struct Sighting {
   int frame = 0;  ///< number of the set of detections it came in
   Key pose;
   std::shared_ptr<const DetectionFrame> sensor;  ///< without its detections
-  Detection detection;
-  std::vector<double> phi;  ///< likelihood of each class; empty if not classified
-  int track = -1;           ///< -1: clutter, or not decided
+  Detection detection;  ///< of its landmark, the extent of which is part of the noise
+  std::shared_ptr<const Detection> of_thing;  ///< without it, where there is one
+  std::vector<double> phi;                    ///< likelihood of each class; empty if not classified
+  int track = -1;                             ///< -1: clutter, or not decided
   std::vector<Handle> factors;
   double undetected = 1;  ///< share of landmarks that earlier looks have left undetected there
+
+  /// Range and direction of the thing itself.
+  const Detection& measured() const { return of_thing ? *of_thing : detection; }
 };
 
 /// A landmark under observation: tentative, then confirmed.
@@ -80,14 +84,27 @@ class LandmarkTracks {
   void add_factor(int s, HybridFactorPtr factor, Contribution& out);
   /// Removes a track that has no sightings left.
   void remove(int t, Contribution& out);
+  /// Ends a track whose factors stay in the graph, with all its sightings.
+  void retire(int t, Contribution& out);
+  /// Changes a number of a track.
+  template <class T>
+  void set(int t, T Track::*what, T value) {
+    undo_.emplace_back([t, what, before = tracks_[t].*what](LandmarkTracks& all) {
+      all.tracks_[t].*what = before;
+    });
+    tracks_[t].*what = value;
+  }
   /// Gives the sightings of `from` to `into`, but for those that a frame has besides one of `into`,
   /// which become clutter, and removes it.
   void merge(int from, int into, bool is_3d, Contribution& out);
 
   /// Notes the handles of the last contribution.
   void take_handles(const AddedHandles& handles);
-  /// Takes back what was done since the handles of a contribution were noted; sightings noted since
-  /// then belong to no track, and tracks made since then are not alive.
+  /// From here on all that is done to tracks and sightings can be taken back, but for what is
+  /// changed through references to them.
+  void remember() { undo_.clear(); }
+  /// Takes back what was done since then, or since the handles of a contribution were noted:
+  /// sightings noted and tracks made are gone, and their numbers are given again.
   void take_back();
 
   /// Probability of each class given the sightings.
@@ -120,6 +137,7 @@ class LandmarkTracks {
  private:
   void join(int s, int t);
   void part(int s, int t);
+  void move(int t, double x, double y);
 
   struct Slot {  // where the handle of an added factor goes
     int sighting = -1, track = -1;
@@ -131,7 +149,7 @@ class LandmarkTracks {
   std::size_t alive_ = 0;
   std::size_t next_to_place_ = 0;
   std::array<std::vector<Slot>, 3> slots_;  // by kind of factor, in the order of the delta
-  std::vector<std::function<void(LandmarkTracks&)>> undo_;  // since handles were noted last
+  std::vector<std::function<void(LandmarkTracks&)>> undo_;  // in order
 };
 
 }  // namespace hybrid

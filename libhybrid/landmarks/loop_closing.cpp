@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/sensor_view.h"
 
@@ -19,8 +18,10 @@ namespace {
 
 constexpr std::size_t kMostAnchors = 20;  // each is a search of its own, of a share of ...
 constexpr int kMostFollowed = 2000;       // ... these pairs of pairs
+constexpr int kAnswers = 8;               // of each, to compare with those of the others
 constexpr double kStretch = 5;            // ranges of the sensor that make a stretch of the way
 constexpr std::size_t kFewest = 3;        // landmarks that can be a place
+constexpr std::size_t kMostOfPlace = 40;  // landmarks of one that are compared: a budget
 constexpr std::size_t kClutter = 100;     // births in a row, none confirmed, that are clutter
 
 /// Landmarks in the frame of a pose.
@@ -64,6 +65,11 @@ bool out_of_reach(const ConstellationMatchProblem<Pose>& q, double radius, doubl
     const double apart = (p - b).norm();
     return apart <= radius + sigmas * std::sqrt(drift + apart * apart * turn);
   });
+}
+
+/// Tracks so far, one more at the end, when all is asked once more.
+std::size_t count_of(bool concluding, const LandmarkTracks& landmarks) {
+  return landmarks.tracks().size() + (concluding ? 1 : 0);
 }
 
 /// Where a pose of the map is [m].
@@ -121,7 +127,13 @@ void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_r
     ++first_recent_;
   }
   first_local_ = std::max(first_local_, first_recent_);
-  while (too_far(first_local_, 1 / options_.open_odds)) ++first_local_;
+  while (too_far(first_local_, 1 / options_.old_landmark_odds)) ++first_local_;
+}
+
+void LoopClosing::take_back() {
+  views_.resize(before_.views);
+  first_local_ = before_.first_local;
+  first_recent_ = before_.first_recent;
 }
 
 /// Landmarks to expect by chance where the drift since a view lets one be.
@@ -133,7 +145,7 @@ double LoopClosing::chance(const View& view, const KeyframeView& frame, double d
     constexpr int kDim = Pose::Point::RowsAtCompileTime;
     Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
     J << Pose::Jacobian::Identity(), -T_map_robot.between(T_map_view).adjoint();
-    const typename Pose::Jacobian P = map.covariance_of({view.pose}, J);
+    const typename Pose::Jacobian P = frame.covariance_of({view.pose}, J);
     const double turn = P.diagonal().tail(Pose::kDim - kDim).sum();
     const double range = 0.5 * view.coverage.max_range;
     Eigen::Matrix<double, kDim, kDim> spread = P.template topLeftCorner<kDim, kDim>();
@@ -144,9 +156,9 @@ double LoopClosing::chance(const View& view, const KeyframeView& frame, double d
                               : drift(map.values.at<SE2>(view.pose), to_se2(frame.T_map_robot)));
 }
 
-/// Length of a stretch of the way [m].
+/// Length of a stretch of the way, by the sensor that sees farthest [m].
 double LoopClosing::span() const {
-  return kStretch * views_.back().coverage.max_range;
+  return kStretch * views_.reach();
 }
 
 std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
@@ -155,7 +167,7 @@ std::vector<int> LoopClosing::recent_tracks(int sightings, const MapView& map,
   for (int t = static_cast<int>(landmarks.tracks().size()) - 1; t >= 0; --t) {
     const Track& track = landmarks.track(t);
     if (!track.alive || track.open > 0 || !map.holds(track.position)) continue;
-    if (is_old(t, landmarks) || tracks.size() == kMostCompared) break;
+    if (is_old(t, landmarks) || tracks.size() == kMostOfPlace) break;
     if (landmarks.seen_times(t, sightings)) tracks.push_back(t);
   }
   std::reverse(tracks.begin(), tracks.end());
@@ -179,7 +191,7 @@ std::vector<std::size_t> LoopClosing::anchors(const MapView& map, double radius)
 
 std::vector<std::size_t> LoopClosing::anchors_within(const MapView& map, double radius) const {
   const Eigen::Vector3d here = point_of(map.values, views_.back().pose);
-  const double apart = views_.back().coverage.max_range;
+  const double apart = views_.reach();
   std::vector<std::pair<double, std::size_t>> near;
   views_.visit_near(here, radius, [&](std::size_t view) {
     if (view >= first_recent_ || !map.holds(views_[view].pose)) return;
@@ -213,7 +225,7 @@ std::vector<int> LoopClosing::tracks_about(const Eigen::Vector3d& center, int si
     near.emplace_back((point_at(map.values, track.position) - center).norm(), t);
   });
   std::sort(near.begin(), near.end());
-  if (near.size() > kMostCompared) near.resize(kMostCompared);
+  if (near.size() > kMostOfPlace) near.resize(kMostOfPlace);
   std::vector<int> tracks;
   for (const auto& [distance, t] : near) tracks.push_back(t);
   return tracks;
@@ -225,12 +237,14 @@ bool LoopClosing::covered(const Eigen::Vector3d& point, const std::vector<std::s
                      [&](std::size_t v) { return views_.covers(v, point, map); });
 }
 
+void LoopClosing::note(bool concluding, const LandmarkTracks& landmarks) {
+  if (!views_.empty()) asked_ = count_of(concluding, landmarks);
+}
+
 /// Tentative landmarks count only where confirmed ones do not tell: more of them are clutter.
 Merge LoopClosing::propose(const MapView& map, const ClassModel& classes, double density,
-                           bool concluding, const LandmarkTracks& landmarks) {
-  const std::size_t asked = landmarks.tracks().size() + (concluding ? 1 : 0);
-  if (views_.empty() || asked == asked_) return {};
-  asked_ = asked;
+                           bool concluding, const LandmarkTracks& landmarks) const {
+  if (views_.empty() || count_of(concluding, landmarks) == asked_) return {};
   const auto among = [&](int sightings) {
     return map.is_3d ? propose_among<SE3>(sightings, map, classes, density, concluding, landmarks)
                      : propose_among<SE2>(sightings, map, classes, density, concluding, landmarks);
@@ -293,14 +307,16 @@ bool LoopClosing::ask_about(std::size_t view, int sightings, const std::vector<i
 
 template <class Pose>
 Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassModel& classes,
-                                 double density, bool concluding, const LandmarkTracks& landmarks) {
+                                 double density, bool concluding,
+                                 const LandmarkTracks& landmarks) const {
   constexpr int kDim = Pose::Point::RowsAtCompileTime;
   const std::vector<int> recent = recent_tracks(sightings, map, landmarks);
   if (recent.size() < kFewest) return {};
   const Key here = views_.back().pose;
   const Eigen::MatrixXd drift = map.joint_covariance({here}).topLeftCorner(kDim, kDim);
   const double chance_here = density * std::sqrt((2 * M_PI * drift).determinant());
-  if (chance_here * options_.open_odds < 1) return {};  // single landmarks can be told anywhere
+  // Whether single landmarks can be told anywhere.
+  if (chance_here * options_.old_landmark_odds < 1) return {};
   const double gate = std::sqrt(chi_square_quantile(options_.gate, kDim));
   const std::vector<std::size_t> near =
       anchors(map, gate * std::sqrt(drift.trace()) + 0.5 * span());
@@ -319,7 +335,7 @@ Merge LoopClosing::propose_among(int sightings, const MapView& map, const ClassM
   };
   PlaceOptions options;
   options.gate = options_.gate;
-  options.answers = options_.hypotheses;
+  options.answers = kAnswers;
   options.hypotheses = kMostFollowed / static_cast<int>(near.size());
   std::vector<Recognition> found;
   for (const std::size_t view : near) {

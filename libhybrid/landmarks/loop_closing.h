@@ -26,6 +26,10 @@ class LoopClosing {
   void looked(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
               const SensorCoverage& coverage, double density, const MapView& map);
 
+  /// From here on `looked` can be taken back.
+  void remember() { before_ = {views_.size(), first_local_, first_recent_}; }
+  void take_back();
+
   /// The pose since which the way has drifted so little that a landmark is told from its neighbours
   /// by one detection.
   Key local_since() const { return views_[first_local_].pose; }
@@ -34,14 +38,17 @@ class LoopClosing {
   const Views& views() const { return views_; }
 
   /// Landmarks of the last stretch that are others of the map, or none. Looks again only once there
-  /// is another landmark. `density` is that of landmarks per m^2 or m^3.
+  /// is another landmark than those of the last `note`. `density` is that of landmarks per m^2 or
+  /// m^3.
   Merge propose(const MapView& map, const ClassModel& classes, double density, bool concluding,
-                const LandmarkTracks& landmarks);
+                const LandmarkTracks& landmarks) const;
+  /// Notes that it was asked for.
+  void note(bool concluding, const LandmarkTracks& landmarks);
 
  private:
   template <class Pose>
   Merge propose_among(int sightings, const MapView& map, const ClassModel& classes, double density,
-                      bool concluding, const LandmarkTracks& landmarks);
+                      bool concluding, const LandmarkTracks& landmarks) const;
   template <class Pose>
   bool ask_about(std::size_t view, int sightings, const std::vector<int>& recent,
                  const MapView& map, const ClassModel& classes, const LandmarkTracks& landmarks,
@@ -64,7 +71,10 @@ class LoopClosing {
   Views views_;
   std::size_t first_local_ = 0;   // view since which single landmarks can be told
   std::size_t first_recent_ = 0;  // view with which the last stretch begins
-  std::size_t asked_ = 0;         // tracks that there were when last asked
+  std::size_t asked_ = 0;         // tracks that there were when last asked, one more at the end
+  struct {
+    std::size_t views = 0, first_local = 0, first_recent = 0;
+  } before_;  // when told to remember
 };
 
 }  // namespace hybrid

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/so2.h"
 
 namespace hybrid {
 namespace {
 
+/// Detections that the number of landmarks expected in view counts as much as before any.
+constexpr double kPriorDetections = 10;
+/// Landmarks in view that the expected detection probability counts as much as before any.
+constexpr double kPriorInView = 10;
 constexpr double kWellInView = 0.9;  // share of range and field of view
 /// Detections that are all to one side of a sensor that looks ahead are a chance of 2^-30 where
 /// they are of as many things, and rare where they are of a few.
@@ -56,11 +59,19 @@ bool SensorCoverage::looks_aside() const {
 }
 
 double SensorCoverage::expected_in_view(double before) const {
-  return (kPriorCount * before + around) / (kPriorCount + detections);
+  return (kPriorDetections * before + around) / (kPriorDetections + detections);
+}
+
+double density_of_landmarks(const std::map<std::string, SensorCoverage>& sensors, double before) {
+  double most = 0;
+  for (const auto& [label, sensor] : sensors) {
+    if (sensor.max_range > 0) most = std::max(most, sensor.density(before));
+  }
+  return most;
 }
 
 double SensorCoverage::detection_probability(double before) const {
-  const double p = (kPriorCount * before + seen) / (kPriorCount + in_view);
+  const double p = (kPriorInView * before + seen) / (kPriorInView + in_view);
   return std::clamp(p, 0.1, 0.9);
 }
 

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <map>
+#include <string>
 
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/landmarks/detection.h"
@@ -32,6 +34,8 @@ struct SensorCoverage {
   double measurement_volume() const;
   /// Area in view [m^2], or volume in space [m^3].
   double space_in_view() const;
+  /// Landmarks per m^2, or m^3, with so many `expected_in_view` before any frame.
+  double density(double before) const { return expected_in_view(before) / space_in_view(); }
   /// Whether a point of the map is so far within range and field of view that it would be seen.
   bool well_in_view(const Eigen::Isometry3d& T_map_sensor, const Eigen::Vector3d& point) const;
 
@@ -44,5 +48,9 @@ struct SensorCoverage {
   double symmetric_ = 0;                 // full angle about the axis that holds all [rad]
   std::size_t directions_ = 0;
 };
+
+/// Landmarks of a map per m^2, or m^3: as dense as any of its sensors finds them, since another may
+/// overlook many, whichever of them has looked last. 0 where none has.
+double density_of_landmarks(const std::map<std::string, SensorCoverage>& sensors, double before);
 
 }  // namespace hybrid

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/core/detail/prior_count.h"
 #include "libhybrid/core/spatial_values.h"
 
 namespace hybrid {
@@ -19,21 +18,22 @@ namespace {
 constexpr std::size_t kForgetShare = 16;
 constexpr std::size_t kFewLooks = 100;
 /// Looks that are counted: what is left after so many is nothing.
-constexpr int kMostLooks = 2 * static_cast<int>(kPriorCount);
+constexpr int kMostLooks = 2 * static_cast<int>(Views::kPriorLooks);
 
 /// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
 /// (beta-binomial): one that hides from a look is likely to hide from the next.
 double log_probability(int hits, int n, double detected) {
-  const double a = kPriorCount * detected, b = kPriorCount - a;
+  constexpr double kPrior = Views::kPriorLooks;
+  const double a = kPrior * detected, b = kPrior - a;
   return std::lgamma(a + hits) - std::lgamma(a) + std::lgamma(b + n - hits) - std::lgamma(b) -
-         std::lgamma(kPriorCount + n) + std::lgamma(kPriorCount);
+         std::lgamma(kPrior + n) + std::lgamma(kPrior);
 }
 
 }  // namespace
 
 void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
                 const SensorCoverage& coverage, const MapView& map) {
-  View view{frame.pose, T_robot_sensor, coverage, 0};
+  View view{frame.pose, T_robot_sensor, coverage, 0, std::max(reach(), coverage.max_range)};
   const Eigen::Vector3d here = frame.T_map_robot.translation();
   if (!views_.empty()) {
     const View& last = views_.back();
@@ -48,6 +48,12 @@ void Views::add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sens
   }
   places_.put(static_cast<int>(views_.size()), here.x(), here.y());
   views_.push_back(std::move(view));
+}
+
+void Views::resize(std::size_t size) {
+  for (; views_.size() > size; views_.pop_back()) {
+    places_.remove(static_cast<int>(views_.size()) - 1);
+  }
 }
 
 /// Looks from poses that have left the graph are no longer searched, so that the search grows with
@@ -81,7 +87,7 @@ double Views::one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Ke
                                   double detected, const MapView& map) const {
   if (empty()) return 0.0;
   int looks = 0, hits_a = 0, hits_b = 0, hits = 0;
-  visit_near(a, back().coverage.max_range, [&](std::size_t view) {
+  visit_near(a, reach(), [&](std::size_t view) {
     const Key pose = views_[view].pose;
     if (!map.holds(pose) || !covers(view, a, map) || !covers(view, b, map)) return;
     const bool of_a = std::binary_search(seen_a.begin(), seen_a.end(), pose);
@@ -114,7 +120,7 @@ double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov
     }
     const Eigen::Vector3d point = padded_point(mean + axes * offset);
     int looks = 0;
-    visit_near(point, back().coverage.max_range, [&](std::size_t view) {
+    visit_near(point, reach(), [&](std::size_t view) {
       const Key pose = views_[view].pose;
       if (looks == kMostLooks || pose == back().pose || !map.holds(pose)) return;
       if (covers(view, point, map)) ++looks;

@@ -20,19 +20,30 @@ struct View {
   Eigen::Isometry3d T_robot_sensor;
   SensorCoverage coverage;
   double travelled;  ///< so far [m]
+  double reach;      ///< the farthest range of any sensor so far [m]
 };
 
 /// All looks of the sensors so far, in order.
 class Views {
  public:
+  /// Looks at one landmark as well as which it is known how often looks detect it, the rest being
+  /// its own: one that hides from a look is likely to hide from the next.
+  static constexpr double kPriorLooks = 10;
+
   /// Notes a look from a keyframe, `map` being that of its frame.
   void add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
            const SensorCoverage& coverage, const MapView& map);
+
+  /// Goes back to the first so many looks.
+  void resize(std::size_t size);
 
   bool empty() const { return views_.empty(); }
   std::size_t size() const { return views_.size(); }
   const View& operator[](std::size_t view) const { return views_[view]; }
   const View& back() const { return views_.back(); }
+
+  /// The farthest range of any sensor so far [m]: looks from farther away show nothing.
+  double reach() const { return empty() ? 0 : back().reach; }
 
   /// Calls visit(view) for those whose robot was about `radius` from a point when it looked.
   template <class Visit>

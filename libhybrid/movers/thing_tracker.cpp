@@ -9,13 +9,15 @@
 #include <utility>
 
 #include "libhybrid/association/matching.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/movers/motion_filter.h"
 
 namespace hybrid {
 namespace {
 
+/// Sightings of a thing that its motion is told by, the newest: older ones say nothing of where it
+/// is next, and each costs a step of its filters at every frame.
+constexpr std::size_t kNewest = 40;
 /// A thing in view that was missed with less probability than this is gone.
 constexpr double kLost = 1e-4;
 /// Odds at which a thing counts as moving: two sightings of clutter often look like a mover.
@@ -71,11 +73,44 @@ double ThingTracker::share_moving(const std::vector<double>& belief) const {
 
 void ThingTracker::take(const std::vector<ThingSighting>& frame, const Look& look,
                         const Locate& locate) {
+  if (before_) before_->push_back(before());
   look_ = look;
   if (look.is_3d) {
     take_in<3>(frame, locate);
   } else {
     take_in<2>(frame, locate);
+  }
+}
+
+ThingTracker::Before ThingTracker::before() const {
+  Before out{things_.size(), thing_of_.size(), changed_.size(), followed_, {}, born_, frames_,
+             look_};
+  for (const int t : followed_) {
+    const Thing& thing = things_[t];
+    out.states.emplace_back(
+        thing.sightings.size(),
+        Thing{{}, thing.id, thing.class_evidence, thing.log_odds, thing.missed, thing.moves});
+  }
+  return out;
+}
+
+void ThingTracker::take_back() {
+  for (; before_ && !before_->empty(); before_->pop_back()) {
+    Before& before = before_->back();
+    things_.resize(before.things);
+    thing_of_.resize(before.sightings);
+    changed_.resize(before.changed);
+    followed_ = std::move(before.followed);
+    for (std::size_t i = 0; i < followed_.size(); ++i) {
+      auto& [count, state] = before.states[i];
+      Thing& thing = things_[followed_[i]];
+      thing.sightings.resize(count);
+      state.sightings = std::move(thing.sightings);
+      thing = std::move(state);
+    }
+    born_ = before.born;
+    frames_ = before.frames;
+    look_ = std::move(before.look);
   }
 }
 
@@ -97,7 +132,7 @@ void ThingTracker::take_in(const std::vector<ThingSighting>& frame, const Locate
   }
   for (Eigen::Index j = 0; j < cols; ++j) {
     const Thing& thing = things_[followed_[j]];
-    filters.push_back(filter_of<D>(thing.sightings, kMostCompared, density, prior_, locate));
+    filters.push_back(filter_of<D>(thing.sightings, kNewest, density, prior_, locate));
     beliefs.push_back(class_belief(thing));
     const double moving = share_moving(beliefs.back());
     const double unseen = thing.missed * log_missed;

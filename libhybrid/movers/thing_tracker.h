@@ -44,6 +44,10 @@ class ThingTracker {
   /// Takes in the sightings of a frame: each continues at most one thing or is the first of a new
   /// one.
   void take(const std::vector<ThingSighting>& frame, const Look& look, const Locate& locate);
+  /// From here on frames that are taken in can be taken back, up to the next decision about all
+  /// things and while nobody asks what has changed.
+  void remember() { before_.emplace(); }
+  void take_back();
   /// Decides anew about all things, by all their sightings at the present estimate.
   void decide(const Locate& locate);
 
@@ -66,6 +70,17 @@ class ThingTracker {
     bool moves = false;
   };
 
+  /// What a frame may change: how many things, sightings and changes there were, and the things
+  /// that were followed, with the number of their sightings in place of these.
+  struct Before {
+    std::size_t things = 0, sightings = 0, changed = 0;
+    std::vector<int> followed;
+    std::vector<std::pair<std::size_t, Thing>> states;  // of `followed`
+    double born = 1, frames = 0;
+    Look look;
+  };
+
+  Before before() const;
   template <int D>
   void take_in(const std::vector<ThingSighting>& frame, const Locate& locate);
   void add(int thing, const ThingSighting& sighting);
@@ -82,6 +97,7 @@ class ThingTracker {
   std::vector<int> changed_;   // things decided otherwise
   double born_ = 1;            // things first seen after the first frame, and one more
   double frames_ = 0;
+  std::optional<std::vector<Before>> before_;  // each frame since told to remember
 };
 
 }  // namespace hybrid

@@ -10,7 +10,6 @@
 #include <map>
 
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/prior_count.h"
 
 namespace hybrid {
 namespace {
@@ -18,6 +17,9 @@ namespace {
 constexpr double kGateProbability = 0.9999;
 constexpr int kMostRows = 6;              // with tabulated quantiles
 constexpr double kSmallestRadius = 1e-3;  // of a robot that stands still [m]
+/// Closures as well as which it is known that the noise is as stated: the factor of fewer is drawn
+/// to one.
+constexpr double kStatedCount = 10.0;
 constexpr double kSmallestVarianceFactor = 1e-6;
 constexpr double kLargestVarianceFactor = 4.0;
 
@@ -152,7 +154,7 @@ double variance_factor(const std::vector<double>& chi_squares, const std::vector
   const double count = static_cast<double>(ratios.size());
   const double factor = std::max(*middle, kSmallestVarianceFactor);
   return std::min(kLargestVarianceFactor,
-                  std::exp(count / (count + kPriorCount) * std::log(factor)));
+                  std::exp(count / (count + kStatedCount) * std::log(factor)));
 }
 
 }  // namespace hybrid

@@ -7,7 +7,6 @@
 #include <map>
 #include <utility>
 
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/paced_task.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
@@ -20,6 +19,8 @@ namespace {
 constexpr double kProgress = 0.8;
 /// The radius of the map is measured again when it has grown by this factor.
 constexpr double kMapGrowth = 1.1;
+/// Earlier closures that one update tests again, the newest: a budget of its time.
+constexpr std::size_t kMostTestedAgain = 40;
 
 }  // namespace
 
@@ -166,7 +167,7 @@ bool OnlineSelection::is_long() const {
 /// predicted, and those without one. Returns whether there are more for later updates to test.
 bool OnlineSelection::reconsider(SelectionReport& report) {
   std::vector<std::size_t> newest;
-  for (std::size_t k = closures_.size(); k-- > 0 && newest.size() < kMostCompared;) {
+  for (std::size_t k = closures_.size(); k-- > 0 && newest.size() < kMostTestedAgain;) {
     if (may_be_tried(closures_[k])) newest.push_back(k);
   }
   std::reverse(newest.begin(), newest.end());

@@ -10,7 +10,6 @@
 
 #include "libhybrid/closures/closure_problem.h"
 #include "libhybrid/core/chi_square.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/linear/sparsity.h"
 #include "libhybrid/solvers/chordal.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
@@ -25,6 +24,12 @@ constexpr double kRoughDecrease = 1e-3;  // of solves between macro-steps
 /// one that needs more may need so many times those of the map without it.
 constexpr double kCheapFlops = 1e9;
 constexpr double kLargestGrowth = 8.0;
+
+/// Closures, those that the trusted factors predict best, that tell the first variance factor: the
+/// error of the map shows least in them.
+constexpr std::size_t kMostPrecise = 40;
+/// Closures whose pairs are tested for agreement, those of most evidence: some 800 pairs.
+constexpr std::size_t kMostPaired = 40;
 
 const double kNone = -std::numeric_limits<double>::infinity();
 
@@ -292,7 +297,7 @@ void Readmission::first_variance_factor() {
                         static_cast<int>(k));
   }
   std::sort(spread.begin(), spread.end());
-  spread.resize(std::min(spread.size(), kMostCompared));
+  spread.resize(std::min(spread.size(), kMostPrecise));
   std::vector<double> chi_squares;
   std::vector<int> degrees;
   for (const auto& [size, k] : spread) {
@@ -356,7 +361,7 @@ std::vector<Candidate> Readmission::best_pair() {
     hopeful.push_back({evidence_[k], static_cast<int>(k)});
   }
   std::sort(hopeful.begin(), hopeful.end());
-  hopeful.resize(std::min(hopeful.size(), kMostCompared));
+  hopeful.resize(std::min(hopeful.size(), kMostPaired));
   const double needed = 2.0 * threshold() - options_.margin;
   std::optional<Candidate> best;
   for (std::size_t j = 0; j < hopeful.size(); ++j) {

@@ -5,10 +5,16 @@
 #include <limits>
 
 #include "libhybrid/closures/mixture_graph.h"
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/selection/detail/readmission.h"
 
 namespace hybrid {
+namespace {
+
+/// Seeds of a cluster in a row, in order of their evidence, after which no more are tried: those
+/// that follow have less. A budget of time.
+constexpr std::size_t kMostInVain = 40;
+
+}  // namespace
 
 /// Closures that are neither in nor refused, inside the gate, and without alternatives.
 std::vector<bool> Readmission::open_closures() const {
@@ -50,7 +56,7 @@ std::vector<Candidate> Readmission::clusters() {
     for (const Candidate& other : cluster) evidence += other.evidence;
     const double more = double(cluster.size()) * (threshold() - options_.margin);
     if (evidence <= threshold() + more) {
-      if (++in_vain == kMostCompared) break;
+      if (++in_vain == kMostInVain) break;
       continue;
     }
     in_vain = 0;

@@ -4,7 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "libhybrid/core/detail/budget.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/selection/detail/evaluation.h"
@@ -14,8 +13,8 @@ namespace hybrid {
 namespace {
 
 /// All closures are evaluated again when their number exceeds this many times that of the last
-/// evaluation, plus kMostCompared.
-constexpr std::size_t kGrowth = 4;
+/// evaluation, plus some, before which there is little to decide otherwise.
+constexpr std::size_t kGrowth = 4, kFirstEvaluated = 40;
 
 /// Values are as good as others where they cost no more than this, in units of the objective.
 constexpr double kAsGood = 1.0;
@@ -56,7 +55,7 @@ bool OnlineSelection::evaluating() const {
 /// choices, which it may change, it is made at once.
 void OnlineSelection::go_on_evaluating(SelectionReport& report) {
   if (evaluation_.get() == nullptr) {
-    if (closures_.size() <= kGrowth * evaluated_ + kMostCompared || waiting() > 0) return;
+    if (closures_.size() <= kGrowth * evaluated_ + kFirstEvaluated || waiting() > 0) return;
     evaluation_.begin(std::make_unique<Evaluation>(problem(smoother_.assignment()),
                                                    accepted_closures(), options_.selection));
   }

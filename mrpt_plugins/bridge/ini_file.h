@@ -193,6 +193,10 @@ class IniSection {
   void replaces(const std::string& key, const std::string& old_key,
                 const std::string& old_section = "");
 
+  /// The same for a key that had several meanings: its value counts for each of `keys`.
+  void replace_all(const std::vector<std::string>& keys, const std::string& old_key,
+                   const std::string& old_section = "");
+
   /// Adds a warning that names file, line, section and key.
   void warn(const std::string& key, const std::string& what);
 

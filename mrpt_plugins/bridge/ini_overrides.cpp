@@ -3,6 +3,7 @@
 // Changes to an INI after reading: values of the command line, and deprecated names.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
@@ -48,25 +49,35 @@ void IniFile::Section::remove(const std::string& key) {
 
 void IniSection::replaces(const std::string& key, const std::string& old_key,
                           const std::string& old_section) {
+  replace_all({key}, old_key, old_section);
+}
+
+void IniSection::replace_all(const std::vector<std::string>& keys, const std::string& old_key,
+                             const std::string& old_section) {
   const std::string& section = old_section.empty() ? name() : old_section;
   const IniFile::Section* source = file_->find(section);
   const IniFile::Entry* old = source == nullptr ? nullptr : source->find(old_key);
   if (old == nullptr) return;
   IniFile::Entry entry = *old;
-  entry.key = key;
   entry.old_name = fmt::format("[{}] {}", source->name, old->key);
-  file_->warnings_.push_back(
-      fmt::format("{}: {} is now [{}] {}", entry.where, entry.old_name, name(), key));
-  const IniFile::Entry* present = find(key);
-  const bool overridden = present != nullptr && present->overrides;
-  if (present != nullptr && overridden == entry.overrides) {
+  file_->warnings_.push_back(fmt::format("{}: {} is now [{}] {}", entry.where, entry.old_name,
+                                         name(), fmt::join(keys, ", ")));
+  const auto is_overridden = [&](const std::string& key) {
+    const IniFile::Entry* present = find(key);
+    return present != nullptr && present->overrides;
+  };
+  for (const std::string& key : keys) {
+    if (find(key) == nullptr || is_overridden(key) != entry.overrides) continue;
     fail(key, fmt::format("is given twice: {} at {} is its old name", entry.old_name, entry.where));
   }
   file_->find_or_add(section).remove(old_key);
-  if (overridden) return;
-  section_->remove(key);
   if (section_->where.empty()) section_->where = entry.where;
-  section_->add(std::move(entry));
+  for (const std::string& key : keys) {
+    if (is_overridden(key)) continue;
+    section_->remove(key);
+    entry.key = key;
+    section_->add(entry);
+  }
 }
 
 bool IniSection::is_overridden(const std::string& key) const {

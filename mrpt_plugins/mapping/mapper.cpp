@@ -228,17 +228,16 @@ MapView Mapper::view() const {
 
 /// Calls observe() of each plugin; a plugin that throws contributes nothing.
 std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion& motion) {
-  const Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
-                    keyframe.observations, keyframe.scans};
-  MapView map = view();
-  const CovarianceOf before = map.covariance_of;
-  map.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(), before,
-                                   keys);
+  Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
+              keyframe.observations, keyframe.scans};
+  const MapView map = view();
+  frame.joint_covariance = [&](const std::vector<Key>& keys) {
+    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(),
+                                   map.covariance_of, keys);
   };
-  map.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(), before,
-                                   keys, J);
+  frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
+    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(),
+                                   map.covariance_of, keys, J);
   };
   const std::vector<bool>& seeing = robot().options.plugins;
   for (const auto& plugin : plugins_) {

@@ -137,6 +137,7 @@ class Mapper {
   MapView view() const;
   void note(const std::string& reason, const std::string& what);
   void refuse(std::size_t plugin, const std::string& reason);
+  void refuse_from(std::size_t plugin);
   BackendReport update(const Delta& delta, const std::vector<Contribution>& contributions);
   BackendReport update_one_by_one(const Delta& delta,
                                   const std::vector<Contribution>& contributions);

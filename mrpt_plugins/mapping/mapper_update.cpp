@@ -57,8 +57,8 @@ std::vector<Contribution> Mapper::ask(const std::function<Contribution(std::size
       for (const auto& [reason, count] : contributions[p].dropped) dropped_[reason] += count;
       enter(contributions[p], landmarks_);
     } catch (const std::bad_alloc&) {
-      for (const auto& plugin : plugins_) plugin->refused();
       landmarks_.roll_back();
+      for (std::size_t asked = 0; asked <= p; ++asked) plugins_[asked]->refused();
       throw;
     } catch (const SettingsError&) {
       throw;
@@ -91,6 +91,13 @@ void Mapper::refuse(std::size_t plugin, const std::string& reason) {
   note("observations dropped: not usable", reason);
 }
 
+/// Nothing of the contributions that are not answered yet is in the map: those of the plugins from
+/// one on.
+void Mapper::refuse_from(std::size_t plugin) {
+  landmarks_.roll_back();
+  for (; plugin < plugins_.size(); ++plugin) plugins_[plugin]->refused();
+}
+
 /// One update with the motion (`delta`) and all contributions. If it is refused, or one of them is
 /// on trial, the motion alone is added, and then the contributions one by one, without those that
 /// are refused again or turned down.
@@ -111,8 +118,7 @@ BackendReport Mapper::update(const Delta& delta, const std::vector<Contribution>
     for (const Contribution& contribution : contributions) merge(all, contribution.delta);
     report = backend_->update(all);
   } catch (const std::bad_alloc&) {
-    for (const auto& plugin : plugins_) plugin->refused();
-    landmarks_.roll_back();
+    refuse_from(0);
     throw;
   } catch (const std::exception&) {
     landmarks_.roll_back();
@@ -133,7 +139,12 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
   BackendReport report;
   report.objective_after = objective_;
   if (!delta.continuous.empty()) {  // a revision brings no motion
-    report = backend_->update(delta);
+    try {
+      report = backend_->update(delta);
+    } catch (...) {
+      refuse_from(0);
+      throw;
+    }
     keep(report);
     note_start(delta, report);
     count(report);
@@ -164,7 +175,7 @@ BackendReport Mapper::update_one_by_one(const Delta& delta,
       count(one);
       add_work(report, one);
     } catch (const std::bad_alloc&) {
-      landmarks_.roll_back();
+      refuse_from(p);
       throw;
     } catch (const std::exception& e) {
       landmarks_.roll_back();

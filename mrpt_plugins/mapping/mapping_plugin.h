@@ -41,9 +41,15 @@ struct Frame {
   /// Planar laser scans since the keyframe before, in order of time, those of the keyframe itself
   /// last.
   const std::vector<LaserScan>& scans = kNoScans;
+  /// As those of KeyframeView: of `pose` and some variables of the map, in that order.
+  std::function<Eigen::MatrixXd(const std::vector<Key>&)> joint_covariance = {};
+  std::function<Eigen::MatrixXd(const std::vector<Key>&, const Eigen::MatrixXd& J)> covariance_of =
+      {};
 
   /// The same without MRPT types, for libhybrid.
-  KeyframeView view() const { return {pose, to_isometry(T_map_robot), detections}; }
+  KeyframeView view() const {
+    return {pose, to_isometry(T_map_robot), detections, joint_covariance, covariance_of};
+  }
 };
 
 /// Converts observations into hybrid factors. Derive from it, implement the two pure virtual

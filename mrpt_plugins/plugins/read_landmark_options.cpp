@@ -62,6 +62,25 @@ void read_motion_prior(IniSection& section, MotionPrior& motion) {
     motion.kinds.push_back({speeds[k], accelerations[k]});
 }
 
+/// Which matchings are kept, for how long, and of which landmarks.
+void read_what_stays_open(IniSection& section, AssociationOptions& o) {
+  o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
+                             IniRange{1, 64});
+  section.replace_all({"keep_open_odds", "old_landmark_odds", "clutter_odds"}, "open_odds");
+  o.keep_open_odds = section.get("keep_open_odds", o.keep_open_odds,
+                                 "matchings are kept open that are less probable than the best by "
+                                 "at most this factor",
+                                 IniRange{1, 1e9});
+  o.old_landmark_odds =
+      section.get("old_landmark_odds", o.old_landmark_odds,
+                  "odds at which a landmark from before the way has drifted is matched by one "
+                  "detection; the way has drifted where there may be more than one in so many by "
+                  "chance, and loops are looked for from there on",
+                  IniRange{1, 1e9});
+  o.window = section.get("window", o.window, "keyframes until an open matching is decided",
+                         IniRange{1, 1e6});
+}
+
 }  // namespace
 
 AssociationOptions read_association_options(IniSection& section) {
@@ -86,14 +105,7 @@ AssociationOptions read_association_options(IniSection& section) {
                   "price of a match, in -log odds, for each nat that it would tell of pose "
                   "and landmark: the less these are known, the better it must fit",
                   IniRange{0, 1e3});
-  o.hypotheses = section.get("hypotheses", o.hypotheses, "joint matchings kept open for a frame",
-                             IniRange{1, 64});
-  o.open_odds = section.get("open_odds", o.open_odds,
-                            "matchings are kept open that are less probable than the best by at "
-                            "most this factor",
-                            IniRange{1, 1e9});
-  o.window = section.get("window", o.window, "keyframes until an open matching is decided",
-                         IniRange{1, 1e6});
+  read_what_stays_open(section, o);
   o.landmarks_in_view = section.get("landmarks_in_view", o.landmarks_in_view,
                                     "landmarks expected in the field of view, before any is known",
                                     IniRange{1e-3, 1e6});
@@ -103,15 +115,22 @@ AssociationOptions read_association_options(IniSection& section) {
       section.get("detection_probability", o.detection_probability,
                   "that a landmark in view is detected", IniRange{0.01, 0.99});
   o.confirm = section.get("confirm", o.confirm,
-                          "sightings until a landmark counts; until then it is tentative, and in "
-                          "the end it is clutter",
+                          "sightings until a landmark counts; until then it is tentative: it may "
+                          "be given up, is no landmark that others become, tells a place only "
+                          "where those that count do not, and in the end it is clutter",
                           IniRange{1, 1e6});
+  o.clutter_odds = section.get("clutter_odds", o.clutter_odds,
+                               "odds that there is none at which a tentative landmark is given up",
+                               IniRange{1, 1e9});
   o.merge = section.get("merge", o.merge, "find landmarks that are one, and so close loops");
   o.recent = section.get("recent", o.recent,
-                         "landmarks seen within so many keyframes are compared with the others",
+                         "landmarks seen within so many keyframes are compared with the others, "
+                         "and count as missed where they are not seen",
                          IniRange{1, 1e6});
   o.merge_odds = section.get("merge_odds", o.merge_odds,
-                             "evidence needed for a merge, and over one that contradicts it",
+                             "odds that decide whether landmarks are one: needed for a merge, and "
+                             "over one that contradicts it; what classes alone, or the places of "
+                             "single detections, tell apart by as much is not compared",
                              IniRange{1, 1e12});
   read_motion_prior(section, o.motion);
   return o;

@@ -6,6 +6,8 @@
 
 #include <random>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace hybrid {
 namespace {
@@ -38,6 +40,24 @@ TEST(SpatialGrid, FindsEveryPointInTheSquareOnce) {
       }
     }
   }
+}
+
+TEST(SpatialGrid, TheOrderDependsOnWherePointsAreAlone) {
+  SpatialGrid grid, moved;
+  for (const int id : {4, 0, 2, 7}) grid.put(id, 1, 1);
+  for (const int id : {2, 7, 4, 0}) moved.put(id, id % 4 == 0 ? 1 : 100, 1);
+  moved.put(7, 1, 1);
+  moved.put(2, 1, 1);
+  const auto order = [](const SpatialGrid& of) {
+    std::vector<int> ids;
+    of.visit_near(0, 0, 1, [&](int id) { ids.push_back(id); });
+    return ids;
+  };
+  for (int id = 10; id < 40; ++id) {  // so that cells are looked up, not all points
+    grid.put(id, 10 * id, 300);
+    moved.put(id, 10 * id, 300);
+  }
+  EXPECT_EQ(order(grid), order(moved));
 }
 
 TEST(SpatialGrid, RemovingWhatIsNotThereChangesNothing) {

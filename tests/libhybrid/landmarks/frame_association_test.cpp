@@ -25,6 +25,7 @@ struct Look {
   AssociationOptions options;
   SensorCoverage coverage;
   Views views;
+  Key local_since{key_letter::kPose, 0};  // with which the last stretch of the way begins
   std::vector<std::vector<double>> phi;
   DetectionFrame frame;
 
@@ -44,9 +45,9 @@ struct Look {
   }
   FrameCandidates candidates() {
     const std::vector<DetectionFrame> frames = {frame};
-    const KeyframeView view{Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), frames};
+    const KeyframeView view = world.keyframe(Key(key_letter::kPose, 1000), frames);
     return find_candidates(view, frame, phi, world.map(), coverage, world.classes, options,
-                           Key(key_letter::kPose, 0), views, world.tracks);
+                           local_since, views, world.tracks);
   }
   std::vector<FrameHypothesis> hypotheses() { return find_hypotheses(candidates(), options); }
 };
@@ -95,6 +96,20 @@ TEST(FrameAssociation, CandidatesAreThoseWithinTheGate) {
   EXPECT_EQ(look.candidates().tracks, std::vector<int>{near});
 }
 
+// Its factors may still be in the graph, and itself among the values.
+TEST(FrameAssociation, ALandmarkThatWasGivenUpIsNoCandidate) {
+  Look look;
+  const int a = look.world.landmark({10, 0}), b = look.world.landmark({10, 0.1});
+  look.detect({10, 0});
+  ASSERT_EQ(look.candidates().tracks, (std::vector<int>{a, b}));
+  Contribution out;
+  look.world.tracks.retire(a, out);
+  EXPECT_EQ(out.forgotten, std::vector<std::int64_t>{a});
+  EXPECT_EQ(look.candidates().tracks, std::vector<int>{b});
+  look.world.tracks.track(b).alive = false;  // and still in the grid
+  EXPECT_TRUE(look.candidates().tracks.empty());
+}
+
 TEST(FrameAssociation, NoHypothesisTakesALandmarkTwiceAndTheBestComesFirst) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0, 0.3);
@@ -115,7 +130,7 @@ TEST(FrameAssociation, NoHypothesisTakesALandmarkTwiceAndTheBestComesFirst) {
       taken.erase(-1);
       EXPECT_EQ(std::set<int>(taken.begin(), taken.end()).size(), taken.size());
       EXPECT_GE(found[h].cost, found[std::max<std::size_t>(h, 1) - 1].cost);
-      EXPECT_LE(found[h].cost, found[0].cost + std::log(look.options.open_odds));
+      EXPECT_LE(found[h].cost, found[0].cost + std::log(look.options.keep_open_odds));
       for (std::size_t g = 0; g < h; ++g) EXPECT_NE(found[g].track, found[h].track);
     }
   }
@@ -150,14 +165,27 @@ TEST(FrameAssociation, WhereThePoseIsLostALandmarkSeenLongAgoIsNoCandidate) {
     look.world.pose_sigma = pose_sigma;
     look.world.landmark({10, 0});
     look.detect({10, 0});
-    const std::vector<DetectionFrame> frames = {look.frame};
-    const KeyframeView view{Key(key_letter::kPose, 1000), Eigen::Isometry3d::Identity(), frames};
-    // The last stretch of the way begins after all that has been seen.
-    const FrameCandidates c = find_candidates(
-        view, look.frame, look.phi, look.world.map(), look.coverage, look.world.classes,
-        look.options, Key(key_letter::kPose, 999), look.views, look.world.tracks);
+    look.local_since = Key(key_letter::kPose, 999);  // after all that has been seen
+    const FrameCandidates c = look.candidates();
     const bool may_match = c.problem.matched.size() > 0 && std::isfinite(c.problem.matched(0, 0));
     EXPECT_EQ(may_match, pose_sigma < 1);
+  }
+}
+
+// Which matchings are kept open says nothing of which landmarks may be matched.
+TEST(FrameAssociation, AnOldLandmarkIsMatchedByOddsOfItsOwn) {
+  for (const double keep_open : {1.0, 1e9}) {
+    for (const double old_landmark : {10.0, 1e9}) {
+      Look look;
+      look.options.keep_open_odds = keep_open;
+      look.options.old_landmark_odds = old_landmark;
+      look.local_since = Key(key_letter::kPose, 999);
+      look.world.landmark({10, 0});
+      look.detect({10, 0});
+      const FrameCandidates c = look.candidates();
+      ASSERT_EQ(c.problem.matched.size(), 1);
+      EXPECT_EQ(std::isfinite(c.problem.matched(0, 0)), old_landmark < 100);
+    }
   }
 }
 

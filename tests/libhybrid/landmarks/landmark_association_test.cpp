@@ -5,116 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
-#include <memory>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/factors/between.h"
-#include "libhybrid/factors/motion_covariance.h"
-#include "libhybrid/factors/prior.h"
-#include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
-#include "libhybrid/smoother/proposal.h"
+#include "tests/libhybrid/landmarks/trial_host.h"
 
 namespace hybrid {
 namespace {
 
 constexpr int kSteps = 90;
 
-/// Holds the graph of an association, and turns down what is on trial as it is told to.
-struct TrialHost {
-  enum class Verdict { kByTheMap, kNever, kImpossible };
-
-  explicit TrialHost(Verdict verdict) : verdict_(verdict) {}
-
-  void add(const SE2& motion, const Noise& noise, const DetectionFrame& seen) {
-    const auto i = static_cast<std::uint64_t>(keyframes++);
-    const Key now(key_letter::kPose, i);
-    SE2 place = motion;
-    ContinuousFactorPtr factor = std::make_shared<Prior<SE2>>(now, motion, noise);
-    if (i > 0) {
-      const Key before(key_letter::kPose, i - 1);
-      place = map.values().at<SE2>(before) * motion;
-      factor = std::make_shared<BetweenSE2>(before, now, motion, noise);
-    }
-    Delta delta;
-    delta.continuous.push_back(factor);
-    delta.values.insert(now, place);
-    MapView seen_before = view();
-    const auto covariance = seen_before.covariance_of;
-    seen_before.joint_covariance = [&](const std::vector<Key>& keys) {
-      return covariance_after_motion(*factor, delta.values, map.values(), covariance, keys);
-    };
-    const std::vector<DetectionFrame> frames = {seen};
-    const Contribution out = association.observe({now, to_isometry(place), frames}, seen_before);
-    map.update(delta);
-    apply(out);
-    change_until_done([this] { return association.revise(view()); });
-  }
-  void finish() {
-    change_until_done([this] { return association.conclude(view()); });
-  }
-
-  double statistic(const char* name) const {
-    const auto all = association.statistics();
-    const auto it = all.find(name);
-    return it == all.end() ? 0 : it->second;
-  }
-
-  MapView view() const {
-    MapView out{map.values(), map.assignment(), landmarks, false};
-    out.holds = [this](Key key) { return map.values().contains(key); };
-    out.joint_covariance = [this](const std::vector<Key>& keys) {
-      return map.joint_covariance(keys);
-    };
-    out.covariance_of = [this](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-      return map.joint_covariance(keys, J);
-    };
-    return out;
-  }
-
-  IncrementalSmoother map;
-  LandmarkRegistry landmarks;
-  LandmarkAssociation association{AssociationOptions{}, ClassModel{}};
-  int keyframes = 0, proposals = 0;
-
- private:
-  template <class Next>
-  void change_until_done(const Next& next) {
-    for (Contribution change = next(); !change.empty(); change = next()) apply(change);
-  }
-  void apply(const Contribution& change) {
-    enter(change, landmarks);
-    const double before = map.objective();
-    UpdateReport report;
-    if (change.allowed_rise) {
-      ++proposals;
-      const double allowed = verdict_ == Verdict::kByTheMap ? *change.allowed_rise
-                                                            : -std::numeric_limits<double>::max();
-      Delta delta = change.delta;
-      if (verdict_ == Verdict::kImpossible) {  // leaves a variable undetermined
-        delta.values.insert(Key(key_letter::kPose, 1000000), SE2());
-      }
-      report = propose(map, {delta, allowed});
-    } else {
-      report = map.update(change.delta);
-    }
-    if (report.status != UpdateReport::Status::kOk) {
-      landmarks.roll_back();
-      association.refused();
-      return;
-    }
-    landmarks.commit();
-    if (change.settle) map.settle();
-    association.applied({report.handles, before, map.objective(), report.exact});
-  }
-
-  Verdict verdict_;
-};
+using testing::TrialHost;
 
 /// Where the robot is at a step: on a circle, on which it comes back to where it began.
 SE2 place(int i) {
@@ -149,7 +53,7 @@ void drive_round(unsigned seed, TrialHost& host) {
         i == 0 ? SE2()
                : place(i - 1).between(place(i)) * SE2(noisy(0.06), noisy(0.06), noisy(0.02));
     const double scale = i == 0 ? 0.01 : 1;
-    host.add(motion, Noise::diagonal(scale * Eigen::Vector3d(0.06, 0.06, 0.02)), seen);
+    host.add(motion, Noise::diagonal(scale * Eigen::Vector3d(0.06, 0.06, 0.02)), {seen});
   }
   host.finish();
 }

@@ -34,7 +34,7 @@ struct Two {
   }
   void saw(int t) { merging.sighted(t, 1, world.tracks.track(t).sightings.size()); }
   Merge propose() {
-    return merging.propose(world.map_alone(), world.classes, kDensity, 1, false, world.tracks);
+    return merging.propose(world.map(), world.classes, kDensity, 1, false, world.tracks);
   }
 };
 
@@ -52,6 +52,33 @@ TEST(LandmarkMerging, TwoBetweenWhichAFrameIsOpenMayBeOne) {
   two.world.tracks.track(two.a).open = 1;
   two.world.tracks.track(two.b).open = 1;
   EXPECT_EQ(two.propose().pairs.size(), 1U);
+}
+
+// To propose changes nothing: what is noted of it decides whether it is worth to ask again.
+TEST(LandmarkMerging, AsksAgainOnceThereIsNews) {
+  Two two({0.1, 0.05});
+  const LandmarkMerging& asked = two.merging;
+  const auto propose = [&](int keyframe) {
+    return asked.propose(two.world.map(), two.world.classes, kDensity, keyframe, false,
+                         two.world.tracks);
+  };
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  EXPECT_TRUE(propose(1 + two.options.recent + 1).pairs.empty());  // not recent any more
+  two.merging.note(Merge());
+  EXPECT_TRUE(propose(1).pairs.empty());
+  two.merging.remember();
+  two.saw(two.b);
+  EXPECT_EQ(propose(1).pairs.size(), 1U);
+  two.merging.take_back();
+  EXPECT_TRUE(propose(1).pairs.empty());
+  two.merging.forget(1 + two.options.recent + 1);
+  two.merging.remember();
+  two.merging.sighted(two.a, 40, 8);  // which alone is no pair: it is the earlier of the two
+  two.merging.sighted(two.b, 40, 8);
+  two.merging.take_back();
+  two.merging.sighted(two.a, 40, 8);
+  EXPECT_TRUE(propose(40).pairs.empty());
 }
 
 TEST(LandmarkMerging, TwoFarApartAreTwo) {
@@ -77,7 +104,7 @@ TEST(LandmarkMerging, WhatIsPoorlyKnownIsNotMergedWhereLandmarksAreDense) {
   Two two({0.1, 0.05});
   two.world.sigma = 0.5;
   EXPECT_TRUE(
-      two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false, two.world.tracks)
+      two.merging.propose(two.world.map(), two.world.classes, 1.0, 1, false, two.world.tracks)
           .pairs.empty());
 }
 
@@ -87,8 +114,7 @@ TEST(LandmarkMerging, WhatWasBornWhereLittleWasLeftToFindIsMergedEvenIfPoorlyKno
   two.world.sigma = 0.5;
   const auto proposed = [&] {
     two.saw(two.b);
-    return two.merging.propose(two.world.map_alone(), two.world.classes, 1.0, 1, false,
-                               two.world.tracks);
+    return two.merging.propose(two.world.map(), two.world.classes, 1.0, 1, false, two.world.tracks);
   };
   EXPECT_TRUE(proposed().pairs.empty());
   two.world.tracks.track(two.b).undetected = 1e-3;
@@ -139,7 +165,7 @@ Merge proposed_by_misses(Two& two, double max_range = 20) {
               two.world.map());
   }
   for (const int t : {two.a, two.b}) two.world.tracks.track(t).existence = 3;
-  return two.merging.propose_by_misses(two.world.map_alone(), two.world.classes, kDensity, views,
+  return two.merging.propose_by_misses(two.world.map(), two.world.classes, kDensity, views,
                                        two.world.tracks);
 }
 
@@ -264,7 +290,7 @@ Merge proposed_by_counting(int all, const std::vector<double>& class_of_third = 
         {Key(key_letter::kPose, static_cast<std::uint64_t>(i)), Eigen::Isometry3d::Identity(), {}},
         Eigen::Isometry3d::Identity(), coverage, two.world.map());
   }
-  return two.merging.propose_by_counting(two.world.map_alone(), two.world.classes, views,
+  return two.merging.propose_by_counting(two.world.map(), two.world.classes, views,
                                          two.world.tracks);
 }
 

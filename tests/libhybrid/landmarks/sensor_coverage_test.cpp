@@ -139,5 +139,20 @@ TEST(SensorCoverage, ALandmarkIsMissedOnlyWhereTheSensorLooked) {
   EXPECT_EQ(landmarks_after_looking(1.0, 29), 1U);
 }
 
+TEST(SensorCoverage, TheDensityOfLandmarksIsThatWhereTheyAreDensest) {
+  DetectionFrame frame;
+  frame.is_3d = false;
+  frame.fov_yaw = 2 * M_PI;
+  std::map<std::string, SensorCoverage> sensors;
+  EXPECT_EQ(density_of_landmarks(sensors, 5), 0);
+  for (const auto& [label, range] : {std::pair("near", 2.0), std::pair("far", 20.0)}) {
+    frame.max_range = range;
+    sensors[label].learn(frame);
+    EXPECT_NEAR(density_of_landmarks(sensors, 5), 5 / (M_PI * 4), 1e-12) << label;
+  }
+  sensors["blind"];  // which has not said how far it sees
+  EXPECT_NEAR(density_of_landmarks(sensors, 5), 5 / (M_PI * 4), 1e-12);
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -84,26 +84,25 @@ struct TrackGraph {
   MapView map() const {
     MapView view{values, assignment, registry, false};
     view.holds = [this](Key key) { return values.contains(key); };
-    set_covariance(view, true);
+    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, false); };
+    view.covariance_of = [this](const std::vector<Key>& keys,
+                                const Eigen::MatrixXd& J) -> Eigen::MatrixXd {
+      return J * joint(keys, false) * J.transpose();
+    };
     return view;
   }
-  /// The same between two keyframes: without the pose of one.
-  MapView map_alone() const {
-    MapView view = map();
-    set_covariance(view, false);
+  /// A keyframe at the origin.
+  KeyframeView keyframe(Key pose, const std::vector<DetectionFrame>& detections) const {
+    KeyframeView view{pose, Eigen::Isometry3d::Identity(), detections};
+    view.joint_covariance = [this](const std::vector<Key>& keys) { return joint(keys, true); };
+    view.covariance_of = [this](const std::vector<Key>& keys,
+                                const Eigen::MatrixXd& J) -> Eigen::MatrixXd {
+      return J * joint(keys, true) * J.transpose();
+    };
     return view;
   }
 
  private:
-  void set_covariance(MapView& view, bool with_pose) const {
-    view.joint_covariance = [this, with_pose](const std::vector<Key>& keys) {
-      return joint(keys, with_pose);
-    };
-    view.covariance_of = [this, with_pose](const std::vector<Key>& keys,
-                                           const Eigen::MatrixXd& J) -> Eigen::MatrixXd {
-      return J * joint(keys, with_pose) * J.transpose();
-    };
-  }
   Eigen::MatrixXd joint(const std::vector<Key>& keys, bool with_pose) const {
     std::vector<double> variances(with_pose ? 3 : 0, pose_sigma * pose_sigma);
     for (const Key key : keys) {

@@ -19,18 +19,19 @@ struct Looked {
   testing::TrackGraph world;
   Views views;
 
-  explicit Looked(int times) {
+  explicit Looked(int times, double range_of_newest = 10) {
     for (int i = 0; i < times; ++i) look({0, 0});
-    look({1000, 0});  // the newest one, which is not in the map yet, counts for nothing
+    // The newest one, which is not in the map yet, counts for nothing.
+    look({1000, 0}, range_of_newest);
     world.values.erase(Key('x', static_cast<std::uint64_t>(times)));
   }
 
-  void look(const Eigen::Vector2d& from) {
+  void look(const Eigen::Vector2d& from, double max_range = 10) {
     const Key pose('x', views.size());
     world.values.insert(pose, SE2(from.x(), from.y(), 0));
     DetectionFrame frame;
     frame.is_3d = false;
-    frame.max_range = 10;
+    frame.max_range = max_range;
     frame.fov_yaw = 2 * M_PI;
     SensorCoverage coverage;
     coverage.learn(frame);
@@ -56,6 +57,23 @@ TEST(Views, TheFirstLookLeavesWhatADetectionMissesAndEveryOtherLookLess) {
   EXPECT_GT(second, 0.09);
   EXPECT_LT(second, 0.3);
   EXPECT_LT(Looked(15).undetected({2, 0}, 0.01, 0.7), 0.01);
+}
+
+// Each look has the range of its own sensor, whichever has looked last.
+TEST(Views, LooksOfASensorCountWhereAnotherSeesLessFar) {
+  Looked two(8, 1);
+  EXPECT_EQ(two.undetected({8.5, 0}, 0.1), Looked(8).undetected({8.5, 0}, 0.1));
+  EXPECT_LT(two.undetected({8.5, 0}, 0.1), 0.2);
+  std::vector<Key> even, odd;
+  for (std::uint64_t i = 0; i < 8; ++i) (i % 2 == 0 ? even : odd).emplace_back('x', i);
+  const auto evidence = [&](const Looked& looked) {
+    return looked.views.one_rather_than_two({8.5, 0, 0}, even, {8.5, 0.1, 0}, odd, 0.5,
+                                            looked.world.map());
+  };
+  EXPECT_EQ(evidence(two), evidence(Looked(8)));
+  EXPECT_GT(evidence(two), 1);
+  two.views.resize(8);
+  EXPECT_EQ(two.views.reach(), 10);
 }
 
 TEST(Views, WhereItIsNotKnownWhetherAPlaceWasLookedAtTheMeanCounts) {

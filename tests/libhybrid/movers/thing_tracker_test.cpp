@@ -152,6 +152,42 @@ TEST(ThingTracker, CarsInAJamMove) {
   EXPECT_LT(posts, 20);
 }
 
+// Numbers of sightings are given again.
+TEST(ThingTracker, AFrameThatIsTakenBackLeavesNothing) {
+  Square square(3);
+  square.places = {{0, 0, 0}};
+  square.velocities = {{1.4, 0, 0}};
+  Square other = square;
+  for (int i = 0; i < 30; ++i) {
+    std::vector<ThingSighting> nonsense;
+    for (int k = 0; k < 5; ++k) {
+      PointSighting s;
+      s.time = square.time;
+      s.point = Eigen::Vector3d(7 * k - 14 + i, 0.3 * i, 0);
+      s.covariance.diagonal() << 0.01, 0.01, 0;
+      nonsense.push_back({static_cast<int>(square.seen.size()) + k, s, {}, {}});
+    }
+    const auto locate = [&](int n) {
+      const std::size_t known = square.seen.size(), at = static_cast<std::size_t>(n);
+      return at < known ? square.seen[at] : nonsense[at - known].seen;
+    };
+    square.tracker.remember();
+    square.tracker.take(nonsense, {0.5, 100, false, {}}, locate);
+    square.tracker.take_back();
+    square.look();
+    other.look();
+    EXPECT_EQ(square.tracker.take_changed(), other.tracker.take_changed()) << i;
+  }
+  const std::vector<double> times = {105, 110, 112};
+  const auto movers = square.tracker.movers(times, square.locate());
+  const auto same = other.tracker.movers(times, other.locate());
+  ASSERT_EQ(movers.size(), same.size());
+  ASSERT_EQ(movers.size(), 1U);
+  EXPECT_EQ(movers[0].id, same[0].id);
+  EXPECT_EQ(movers[0].probability, same[0].probability);
+  EXPECT_EQ(movers[0].sightings, same[0].sightings);
+}
+
 TEST(ThingTracker, WhatCannotMoveIsNotFollowed) {
   EXPECT_FALSE(ThingTracker({{{10, 2}}, {0, 0}}).is_on());
   EXPECT_TRUE(ThingTracker({{{10, 2}}, {0, 0.1}}).is_on());

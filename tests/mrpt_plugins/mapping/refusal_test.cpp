@@ -6,10 +6,33 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <thread>
 #include <utility>
 
 #include "tests/mrpt_plugins/plugins/beacon_world.h"
+
+namespace hybrid::testing {
+
+/// Says nothing, and counts what it is asked and answered.
+class Listener : public MappingPlugin {
+  DEFINE_MRPT_OBJECT(Listener, hybrid::testing)
+
+ public:
+  void configure(IniSection) override {}
+  Contribution observe(const Frame&, const MapView&) override {
+    ++asked;
+    return {};
+  }
+  void applied(const Outcome&) override { ++answered; }
+  void refused() override { ++answered; }
+
+  int asked = 0, answered = 0;
+};
+
+}  // namespace hybrid::testing
+
+IMPLEMENTS_MRPT_OBJECT(Listener, hybrid::MappingPlugin, hybrid::testing)
 
 namespace hybrid {
 namespace {
@@ -28,6 +51,9 @@ class Refusing : public Backend {
   Refusing(std::unique_ptr<Backend> inner, const bool& refuses)
       : inner_(std::move(inner)), refuses_(refuses) {}
 
+  /// When it refuses: whether memory lacks for what comes without a motion.
+  bool lacks_memory = false;
+
   std::string mode() const override { return inner_->mode(); }
   BackendReport update(const Delta& delta) override {
     const auto has_landmark = [](const auto& factor) {
@@ -35,6 +61,7 @@ class Refusing : public Backend {
     };
     if (refuses_ && (std::any_of(delta.continuous.begin(), delta.continuous.end(), has_landmark) ||
                      std::any_of(delta.hybrid.begin(), delta.hybrid.end(), has_landmark))) {
+      if (lacks_memory && delta.values.keys().empty()) throw std::bad_alloc();
       throw Error("refused");
     }
     return inner_->update(delta);
@@ -110,6 +137,26 @@ TEST_P(Refusal, LosesTheObservationsOfTheKeyframeAndNothingElse) {
       EXPECT_LT(nearest, 0.5);
     }
   }
+}
+
+// Those after the one for which memory lacks, too.
+TEST(RefusalOfMemory, AnswersEveryPluginWhereMemoryLacks) {
+  IniFile ini("[solver]\nmode = incremental", "test.ini");
+  BeaconWorld world(false);
+  bool refuses = false;
+  auto backend = std::make_unique<Refusing>(make_backend(ini.section("solver")), refuses);
+  backend->lacks_memory = true;
+  const auto before = std::make_shared<testing::Listener>();
+  const auto after = std::make_shared<testing::Listener>();
+  Mapper mapper(read_motion_options(ini), {before, make_plugin("BearingRangeKnownIds", ini), after},
+                std::move(backend), false);
+  for (int i = 0; i < 5; ++i) mapper.add(world.with_detections(i, true));
+  refuses = true;
+  EXPECT_THROW(mapper.add(world.with_detections(5, true)), std::bad_alloc);
+  EXPECT_EQ(before->asked, 6);
+  EXPECT_EQ(after->asked, 6);
+  EXPECT_EQ(before->answered, 6);
+  EXPECT_EQ(after->answered, 6);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "libhybrid/core/error.h"
 
@@ -62,7 +63,9 @@ TEST(ReadLandmarkOptions, AnEmptySectionGivesTheDefaultsOfTheLibrary) {
   EXPECT_EQ(read.gate, own.gate);
   EXPECT_EQ(read.information_penalty, own.information_penalty);
   EXPECT_EQ(read.hypotheses, own.hypotheses);
-  EXPECT_EQ(read.open_odds, own.open_odds);
+  EXPECT_EQ(read.keep_open_odds, own.keep_open_odds);
+  EXPECT_EQ(read.old_landmark_odds, own.old_landmark_odds);
+  EXPECT_EQ(read.clutter_odds, own.clutter_odds);
   EXPECT_EQ(read.window, own.window);
   EXPECT_EQ(read.landmarks_in_view, own.landmarks_in_view);
   EXPECT_EQ(read.clutter_in_view, own.clutter_in_view);
@@ -75,7 +78,9 @@ TEST(ReadLandmarkOptions, AnEmptySectionGivesTheDefaultsOfTheLibrary) {
 
 TEST(ReadLandmarkOptions, EveryKeyIsRead) {
   IniFile ini(
-      "[a]\nmethod = jcbb\nuse_ids = no\ngate = 0.9\ncaution = 2\nhypotheses = 3\nopen_odds = 4\n"
+      "[a]\nmethod = jcbb\nuse_ids = no\ngate = 0.9\ncaution = 2\nhypotheses = 3\nkeep_open_odds = "
+      "4\n"
+      "old_landmark_odds = 12\nclutter_odds = 13\n"
       "window = 5\nlandmarks_in_view = 6\nclutter_in_view = 7\ndetection_probability = 0.8\n"
       "confirm = 9\nmerge = no\nrecent = 10\nmerge_odds = 11\n",
       "test.ini");
@@ -86,7 +91,9 @@ TEST(ReadLandmarkOptions, EveryKeyIsRead) {
   EXPECT_EQ(o.gate, 0.9);
   EXPECT_EQ(o.information_penalty, 2);
   EXPECT_EQ(o.hypotheses, 3);
-  EXPECT_EQ(o.open_odds, 4);
+  EXPECT_EQ(o.keep_open_odds, 4);
+  EXPECT_EQ(o.old_landmark_odds, 12);
+  EXPECT_EQ(o.clutter_odds, 13);
   EXPECT_EQ(o.window, 5);
   EXPECT_EQ(o.landmarks_in_view, 6);
   EXPECT_EQ(o.clutter_in_view, 7);
@@ -94,6 +101,26 @@ TEST(ReadLandmarkOptions, EveryKeyIsRead) {
   EXPECT_EQ(o.confirm, 9);
   EXPECT_EQ(o.recent, 10);
   EXPECT_EQ(o.merge_odds, 11);
+}
+
+TEST(ReadLandmarkOptions, AKeyThatHadSeveralMeaningsKeepsThemAll) {
+  IniFile ini("[a]\nopen_odds = 4\n[b]\nopen_odds = 4\nclutter_odds = 5\n[c]\nopen_odds = 4\n",
+              "test.ini");
+  IniSection section = ini.section("a");
+  const AssociationOptions o = read_association_options(section);
+  EXPECT_EQ(o.keep_open_odds, 4);
+  EXPECT_EQ(o.old_landmark_odds, 4);
+  EXPECT_EQ(o.clutter_odds, 4);
+  const std::vector<std::string> warnings = ini.warnings();
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("keep_open_odds, old_landmark_odds, clutter_odds"), std::string::npos);
+  IniSection twice = ini.section("b");
+  EXPECT_THROW(read_association_options(twice), Error);
+  ini.override_value("c", "clutter_odds", "6");
+  IniSection overridden = ini.section("c");
+  const AssociationOptions c = read_association_options(overridden);
+  EXPECT_EQ(c.old_landmark_odds, 4);
+  EXPECT_EQ(c.clutter_odds, 6);
 }
 
 }  // namespace
