@@ -26,7 +26,7 @@ function expected([least, most]: [number | null, number | null]): string {
 export function healthHeadline(health: HealthEntry[]): string {
   const count = (verdict: string) => health.filter(e => e.verdict === verdict).length;
   if (count('bad')) return `${count('bad')} of ${health.length} checks say that the result is wrong`;
-  if (count('doubtful')) return `${count('doubtful')} of ${health.length} checks are in doubt`;
+  if (count('doubtful')) return `${count('doubtful')} of ${health.length} checks are doubtful`;
   return `all ${health.length} checks are good`;
 }
 
