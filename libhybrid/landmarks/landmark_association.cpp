@@ -72,13 +72,10 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
       ++out.dropped["detection dropped: too many others within its noise to be told apart"];
       continue;
     }
-    std::shared_ptr<const Detection> of_thing;
     if (!named && options_.extent > 0) {
-      of_thing = std::make_shared<const Detection>(detection);
       detection = with_extent(std::move(detection), options_.extent, is_3d);
     }
-    Sighting sighting{now_.frames,         pose, sensor, std::move(detection),
-                      std::move(of_thing), {},   -1,     {}};
+    Sighting sighting{now_.frames, pose, sensor, std::move(detection), {}, -1, {}};
     const std::vector<double>& scores = sighting.detection.class_probabilities;
     if (!scores.empty() && now_.classes.names().size() > 1) {
       sighting.phi = now_.classes.likelihood(scores, seen.class_names);

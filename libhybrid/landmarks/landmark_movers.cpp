@@ -41,7 +41,7 @@ ThingTracker::Locate LandmarkAssociation::locate(const MapView& map,
     const Sighting& sighting = landmarks_.sighting(s);
     const bool is_new = frame != nullptr && sighting.pose == frame->pose;
     return point_sighting(is_new ? frame->T_map_robot : isometry_at(map.values, sighting.pose),
-                          *sighting.sensor, sighting.measured(), map.is_3d);
+                          *sighting.sensor, sighting.detection, map.is_3d);
   };
 }
 
@@ -56,7 +56,7 @@ void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeVi
     const Sighting& sighting = landmarks_.sighting(s);
     ThingSighting thing{
         s,
-        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.measured(), map.is_3d),
+        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.detection, map.is_3d),
         {},
         sighting.phi};
     if (options_.use_ids) thing.id = sighting.detection.id;

@@ -24,15 +24,11 @@ struct Sighting {
   int frame = 0;  ///< number of the set of detections it came in
   Key pose;
   std::shared_ptr<const DetectionFrame> sensor;  ///< without its detections
-  Detection detection;  ///< of its landmark, the extent of which is part of the noise
-  std::shared_ptr<const Detection> of_thing;  ///< without it, where there is one
-  std::vector<double> phi;                    ///< likelihood of each class; empty if not classified
-  int track = -1;                             ///< -1: clutter, or not decided
+  Detection detection;
+  std::vector<double> phi;  ///< likelihood of each class; empty if not classified
+  int track = -1;           ///< -1: clutter, or not decided
   std::vector<Handle> factors;
   double undetected = 1;  ///< share of landmarks that earlier looks have left undetected there
-
-  /// Range and direction of the thing itself.
-  const Detection& measured() const { return of_thing ? *of_thing : detection; }
 };
 
 /// A landmark under observation: tentative, then confirmed.

@@ -44,10 +44,9 @@ struct Yard {
     return d;
   }
 
-  LandmarkMapper<SE2> mapped(bool walker, const MotionPrior& motion = {}, double extent = 0) {
+  LandmarkMapper<SE2> mapped(bool walker, const MotionPrior& motion = {}) {
     AssociationOptions options;
     options.motion = motion;
-    options.extent = extent;
     LandmarkMapper<SE2> mapper{LandmarkAssociation(options)};
     for (int i = 0; i < kMoverFrames; ++i) {
       DetectionFrame frame;
@@ -136,18 +135,6 @@ TEST(LandmarkMovers, WithoutAPriorOfMotionTheWalkerIsMapped) {
     mapped += d.true_id == kWalker && d.estimated_id ? 1 : 0;
   }
   EXPECT_GT(mapped, 3);
-}
-
-// How far from its landmark a thing may be says nothing of how well it is seen.
-TEST(LandmarkMovers, AreSeenAsWellWhereLandmarksHaveAnExtent) {
-  const LandmarkMapper<SE2> plain = Yard(2).mapped(true), wide = Yard(2).mapped(true, {}, 0.5);
-  const std::vector<Mover> movers = plain.movers(times()), same = wide.movers(times());
-  ASSERT_EQ(movers.size(), 1U);
-  ASSERT_EQ(same.size(), 1U);
-  ASSERT_EQ(same[0].states.size(), movers[0].states.size());
-  const std::size_t middle = movers[0].states.size() / 2;
-  const double sigma = std::sqrt(movers[0].states[middle].covariance(0, 0));
-  EXPECT_NEAR(std::sqrt(same[0].states[middle].covariance(0, 0)), sigma, 0.2 * sigma);
 }
 
 }  // namespace
