@@ -114,6 +114,9 @@ class LandmarkAssociation {
   void count_open();
   void keep_whole(const MapView& map, Merge& merge);
   Contribution decide_before(const Merge& merge, const MapView& map);
+  Contribution next_revision(const MapView& map);
+  Contribution next_conclusion(const MapView& map);
+  Contribution answered_if_empty(Contribution out);
   Contribution next_merge(const MapView& map, bool everything);
   Contribution apply(const Merge& merge, const MapView& map);
   static MergeEvent event_of(const Merge& merge);

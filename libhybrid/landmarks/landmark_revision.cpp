@@ -85,6 +85,20 @@ void LandmarkAssociation::count_open() {
 }
 
 Contribution LandmarkAssociation::revise(const MapView& map) {
+  return answered_if_empty(next_revision(map));
+}
+
+Contribution LandmarkAssociation::conclude(const MapView& map) {
+  return answered_if_empty(next_conclusion(map));
+}
+
+/// Of nothing nobody says what became of it, so that there is nothing to go back to.
+Contribution LandmarkAssociation::answered_if_empty(Contribution out) {
+  if (out.empty()) before_.reset();
+  return out;
+}
+
+Contribution LandmarkAssociation::next_revision(const MapView& map) {
   const std::vector<AmbiguousFrame> ambiguous = std::exchange(now_.ambiguous, {});
   remember();
   if (!ambiguous.empty()) {
@@ -201,7 +215,7 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   return out;
 }
 
-Contribution LandmarkAssociation::conclude(const MapView& map) {
+Contribution LandmarkAssociation::next_conclusion(const MapView& map) {
   remember();
   if (!now_.open.empty()) {
     Contribution out;

@@ -70,7 +70,8 @@ Contribution BearingRangeAssociation::observe(const Frame& frame, const MapView&
   Contribution out;
   if (asked_) {
     const KeyframeView view = frame.view();
-    out = association_.observe({view.pose, view.T_map_robot, with_range}, map);
+    out = association_.observe(
+        {view.pose, view.T_map_robot, with_range, view.joint_covariance, view.covariance_of}, map);
   }
   for (const auto& [reason, count] : dropped) out.dropped[reason] += count;
   return out;
