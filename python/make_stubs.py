@@ -11,6 +11,11 @@ import inspect
 import re
 import sys
 
+sys.path.pop(0)  # the folder of this file, which holds the sources of the package
+
+import hybrid
+from hybrid._mistakes import split
+
 HEAD = '''# SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
 # Written by python/make_stubs.py.
@@ -26,24 +31,6 @@ KeyLike = Key | str
 # Special methods that are listed in the stubs.
 SHOWN = {"__init__", "__getitem__", "__setitem__", "__delitem__", "__contains__", "__len__", "__mul__", "__matmul__",
          "__eq__", "__lt__", "__hash__", "__copy__", "__deepcopy__", "__iter__"}
-
-
-def split(text):
-    """The parts of a list of arguments, which may hold brackets and strings."""
-    parts, depth, quote, start = [], 0, None, 0
-    for i, c in enumerate(text):
-        if quote:
-            quote = None if c == quote else quote
-        elif c in "'\"":
-            quote = c
-        elif c in "([{<":
-            depth += 1
-        elif c in ")]}" or (c == ">" and text[i - 1] != "-"):
-            depth -= 1
-        elif c == "," and depth == 0:
-            parts.append(text[start:i])
-            start = i + 1
-    return [part.strip() for part in [*parts, text[start:]] if part.strip()]
 
 
 def to_type(text, argument):
@@ -184,7 +171,4 @@ def stubs(package):
 
 
 if __name__ == "__main__":
-    sys.path.pop(0)  # the folder of this file, which holds the sources of the package
-    import hybrid
-
     print(stubs(hybrid), end="")

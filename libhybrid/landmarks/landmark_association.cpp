@@ -135,14 +135,14 @@ bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& fram
                                           const MapView& map, Contribution& out) {
   const std::optional<std::int64_t> id = landmarks_.sighting(sighting).detection.id;
   if (!id) return false;
-  const auto it = track_of_id_.find(*id);
-  if (it != track_of_id_.end() && landmarks_.track(it->second).alive) {
-    attach(sighting, it->second, map, out);
+  const int* track = track_of_id_.find(*id);
+  if (track != nullptr && landmarks_.track(*track).alive) {
+    attach(sighting, *track, map, out);
   } else if (adopted_) {
     return false;
   } else {
     create(sighting, frame.T_map_robot, map, out);
-    learn_id(*id, landmarks_.sighting(sighting).track);
+    track_of_id_.set(*id, landmarks_.sighting(sighting).track);
   }
   return true;
 }
@@ -151,15 +151,9 @@ void LandmarkAssociation::learn_ids(const std::vector<int>& sightings) {
   for (const int s : sightings) {
     const Sighting& sighting = landmarks_.sighting(s);
     if (sighting.detection.id && sighting.track >= 0) {
-      learn_id(*sighting.detection.id, sighting.track);
+      track_of_id_.set(*sighting.detection.id, sighting.track);
     }
   }
-}
-
-void LandmarkAssociation::learn_id(std::int64_t id, int track) {
-  const auto it = track_of_id_.find(id);
-  ids_before_.emplace_back(id, it == track_of_id_.end() ? std::nullopt : std::optional(it->second));
-  track_of_id_[id] = track;
 }
 
 /// What was asked of the map about the candidates of a frame serves those that follow.

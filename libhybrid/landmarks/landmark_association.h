@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "libhybrid/core/journaled_map.h"
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/association_options.h"
 #include "libhybrid/landmarks/frame_association.h"
@@ -95,7 +96,6 @@ class LandmarkAssociation {
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
   void learn_ids(const std::vector<int>& sightings);
-  void learn_id(std::int64_t id, int track);
   void note_candidates(const FrameCandidates& candidates, const std::vector<int>& sightings,
                        const MapView& map);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
@@ -151,9 +151,8 @@ class LandmarkAssociation {
   ThingTracker things_;
   std::set<int> to_withdraw_;  // sightings of movers that landmarks still have
   bool adopted_ = false;  // landmarks of a map, whose ids of the log are learned by their places
-  std::map<std::int64_t, int> track_of_id_;                              // of identified landmarks
-  std::vector<std::pair<std::int64_t, std::optional<int>>> ids_before_;  // of each changed
-  std::optional<Merge> merge_;                                           // on trial
+  JournaledMap<std::int64_t, int> track_of_id_;  // of identified landmarks
+  std::optional<Merge> merge_;                   // on trial
 };
 
 }  // namespace hybrid

@@ -108,34 +108,26 @@ MoveCost cost_of_moving(int from, int into, const MapView& map, const ClassModel
 }  // namespace
 
 void LandmarkMerging::sighted(int track, int keyframe, std::size_t n) {
-  const auto it = recent_.find(track);
-  recent_before_.emplace_back(track,
-                              it == recent_.end() ? std::nullopt : std::optional(it->second));
-  recent_[track] = keyframe;
+  recent_.set(track, keyframe);
   news_ = news_ || (n & (n - 1)) == 0;  // whenever they have doubled
 }
 
 void LandmarkMerging::remember() {
-  recent_before_.clear();
+  recent_.commit();
   news_before_ = news_;
 }
 
 void LandmarkMerging::take_back() {
-  for (auto it = recent_before_.rbegin(); it != recent_before_.rend(); ++it) {
-    if (it->second) {
-      recent_[it->first] = *it->second;
-    } else {
-      recent_.erase(it->first);
-    }
-  }
-  recent_before_.clear();
+  recent_.roll_back();
   news_ = news_before_;
 }
 
 void LandmarkMerging::forget(int keyframe) {
-  for (auto it = recent_.begin(); it != recent_.end();) {
-    it = it->second < keyframe - options_.recent ? recent_.erase(it) : std::next(it);
+  std::vector<int> old;
+  for (const auto& [track, last] : recent_.entries()) {
+    if (last < keyframe - options_.recent) old.push_back(track);
   }
+  for (const int track : old) recent_.erase(track);
 }
 
 bool LandmarkMerging::refused(int from, int into, const LandmarkTracks& landmarks) const {
@@ -183,7 +175,7 @@ std::vector<LandmarkMerging::Pair> LandmarkMerging::possible_pairs(
   if (!since) {
     for (int t = 0; t < static_cast<int>(landmarks.tracks().size()); ++t) compare(t);
   } else {
-    for (const auto& [t, keyframe] : recent_) {
+    for (const auto& [t, keyframe] : recent_.entries()) {
       if (keyframe >= *since) compare(t);
     }
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libhybrid/association/consensus.h"
+#include "libhybrid/core/journaled_map.h"
 #include "libhybrid/landmarks/association_options.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/views.h"
@@ -83,10 +84,9 @@ class LandmarkMerging {
   std::vector<std::vector<int>> places(const MapView& map, const LandmarkTracks& landmarks) const;
 
   AssociationOptions options_;
-  std::map<int, int> recent_;  // track -> keyframe of its last sighting
+  JournaledMap<int, int> recent_;  // track -> keyframe of its last sighting
   bool news_ = false, news_before_ = false;
-  std::vector<std::pair<int, std::optional<int>>> recent_before_;  // what it was of each changed
-  std::map<std::pair<int, int>, std::size_t> refused_;             // and the sightings of both then
+  std::map<std::pair<int, int>, std::size_t> refused_;  // and the sightings of both then
 };
 
 }  // namespace hybrid

@@ -3,14 +3,13 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/core/journaled_map.h"
 #include "libhybrid/core/key.h"
 
 namespace HYBRID_API hybrid {
@@ -27,65 +26,48 @@ struct Landmark {
 class LandmarkRegistry {
  public:
   /// Null if there is no landmark of that id.
-  const Landmark* find(std::int64_t id) const {
-    const auto it = landmarks_.find(id);
-    return it == landmarks_.end() ? nullptr : &it->second;
-  }
+  const Landmark* find(std::int64_t id) const { return landmarks_.find(id); }
 
   /// Throws Error if the id is taken.
   void add(const Landmark& landmark) {
-    note(landmark.id);
-    if (!landmarks_.emplace(landmark.id, landmark).second) {
+    if (find(landmark.id) != nullptr) {
       throw Error("landmark " + std::to_string(landmark.id) + " was added twice to the map");
     }
+    landmarks_.set(landmark.id, landmark);
   }
 
   /// Counts one more sighting; throws Error for an unknown id.
   void sighted(std::int64_t id) {
-    const auto it = landmarks_.find(id);
-    if (it == landmarks_.end()) {
+    if (find(id) == nullptr) {
       throw Error("landmark " + std::to_string(id) + " was sighted but is not in the map");
     }
-    note(id);
-    ++it->second.sightings;
+    count(id, 1);
   }
 
   /// The reverse of sighted().
   void unsighted(std::int64_t id) {
-    const auto it = landmarks_.find(id);
-    if (it == landmarks_.end()) return;
-    note(id);
-    --it->second.sightings;
+    if (find(id) != nullptr) count(id, -1);
   }
 
-  void remove(std::int64_t id) {
-    note(id);
-    landmarks_.erase(id);
-  }
+  void remove(std::int64_t id) { landmarks_.erase(id); }
 
-  std::size_t size() const { return landmarks_.size(); }
-  auto begin() const { return landmarks_.begin(); }
-  auto end() const { return landmarks_.end(); }
+  std::size_t size() const { return landmarks_.entries().size(); }
+  auto begin() const { return landmarks_.entries().begin(); }
+  auto end() const { return landmarks_.entries().end(); }
 
-  void commit() { before_.clear(); }
+  void commit() { landmarks_.commit(); }
   /// Changes since the last commit; those from a number on can be rolled back alone.
-  std::size_t changes() const { return before_.size(); }
-  void roll_back(std::size_t first = 0) {
-    for (; before_.size() > first; before_.pop_back()) {
-      const auto& [id, landmark] = before_.back();
-      landmarks_.erase(id);
-      if (landmark) landmarks_.emplace(id, *landmark);
-    }
-  }
+  std::size_t changes() const { return landmarks_.changes(); }
+  void roll_back(std::size_t first = 0) { landmarks_.roll_back(first); }
 
  private:
-  void note(std::int64_t id) {
-    const Landmark* landmark = find(id);
-    before_.emplace_back(id, landmark == nullptr ? std::nullopt : std::make_optional(*landmark));
+  void count(std::int64_t id, int sightings) {
+    Landmark landmark = *find(id);
+    landmark.sightings += sightings;
+    landmarks_.set(id, landmark);
   }
 
-  std::map<std::int64_t, Landmark> landmarks_;
-  std::vector<std::pair<std::int64_t, std::optional<Landmark>>> before_;  // since the last commit
+  JournaledMap<std::int64_t, Landmark> landmarks_;
 };
 
 }  // namespace hybrid

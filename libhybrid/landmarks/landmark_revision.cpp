@@ -38,7 +38,7 @@ void LandmarkAssociation::remember() {
   merging_.remember();
   loops_.remember();
   things_.remember();
-  ids_before_.clear();
+  track_of_id_.commit();
 }
 
 void LandmarkAssociation::refused() {
@@ -49,14 +49,7 @@ void LandmarkAssociation::refused() {
   merging_.take_back();
   loops_.take_back();
   things_.take_back();
-  for (auto it = ids_before_.rbegin(); it != ids_before_.rend(); ++it) {
-    if (it->second) {
-      track_of_id_[it->first] = *it->second;
-    } else {
-      track_of_id_.erase(it->first);
-    }
-  }
-  ids_before_.clear();
+  track_of_id_.roll_back();
   count_open();
   if (!merge_) return;
   merging_.refuse(*merge_, landmarks_);
@@ -196,8 +189,8 @@ Contribution LandmarkAssociation::match_again(const MapView& map) {
   if (now_.matched_again == kHalfSteps) return out;
   ++now_.matched_again;
   std::set<int> emptied;
-  for (const auto& [s, t] :
-       reassociate(map, now_.classes, now_.coverage, options_, track_of_id_, landmarks_)) {
+  for (const auto& [s, t] : reassociate(map, now_.classes, now_.coverage, options_,
+                                        track_of_id_.entries(), landmarks_)) {
     const int before = landmarks_.sighting(s).track;
     landmarks_.detach(s, out);
     if (t >= 0) attach(s, t, map, out);

@@ -17,7 +17,7 @@ _EXAMPLES = {"Key": "a key such as 'x3'", "Noise": "Noise, such as Noise.isotrop
              "object": "anything", "DiscreteKey": "DiscreteKey, such as DiscreteKey('d0', 2)", "Values": "Values or a dict", "Estimate": "an Estimate, Values or a dict"}
 
 
-def _split(text):
+def split(text):
     """The parts of a list of parameters, which may hold brackets and texts."""
     parts, depth, quote, start = [], 0, None, 0
     for i, c in enumerate(text):
@@ -74,7 +74,7 @@ def _fits(value, kind):
     if generic and generic[1] == "List":
         return _fits_sequence(value, generic[2])
     if generic and generic[1] == "Tuple":
-        inner = _split(generic[2])
+        inner = split(generic[2])
         return isinstance(value, (list, tuple)) and len(value) == len(inner) and all(map(_fits, value, inner))
     if kind.startswith(("Callable", "function")):
         return callable(value)
@@ -102,7 +102,7 @@ def _told(kind):
     if generic and generic[1] == "List":
         return f"a list, each entry {_told(generic[2])}"
     if generic:
-        return "a tuple of " + ", ".join(map(_told, _split(generic[2])))
+        return "a tuple of " + ", ".join(map(_told, split(generic[2])))
     return _EXAMPLES.get(kind, kind)
 
 
@@ -121,7 +121,7 @@ def _overloads(doc, name):
     """Names, types and whether there is a default, of the parameters of each overload."""
     made = []
     for inside in re.findall(rf"^(?:\d+\. )?{re.escape(name)}\((.*)\) -> .+$", doc or "", re.MULTILINE):
-        parts = [part.split(": ", 1) for part in _split(inside.replace("hybrid._core.", ""))]
+        parts = [part.split(": ", 1) for part in split(inside.replace("hybrid._core.", ""))]
         if all(len(part) == 2 for part in parts):
             made.append([(label, *re.split(r" = ", kind, maxsplit=1)) for label, kind in parts])
     return made

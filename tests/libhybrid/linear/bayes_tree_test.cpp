@@ -63,35 +63,43 @@ TEST(BayesTree, LiftedPivotsHoldThePresentSteps) {
   EXPECT_NEAR(tree.delta(0)[0], last, 1e-9);
 }
 
+/// A tree of scalar variables with factors of given Hessians.
+struct Springs {
+  explicit Springs(int variables) {
+    for (int v = 0; v < variables; ++v) tree.add_variable(v, 1);
+  }
+  void add(const std::vector<int>& variables, const std::vector<double>& packed) {
+    factors.push_back(tree.add_factor(variables));
+    std::copy(packed.begin(), packed.end(), tree.hessian(factors.back()));
+  }
+  void solve(const std::vector<int>& last, const Bend& bend) {
+    ASSERT_LT(tree.eliminate(last).singular, 0);
+    tree.solve(1e-9, bend);
+    tree.commit();
+  }
+  double cost() const {
+    double sum = 0.0;
+    for (int f : factors) sum += tree.linear_cost(f);
+    return sum;
+  }
+
+  BayesTree tree;
+  std::vector<int> factors;
+};
+
 /// A stiff chain, of which a share of what its factors may cost is far more than what a pull at its
 /// end brings.
 TEST(BayesTree, WhatStaysCostsNoMoreThanHalfOfWhatNewStepsBring) {
   constexpr int kLength = 1000;
-  BayesTree tree;
-  std::vector<int> factors;
-  const auto add = [&](const std::vector<int>& variables, const std::vector<double>& packed) {
-    factors.push_back(tree.add_factor(variables));
-    std::copy(packed.begin(), packed.end(), tree.hessian(factors.back()));
-  };
-  const auto solve = [&](const Bend& bend) {
-    ASSERT_LT(tree.eliminate({kLength - 1}).singular, 0);
-    tree.solve(1e-9, bend);
-    tree.commit();
-  };
-  const auto cost = [&] {
-    double sum = 0.0;
-    for (int f : factors) sum += tree.linear_cost(f);
-    return sum;
-  };
-  for (int v = 0; v < kLength; ++v) tree.add_variable(v, 1);
-  add({0}, {100, 0, 0});
-  for (int v = 1; v < kLength; ++v) add({v - 1, v}, {100, -100, 0, 100, 0, 0});
-  solve({});
-  add({kLength - 1}, {1, -3, 9});  // x = 3
-  const double before = cost();
+  Springs springs(kLength);
+  springs.add({0}, {100, 0, 0});
+  for (int v = 1; v < kLength; ++v) springs.add({v - 1, v}, {100, -100, 0, 100, 0, 0});
+  springs.solve({kLength - 1}, {});
+  springs.add({kLength - 1}, {1, -3, 9});  // x = 3
+  const double before = springs.cost();
   const double promised = before - 4.5 / (1 + 10);  // two springs in a row, of 1 and .1
-  solve({0.0, 1.0});
-  EXPECT_GE(before - cost(), 0.5 * promised);
+  springs.solve({kLength - 1}, {0.0, 1.0});
+  EXPECT_GE(before - springs.cost(), 0.5 * promised);
   EXPECT_NEAR(before, 4.5, 1e-9);
 }
 
@@ -99,34 +107,18 @@ TEST(BayesTree, WhatStaysCostsNoMoreThanHalfOfWhatNewStepsBring) {
 /// that one moves is little for each link, and much for all of them.
 TEST(BayesTree, WhatStaysIsCountedInAllThatSeeIt) {
   constexpr int kLength = 1000, kSeen = kLength;
-  BayesTree tree;
-  std::vector<int> factors;
-  const auto add = [&](const std::vector<int>& variables, const std::vector<double>& packed) {
-    factors.push_back(tree.add_factor(variables));
-    std::copy(packed.begin(), packed.end(), tree.hessian(factors.back()));
-  };
-  const auto solve = [&](const Bend& bend) {
-    ASSERT_LT(tree.eliminate({kLength - 1, kSeen}).singular, 0);
-    tree.solve(1e-9, bend);
-    tree.commit();
-  };
-  const auto cost = [&] {
-    double sum = 0.0;
-    for (int f : factors) sum += tree.linear_cost(f);
-    return sum;
-  };
-  for (int v = 0; v <= kSeen; ++v) tree.add_variable(v, 1);
-  add({0}, {1e-3, 0, 0});
+  Springs springs(kSeen + 1);
+  springs.add({0}, {1e-3, 0, 0});
   for (int v = 0; v < kLength; ++v) {
-    add({v, kSeen}, {1, -1, 0, 1, 0, 0});
-    if (v > 0) add({v - 1, v}, {0.1, -0.1, 0, 0.1, 0, 0});
+    springs.add({v, kSeen}, {1, -1, 0, 1, 0, 0});
+    if (v > 0) springs.add({v - 1, v}, {0.1, -0.1, 0, 0.1, 0, 0});
   }
-  solve({});
-  add({kSeen}, {100, -300, 900});  // x = 3
-  const double before = cost();
-  solve({0.0, 10.0});
+  springs.solve({kLength - 1, kSeen}, {});
+  springs.add({kSeen}, {100, -300, 900});  // x = 3
+  const double before = springs.cost();
+  springs.solve({kLength - 1, kSeen}, {0.0, 10.0});
   EXPECT_NEAR(before, 450, 1e-9);
-  EXPECT_LT(cost(), 0.5 * before + 0.01);  // that of all in one place is 0.0045
+  EXPECT_LT(springs.cost(), 0.5 * before + 0.01);  // that of all in one place is 0.0045
 }
 
 TEST(BayesTree, EqualsDenseOverRandomChanges) {
