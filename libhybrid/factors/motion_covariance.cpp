@@ -4,40 +4,53 @@
 #include "libhybrid/factors/motion_covariance.h"
 
 #include <Eigen/LU>
+#include <utility>
 
 namespace hybrid {
 
-Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
-                                        const Values& values, const CovarianceOf& covariance_of,
-                                        std::vector<Key> keys, const Eigen::MatrixXd& J) {
+MotionCovariance::MotionCovariance(const ContinuousFactor& motion, Key pose, const Values& newest,
+                                   const Values& values, CovarianceOf covariance_of)
+    : values_(&values), covariance_of_(std::move(covariance_of)) {
   std::vector<const double*> x;
   for (const Key key : motion.keys()) {
     x.push_back(newest.contains(key) ? newest.data(key) : values.data(key));
   }
-  const int rows = motion.rows();
-  Eigen::VectorXd r(rows);
-  Eigen::MatrixXd linear(rows, motion.cols());
+  Eigen::VectorXd r(motion.rows());
+  Eigen::MatrixXd linear(motion.rows(), motion.cols());
   motion.linearize(x.data(), r.data(), linear.data());
-  const Eigen::MatrixXd noise = linear.rightCols(rows).inverse();
-  const Eigen::MatrixXd by_noise = J.leftCols(rows) * noise;
-  const Eigen::MatrixXd own = by_noise * by_noise.transpose();
-  const Eigen::Index known = J.cols() - rows;
-  if (motion.keys().size() == 1) {
-    return keys.empty() ? own : own + covariance_of(keys, J.rightCols(known));
+  by_from_.resize(motion.rows(), 0);
+  Eigen::Index at = 0;
+  for (const Key key : motion.keys()) {
+    const bool known = values.contains(key);
+    const Eigen::Index dim = (known ? values : newest).type(key).dim;
+    const auto columns = linear.middleCols(at, dim);
+    at += dim;
+    if (key == pose) {
+      noise_ = columns.inverse();
+    } else if (known) {
+      from_.push_back(key);
+      by_from_.conservativeResize(Eigen::NoChange, by_from_.cols() + dim);
+      by_from_.rightCols(dim) = columns;
+    }
   }
-  keys.insert(keys.begin(), motion.keys().front());
-  Eigen::MatrixXd by_graph(J.rows(), rows + known);
-  by_graph << -by_noise * linear.leftCols(rows), J.rightCols(known);
-  return own + covariance_of(keys, by_graph);
 }
 
-Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
-                                        const Values& values, const CovarianceOf& covariance_of,
-                                        const std::vector<Key>& keys) {
-  int dims = motion.rows();
-  for (const Key key : keys) dims += values.type(key).dim;
-  return covariance_after_motion(motion, newest, values, covariance_of, keys,
-                                 Eigen::MatrixXd::Identity(dims, dims));
+Eigen::MatrixXd MotionCovariance::operator()(std::vector<Key> keys,
+                                             const Eigen::MatrixXd& J) const {
+  const Eigen::MatrixXd by_noise = J.leftCols(noise_.rows()) * noise_;
+  const Eigen::MatrixXd own = by_noise * by_noise.transpose();
+  keys.insert(keys.begin(), from_.begin(), from_.end());
+  if (keys.empty()) return own;
+  const Eigen::Index known = J.cols() - noise_.rows();
+  Eigen::MatrixXd by_graph(J.rows(), by_from_.cols() + known);
+  by_graph << -by_noise * by_from_, J.rightCols(known);
+  return own + covariance_of_(keys, by_graph);
+}
+
+Eigen::MatrixXd MotionCovariance::operator()(const std::vector<Key>& keys) const {
+  Eigen::Index dims = noise_.rows();
+  for (const Key key : keys) dims += values_->type(key).dim;
+  return (*this)(keys, Eigen::MatrixXd::Identity(dims, dims));
 }
 
 }  // namespace hybrid

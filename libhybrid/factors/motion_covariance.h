@@ -16,18 +16,28 @@ namespace HYBRID_API hybrid {
 using CovarianceOf =
     std::function<Eigen::MatrixXd(const std::vector<Key>& keys, const Eigen::MatrixXd& J)>;
 
-/// Covariance of J x, x being a pose that is not in the graph yet and the variables `keys` of the
-/// graph, in that order. `motion` is the factor from the previous pose to the new one (its last
-/// key), with as many rows as the tangent of a pose; or the prior of the new pose, of which nothing
-/// in the graph depends. Its variables are in `newest` or in `values`. With r = A da + B db for the
-/// linearised motion, db = B^-1 (r - A da).
-Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
-                                        const Values& values, const CovarianceOf& covariance_of,
-                                        std::vector<Key> keys, const Eigen::MatrixXd& J);
+/// Covariances of a pose that is not in the graph yet, together with variables of the graph.
+/// `motion` is the factor that leads to the pose, with as many rows as the tangent of a pose: from
+/// the previous pose, with or without a calibration; or the prior of the pose, of which nothing in
+/// the graph depends. With r = A da + B db for the linearised motion, db = B^-1 (r - A da).
+class MotionCovariance {
+ public:
+  /// `newest` has the pose; a further variable of the motion that only `newest` has counts as
+  /// known. `values` are those of the graph, and must outlive this.
+  MotionCovariance(const ContinuousFactor& motion, Key pose, const Values& newest,
+                   const Values& values, CovarianceOf covariance_of);
 
-/// The joint covariance of the new pose and the variables.
-Eigen::MatrixXd covariance_after_motion(const ContinuousFactor& motion, const Values& newest,
-                                        const Values& values, const CovarianceOf& covariance_of,
-                                        const std::vector<Key>& keys);
+  /// The covariance of J x, x being the tangents of the pose and of the variables, in that order.
+  Eigen::MatrixXd operator()(std::vector<Key> keys, const Eigen::MatrixXd& J) const;
+  /// The joint covariance of the pose and the variables.
+  Eigen::MatrixXd operator()(const std::vector<Key>& keys) const;
+
+ private:
+  const Values* values_;
+  CovarianceOf covariance_of_;
+  std::vector<Key> from_;    ///< the variables of the graph on which the motion depends
+  Eigen::MatrixXd noise_;    ///< B^-1
+  Eigen::MatrixXd by_from_;  ///< A
+};
 
 }  // namespace hybrid

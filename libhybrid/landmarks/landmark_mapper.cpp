@@ -51,14 +51,9 @@ bool LandmarkMapper<Pose>::add(const Pose& motion, const Noise& noise,
   delta.values.insert(now, T_map_robot);
   const MapView map = view();
   KeyframeView frame{now, to_isometry(T_map_robot), detections};
-  frame.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(*factor, delta.values, smoother_.values(), map.covariance_of,
-                                   keys);
-  };
-  frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-    return covariance_after_motion(*factor, delta.values, smoother_.values(), map.covariance_of,
-                                   keys, J);
-  };
+  const MotionCovariance after(*factor, now, delta.values, smoother_.values(), map.covariance_of);
+  frame.joint_covariance = after;
+  frame.covariance_of = after;
   Contribution contribution;
   try {
     contribution = association_.observe(frame, map);

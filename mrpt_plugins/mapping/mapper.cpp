@@ -158,7 +158,6 @@ Mapper::Motion Mapper::predict_from(const OdometryIncrement* measured) const {
     const Key before = pose_key(robot().poses.back());
     const OdometryIncrement motion =
         measured != nullptr ? *measured : unknown_motion(options, is_3d_);
-    out.factor = odometry_factor(before, newest, motion, options, is_3d_);
     add_motion(newest, motion, measured != nullptr, out);
     out.T_map_robot = pose_at(backend_->values(), before) +
                       robot().calibrator.corrected(motion.mean, backend_->values());
@@ -177,8 +176,9 @@ void Mapper::add_motion(Key to, const OdometryIncrement& motion, bool measured, 
   Delta& delta = out.delta;
   const std::optional<Key> calibration =
       measured ? robot().calibrator.odometry(backend_->values(), delta) : std::nullopt;
+  out.factor = odometry_factor(from, to, motion, options, is_3d_, calibration);
   if (options.modes.empty() || !measured) {
-    delta.continuous.push_back(odometry_factor(from, to, motion, options, is_3d_, calibration));
+    delta.continuous.push_back(out.factor);
   } else {
     const DiscreteKey mode{Key(key_letter::kMotionMode, to.index()),
                            static_cast<int>(options.modes.size())};
@@ -231,14 +231,10 @@ std::vector<Contribution> Mapper::observe(const Keyframe& keyframe, const Motion
   Frame frame{pose_key(steps_.size()), motion.T_map_robot, keyframe.detections,
               keyframe.observations, keyframe.scans};
   const MapView map = view();
-  frame.joint_covariance = [&](const std::vector<Key>& keys) {
-    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(),
-                                   map.covariance_of, keys);
-  };
-  frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-    return covariance_after_motion(*motion.factor, motion.delta.values, backend_->values(),
-                                   map.covariance_of, keys, J);
-  };
+  const MotionCovariance after(*motion.factor, frame.pose, motion.delta.values, backend_->values(),
+                               map.covariance_of);
+  frame.joint_covariance = after;
+  frame.covariance_of = after;
   const std::vector<bool>& seeing = robot().options.plugins;
   for (const auto& plugin : plugins_) {
     auto* follower = dynamic_cast<ScanFollower*>(plugin.get());

@@ -43,14 +43,9 @@ struct TrialHost {
     delta.values.insert(now, place);
     const MapView before = view();
     KeyframeView frame{now, to_isometry(place), seen};
-    frame.joint_covariance = [&](const std::vector<Key>& keys) {
-      return covariance_after_motion(*factor, delta.values, map.values(), before.covariance_of,
-                                     keys);
-    };
-    frame.covariance_of = [&](const std::vector<Key>& keys, const Eigen::MatrixXd& J) {
-      return covariance_after_motion(*factor, delta.values, map.values(), before.covariance_of,
-                                     keys, J);
-    };
+    const MotionCovariance after(*factor, now, delta.values, map.values(), before.covariance_of);
+    frame.joint_covariance = after;
+    frame.covariance_of = after;
     if (!refused.empty()) {
       refuse({now, frame.T_map_robot, refused, frame.joint_covariance, frame.covariance_of},
              before);
