@@ -139,7 +139,6 @@ TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
                                        "landmarks.csv",       "landmarks.json",
                                        "graph.g2o",           "steps.csv",
                                        "summary.json",        "map.png",
-                                       "map_3d.png",          "scene.3Dscene",
                                        "steps.png",           "error.png",
                                        "trajectory_truth.tum"};
   EXPECT_EQ(files, expected);
@@ -193,7 +192,6 @@ TEST_F(ReplayTest, PicturesInThePlaneAreLinesWhereAsked) {
       EXPECT_EQ(start.substr(0, 5), format == "svg" ? "<?xml" : "%PDF-") << name;
       EXPECT_FALSE(fs::exists(folder / "out" / (std::string(name) + ".png"))) << name;
     }
-    EXPECT_TRUE(fs::exists(at("out/map_3d.png")));
   }
 }
 
