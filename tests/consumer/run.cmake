@@ -69,7 +69,7 @@ endif()
 
 # A user may or may not compile for the processor of the machine, or with the address sanitizer; Eigen objects cross
 # the border in all cases.
-set(ways "-O1" "-march=native -O1")
+set(ways "-O1" "-march=native")
 if(NOT SANITIZE)
   list(APPEND ways "-fsanitize=address -O1")
   set(ENV{ASAN_OPTIONS} detect_leaks=0)  # what MRPT keeps to its end is not ours
@@ -81,7 +81,7 @@ foreach(flags ${ways})
   endif()
   run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE_DIR} -B ${build} -DCMAKE_PREFIX_PATH=${prefix} -DWITH_MRPT=${WITH_MRPT}
       -DEXAMPLES=${HYBRID_SOURCE_DIR}/examples
-      -DCMAKE_CXX_COMPILER=${CXX} ${launcher} -DCMAKE_CXX_FLAGS=${flags})
+      -DCMAKE_CXX_COMPILER=${CXX} ${launcher} -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_FLAGS=${flags})
   run(${CMAKE_COMMAND} --build ${build} --parallel 2)
   run(${build}/example)
   run(${build}/border)
