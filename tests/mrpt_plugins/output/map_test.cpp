@@ -2,12 +2,9 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "mrpt_plugins/output/map_image.h"
