@@ -4,7 +4,7 @@
 FROM debian:12
 COPY . /src/hybrid
 WORKDIR /src/hybrid
-RUN apt-get update && scripts/setup && cmake --preset release -DHYBRID_BUILD_TESTS=OFF \
+RUN apt-get update && scripts/setup --build && cmake --preset release -DHYBRID_BUILD_TESTS=OFF \
     -DHYBRID_BUILD_BENCH=OFF && cmake --build --preset release && cmake --install build/release --prefix /usr/local
 WORKDIR /data
 CMD ["hybrid-replay", "-c", "/usr/local/share/hybrid/config/classed_demo.ini", "--report", "-o", "demo"]

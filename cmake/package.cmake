@@ -43,7 +43,7 @@ set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_NAME hybrid-apps)
 set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_DEPENDS "libhybrid0 (= ${version})")
-set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_RECOMMENDS "mrpt-common, libegl-mesa0, libgl1-mesa-dri")
+set(CPACK_DEBIAN_HYBRID-APPS_PACKAGE_RECOMMENDS "mrpt-common")
 set(CPACK_COMPONENT_HYBRID-APPS_DESCRIPTION "discrete-continuous smoothing and mapping, programs\n${inference}\n\
 These are the programs: MRPT rawlogs to corrected trajectories and maps of\n\
 landmarks with classes, pose graphs whose loop closures may be false,\n\

@@ -46,27 +46,48 @@ void bind_covariances(py::module_& m) {
           }));
 }
 
+/// Marginals that remember what they are of, for pickles: their factorisation has no form there.
+struct KeptMarginals : ContinuousMarginals {
+  KeptMarginals(const HybridGraph& g, const Estimate& e, int count)
+      : ContinuousMarginals(g, e, MarginalOptions{count}), graph(g), estimate(e), threads(count) {}
+
+  HybridGraph graph;
+  Estimate estimate;
+  int threads;
+};
+
+std::unique_ptr<KeptMarginals> factorised(const HybridGraph& graph, const Estimate& estimate,
+                                          int threads) {
+  const auto make = [](const HybridGraph& g, const Estimate& e, int count) {
+    return std::make_unique<KeptMarginals>(g, e, count);
+  };
+  return call_on_copies(make, graph, estimate, threads);
+}
+
 void bind_continuous(py::module_& m) {
-  py::class_<ContinuousMarginals>(m, "ContinuousMarginals",
-                                  "Laplace approximation of the continuous marginals given the "
-                                  "assignment (eq. 11b to 14), over "
-                                  "the tangents at the estimate. Factorised once.")
-      .def(py::init([](const HybridGraph& graph, const Estimate& estimate, int threads) {
-             const auto make = [&](const HybridGraph& g, const Estimate& e) {
-               return std::make_unique<ContinuousMarginals>(g, e, MarginalOptions{threads});
-             };
-             return call_on_copies(make, graph, estimate);
-           }),
-           "graph"_a, "estimate"_a, "threads"_a = 0)
-      .def_property_readonly("valid", &ContinuousMarginals::valid,
+  py::class_<KeptMarginals>(m, "ContinuousMarginals",
+                            "Laplace approximation of the continuous marginals given the "
+                            "assignment (eq. 11b to 14), over "
+                            "the tangents at the estimate. Factorised once; a pickle holds "
+                            "graph and estimate, and they are factorised again.")
+      .def(py::init(&factorised), "graph"_a, "estimate"_a, "threads"_a = 0)
+      .def_property_readonly("valid", &KeptMarginals::valid,
                              "Whether the factors determine all variables.")
-      .def_property_readonly("under_constrained", &ContinuousMarginals::under_constrained)
-      .def("covariance", &ContinuousMarginals::covariance, "key"_a, Unlocked(),
+      .def_property_readonly("under_constrained", &KeptMarginals::under_constrained)
+      .def("covariance", &KeptMarginals::covariance, "key"_a, Unlocked(),
            "Covariance (dim, dim) of a variable.")
-      .def("joint_covariance", &ContinuousMarginals::joint_covariance, "keys"_a, Unlocked(),
+      .def("joint_covariance", &KeptMarginals::joint_covariance, "keys"_a, Unlocked(),
            "Joint covariance of variables, in the given order.")
-      .def("all", &ContinuousMarginals::all, Unlocked(),
-           "Covariances of all variables that the factors determine, by selected inversion.");
+      .def("all", &KeptMarginals::all, Unlocked(),
+           "Covariances of all variables that the factors determine, by selected inversion.")
+      .def("__copy__", [](const py::object& self) { return self; })  // it never changes
+      .def(
+          "__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, "memo"_a)
+      .def(py::pickle(
+          [](const KeptMarginals& m) { return py::make_tuple(m.graph, m.estimate, m.threads); },
+          [](const py::tuple& of) {
+            return factorised(of[0].cast<HybridGraph>(), of[1].cast<Estimate>(), of[2].cast<int>());
+          }));
 }
 
 void bind_posterior(py::module_& m) {

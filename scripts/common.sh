@@ -12,7 +12,8 @@ fail() {
   exit 1
 }
 
-# build PRESET [TARGET]: configures and builds. Prints progress only on a terminal, and all output on failure.
+options=()
+# build PRESET [TARGET]: configures, with the options, and builds. Prints progress only on a terminal, and all output on failure.
 build() {
   local preset=$1 log
   shift
@@ -20,9 +21,9 @@ build() {
   mkdir -p "build/$preset"
   log=build/$preset/build.log
   if [ -t 1 ]; then
-    cmake --preset "$preset" >"$log" || { cat "$log"; fail "configuring failed"; }
+    cmake --preset "$preset" "${options[@]}" >"$log" || { cat "$log"; fail "configuring failed"; }
     cmake --build --preset "$preset" --parallel "$jobs" ${1:+--target "$1"} || fail "the build failed"
-  elif ! { cmake --preset "$preset" && cmake --build --preset "$preset" --parallel "$jobs" ${1:+--target "$1"}; } \
+  elif ! { cmake --preset "$preset" "${options[@]}" && cmake --build --preset "$preset" --parallel "$jobs" ${1:+--target "$1"}; } \
     >"$log" 2>&1 </dev/null; then
     grep -v '^\[[0-9]*/[0-9]*\] \(Building\|Linking\)' "$log" | tail -n 100
     fail "the build failed; all of it is in $log"

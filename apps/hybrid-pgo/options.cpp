@@ -132,8 +132,7 @@ void add_graph_options(CLI::App& app, Options& options) {
                "and say of how many edges");
   app.add_flag("--report", options.report,
                "write report.html, a page to look into the graph and its closures with a browser");
-  app.add_flag("!--no-pictures", options.pictures,
-               "do not draw graph_start.png, graph.png and graph_3d.png");
+  app.add_flag("!--no-pictures", options.pictures, "do not draw graph_start.png and graph.png");
   add_picture_format(app, options.picture_format);
   app.add_flag("--sparsity", options.sparsity,
                "draw the structure of Jacobian, information matrix, its Cholesky factor with "

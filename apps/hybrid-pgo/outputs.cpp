@@ -156,7 +156,6 @@ void draw_graph(const OutputDirectory& out, PictureFormat format, const std::str
   };
   write("graph_start", graph_image(drawing_of_start(title, input)));
   write("graph", graph_image(drawing));
-  if (drawing.is_3d) out.write("graph_3d.png", png(graph_3d_image(drawing)));
 }
 
 GraphReport graph_report(const std::string& title, const Input& input, const Solution& solution,

@@ -41,8 +41,7 @@ std::vector<std::string> ids_of(const std::vector<Key>& poses, const Values& val
 /// Poses by increasing id, with the id as time.
 Trajectory trajectory_of(const std::vector<Key>& poses, const Values& values);
 
-/// Draws graph_start.png (the initial poses with all measurements), graph.png and, for a 3-D graph,
-/// graph_3d.png.
+/// Draws graph_start.png (the initial poses with all measurements) and graph.png.
 void draw_graph(const OutputDirectory& out, PictureFormat format, const std::string& title,
                 const Input& input, const Solution& solution, const std::vector<Loop>& loops,
                 const std::vector<PosePair>& truth);

@@ -8,7 +8,9 @@
 #include <map>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
+#include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/objective_bound.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/read_pairs.h"
@@ -61,7 +63,7 @@ class Parts {
 
 /// The robust problem, with the index in `loops` of each closure.
 struct Task : RobustTask {
-  std::vector<std::size_t> loop_of;
+  std::vector<std::size_t> loop_of;  // of relative poses that are not trusted, asked in order
   std::size_t bridges = 0;
 };
 
@@ -69,37 +71,27 @@ Task make_task(const Input& input, const Options& options, std::vector<Loop>& lo
   std::map<Pair, bool> trusted;
   const bool by_file = !options.trusted.empty() && options.trusted != "odometry";
   if (by_file) trusted = read_flags(options.trusted);
-  Task task;
-  task.problem.initial = input.initial;
-  Parts parts;
   const OdometryEdges is_odometry(input.graph);
-  std::vector<std::pair<ContinuousFactorPtr, std::size_t>> candidates;
-  const std::size_t relative = input.graph.poses2.size() + input.graph.poses3.size();
-  for (std::size_t f = 0; f < input.factors.size(); ++f) {
-    const ContinuousFactorPtr& factor = input.factors[f];
-    const std::vector<Key>& keys = factor->keys();
-    bool trust = f >= relative;
-    if (f < relative) {
-      const bool odometry = is_odometry(keys[0], keys[1]);
-      if (!odometry) loops.push_back({keys[0], keys[1]});
-      const auto named = trusted.find({keys[0].index(), keys[1].index()});
-      trust = by_file ? named != trusted.end() && named->second : odometry;
-      if (!trust && odometry) loops.push_back({keys[0], keys[1]});
-    }
-    if (trust) {
-      task.problem.trusted.push_back(factor);
-      parts.join(keys);
-    } else {
-      candidates.emplace_back(factor, loops.size() - 1);
-    }
-  }
-  for (const auto& [factor, loop] : candidates) {
-    if (parts.join(factor->keys())) {
-      task.problem.trusted.push_back(factor);
+  Task task;
+  std::vector<std::size_t> loop_of;  // of relative poses that are not trusted, asked in order
+  task.problem = to_robust_problem(input.graph, input.initial, [&](Key from, Key to) {
+    const bool odometry = is_odometry(from, to);
+    const auto named = trusted.find({from.index(), to.index()});
+    const bool trust = by_file ? named != trusted.end() && named->second : odometry;
+    if (!odometry || !trust) loops.push_back({from, to});
+    if (!trust) loop_of.push_back(loops.size() - 1);
+    return trust;
+  });
+  Parts parts;
+  for (const ContinuousFactorPtr& factor : task.problem.trusted) parts.join(factor->keys());
+  const auto candidates = std::exchange(task.problem.closures, {});
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (parts.join(candidates[k]->keys())) {
+      task.problem.trusted.push_back(candidates[k]);
       ++task.bridges;
     } else {
-      task.problem.closures.push_back(factor);
-      task.loop_of.push_back(loop);
+      task.problem.closures.push_back(candidates[k]);
+      task.loop_of.push_back(loop_of[k]);
     }
   }
   if (options.labels.empty()) return task;

@@ -21,7 +21,7 @@ constexpr const char* kAbout =
 constexpr const char* kFooter =
     "\nWritten to OUT: trajectory.tum, trajectory_dead_reckoning.tum, landmarks.csv, "
     "landmarks.json,\n"
-    "graph.g2o, steps.csv, summary.json, map.png, map_3d.png, steps.png, scene.3Dscene; with a "
+    "graph.g2o, steps.csv, summary.json, map.png, steps.png; with a "
     "true\n"
     "path trajectory_truth.tum, error.png; where things move, movers.csv; where asked, "
     "report.html, events.jsonl, "
@@ -105,8 +105,7 @@ void add_plugins_and_map(CLI::App& app, ReplayRequest& request) {
 /// The folder of the result and what is written there.
 void add_outputs(CLI::App& app, ReplayRequest& request) {
   add_output_folder(app, request.output);
-  app.add_flag("!--no-pictures", request.pictures,
-               "do not draw map.png, map_3d.png, steps.png, error.png, scene.3Dscene");
+  app.add_flag("!--no-pictures", request.pictures, "do not draw map.png, steps.png and error.png");
   add_picture_format(app, request.picture_format);
   app.add_option("--frames", request.frames,
                  "write the growing map as so many pictures, frames/frame_0001.png and so on")

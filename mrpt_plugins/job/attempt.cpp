@@ -181,15 +181,11 @@ std::vector<std::string> draw(const ReplayRequest& request, OutputDirectory& out
                               const std::vector<Truth>& truths, const Mapper& mapper,
                               Movie& movie) {
   const GroundTruth truth = joint_truth(truths);
-  std::vector<std::string> warnings;
   if (request.pictures) {
-    warnings = write_pictures(out, request.picture_format, result, truth);
+    write_pictures(out, request.picture_format, result, truth);
     write_error_plots(out, request.picture_format, parts, truths);
   }
-  for (std::string& warning : write_extras(request, out, result, truth, mapper, movie)) {
-    warnings.push_back(std::move(warning));
-  }
-  return warnings;
+  return write_extras(request, out, result, truth, mapper, movie);
 }
 
 }  // namespace

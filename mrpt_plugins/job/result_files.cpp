@@ -13,7 +13,6 @@
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/mode_writer.h"
 #include "mrpt_plugins/output/mover_writer.h"
-#include "mrpt_plugins/output/scene.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/output/trajectory_writer.h"
 
@@ -68,16 +67,10 @@ void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>&
   }
 }
 
-std::vector<std::string> write_pictures(const OutputDirectory& out, PictureFormat format,
-                                        const MapResult& result, const GroundTruth& truth) {
-  std::vector<std::string> warnings;
+void write_pictures(const OutputDirectory& out, PictureFormat format, const MapResult& result,
+                    const GroundTruth& truth) {
   out.write("map" + ending(format), encoded(map_image(result, truth), format));
-  const Map3dImage view = map_3d_image(result, truth);
-  if (!view.warning.empty()) warnings.push_back(view.warning);
-  out.write("map_3d.png", png(view.image));
-  save_scene(out, "scene.3Dscene", result, truth);
   out.write("steps" + ending(format), encoded(steps_image(result.steps, result.title), format));
-  return warnings;
 }
 
 void write_error_plots(const OutputDirectory& out, PictureFormat format,

@@ -47,14 +47,6 @@ Series segments(const GraphDrawing::Segments& segments, const std::string& what,
 
 }  // namespace
 
-GraphStrokes graph_strokes(const GraphDrawing& graph) {
-  const double thin = graph.closures.size() > 3000 ? 0.5 : 1.0;
-  return {{palette::kTruth, 6, LineStyle::kSolid},
-          {kRejected, thin, LineStyle::kDashed},
-          {kClosure, thin, LineStyle::kSolid},
-          {palette::kEstimate, 2, LineStyle::kSolid}};
-}
-
 Image graph_image(const GraphDrawing& graph) {
   PlotSpec plot;
   plot.title = graph.title;
@@ -65,19 +57,20 @@ Image graph_image(const GraphDrawing& graph) {
   plot.equal_aspect = true;
   plot.width = 1500;
   plot.height = 1400;
-  const GraphStrokes strokes = graph_strokes(graph);
+  const double thin = graph.closures.size() > 3000 ? 0.5 : 1.0;
   if (!graph.truth.empty()) {
-    plot.series.push_back(points(graph.truth, "truth", strokes.truth.color));
-    plot.series.back().width = strokes.truth.width;
+    plot.series.push_back(points(graph.truth, "truth", palette::kTruth));
+    plot.series.back().width = 6;
   }
   if (!graph.rejected.empty()) {
-    plot.series.push_back(segments(graph.rejected, "closures rejected", strokes.rejected));
+    plot.series.push_back(
+        segments(graph.rejected, "closures rejected", {kRejected, thin, LineStyle::kDashed}));
   }
   if (!graph.closures.empty()) {
-    plot.series.push_back(segments(graph.closures, "loop closures", strokes.closures));
+    plot.series.push_back(segments(graph.closures, "loop closures", {kClosure, thin}));
   }
   if (!graph.odometry.empty()) {
-    plot.series.push_back(segments(graph.odometry, "odometry edges", strokes.odometry));
+    plot.series.push_back(segments(graph.odometry, "odometry edges", {palette::kEstimate, 2}));
   }
   Series poses = points(graph.poses, fmt::format("{} poses", graph.poses.size()), palette::kInk);
   poses.line = LineStyle::kNone;

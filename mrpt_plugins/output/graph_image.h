@@ -29,16 +29,7 @@ struct GraphDrawing {
   Segments rejected;  ///< rejected loop closures
 };
 
-/// Line styles of a graph, the same in every picture of it.
-struct GraphStrokes {
-  Stroke truth, rejected, closures, odometry;
-};
-GraphStrokes graph_strokes(const GraphDrawing& graph);
-
 /// The graph from above, same scale in x and y.
 Image graph_image(const GraphDrawing& graph);
-
-/// A 3-D graph in perspective, paler with distance.
-Image graph_3d_image(const GraphDrawing& graph);
 
 }  // namespace hybrid

@@ -81,7 +81,7 @@ namespace {
 
 /// Entries of the paths, and of start and end of the estimated one.
 void path_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
-                 const Stroke& truth_stroke, const Extent& extent) {
+                 const Extent& extent) {
   legend.heading(result.robots.empty() ? "Robot path" : "Paths of the robots");
   std::set<std::string> named;
   for (const DrawnPath& robot : drawn_paths(result)) {
@@ -97,7 +97,7 @@ void path_legend(Legend& legend, const MapResult& result, const GroundTruth& tru
   } else if (!result.dead_reckoning.empty()) {
     legend.line("dead reckoning", map_style::kDeadReckoning);
   }
-  if (!true_paths(truth).empty()) legend.line("ground truth", truth_stroke);
+  if (!true_paths(truth).empty()) legend.line("ground truth", map_style::kTruth);
   for (std::size_t m = 1; m < result.mode_names.size(); ++m) {
     const auto count =
         std::count(result.motion_modes.begin(), result.motion_modes.end(), static_cast<int>(m));
@@ -143,8 +143,8 @@ void class_legend(Legend& legend, const MapResult& result) {
 }  // namespace
 
 void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
-                const Stroke& truth_stroke, const Extent& extent) {
-  path_legend(legend, result, truth, truth_stroke, extent);
+                const Extent& extent) {
+  path_legend(legend, result, truth, extent);
   legend.gap(12);
   if (lists_landmarks(result)) {
     legend.heading(fmt::format("Landmarks ({})", result.landmarks.size()));

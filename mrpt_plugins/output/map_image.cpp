@@ -308,12 +308,12 @@ Image map_image(const MapResult& result, const GroundTruth& truth, int width, in
   canvas.unclip();
 
   Legend legend(canvas, {box.right + 30, box.top + 14}, kLegendWidth);
-  map_legend(legend, result, truth, map_style::kTruth, extent);
+  map_legend(legend, result, truth, extent);
   closure_legend(legend, result);
   if (!moment.seen.empty()) legend.line("seen now", map_style::kSight);
   if (!result.landmarks.empty()) {
     legend.ellipse("uncertainty", palette::kMuted);
-    legend.note(ellipse_note("Ellipses", frame.magnification));
+    legend.note(ellipse_note(frame.magnification));
     extent_legend(legend, result);
   }
   if (ids < result.landmarks.size()) {

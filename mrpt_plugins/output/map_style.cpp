@@ -174,11 +174,11 @@ double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, dou
   return usual >= kSmallest * size ? 1 : std::max(1.0, nice_below(kEnlarged * size / usual));
 }
 
-std::string ellipse_note(const std::string& what, double magnification) {
+std::string ellipse_note(double magnification) {
   if (magnification <= 1) {
-    return fmt::format("{}: {:g} standard deviations.", what, map_style::kSigmas);
+    return fmt::format("Ellipses: {:g} standard deviations.", map_style::kSigmas);
   }
-  return fmt::format("{}: {:g} standard deviations, enlarged {:g} times to be seen.", what,
+  return fmt::format("Ellipses: {:g} standard deviations, enlarged {:g} times to be seen.",
                      map_style::kSigmas, magnification);
 }
 

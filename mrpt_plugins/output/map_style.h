@@ -29,7 +29,7 @@ constexpr Stroke kMover{{200, 30, 120}, 2, LineStyle::kSolid};
 inline Stroke mode_stroke(int mode) {
   return {mode_color(static_cast<std::size_t>(mode)), 7, LineStyle::kSolid};
 }
-constexpr double kSigmas = 3;  ///< standard deviations of ellipses and ellipsoids
+constexpr double kSigmas = 3;  ///< standard deviations of ellipses
 }  // namespace map_style
 
 /// The estimated path of a robot as it is drawn.
@@ -76,7 +76,7 @@ Extent map_extent(const MapResult& result, const GroundTruth& truth);
 /// Extent and scale of a picture of a map, shared by pictures that belong together.
 struct MapFrame {
   Extent extent;
-  double magnification = 1;  ///< of ellipses and ellipsoids
+  double magnification = 1;  ///< of ellipses
 };
 
 /// The frame of the whole map, with ellipses large enough to see.
@@ -89,7 +89,7 @@ bool is_hidden(const Trajectory& dead_reckoning, const Trajectory& estimate, con
 /// scene of `size` metres; 1 if it already is.
 double ellipse_magnification(const std::vector<LandmarkEstimate>& landmarks, double size);
 
-/// The sentence of the legend about the magnification; `what` is "Ellipses" or "Ellipsoids".
-std::string ellipse_note(const std::string& what, double magnification);
+/// The sentence of the legend about the magnification.
+std::string ellipse_note(double magnification);
 
 }  // namespace hybrid

@@ -125,6 +125,15 @@ def test_a_factor_that_cannot_be_kept_is_named():
     assert copy.deepcopy(h.HybridGraph([factor])).continuous[0] is factor
 
 
+def test_marginals_are_factorised_again():
+    graph = h.HybridGraph([h.Prior("x0", T2, noise(3)), h.Between("x0", "x1", T2, noise(3)), h.Between("x5", "x6", T2, noise(3))])
+    marginals = h.ContinuousMarginals(graph, {"x0": T2, "x1": T2 * T2, "x5": T2, "x6": T2}, threads=1)
+    made = again(marginals)
+    np.testing.assert_allclose(made.joint_covariance(["x1", "x0"]), marginals.joint_covariance(["x1", "x0"]), rtol=1e-11)
+    assert made.under_constrained == marginals.under_constrained == [h.Key("x5"), h.Key("x6")]
+    assert copy.copy(marginals) is copy.deepcopy(marginals) is marginals
+
+
 def test_a_pose_graph_comes_back(tmp_path):
     lines = ["VERTEX_SE2 0 0 0 0", "VERTEX_SE2 1 1 0 0.1", "VERTEX_XY 7 2 1", "FIX 0",
              "EDGE_SE2 0 1 1 0 0.1 100 3 0 100 0 400", "EDGE_SE2_XY 0 7 2 1 10 1 10"]

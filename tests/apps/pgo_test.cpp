@@ -174,17 +174,6 @@ TEST_F(Pgo, TrajectoriesPairByTheIdOfThePose) {
   }
 }
 
-TEST_F(Pgo, GraphsInSpaceAreDrawnInSpace) {
-  const std::string information = " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
-  std::string graph;
-  for (int k = 1; k < 5; ++k) {
-    graph += "EDGE_SE3:QUAT " + std::to_string(k - 1) + ' ' + std::to_string(k) +
-             " 1 0 0.5 0 0 0.7071 0.7071" + information;
-  }
-  ASSERT_EQ(run(write("g.g2o", graph) + " -o " + at("out")).code, 0);
-  EXPECT_EQ(read("out/graph_3d.png").substr(1, 3), "PNG");
-}
-
 TEST_F(Pgo, FeedsLandmarksAndPosesThatWait) {
   // Pose 1 is known only through pose 2; landmark 9 is seen twice.
   std::string text = edge(0, 2, SE2(2, 0, 0)) + edge(2, 1, SE2(-1, 0, 0));

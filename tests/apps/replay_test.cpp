@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include <chrono>
 #include <set>
 #include <sstream>
 
@@ -139,7 +138,6 @@ TEST_F(ReplayTest, WritesEverythingAndNothingElse) {
                                        "landmarks.csv",       "landmarks.json",
                                        "graph.g2o",           "steps.csv",
                                        "summary.json",        "map.png",
-                                       "map_3d.png",          "scene.3Dscene",
                                        "steps.png",           "error.png",
                                        "trajectory_truth.tum"};
   EXPECT_EQ(files, expected);
@@ -193,7 +191,6 @@ TEST_F(ReplayTest, PicturesInThePlaneAreLinesWhereAsked) {
       EXPECT_EQ(start.substr(0, 5), format == "svg" ? "<?xml" : "%PDF-") << name;
       EXPECT_FALSE(fs::exists(folder / "out" / (std::string(name) + ".png"))) << name;
     }
-    EXPECT_TRUE(fs::exists(at("out/map_3d.png")));
   }
 }
 
@@ -312,14 +309,12 @@ TEST_F(ReplayTest, APluginThatEndsTheProgramIsAFailure) {
 }
 
 TEST_F(ReplayTest, ASignalEndsAPluginThatWaitsForEver) {
-  const auto start = std::chrono::steady_clock::now();
   const std::string command =
       "timeout --foreground --signal=TERM 1 " HYBRID_BINARY_DIR
       "/bin/hybrid-replay --no-pictures -c " +
       config("classed_demo.ini") + " --set plugins.classes=Refuses --set Refuses.end=wait -p " +
       HYBRID_BAD_PLUGINS "/hybrid_bad_refuses.so -o " + at("out") + " 2> " + at("error.txt");
   EXPECT_EQ(run_shell(command).code, 124);  // of timeout, which waits for the end
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(120));
   EXPECT_NE(read_file(folder / "error.txt").find("not noticed for 30 s"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder / "out/summary.json"));
 }

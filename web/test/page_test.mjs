@@ -541,8 +541,12 @@ await test('shares of the sightings add up, and are those that honest noise expe
     clean(faults);
   }));
 
-await test('a map in space turns', () =>
-  withPage(page(space), desktop, async (p, faults) => {
+const spiral = join(scratch, 'spiral');
+writeFileSync(`${spiral}.g2o`, Array.from({ length: 12 }, (_, k) =>
+    `EDGE_SE3:QUAT ${k} ${k + 1} 1 0 0.5 0 0 0.2588 0.9659 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n`).join(''));
+run('hybrid-pgo', `${spiral}.g2o`, '-o', spiral, '--no-pictures', '--report');
+for (const [what, folder] of [['map', space], ['pose graph', spiral]]) await test(`a ${what} in space turns`, () =>
+  withPage(page(folder), desktop, async (p, faults) => {
     await p.click('#space');
     await p.waitForTimeout(500);
     const shot = () => p.locator('.orbit').screenshot();

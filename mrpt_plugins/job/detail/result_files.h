@@ -27,9 +27,9 @@ void write_paths(const OutputDirectory& out, const std::vector<RobotPart>& parts
 /// Writes trajectory_covariances.csv; of several robots, each in a folder of its name.
 void write_covariances(const OutputDirectory& out, const std::vector<RobotPart>& parts);
 
-/// Draws map and steps in a format, map_3d.png and scene.3Dscene; returns warnings for the user.
-std::vector<std::string> write_pictures(const OutputDirectory& out, PictureFormat format,
-                                        const MapResult& result, const GroundTruth& truth);
+/// Draws map and steps in a format.
+void write_pictures(const OutputDirectory& out, PictureFormat format, const MapResult& result,
+                    const GroundTruth& truth);
 
 /// Draws "error", the error of position over time, where there is a true path; of several
 /// robots, each in a folder of its name.

@@ -33,10 +33,9 @@ class Legend {
   double width_;
 };
 
-/// The entries shared by the plan and the 3-D view: paths, start and end, classes with counts, true
-/// positions.
+/// The entries of a plan: paths, start and end, classes with counts, true positions.
 void map_legend(Legend& legend, const MapResult& result, const GroundTruth& truth,
-                const Stroke& truth_stroke, const Extent& extent);
+                const Extent& extent);
 
 /// A bar of a round length that takes at most `room` pixels, drawn at `left`.
 void scale_bar(Canvas& canvas, const Pixel& left, double pixels_per_metre, double room);

@@ -2,19 +2,13 @@
 // Copyright (c) 2026, the hybrid mapping authors
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "mrpt_plugins/output/map_image.h"
 #include "mrpt_plugins/output/map_style.h"
-#include "mrpt_plugins/output/mesh.h"
-#include "mrpt_plugins/output/scene.h"
-#include "mrpt_plugins/output/scene_layout.h"
 
 namespace hybrid {
 namespace {
@@ -152,7 +146,7 @@ TEST(MapStyle, EllipsesAreEnlargedOnlyWhenTheyWouldNotShow) {
   for (LandmarkEstimate& l : landmarks) l.covariance *= 1e-4;
   const double factor = ellipse_magnification(landmarks, 10);
   EXPECT_GT(factor, 5);
-  EXPECT_NE(ellipse_note("Ellipses", factor).find("enlarged"), std::string::npos);
+  EXPECT_NE(ellipse_note(factor).find("enlarged"), std::string::npos);
   EXPECT_EQ(ellipse_magnification({}, 10), 1);
 }
 
@@ -170,13 +164,6 @@ TEST(MapStyle, TheLessProbableAClassThePalerIsTheLandmark) {
   const int sure = count(map_image(map), series_color(0));
   for (LandmarkEstimate& l : map.landmarks) l.class_probabilities.assign(6, 1.0 / 6);
   EXPECT_LT(count(map_image(map), series_color(0)), sure);
-}
-
-TEST(MapStyle, PlanAndSpaceEnlargeEllipsesByOneFactor) {
-  MapResult map = round_trip(true);
-  for (LandmarkEstimate& l : map.landmarks) l.covariance *= 1e-4;
-  EXPECT_GT(map_frame(map, {}).magnification, 1);
-  EXPECT_EQ(scene_layout(map, {}).frame.magnification, map_frame(map, {}).magnification);
 }
 
 TEST(MapStyle, CountsRobotsByNameAndThoseWithoutOneBySession) {
@@ -216,144 +203,6 @@ TEST(MapStyle, AFarDeadReckoningDoesNotShrinkTheMap) {
   map.dead_reckoning.push_back({99, CPose3D(1e4, 0, 0, 0, 0, 0)});
   const Extent after = map_extent(map, {});
   EXPECT_LE(after.high.x() - after.low.x(), 2.1 * (before.high.x() - before.low.x()));
-}
-
-TEST(Mesh, DashesCoverTheirShareOfThePath) {
-  const std::vector<Eigen::Vector3d> path = {{0, 0, 0}, {3, 0, 0}, {3, 7, 0}};
-  double drawn = 0;
-  for (const auto& dash : dashes(path, 1, 1)) {
-    for (std::size_t i = 1; i < dash.size(); ++i) drawn += (dash[i] - dash[i - 1]).norm();
-  }
-  EXPECT_NEAR(drawn, 5, 1e-9);
-  EXPECT_TRUE(dashes({}, 1, 1).empty());
-}
-
-TEST(Mesh, SolidsStayWithinTheirSize) {
-  for (const Marker shape : {Marker::kCircle, Marker::kSquare, Marker::kTriangle, Marker::kDiamond,
-                             Marker::kPentagon, Marker::kStar, Marker::kPlus}) {
-    Mesh mesh;
-    mesh.marker({1, 2, 3}, shape, 0.5, Eigen::Vector3d(1, -2, 1).normalized());
-    const auto box = mesh.object()->getBoundingBox();
-    EXPECT_GT((box.max - box.min).norm(), 0.8);
-    EXPECT_LT((box.max - box.min).norm(), 2.6);
-    EXPECT_NEAR(0.5 * (box.max.x + box.min.x), 1, 0.2);
-    EXPECT_NEAR(0.5 * (box.max.z + box.min.z), 3, 0.2);
-  }
-}
-
-TEST(Mesh, ABlockReachesFromCornerToCorner) {
-  Mesh mesh;
-  mesh.block({1, 2, 3}, {2, 4, 3.5});
-  const auto box = mesh.object()->getBoundingBox();
-  EXPECT_NEAR((box.min - mrpt::math::TPoint3Df(1, 2, 3)).norm(), 0, 1e-6);
-  EXPECT_NEAR((box.max - mrpt::math::TPoint3Df(2, 4, 3.5F)).norm(), 0, 1e-6);
-  EXPECT_EQ(mesh.object()->getTrianglesCount(), 10U);
-}
-
-TEST(SceneLayout, EverythingIsInThePicture) {
-  for (const bool is_3d : {false, true}) {
-    const MapResult map = round_trip(is_3d);
-    const SceneLayout layout = scene_layout(map, {}, 1.2);
-    for (const LandmarkEstimate& l : map.landmarks) {
-      const Pixel p = layout.view.project(l.position, 1200, 1000);
-      EXPECT_TRUE((Box{20, 20, 1180, 980}.contains(p))) << p.transpose();
-    }
-    const Pixel center = layout.view.project(layout.view.target, 1200, 1000);
-    EXPECT_NEAR((center - Pixel(600, 500)).norm(), 0, 1e-6);
-  }
-}
-
-class SceneFileTest : public ::testing::Test {
- protected:
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("map_test_" + std::to_string(::getpid()));
-};
-
-TEST_F(SceneFileTest, ReloadsWithTheSameObjects) {
-  const MapResult map = round_trip(true);
-  OutputDirectory out(folder_);
-  save_scene(out, "scene.3Dscene", map, truth_of(map));
-  out.publish({{"status", "ok"}});
-  MrptScene scene;
-  ASSERT_TRUE(scene.loadFromFile((folder_ / "scene.3Dscene").string()));
-  const auto written = make_scene(map, truth_of(map));
-  EXPECT_GT(scene.getViewport()->size(), 12u);
-  EXPECT_EQ(scene.getViewport()->size(), written->getViewport()->size());
-}
-
-TEST(Map3dImage, WithoutADeviceItIsThePlanAndSaysSo) {
-  const MapResult map = round_trip(true);
-  Map3dOptions options;
-  options.device = 99;
-  const Map3dImage fallback = map_3d_image(map, truth_of(map), options);
-  EXPECT_NE(fallback.warning.find("plan"), std::string::npos) << fallback.warning;
-  EXPECT_EQ(fallback.warning.find('\n'), std::string::npos) << fallback.warning;
-  EXPECT_EQ(fallback.image.rgb, map_image(map, truth_of(map)).rgb);
-}
-
-TEST(Map3dImage, ShowsPathsAndEveryClass) {
-  const MapResult map = round_trip(true);
-  const Map3dImage view = map_3d_image(map, truth_of(map));
-  if (!view.warning.empty()) GTEST_SKIP() << view.warning;
-  EXPECT_EQ(view.image.width, 1600);
-  EXPECT_EQ(view.image.height, 1200);
-  Image scene_only = view.image;  // without the legend's column
-  for (int y = 0; y < 1200; ++y) {
-    for (int x = 1250; x < 1600; ++x) {
-      for (int c = 0; c < 3; ++c) scene_only.rgb[3 * (y * 1600 + x) + c] = 255;
-    }
-  }
-  EXPECT_GT(count(scene_only, palette::kEstimate, 40), 1500);
-  EXPECT_GT(count(scene_only, palette::kDeadReckoning, 40), 500);
-  for (std::size_t c = 0; c < 6; ++c) EXPECT_GT(count(scene_only, series_color(c), 40), 100) << c;
-  EXPECT_GT(count(scene_only, palette::kWhite), 1000000);
-}
-
-TEST(Map3dImage, ShowsTheWallsThatScansSaw) {
-  MapResult map = corridor();
-  const Map3dImage view = map_3d_image(map);
-  if (!view.warning.empty()) GTEST_SKIP() << view.warning;
-  map.grid = nullptr;
-  const Map3dImage without = map_3d_image(map);
-  EXPECT_GT(count(view.image, map_style::kWall, 40),
-            count(without.image, map_style::kWall, 40) + 4000);
-}
-
-TEST(Map3dImage, LinesDropFromLandmarksToTheGround) {
-  MapResult map = round_trip(true);
-  map.trajectory.resize(1);  // nothing else is in the way
-  map.dead_reckoning.clear();
-  map.landmarks = {map.landmarks[10]};
-  const Map3dImage picture = map_3d_image(map);
-  if (!picture.warning.empty()) GTEST_SKIP() << picture.warning;
-  const double width = 1230, height = 1090;  // of the scene in the picture
-  const SceneLayout layout = scene_layout(map, {}, width / height);
-  const auto is_dark = [&](double share, double shift) {
-    Eigen::Vector3d point = map.landmarks[0].position;
-    point.z() += share * (layout.ground.low.z() - point.z());
-    const Pixel at = Pixel(20 + shift, 90) + layout.view.project(point, width, height);
-    for (int x = -2; x <= 2; ++x) {
-      const auto pixel = std::lround(at.y()) * 1600 + std::lround(at.x()) + x;
-      if (picture.image.rgb.at(static_cast<std::size_t>(3 * pixel)) < 235) return true;
-    }
-    return false;
-  };
-  int on_line = 0, beside = 0;
-  for (int i = 0; i < 20; ++i) {
-    on_line += is_dark(0.3 + 0.03 * i, 0);
-    beside += is_dark(0.3 + 0.03 * i, 15);
-  }
-  EXPECT_EQ(on_line, 20);
-  EXPECT_LT(beside, 8);  // lines of the grid
-}
-
-TEST(Map3dImage, CanBeDrawnTwice) {
-  const MapResult map = round_trip(false);
-  const Map3dImage first = map_3d_image(map);
-  const Map3dImage second = map_3d_image(map);
-  EXPECT_EQ(first.warning, second.warning);
-  EXPECT_TRUE(first.image.rgb == second.image.rgb);
 }
 
 }  // namespace
