@@ -201,13 +201,12 @@ void Choices::compare_as(ChoiceGroup& group, const IncrementalSmoother& smoother
   group.compared = true;
 }
 
-std::optional<std::vector<WaitingClosure>> Choices::decide_next(IncrementalSmoother& smoother,
-                                                                Attempts& attempts) {
+std::optional<std::vector<WaitingClosure>> Choices::decide_next(IncrementalSmoother& smoother) {
   for (std::size_t g = open_.groups().size(); g-- > 0;) {
     ChoiceGroup& group = open_.groups()[g];
     if (group.compared) continue;
     compare(group, smoother);
-    take(group, smoother, attempts);
+    take(group, smoother);
     return open_.settle(g, options_.patience);
   }
   return std::nullopt;

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/choices/attempts.h"
 #include "libhybrid/choices/open_choices.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/smoother/incremental.h"
@@ -47,8 +46,8 @@ bool is_chained(const Delta& delta);
 /// the map rises nevertheless, the choices of largest cost are fixed to their other values, one by
 /// one, and keep a value that lowers the joint objective. So every choice can be revised.
 ///
-/// It holds no map: each function is given the smoother, and those that change it make attempts
-/// within a transaction of the caller.
+/// It holds no map: each function is given the smoother, and those that change it need a
+/// transaction of the caller, and throw Refused where the smoother refuses an update.
 class Choices {
  public:
   explicit Choices(const ChoiceOptions& options) : options_(options) {}
@@ -83,8 +82,7 @@ class Choices {
 
   /// Compares the values of a group that closures have joined, and gives its choices the best.
   /// Returns the closures that wait no longer; none if no group is left to compare.
-  std::optional<std::vector<WaitingClosure>> decide_next(IncrementalSmoother& smoother,
-                                                         Attempts& attempts);
+  std::optional<std::vector<WaitingClosure>> decide_next(IncrementalSmoother& smoother);
   /// No choice is open any longer; returns all closures that waited.
   std::vector<WaitingClosure> close_all() { return open_.close_all(); }
 
@@ -104,12 +102,12 @@ class Choices {
   /// Counts as a trial.
   Estimate with(const ChoiceGroup& group, const IncrementalSmoother& smoother);
   /// Gives the choices of a group their best joint value, and moves the poses behind them.
-  void take(const ChoiceGroup& group, IncrementalSmoother& smoother, Attempts& attempts) const;
+  void take(const ChoiceGroup& group, IncrementalSmoother& smoother) const;
 
   /// Tries other values of choices where the cost has risen more than noise explains.
-  void revise(IncrementalSmoother& smoother, Attempts& attempts);
+  void revise(IncrementalSmoother& smoother);
   /// Tries other values of the choices of largest cost; returns whether one was better.
-  bool resolve(IncrementalSmoother& smoother, Attempts& attempts);
+  bool resolve(IncrementalSmoother& smoother);
 
  private:
   int value_of(std::size_t choice, const IncrementalSmoother& smoother) const;
@@ -129,8 +127,8 @@ class Choices {
                                                    const IncrementalSmoother& smoother) const;
   template <class Pose>
   void take_as(const std::vector<std::pair<std::size_t, int>>& chosen,
-               IncrementalSmoother& smoother, Attempts& attempts) const;
-  bool try_value(std::size_t choice, int value, IncrementalSmoother& smoother, Attempts& attempts);
+               IncrementalSmoother& smoother) const;
+  bool try_value(std::size_t choice, int value, IncrementalSmoother& smoother);
 
   ChoiceOptions options_;
   std::vector<Choice> choices_;

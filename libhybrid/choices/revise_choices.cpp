@@ -8,6 +8,7 @@
 #include "libhybrid/choices/choices.h"
 #include "libhybrid/choices/detail/segment_transforms.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -17,10 +18,6 @@ constexpr std::size_t kTried = 4;
 /// Updates within which another value of a choice must lower the objective.
 constexpr int kUpdatesToFall = 6;
 
-/// Names attempts to give a group its best joint value, and a choice the value v: kValue + v.
-/// Smaller numbers are those of others.
-constexpr int kTakeBest = 3, kValue = 4;
-
 /// A table that allows one value of a choice.
 Table table_of(DiscreteKey key, int value) {
   std::vector<double> costs(key.cardinality, kInfinity);
@@ -28,36 +25,18 @@ Table table_of(DiscreteKey key, int value) {
   return {{key}, std::move(costs)};
 }
 
-/// Fixes a choice to a value, in place of the table that did so before if there is one.
-Handle hold(DiscreteKey key, int value, Handle held, IncrementalSmoother& smoother) {
-  Delta delta;
-  if (held.valid()) delta.remove.push_back(held);
-  delta.discrete.push_back(table_of(key, value));
-  return taken(smoother.update(delta)).handles.discrete[0];
-}
-
-void lift(Handle held, IncrementalSmoother& smoother) {
-  Delta delta;
-  delta.remove.push_back(held);
-  taken(smoother.update(delta));
-}
-
-/// Fixes a choice to another value for some updates; restores the old one unless the objective
-/// falls.
+/// Fixes a choice to another value for some updates; returns whether the objective falls.
 bool is_better(DiscreteKey key, int value, IncrementalSmoother& smoother) {
   const double before = smoother.objective();
-  const IncrementalSmoother::Snapshot estimate = smoother.snapshot();
-  const int now = smoother.assignment().at(key.key);
-  Handle held = hold(key, value, {}, smoother);
-  for (int i = 1; i < kUpdatesToFall && !(smoother.objective() < before); ++i)
+  Delta hold, lift;
+  hold.discrete.push_back(table_of(key, value));
+  lift.remove = taken(smoother.update(hold)).handles.discrete;
+  for (int i = 1; i < kUpdatesToFall && !(smoother.objective() < before); ++i) {
     taken(smoother.update({}));
-  const bool better = smoother.objective() < before;
-  if (!better) {
-    held = hold(key, now, held, smoother);
-    taken(smoother.restore(estimate));
   }
-  lift(held, smoother);
-  return better;
+  if (!(smoother.objective() < before)) return false;
+  taken(smoother.update(lift));
+  return true;
 }
 
 }  // namespace
@@ -74,17 +53,15 @@ std::vector<std::pair<std::size_t, int>> Choices::changed(
   return chosen;
 }
 
-void Choices::take(const ChoiceGroup& group, IncrementalSmoother& smoother,
-                   Attempts& attempts) const {
+void Choices::take(const ChoiceGroup& group, IncrementalSmoother& smoother) const {
   const std::vector<std::pair<std::size_t, int>> chosen = changed(group, smoother);
   if (chosen.empty()) return;
-  in_the_plane(group) ? take_as<SE2>(chosen, smoother, attempts)
-                      : take_as<SE3>(chosen, smoother, attempts);
+  in_the_plane(group) ? take_as<SE2>(chosen, smoother) : take_as<SE3>(chosen, smoother);
 }
 
 template <class Pose>
 void Choices::take_as(const std::vector<std::pair<std::size_t, int>>& chosen,
-                      IncrementalSmoother& smoother, Attempts& attempts) const {
+                      IncrementalSmoother& smoother) const {
   SegmentTransforms<Pose> motions;
   Delta holds;
   for (const auto& [choice, value] : chosen) {
@@ -98,11 +75,12 @@ void Choices::take_as(const std::vector<std::pair<std::size_t, int>>& chosen,
     if (type == Variable<Pose>::type()) motions(key, Pose::load(x)).store(x);
     x += type.size;
   }
-  attempts.attempt({chosen[0].first, kTakeBest}, [&] {
+  attempt(smoother, [&] {
     Delta lifts;
     lifts.remove = taken(smoother.update(holds)).handles.discrete;
     taken(smoother.restore(estimate));
     taken(smoother.update(lifts));
+    return true;
   });
 }
 
@@ -187,11 +165,11 @@ Estimate Choices::with(const ChoiceGroup& group, const IncrementalSmoother& smoo
   return estimate;
 }
 
-void Choices::revise(IncrementalSmoother& smoother, Attempts& attempts) {
+void Choices::revise(IncrementalSmoother& smoother) {
   if (choices_.empty()) return;
   const double cost = smoother.objective() - smoother.constant();
   if (cost - settled_ > options_.decisive + explained_) {
-    while (resolve(smoother, attempts)) {
+    while (resolve(smoother)) {
     }
   }
   settled_ = smoother.objective() - smoother.constant();
@@ -213,11 +191,11 @@ std::vector<std::size_t> Choices::strained(const IncrementalSmoother& smoother) 
   return choices;
 }
 
-bool Choices::resolve(IncrementalSmoother& smoother, Attempts& attempts) {
+bool Choices::resolve(IncrementalSmoother& smoother) {
   for (std::size_t c : strained(smoother)) {
     const int now = value_of(c, smoother);
     for (int value = 0; value < choices_[c].key.cardinality; ++value) {
-      if (value != now && try_value(c, value, smoother, attempts)) return true;
+      if (value != now && try_value(c, value, smoother)) return true;
     }
   }
   return false;
@@ -225,13 +203,9 @@ bool Choices::resolve(IncrementalSmoother& smoother, Attempts& attempts) {
 
 /// Gives a choice another value if that lowers the objective and leaves no variable undetermined;
 /// returns whether it did.
-bool Choices::try_value(std::size_t choice, int value, IncrementalSmoother& smoother,
-                        Attempts& attempts) {
+bool Choices::try_value(std::size_t choice, int value, IncrementalSmoother& smoother) {
   ++trials_;
-  bool better = false;
-  attempts.attempt({choice, kValue + value},
-                   [&] { better = is_better(choices_[choice].key, value, smoother); });
-  return better;
+  return attempt(smoother, [&] { return is_better(choices_[choice].key, value, smoother); });
 }
 
 }  // namespace hybrid

@@ -11,6 +11,7 @@
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -214,22 +215,26 @@ void OnlineSelection::free(std::size_t k) {
 /// Admits a closure if that lowers the objective and does not make the system singular.
 bool OnlineSelection::admit(std::size_t k, SelectionReport& report) {
   ++report.tried;
-  bool better = false;
-  attempts_.attempt({k, 0}, [&] { better = is_better_with(k, report); });
-  Closure& closure = edit(k);
-  closure.failed = !better;
-  if (!better) return false;
-  ++report.admitted;
-  return true;
+  const Closure before = edit(k);
+  const std::vector<Handle> lifted = lifted_;
+  const std::size_t out = out_;
+  if (attempt(smoother_, [&] { return is_better_with(k, report); })) {
+    closures_[k].failed = false;
+    ++report.admitted;
+    return true;
+  }
+  closures_[k] = before;
+  closures_[k].failed = true;
+  lifted_ = lifted;
+  out_ = out;
+  changed_switches_.clear();
+  return false;
 }
 
-/// Fixes a closure as an inlier for some updates. Frees its switch if the joint objective falls,
-/// else withdraws it.
+/// Fixes a closure as an inlier for some updates, and frees its switch if the joint objective
+/// falls.
 bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
-  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  std::vector<bool> accepted_before(closures_.size());
-  for (std::size_t i = 0; i < closures_.size(); ++i) accepted_before[i] = accepted(i);
   Delta delta;
   set_switch(k, SwitchState::kFixedInlier, delta);
   report.add(apply(std::move(delta)));
@@ -240,27 +245,9 @@ bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
     if (now > kProgress * left) break;
     left = now;
   }
-  const bool better = smoother_.objective() < before;
-  better ? free(k) : withdraw(k, accepted_before, estimate);
-  return better;
-}
-
-/// Undoes an attempt: the estimate and all switches are as before.
-void OnlineSelection::withdraw(std::size_t k, const std::vector<bool>& before,
-                               const IncrementalSmoother::Snapshot& estimate) {
-  std::vector<std::size_t> moved;
-  Delta delta;
-  set_switch(k, SwitchState::kFixedOutlier, delta);
-  while (!changed_switches_.empty()) {
-    apply(std::exchange(delta, {}));
-    for (std::size_t i = 0; i < closures_.size(); ++i) {
-      if (closures_[i].switch_state != SwitchState::kFree || accepted(i) == before[i]) continue;
-      set_switch(i, before[i] ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
-      moved.push_back(i);
-    }
-  }
-  taken(smoother_.restore(estimate));
-  for (std::size_t i : moved) free(i);
+  if (!(smoother_.objective() < before)) return false;
+  free(k);
+  return true;
 }
 
 }  // namespace hybrid

@@ -15,6 +15,7 @@
 #include "libhybrid/online/detail/evaluation.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -56,17 +57,34 @@ OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
 template <class Change>
 SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
   const auto start = Clock::now();
-  auto report = attempts_.run<SelectionReport>(
-      smoother_, [&] { return save(); }, [&](State&& before) { restore(std::move(before)); },
-      change);
+  saved_.clear();
+  if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
+  State before = state();
+  const auto undo = [&] {
+    for (auto& [k, closure] : saved_) closures_[k] = std::move(closure);
+    closures_.resize(before.closures);
+    if (evaluation_.get() != before.evaluation) evaluation_.drop();
+    if (evaluation_.get() != nullptr) evaluation_->adopted = false;
+    restore(std::move(before));
+  };
+  SelectionReport report;
+  try {
+    Transaction transaction(smoother_);
+    change(report);
+    transaction.commit();
+  } catch (const Refused& refused) {
+    undo();
+    static_cast<UpdateReport&>(report) = refused.report;
+  } catch (...) {
+    undo();
+    throw;
+  }
   report.objective_after = smoother_.objective();
   report.seconds = seconds_since(start);
   return report;
 }
 
-OnlineSelection::State OnlineSelection::save() {
-  saved_.clear();
-  if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
+OnlineSelection::State OnlineSelection::state() const {
   return {closures_.size(),
           evaluated_,
           lifted_,
@@ -82,12 +100,9 @@ OnlineSelection::State OnlineSelection::save() {
           open_};
 }
 
+/// All but the closures and the evaluation.
 void OnlineSelection::restore(State&& before) {
-  closures_.resize(before.closures);
   alternatives_.resize(before.closures);
-  for (auto& [k, closure] : saved_) {
-    if (k < before.closures) closures_[k] = std::move(closure);
-  }
   evaluated_ = before.evaluated;
   lifted_ = std::move(before.lifted);
   judged_ = before.judged;
@@ -97,8 +112,6 @@ void OnlineSelection::restore(State&& before) {
   radius_ = before.radius;
   measured_at_ = before.measured_at;
   out_ = before.out;
-  if (evaluation_.get() != before.evaluation) evaluation_.drop();
-  if (evaluation_.get() != nullptr) evaluation_->adopted = false;
   work_ = before.work;
   updates_ = before.updates;
   open_ = before.open;
@@ -155,7 +168,7 @@ SelectionReport OnlineSelection::finish() {
     if (!closures_.empty()) reevaluate_all(report);
     report.add(apply({}));
     report.add(taken(smoother_.converge()));
-    while (choices_.resolve(smoother_, attempts_)) report.add(taken(smoother_.converge()));
+    while (choices_.resolve(smoother_)) report.add(taken(smoother_.converge()));
   });
 }
 
@@ -191,14 +204,14 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
     choices_.keep({closure, std::nullopt}, smoother_);
   }
   for (std::size_t k = first; k < closures_.size(); ++k) ask(k, report);
-  while (const auto closures_let_in = choices_.decide_next(smoother_, attempts_)) {
+  while (const auto closures_let_in = choices_.decide_next(smoother_)) {
     let_in(*closures_let_in, report);
   }
   if (open_) open_ = reconsider(report);
   work_ += noted_work() - work_before_;
   updates_ += 1.0;
   go_on_evaluating(report);
-  choices_.revise(smoother_, attempts_);
+  choices_.revise(smoother_);
 }
 
 ClosureStatus OnlineSelection::status(std::size_t closure) const {

@@ -146,7 +146,7 @@ class OnlineSelection {
 
   template <class Change>
   SelectionReport all_or_nothing(const Change& change);
-  State save();
+  State state() const;
   void restore(State&& before);
   Closure& edit(std::size_t k);
   void take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
@@ -171,8 +171,6 @@ class OnlineSelection {
   bool is_long() const;
   bool admit(std::size_t k, SelectionReport& report);
   bool is_better_with(std::size_t k, SelectionReport& report);
-  void withdraw(std::size_t k, const std::vector<bool>& before,
-                const IncrementalSmoother::Snapshot& estimate);
   std::vector<ClosureDecision> judge() const;
   RobustProblem problem(const Estimate& estimate) const;
   JudgedClosures judged_closures() const;
@@ -204,7 +202,6 @@ class OnlineSelection {
   bool open_ = false;                          // whether closures are to be tested again
   bool judged_ = false;  // whether the decisions on all closures are of that evaluation
   Choices choices_;
-  Attempts attempts_;
   std::unordered_map<std::size_t, Closure> saved_;  // closures as before the current change
 };
 

@@ -9,6 +9,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/online/detail/evaluation.h"
 #include "libhybrid/online/online_selection.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -19,9 +20,6 @@ constexpr std::size_t kGrowth = 4, kFirstEvaluated = 40;
 
 /// Values are as good as others where they cost no more than this, in units of the objective.
 constexpr double kAsGood = 1.0;
-
-/// Names the evaluation of all closures.
-constexpr Attempts::Name kReevaluate = {0, 2};
 
 }  // namespace
 
@@ -71,7 +69,17 @@ void OnlineSelection::go_on_evaluating(SelectionReport& report) {
     throw;
   }
   evaluation_->adopted = true;
-  attempts_.attempt(kReevaluate, [&] { adopt_evaluation(evaluation_->result, report); });
+  std::vector<Closure> closures = closures_;
+  State before = state();
+  const int admitted = report.admitted;
+  const auto adopt_all = [&] {
+    adopt_evaluation(evaluation_->result, report);
+    return true;
+  };
+  if (attempt(smoother_, adopt_all)) return;
+  closures_ = std::move(closures);
+  restore(std::move(before));
+  report.admitted = admitted;
 }
 
 /// Evaluates all closures from scratch; or from the present map, if the last evaluation from
@@ -112,7 +120,7 @@ void OnlineSelection::revise_by_closures(RobustResult& present, SelectionReport&
       const RobustProblem other = problem(choices_.with(group, smoother_));
       RobustResult result = select_closures(other, options_.selection);
       if (!(result.objective < present.objective)) continue;
-      choices_.take(group, smoother_, attempts_);
+      choices_.take(group, smoother_);
       adopt(result, report);
       present = std::move(result);
       tried.clear();  // what was refused may pass now
