@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 
 namespace hybrid {
 

@@ -26,9 +26,9 @@
 #include "libhybrid/io/write_file.h"
 #include "libhybrid/io/write_graph.h"
 #include "libhybrid/marginals/continuous.h"
+#include "libhybrid/methods/robust_methods.h"
 #include "libhybrid/pose_graph/false_closures.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/robust_methods.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 

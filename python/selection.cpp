@@ -4,9 +4,9 @@
 #include <pybind11/functional.h>
 
 #include "libhybrid/closures/objective_bound.h"
+#include "libhybrid/methods/robust_methods.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/online_selection.h"
-#include "libhybrid/selection/robust_methods.h"
 #include "python/calls.h"
 #include "python/fields.h"
 #include "python/garbage.h"

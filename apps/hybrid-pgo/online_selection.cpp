@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/online/online_selection.h"
 
 #include <fmt/format.h>
 

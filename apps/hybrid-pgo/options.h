@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 #include "mrpt_plugins/bridge/provenance.h"
 #include "mrpt_plugins/drawing/image.h"
 

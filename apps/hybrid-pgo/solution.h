@@ -12,8 +12,8 @@
 
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/hybrid/graph.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_selection.h"
 #include "libhybrid/solvers/starts.h"
 #include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"

@@ -94,7 +94,7 @@ void BayesTree::save_seen(int c) {
 void BayesTree::save_motion(int c) {
   Clique& clique = cliques_[c];
   if (clique.saved == epoch_ || clique.saved_motion == epoch_ || clique.born == epoch_) return;
-  saved_motions_.save(c, clique.motion(), kMotionSize);
+  saved_seen_.save(~c, clique.motion(), kMotionSize);
   clique.saved_motion = epoch_;
 }
 
@@ -110,7 +110,7 @@ void BayesTree::set_delta(int v, const double* step) {
   const int c = variables_[v].clique;
   if (cliques_[c].pending) return;
   pending_.push_back(c);
-  committed_pending_.reserve(pending_.capacity());
+  base_.pending.reserve(pending_.capacity());
   cliques_[c].pending = true;
 }
 
@@ -177,8 +177,9 @@ void BayesTree::start_epoch() noexcept {
   ++epoch_;
   factor_numbers_.commit();
   clique_numbers_.commit();
-  committed_fresh_ = fresh_;
-  committed_pending_ = pending_;
+  base_.fresh = fresh_;
+  base_.pending = pending_;
+  base_.epoch = epoch_;
   for (Changes* changes :
        {&new_variables_, &removed_variables_, &new_factors_, &removed_factors_}) {
     changes->all.clear();
@@ -192,10 +193,9 @@ void BayesTree::start_epoch() noexcept {
   saved_hessians_.clear();
   saved_deltas_.clear();
   saved_seen_.clear();
-  saved_motions_.clear();
 }
 
-/// Restores a clique that was replaced since the last commit.
+/// Restores a clique that was replaced.
 void BayesTree::reinstate(int c) {
   Clique& clique = cliques_[c];
   clique.detached = false;
@@ -204,49 +204,75 @@ void BayesTree::reinstate(int c) {
   for (int child : clique.children) cliques_[child].parent = c;
 }
 
-void BayesTree::roll_back() noexcept {
+BayesTree::Mark BayesTree::mark() {
+  Mark mark;
+  mark.new_variables = new_variables_.all.size();
+  mark.removed_variables = removed_variables_.all.size();
+  mark.new_factors = new_factors_.all.size();
+  mark.removed_factors = removed_factors_.all.size();
+  mark.retired = retired_.size();
+  mark.born = born_.size();
+  mark.hessians = saved_hessians_.ids.size();
+  mark.deltas = saved_deltas_.ids.size();
+  mark.seen = saved_seen_.ids.size();
+  mark.factor_numbers = factor_numbers_.mark();
+  mark.clique_numbers = clique_numbers_.mark();
+  mark.fresh = fresh_;
+  mark.pending = pending_;
+  mark.epoch = ++epoch_;
+  return mark;
+}
+
+/// Writes back what has been overwritten since a mark, while all of it is still there.
+void BayesTree::restore_numbers(const Mark& mark) noexcept {
+  saved_hessians_.restore(
+      mark.hessians, [&](int f) { return factors_[f].size(); },
+      [&](int f) { return hessians_.at(factors_[f].hessian); });
+  saved_deltas_.restore(
+      mark.deltas, [&](int v) { return static_cast<std::size_t>(variables_[v].dim); },
+      [&](int v) { return deltas_.at(variables_[v].delta); });
+  saved_seen_.restore(
+      mark.seen, [&](int c) { return c < 0 ? kMotionSize : cliques_[c].seen_size(); },
+      [&](int c) { return c < 0 ? cliques_[~c].motion() : cliques_[c].seen(); });
+}
+
+void BayesTree::roll_back(const Mark& mark) noexcept {
   reset_scratch();
-  for (int c : born_) {
-    if (cliques_[c].born == epoch_) free_clique(c);
+  restore_numbers(mark);
+  for (std::size_t i = mark.born; i < born_.size(); ++i) {
+    if (cliques_[born_[i]].born >= mark.epoch) free_clique(born_[i]);
   }
-  for (int c : retired_) reinstate(c);
+  for (std::size_t i = mark.retired; i < retired_.size(); ++i) reinstate(retired_[i]);
   for (int c : detached_) reinstate(c);  // by an interrupted elimination
-  for (int f : removed_factors_.all) factors_[f].alive = true;
-  const double* x = saved_hessians_.numbers.data();
-  for (int f : saved_hessians_.ids) {
-    const std::size_t size = factors_[f].size();
-    std::copy_n(x, size, hessians_.at(factors_[f].hessian));
-    x += size;
+  for (std::size_t i = mark.removed_factors; i < removed_factors_.all.size(); ++i) {
+    factors_[removed_factors_.all[i]].alive = true;
   }
-  x = saved_deltas_.numbers.data();
-  for (int v : saved_deltas_.ids) {
-    std::copy_n(x, variables_[v].dim, deltas_.at(variables_[v].delta));
-    x += variables_[v].dim;
-  }
-  x = saved_seen_.numbers.data();
-  for (int c : saved_seen_.ids) {
-    std::copy_n(x, cliques_[c].seen_size(), cliques_[c].seen());
-    x += cliques_[c].seen_size();
-  }
-  x = saved_motions_.numbers.data();  // after those of saved_seen_, which may be newer
-  for (int c : saved_motions_.ids) {
-    std::copy_n(x, kMotionSize, cliques_[c].motion());
-    x += kMotionSize;
-  }
-  for (int f : new_factors_.all) {
+  for (std::size_t i = mark.new_factors; i < new_factors_.all.size(); ++i) {
+    const int f = new_factors_.all[i];
     if (factors_[f].alive) release_factor(f);
     factors_[f].alive = false;
   }
-  for (int v : new_variables_.all) {
+  for (std::size_t i = mark.new_variables; i < new_variables_.all.size(); ++i) {
+    const int v = new_variables_.all[i];
     if (variables_[v].dim > 0) deltas_.release(variables_[v].delta, variables_[v].dim);
     variables_[v] = {};
   }
-  factor_numbers_.roll_back();
-  clique_numbers_.roll_back();
-  fresh_ = committed_fresh_;
-  pending_ = committed_pending_;
+  factor_numbers_.roll_back(mark.factor_numbers);
+  clique_numbers_.roll_back(mark.clique_numbers);
+  for (int c : pending_) cliques_[c].pending = false;
+  fresh_ = mark.fresh;
+  pending_ = mark.pending;
   for (int c : pending_) cliques_[c].pending = true;
-  start_epoch();
+  new_variables_.cut(mark.new_variables);
+  removed_variables_.cut(mark.removed_variables);
+  new_factors_.cut(mark.new_factors);
+  removed_factors_.cut(mark.removed_factors);
+  retired_.resize(mark.retired);
+  born_.resize(mark.born);
+  touched_.clear();
+  detached_.clear();
+  affected_.clear();
+  ++epoch_;
 }
 
 /// Resets what an interrupted elimination or solution may have left.
@@ -274,7 +300,7 @@ double BayesTree::log_determinant_change() const {
   std::vector<int> born = born_;  // a number that was reused occurs more than once
   sort_unique(born);
   for (int c : born) {
-    if (cliques_[c].born == epoch_) sum += cliques_[c].log_pivots();
+    if (cliques_[c].born >= base_.epoch) sum += cliques_[c].log_pivots();
   }
   for (int c : retired_) sum -= cliques_[c].log_pivots();
   return sum;

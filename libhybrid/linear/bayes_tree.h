@@ -104,7 +104,18 @@ class BayesTree {
   /// Makes all changes so far permanent.
   void commit() noexcept;
   /// Undoes all changes since the last commit.
-  void roll_back() noexcept;
+  void roll_back() noexcept { roll_back(base_); }
+  /// The present state, to go back to until the next commit or the roll-back to an earlier one.
+  /// Nothing is to be eliminated.
+  struct Mark {
+    std::size_t new_variables = 0, removed_variables = 0, new_factors = 0, removed_factors = 0;
+    std::size_t retired = 0, born = 0, hessians = 0, deltas = 0, seen = 0;
+    std::size_t factor_numbers = 0, clique_numbers = 0;
+    std::vector<int> fresh, pending;
+    unsigned epoch = 1;  ///< cliques made since then have this one or a later one
+  };
+  Mark mark();
+  void roll_back(const Mark& mark) noexcept;
 
   /// Back-substitutes in the cliques made since the last call, in those with overridden steps, and
   /// downwards in all whose separator changed. A clique keeps its steps unless new ones lower the
@@ -221,8 +232,19 @@ class BayesTree {
     std::vector<int> ids;
     std::vector<double> numbers;
     void save(int id, const double* x, std::size_t n) {
+      // Both or neither where memory is short: what is last is restored first.
+      if (ids.size() == ids.capacity()) ids.reserve(2 * ids.size() + 1);
       numbers.insert(numbers.end(), x, x + n);
       ids.push_back(id);
+    }
+    /// Writes what was saved since then back to place(id), the last first, of size_of(id) numbers.
+    template <class Size, class Place>
+    void restore(std::size_t first, const Size& size_of, const Place& place) {
+      for (; ids.size() > first; ids.pop_back()) {
+        const std::size_t n = size_of(ids.back());
+        std::copy_n(numbers.end() - static_cast<std::ptrdiff_t>(n), n, place(ids.back()));
+        numbers.resize(numbers.size() - n);
+      }
     }
     void clear() {
       ids.clear();
@@ -233,6 +255,7 @@ class BayesTree {
   struct Changes {
     std::vector<int> all;
     std::size_t pending = 0;
+    void cut(std::size_t count) { pending = (all.resize(count), count); }
     auto begin() const { return all.begin() + static_cast<std::ptrdiff_t>(pending); }
     auto end() const { return all.end(); }
   };
@@ -266,6 +289,7 @@ class BayesTree {
   void reset_scratch();
   void start_epoch() noexcept;
   void reinstate(int c);
+  void restore_numbers(const Mark& mark) noexcept;
   void propagate(std::vector<int>& stack, double threshold, const Bend& bend, Charts* charts);
   double prepare(const Clique& clique, const double* seen);
   void solve_prepared(Clique& clique, Charts* charts);
@@ -312,10 +336,11 @@ class BayesTree {
   Changes new_variables_, removed_variables_, new_factors_, removed_factors_;
   std::vector<int> retired_;  // cliques that were replaced
   std::vector<int> born_;     // cliques made, some of them freed again
-  Journal saved_hessians_, saved_deltas_, saved_seen_, saved_motions_;
-  // fresh_ and pending_ at the last commit. Their capacity is that of the present ones, so that
-  // neither a commit nor a roll-back needs memory.
-  std::vector<int> committed_fresh_, committed_pending_;
+  Journal saved_hessians_, saved_deltas_;
+  Journal saved_seen_;  // what cliques see, and by ~c the motion of clique c alone
+  // Its lists have the capacity of the present ones, so that neither a commit nor a roll-back needs
+  // memory.
+  Mark base_;
 
   // Scratch of `eliminate` and `solve`.
   std::vector<int> touched_;

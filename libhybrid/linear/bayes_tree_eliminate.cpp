@@ -333,7 +333,7 @@ void BayesTree::attach(const std::vector<SymbolicClique>& symbolic, const std::v
   fresh_.erase(std::remove_if(fresh_.begin(), fresh_.end(), is_detached), fresh_.end());
   pending_.erase(std::remove_if(pending_.begin(), pending_.end(), is_detached), pending_.end());
   fresh_.insert(fresh_.end(), made.begin(), made.end());
-  committed_fresh_.reserve(fresh_.capacity());
+  base_.fresh.reserve(fresh_.capacity());
   for (int c : detached_) {
     cliques_[c].pending = false;
     if (cliques_[c].born == epoch_) {

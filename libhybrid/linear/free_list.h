@@ -11,16 +11,17 @@
 namespace HYBRID_API hybrid {
 
 /// Hands out the numbers 0, 1, ... and reuses those given back, the last one first. Changes since
-/// the last `commit` can be rolled back, at a cost that depends on their number alone.
+/// the last `commit`, or since a mark after it, can be rolled back, at a cost that depends on their
+/// number alone.
 class FreeList {
  public:
   int take() {
-    if (free_.empty()) return count_++;
-    const int number = free_.back();
-    if (free_.size() == kept_) {
-      taken_.push_back(number);
-      --kept_;
+    if (free_.empty()) {
+      steps_.push_back(kNew);
+      return count_++;
     }
+    const int number = free_.back();
+    steps_.push_back(number);
     free_.pop_back();
     return number;
   }
@@ -28,31 +29,40 @@ class FreeList {
   void give(int number) noexcept {
     try {
       free_.push_back(number);
-    } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch)
+    } catch (const std::bad_alloc&) {
+      return;
+    }
+    try {
+      steps_.push_back(kGiven);
+    } catch (const std::bad_alloc&) {
+      free_.pop_back();
     }
   }
 
   /// Numbers from 0 to count() - 1 are in use or free.
   int count() const { return count_; }
 
-  void commit() {
-    committed_count_ = count_;
-    kept_ = free_.size();
-    taken_.clear();
-  }
-  void roll_back() {
-    count_ = committed_count_;
-    free_.resize(kept_);
-    free_.insert(free_.end(), taken_.rbegin(), taken_.rend());
-    commit();
+  void commit() noexcept { steps_.clear(); }
+  std::size_t mark() const { return steps_.size(); }
+  void roll_back(std::size_t mark = 0) noexcept {
+    for (; steps_.size() > mark; steps_.pop_back()) {
+      const int step = steps_.back();
+      if (step == kNew) {
+        --count_;
+      } else if (step == kGiven) {
+        free_.pop_back();
+      } else {
+        free_.push_back(step);  // into the room that it had before
+      }
+    }
   }
 
  private:
+  static constexpr int kNew = -1, kGiven = -2;
+
   std::vector<int> free_;
   int count_ = 0;
-  int committed_count_ = 0;
-  std::size_t kept_ = 0;    // how many of `free_` have been there since the last commit
-  std::vector<int> taken_;  // numbers that were free then and are taken, the last one first
+  std::vector<int> steps_;  // since the last commit: numbers taken that were free, kNew, kGiven
 };
 
 }  // namespace hybrid

@@ -13,7 +13,7 @@
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/online/online_selection.h"
 
 namespace hybrid {
 namespace {

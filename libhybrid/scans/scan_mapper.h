@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "libhybrid/geometry/se2.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/scans/laser_scan.h"
 #include "libhybrid/scans/scan_closures.h"
 #include "libhybrid/scans/scan_tracker.h"
-#include "libhybrid/selection/online_selection.h"
 
 namespace HYBRID_API hybrid {
 

@@ -60,7 +60,7 @@ void DiscreteHalf::take_out(int f) {
 
 void DiscreteHalf::touch(Key key) {
   touched_.push_back(key);
-  committed_touched_.reserve(touched_.capacity());
+  base_.touched.reserve(touched_.capacity());
 }
 
 void DiscreteHalf::commit() noexcept {
@@ -72,22 +72,35 @@ void DiscreteHalf::commit() noexcept {
   start_epoch();
 }
 
-void DiscreteHalf::roll_back() noexcept {
-  for (auto& [f, tables] : saved_tables_) factors_[f].tables.swap(tables);
-  for (auto saved = saved_values_.rbegin(); saved != saved_values_.rend(); ++saved) {
-    assignment_.set(saved->first, saved->second);
+DiscreteHalf::Mark DiscreteHalf::mark() {
+  Mark mark{
+      added_.size(), removed_.size(), saved_tables_.size(), saved_values_.size(), numbers_.mark(),
+      pure_cost_,    touched_};
+  ++epoch_;
+  return mark;
+}
+
+void DiscreteHalf::roll_back(const Mark& mark) noexcept {
+  for (std::size_t i = saved_tables_.size(); i-- > mark.tables;) {
+    factors_[saved_tables_[i].first].tables.swap(saved_tables_[i].second);
   }
-  for (auto f = added_.rbegin(); f != added_.rend(); ++f) take_out(*f);
-  for (const auto& [f, tables] : saved_tables_) refresh_cost(f);
-  for (const auto& [key, value] : saved_values_) {
-    const auto it = variables_.find(key);
+  for (std::size_t i = saved_values_.size(); i-- > mark.values;) {
+    assignment_.set(saved_values_[i].first, saved_values_[i].second);
+  }
+  for (; added_.size() > mark.added; added_.pop_back()) take_out(added_.back());
+  for (; saved_tables_.size() > mark.tables; saved_tables_.pop_back()) {
+    refresh_cost(saved_tables_.back().first);
+  }
+  for (; saved_values_.size() > mark.values; saved_values_.pop_back()) {
+    const auto it = variables_.find(saved_values_.back().first);
     if (it == variables_.end()) continue;
     for (int f : it->second.factors) refresh_cost(f);
   }
-  pure_cost_ = committed_pure_cost_;
-  touched_ = committed_touched_;
-  numbers_.roll_back();
-  start_epoch();
+  pure_cost_ = mark.pure_cost;
+  touched_ = mark.touched;
+  removed_.resize(mark.removed);
+  numbers_.roll_back(mark.numbers);
+  ++epoch_;
 }
 
 void DiscreteHalf::start_epoch() noexcept {
@@ -96,8 +109,8 @@ void DiscreteHalf::start_epoch() noexcept {
   removed_.clear();
   saved_tables_.clear();
   saved_values_.clear();
-  committed_pure_cost_ = pure_cost_;
-  committed_touched_ = touched_;
+  base_.pure_cost = pure_cost_;
+  base_.touched = touched_;
 }
 
 void DiscreteHalf::refresh_cost(int f) {

@@ -48,7 +48,15 @@ class DiscreteHalf {
   void move(Key key, int value);
 
   void commit() noexcept;
-  void roll_back() noexcept;
+  struct Mark {
+    std::size_t added = 0, removed = 0, tables = 0, values = 0, numbers = 0;
+    CostSum pure_cost;
+    std::vector<Key> touched;
+  };
+  /// The present state, to go back to until the next commit or the roll-back to an earlier one.
+  Mark mark();
+  void roll_back() noexcept { roll_back(base_); }
+  void roll_back(const Mark& mark) noexcept;
 
   const Assignment& assignment() const { return assignment_; }
   /// Sum of the tables of discrete factors at the assignment.
@@ -97,8 +105,7 @@ class DiscreteHalf {
   std::vector<int> added_, removed_;
   std::vector<std::pair<int, std::vector<Table>>> saved_tables_;  // by factor
   std::vector<std::pair<Key, int>> saved_values_;
-  CostSum committed_pure_cost_;
-  std::vector<Key> committed_touched_;  // has room for `touched_`
+  Mark base_;  // has room for `touched_`
 };
 
 }  // namespace hybrid

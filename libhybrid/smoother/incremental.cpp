@@ -26,7 +26,7 @@ constexpr double kSettled = 1e-2;
 }  // namespace
 
 /// Runs change(report), which makes the smoother what it will be. Where it throws, or leaves a
-/// status other than kOk, all is taken back.
+/// status other than kOk, all is taken back, or what came since the newest mark.
 template <class Change>
 UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   const auto start = std::chrono::steady_clock::now();
@@ -37,11 +37,11 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   try {
     change(report);
   } catch (...) {
-    take_back();
+    undo_failed();
     throw;
   }
   if (report.status != UpdateReport::Status::kOk) {
-    take_back();
+    undo_failed();
     report.handles = {};
   } else {
     list_changed(report);

@@ -63,7 +63,8 @@ class IncrementalSmoother {
 
   /// Applies a change as a whole. Bad input (unknown or duplicate keys, dead handles, values that
   /// are not finite, mismatched types) throws Error, a singular system gives a status; either way
-  /// the smoother is as it was before, and a transaction under way is rolled back.
+  /// the smoother is as it was before, and a transaction under way is rolled back, to its newest
+  /// mark if it has one.
   UpdateReport update(const Delta& delta);
 
   /// Relinearises everything and alternates until the relative decrease of the objective is below
@@ -86,6 +87,16 @@ class IncrementalSmoother {
   /// Does nothing where no transaction is under way.
   void roll_back();
   bool in_transaction() const { return in_transaction_; }
+
+  /// Marks the present state within a transaction, to go back to alone: a savepoint. An update that
+  /// fails after that rolls back to the newest mark, which is gone then. Returns the number of
+  /// marks. Throws Error where no transaction is under way.
+  std::size_t mark();
+  /// Keeps what came since the mark of that number, and forgets it and those after it. Throws Error
+  /// where it is gone.
+  void release(std::size_t mark);
+  /// Goes back to it, and forgets it and those after it. Does nothing where it is gone.
+  void roll_back_to(std::size_t mark) noexcept;
 
   /// From now on these variables, known or still to come, are eliminated after all others (the
   /// constrained keys of iSAM2): changes and covariances of them cost little then, wherever they
@@ -146,13 +157,21 @@ class IncrementalSmoother {
   const SmootherOptions& options() const { return options_; }
 
  private:
-  /// Small things as they were before the first change since the last commit.
-  struct Committed {
+  /// Small things as they were before the first change since the last commit, or at a mark.
+  struct Small {
     CostSum term_cost, term_constant;
     std::vector<int> off, stale, last;
     MapKind map_kind;
     std::vector<Key> recent, kept_last;
     bool weak_left_out = false, couple_weak = false;
+  };
+  struct Mark {
+    Small small;
+    BayesTree::Mark tree;
+    Terms::Mark terms;
+    DiscreteHalf::Mark discrete;
+    JournaledValues::Mark values;
+    std::size_t graph_changes = 0, lost = 0;
   };
   struct Place {  // where some variables are
     std::vector<int> slots;
@@ -184,6 +203,10 @@ class IncrementalSmoother {
   int term_of(Handle handle) const { return numbers_[static_cast<int>(handle.kind)][handle.index]; }
   void start_change();
   void make_permanent() noexcept;
+  Small small() const;
+  void restore(Small&& before) noexcept;
+  void undo_graph_changes(std::size_t first) noexcept;
+  void undo_failed() noexcept;
   void take_back() noexcept;
   void end_change() noexcept;
 
@@ -276,7 +299,8 @@ class IncrementalSmoother {
 
   bool in_transaction_ = false;
   bool changing_ = false;
-  Committed committed_;
+  Small committed_;
+  std::vector<Mark> marks_;
   std::vector<GraphChange> graph_changes_;  // since the last commit
   struct Lost {                             // a factor that has left the tree since then
     const ContinuousFactor* factor = nullptr;

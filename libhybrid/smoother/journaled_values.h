@@ -9,7 +9,8 @@
 
 namespace HYBRID_API hybrid {
 
-/// Values whose changes since the last `commit` can be rolled back, at the cost of what changed.
+/// Values whose changes since the last `commit`, or since a mark after it, can be rolled back, at
+/// the cost of what changed.
 /// Variables that are removed stay until the commit.
 class JournaledValues {
  public:
@@ -27,7 +28,13 @@ class JournaledValues {
   /// Variables that came since the last commit.
   const std::vector<Key>& inserted() const { return inserted_; }
   /// Slots of others that may have changed since then.
-  const std::vector<int>& edited() const { return slots_; }
+  std::vector<int> edited() const {
+    std::vector<int> slots = slots_;
+    if (!marked_) return slots;
+    std::sort(slots.begin(), slots.end());
+    slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+    return slots;
+  }
   void remove(Key key) { removed_.push_back(key); }
   bool is_removed(Key key) const {
     return std::find(removed_.begin(), removed_.end(), key) != removed_.end();
@@ -37,6 +44,8 @@ class JournaledValues {
   double* edit(int slot) {
     double* x = values_.data(slot);
     if (saved_[slot] != epoch_) {
+      // Both or neither where memory is short: what is last is restored first.
+      if (slots_.size() == slots_.capacity()) slots_.reserve(2 * slots_.size() + 1);
       numbers_.insert(numbers_.end(), x, x + values_.type(slot).size);
       slots_.push_back(slot);
       saved_[slot] = epoch_;
@@ -48,22 +57,34 @@ class JournaledValues {
     for (Key key : removed_) values_.erase(key);
     start_epoch();
   }
-  void roll_back() {
-    const double* x = numbers_.data();
-    for (int slot : slots_) {
-      std::copy_n(x, values_.type(slot).size, values_.data(slot));
-      x += values_.type(slot).size;
+  struct Mark {
+    std::size_t edited = 0, inserted = 0, removed = 0;
+    int slots = 0;
+  };
+  Mark mark() {
+    ++epoch_;
+    marked_ = true;
+    return {slots_.size(), inserted_.size(), removed_.size(), values_.slot_count()};
+  }
+  void roll_back() { roll_back(base_); }
+  void roll_back(const Mark& mark) {
+    for (; slots_.size() > mark.edited; slots_.pop_back()) {
+      const int size = values_.type(slots_.back()).size;
+      std::copy_n(numbers_.end() - size, size, values_.data(slots_.back()));
+      numbers_.resize(numbers_.size() - static_cast<std::size_t>(size));
     }
-    for (auto key = inserted_.rbegin(); key != inserted_.rend(); ++key) {
-      if (values_.contains(*key)) values_.take_back(*key, committed_slots_);
+    for (; inserted_.size() > mark.inserted; inserted_.pop_back()) {
+      if (values_.contains(inserted_.back())) values_.take_back(inserted_.back(), mark.slots);
     }
-    start_epoch();
+    removed_.resize(mark.removed);
+    ++epoch_;
   }
 
  private:
   void start_epoch() {
     ++epoch_;
-    committed_slots_ = values_.slot_count();
+    base_ = {0, 0, 0, values_.slot_count()};
+    marked_ = false;
     inserted_.clear();
     removed_.clear();
     slots_.clear();
@@ -73,7 +94,8 @@ class JournaledValues {
   Values values_;
   unsigned epoch_ = 1;
   std::vector<unsigned> saved_;  // by slot: the epoch in which it was last saved
-  int committed_slots_ = 0;
+  Mark base_;                    // of the last commit
+  bool marked_ = false;          // since then
   std::vector<Key> inserted_, removed_;
   std::vector<int> slots_;       // of variables that changed, and
   std::vector<double> numbers_;  // what they were before, one after the other

@@ -30,9 +30,13 @@ void IncrementalSmoother::begin() {
 /// Notes what small things are before the first change since the last commit.
 void IncrementalSmoother::start_change() {
   if (changing_) return;
-  committed_ = {term_cost_, term_constant_, off_,       stale_,         last_,
-                map_kind_,  recent_,        kept_last_, weak_left_out_, couple_weak_};
+  committed_ = small();
   changing_ = true;
+}
+
+IncrementalSmoother::Small IncrementalSmoother::small() const {
+  return {term_cost_, term_constant_, off_,       stale_,         last_,
+          map_kind_,  recent_,        kept_last_, weak_left_out_, couple_weak_};
 }
 
 void IncrementalSmoother::commit() {
@@ -42,6 +46,32 @@ void IncrementalSmoother::commit() {
 
 void IncrementalSmoother::roll_back() {
   if (in_transaction_) take_back();
+}
+
+std::size_t IncrementalSmoother::mark() {
+  if (!in_transaction_) throw Error("a mark is set within a transaction, and there is none");
+  marks_.reserve(marks_.size() + 1);
+  marks_.push_back({small(), tree_.mark(), terms_.mark(), discrete_.mark(), estimate_.mark(),
+                    graph_changes_.size(), lost_.size()});
+  return marks_.size();
+}
+
+void IncrementalSmoother::release(std::size_t mark) {
+  if (marks_.size() < mark) throw Error("the mark is gone; was an update refused?");
+  marks_.erase(marks_.begin() + static_cast<std::ptrdiff_t>(mark) - 1, marks_.end());
+}
+
+void IncrementalSmoother::roll_back_to(std::size_t mark) noexcept {
+  if (marks_.size() < mark) return;
+  Mark& to = marks_[mark - 1];
+  undo_graph_changes(to.graph_changes);
+  tree_.roll_back(to.tree);
+  terms_.roll_back(to.terms);
+  discrete_.roll_back(to.discrete);
+  estimate_.roll_back(to.values);
+  restore(std::move(to.small));
+  lost_.erase(lost_.begin() + static_cast<std::ptrdiff_t>(to.lost), lost_.end());
+  marks_.erase(marks_.begin() + static_cast<std::ptrdiff_t>(mark) - 1, marks_.end());
 }
 
 /// Applies a change to the graph; new hybrid terms do not enter the tree yet.
@@ -186,40 +216,55 @@ void IncrementalSmoother::make_permanent() noexcept {
 
 void IncrementalSmoother::end_change() noexcept {
   lost_.clear();
+  marks_.clear();
   changing_ = false;
   in_transaction_ = false;
 }
 
-void IncrementalSmoother::take_back() noexcept {
-  if (!changing_) return;
-  for (auto change = graph_changes_.rbegin(); change != graph_changes_.rend(); ++change) {
-    if (!change->factor.handle.valid()) continue;  // memory was short when it was to be done
-    if (!change->added) {
-      graph_.put_back(std::move(change->factor));
-    } else if (const Handle handle = change->factor.handle; graph_.contains(handle)) {
+/// Those from a number on, the last first.
+void IncrementalSmoother::undo_graph_changes(std::size_t first) noexcept {
+  for (; graph_changes_.size() > first; graph_changes_.pop_back()) {
+    GraphChange& change = graph_changes_.back();
+    if (!change.factor.handle.valid()) continue;  // memory was short when it was to be done
+    if (!change.added) {
+      graph_.put_back(std::move(change.factor));
+    } else if (const Handle handle = change.factor.handle; graph_.contains(handle)) {
       std::vector<int>& numbers = numbers_[static_cast<int>(handle.kind)];
-      if (handle.index < numbers.size()) numbers[handle.index] = change->number;
+      if (handle.index < numbers.size()) numbers[handle.index] = change.number;
       graph_.remove(handle);
     }
   }
-  graph_changes_.clear();
+}
+
+void IncrementalSmoother::restore(Small&& before) noexcept {
   for (int slot : damped_) damping_factor_[slot] = -1;
   damped_.clear();
+  term_cost_ = before.term_cost;
+  term_constant_ = before.term_constant;
+  off_ = std::move(before.off);
+  map_kind_ = before.map_kind;
+  stale_ = std::move(before.stale);
+  last_ = std::move(before.last);
+  recent_ = std::move(before.recent);
+  kept_last_ = std::move(before.kept_last);
+  weak_left_out_ = before.weak_left_out;
+  couple_weak_ = before.couple_weak;
+  errors_.clear();
+}
+
+/// Takes back what came since the newest mark, or all.
+void IncrementalSmoother::undo_failed() noexcept {
+  marks_.empty() ? take_back() : roll_back_to(marks_.size());
+}
+
+void IncrementalSmoother::take_back() noexcept {
+  if (!changing_) return;
+  undo_graph_changes(0);
   tree_.roll_back();
   terms_.roll_back();
   discrete_.roll_back();
   estimate_.roll_back();
-  term_cost_ = committed_.term_cost;
-  term_constant_ = committed_.term_constant;
-  off_ = std::move(committed_.off);
-  map_kind_ = committed_.map_kind;
-  stale_ = std::move(committed_.stale);
-  last_ = std::move(committed_.last);
-  recent_ = std::move(committed_.recent);
-  kept_last_ = std::move(committed_.kept_last);
-  weak_left_out_ = committed_.weak_left_out;
-  couple_weak_ = committed_.couple_weak;
-  errors_.clear();
+  restore(std::move(committed_));
   end_change();
 }
 

@@ -135,8 +135,9 @@ void Terms::commit() noexcept {
   start_epoch();
 }
 
-void Terms::roll_back() noexcept {
-  for (Saved& saved : saved_) {
+void Terms::roll_back(const Mark& mark) noexcept {
+  for (; saved_.size() > mark.saved; saved_.pop_back()) {
+    Saved& saved = saved_.back();
     Term& term = terms_[saved.t];
     term.component = saved.component;
     term.constant = saved.constant;
@@ -146,9 +147,10 @@ void Terms::roll_back() noexcept {
     term.model_offset = saved.model_offset;
     term.alive = saved.alive;
   }
-  for (auto t = added_.rbegin(); t != added_.rend(); ++t) take_out(*t);
-  numbers_.roll_back();
-  start_epoch();
+  for (; added_.size() > mark.added; added_.pop_back()) take_out(added_.back());
+  removed_.resize(mark.removed);
+  numbers_.roll_back(mark.numbers);
+  ++epoch_;
 }
 
 void Terms::start_epoch() noexcept {

@@ -80,7 +80,8 @@ int point_size(const ContinuousFactor& factor);
 std::vector<int> active_slots(const Term& term);
 
 /// The terms of a graph and, for every variable, those that hold it. What happened since the last
-/// `commit` can be rolled back; terms that are removed are no longer alive, and go with the commit.
+/// `commit`, or since a mark after it, can be rolled back; terms that are removed are no longer
+/// alive, and go with the commit.
 class Terms {
  public:
   /// Returns the number of the new term.
@@ -103,7 +104,15 @@ class Terms {
   std::size_t bytes() const;
 
   void commit() noexcept;
-  void roll_back() noexcept;
+  struct Mark {
+    std::size_t added = 0, removed = 0, saved = 0, numbers = 0;
+  };
+  Mark mark() {
+    ++epoch_;
+    return {added_.size(), removed_.size(), saved_.size(), numbers_.mark()};
+  }
+  void roll_back() noexcept { roll_back({}); }
+  void roll_back(const Mark& mark) noexcept;
 
  private:
   struct Saved {

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 namespace HYBRID_API hybrid {

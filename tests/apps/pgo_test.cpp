@@ -16,7 +16,7 @@
 
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/io/read_graph.h"
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 #include "tests/apps/run_app.h"
 
 namespace hybrid {

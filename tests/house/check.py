@@ -41,7 +41,9 @@ FLOORS = {
         {"movers"},
         {"baselines", "landmarks"},
         {"selection", "maps", "initialization"},
-        {"objects", "scans", "uncertainty"},
+        {"choices"},
+        {"online"},
+        {"methods", "objects", "scans", "uncertainty"},
         {"hybrid.h"},
     ],
     "mrpt_plugins": [

@@ -107,6 +107,112 @@ TEST(Transaction, WhatWasRemovedInItIsGone) {
   EXPECT_EQ(smoother.graph().size(), 1u);
 }
 
+TEST(Savepoint, RollBackLeavesNoTraceInTheTransactionNorOfIt) {
+  int flips = 0;
+  for (int seed = 1; seed <= 15; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    World world(seed);
+    IncrementalSmoother smoother;
+    for (int k = 0; k < 15; ++k) {
+      const IncrementalSmoother outside = smoother;
+      const World world_outside = world;
+      {
+        Transaction trial(smoother);
+        for (int n = 0; n < k % 3; ++n) world.step(smoother);
+        Savepoint kept(smoother);
+        world.step(smoother);
+        kept.release();
+        const IncrementalSmoother inside = smoother;
+        const World world_inside = world;
+        const std::vector<double> within = state(smoother);
+        for (int times = 0; times < 2; ++times) {
+          const Savepoint savepoint(smoother);
+          world = world_inside;
+          world.seed(100 * seed + 10 * k + times);
+          for (int n = 0; n <= k % 4; ++n) flips += world.step(smoother).flips;
+          Savepoint inner(smoother);
+          flips += world.step(smoother).flips;
+          if (k % 2 == 0) inner.release();
+          if (k % 5 == 0) smoother.converge(3);
+        }
+        ASSERT_EQ(state(smoother), within);
+        world = world_inside;
+        IncrementalSmoother twin = inside;
+        World other = world_inside;
+        { const Savepoint nothing(twin); }
+        for (int n = 0; n < 2; ++n) {
+          other.step(twin);
+          world.step(smoother);
+          ASSERT_EQ(state(smoother), state(twin));
+        }
+        if (k % 4 == 0) {
+          trial.commit();
+          continue;
+        }
+      }
+      ASSERT_EQ(state(smoother), state(outside));
+      IncrementalSmoother twin = outside;
+      World other = world_outside;
+      world = world_outside;
+      for (int n = 0; n < 2; ++n) {
+        other.step(twin);
+        world.step(smoother);
+      }
+      ASSERT_EQ(state(smoother), state(twin));
+    }
+  }
+  EXPECT_GT(flips, 100);
+}
+
+TEST(Savepoint, AnUpdateThatFailsGoesBackToTheNewestAlone) {
+  World world(1);
+  IncrementalSmoother smoother;
+  EXPECT_THROW(Savepoint{smoother}, Error);  // in no transaction
+  Transaction trial(smoother);
+  world.step(smoother);
+  const std::vector<double> before = state(smoother);
+  Delta bad;
+  bad.values.insert(pose(0), SE2());  // is there already
+  {
+    Savepoint savepoint(smoother);
+    world.step(smoother);
+    EXPECT_THROW(smoother.update(bad), Error);
+    EXPECT_TRUE(smoother.in_transaction());
+    EXPECT_EQ(state(smoother), before);
+    EXPECT_THROW(savepoint.release(), Error);
+  }
+  EXPECT_EQ(state(smoother), before);
+  trial.commit();
+  EXPECT_EQ(state(smoother), before);
+}
+
+TEST(Savepoint, AnAttemptThatIsRefusedOrFalseIsUndone) {
+  World world(1);
+  IncrementalSmoother smoother;
+  Transaction trial(smoother);
+  world.step(smoother);
+  const std::vector<double> before = state(smoother);
+  const World world_before = world;
+  const auto refused = [&]() -> bool {
+    world.step(smoother);
+    UpdateReport report;
+    report.status = UpdateReport::Status::kSingular;
+    taken(report);
+    return true;
+  };
+  EXPECT_FALSE(attempt(smoother, refused));
+  EXPECT_EQ(state(smoother), before);
+  const auto step = [&](bool keep) {
+    world = world_before;
+    world.step(smoother);
+    return keep;
+  };
+  EXPECT_FALSE(attempt(smoother, [&] { return step(false); }));
+  EXPECT_EQ(state(smoother), before);
+  EXPECT_TRUE(attempt(smoother, [&] { return step(true); }));
+  EXPECT_NE(state(smoother), before);
+}
+
 TEST(AllOrNothing, AFactorThatThrowsAnywhereLeavesTheSmootherAsItWas) {
   const auto fuse = std::make_shared<testing::Fuse>();
   World world(3);

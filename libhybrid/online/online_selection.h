@@ -8,13 +8,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "libhybrid/choices/choices.h"
 #include "libhybrid/closures/alternatives.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/infinity.h"
-#include "libhybrid/selection/attempts.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/open_choices.h"
 #include "libhybrid/smoother/incremental.h"
 
 namespace HYBRID_API hybrid {
@@ -67,14 +66,9 @@ struct SelectionReport : UpdateReport {
 /// over the updates that follow, and adopted when they are done: what has come since then moves
 /// along, and its closures keep their state.
 ///
-/// A wrong choice about a step of odometry costs nothing until the robot returns to a known place;
-/// then its error spreads over the whole loop, so that no other value of a single choice costs
-/// less: the alternation of eq. 8 is stuck. Closures that span open choices are therefore kept back
-/// until they tell the joint values of these choices apart by their evidence (ChoiceComparison), in
-/// which those that may be false take part as such; then they enter together with the remaining
-/// joint value. One that no joint value explains is false and keeps no choice open. If the cost of
-/// the map rises nevertheless, the choices of largest cost are fixed to their other values, one by
-/// one, and keep a value that lowers the joint objective. So every choice can be revised.
+/// Closures that span open choices wait until these are decided, see Choices. Those that are
+/// decided and that closures contradict are tried at other values, with all closures evaluated
+/// under these.
 ///
 /// Every change is all or nothing, as those of IncrementalSmoother: if it throws, or its report
 /// says that the system is singular, nothing has changed.
@@ -102,17 +96,13 @@ class OnlineSelection {
   /// Verdicts by closure, at the present estimate. Directly after an evaluation of all closures
   /// they are those of the evaluation; else each is made of one covariance.
   std::vector<ClosureDecision> decisions() const;
-  int trials() const { return trials_; }  ///< other values of choices tried so far
+  int trials() const { return choices_.trials(); }  ///< other values of choices tried so far
   /// Number of closures kept back until choices are decided.
-  std::size_t waiting() const { return open_choices_.waiting(); }
+  std::size_t waiting() const { return choices_.waiting(); }
   /// Whether an evaluation of all closures is under way.
   bool evaluating() const;
 
  private:
-  /// Updates within which an admitted closure, or another value of a choice, must lower the
-  /// objective.
-  static constexpr int kSettle = 6;
-
   /// An evaluation of all closures. A copy of the selection begins it anew.
   struct Evaluation;
   class UnderWay {
@@ -146,10 +136,7 @@ class OnlineSelection {
     std::size_t closures = 0, evaluated = 0;
     std::vector<Handle> lifted;
     bool judged = false;
-    std::size_t choices = 0;
-    OpenChoices open_choices;
-    double explained = 0.0, settled = 0.0;
-    int trials = 0;
+    Choices::State choices;
     double variance_factor = 1.0, radius = 0.0;
     std::size_t measured_at = 0, out = 0;
     const Evaluation* evaluation = nullptr;
@@ -159,7 +146,7 @@ class OnlineSelection {
 
   template <class Change>
   SelectionReport all_or_nothing(const Change& change);
-  State save();
+  State state() const;
   void restore(State&& before);
   Closure& edit(std::size_t k);
   void take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
@@ -184,11 +171,9 @@ class OnlineSelection {
   bool is_long() const;
   bool admit(std::size_t k, SelectionReport& report);
   bool is_better_with(std::size_t k, SelectionReport& report);
-  void withdraw(std::size_t k, const std::vector<bool>& before,
-                const IncrementalSmoother::Snapshot& estimate);
   std::vector<ClosureDecision> judge() const;
-  RobustProblem problem(const Assignment& assignment) const;
-  std::vector<bool> accepted_closures() const;
+  RobustProblem problem(const Estimate& estimate) const;
+  JudgedClosures judged_closures() const;
   void go_on_evaluating(SelectionReport& report);
   void reevaluate_all(SelectionReport& report);
   void adopt_evaluation(RobustResult best, SelectionReport& report);
@@ -197,38 +182,8 @@ class OnlineSelection {
   void free(std::size_t k);
 
   // Choices.
-  bool is_chained(const Delta& delta) const;
-  std::vector<ContinuousFactorPtr> keep_back(Delta& delta) const;
-  void note_choices(const Delta& trusted);
-  ChoiceGroup& join(const std::vector<std::size_t>& choices);
-  bool in_the_plane(const ChoiceGroup& group) const;
-  bool is_explained(const ContinuousFactorPtr& closure,
-                    const std::vector<std::size_t>& choices) const;
-  template <class Pose>
-  bool is_explained_by(const ChoiceGroup& group) const;
-  void compare(ChoiceGroup& group) const;
-  template <class Pose>
-  void compare_as(ChoiceGroup& group) const;
-  void take(const ChoiceGroup& group);
-  template <class Pose>
-  void take_as(const ChoiceGroup& group);
-  void decide_choices(SelectionReport& report);
   void let_in(const std::vector<WaitingClosure>& closures, SelectionReport& report);
-  void let_all_in(SelectionReport& report);
-  int value_of(std::size_t choice) const;
-  static Table table_of(DiscreteKey key, int value);
-  int spanned(std::size_t closure, const std::vector<std::size_t>& choices) const;
-  std::vector<std::vector<std::size_t>> doubted() const;
-  ChoiceGroup compared_again(const std::vector<std::size_t>& choices) const;
   void revise_by_closures(RobustResult& present, SelectionReport& report);
-  RobustProblem problem_with(const ChoiceGroup& group) const;
-  void revise_choices();
-  std::vector<std::size_t> strained() const;
-  bool resolve();
-  bool try_value(std::size_t choice, int value);
-  bool is_better(DiscreteKey key, int value);
-  void hold(DiscreteKey key, int value);
-  void lift();
 
   OnlineSelectionOptions options_;
   IncrementalSmoother smoother_;
@@ -246,13 +201,7 @@ class OnlineSelection {
   double work_before_ = 0.0;                   // noted by the thread before the update under way
   bool open_ = false;                          // whether closures are to be tested again
   bool judged_ = false;  // whether the decisions on all closures are of that evaluation
-  std::vector<Choice> choices_;
-  OpenChoices open_choices_;  // that alone connect the poses on both sides
-  double explained_ = 0.0;    // expected cost, by noise, of factors added since the last update
-  double settled_ = 0.0;      // continuous cost after the last update
-  Handle held_;
-  int trials_ = 0;
-  Attempts attempts_;
+  Choices choices_;
   std::unordered_map<std::size_t, Closure> saved_;  // closures as before the current change
 };
 

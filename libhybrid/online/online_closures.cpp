@@ -8,13 +8,16 @@
 #include <utility>
 
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
 
+/// Updates within which an admitted closure must lower the objective.
+constexpr int kSettle = 6;
 /// An attempt ends when an update leaves more than this share of the rise of the objective.
 constexpr double kProgress = 0.8;
 /// The radius of the map is measured again when it has grown by this factor.
@@ -49,14 +52,8 @@ void OnlineSelection::measure_map() {
 /// Tests a new closure, or keeps it back for the choices that it spans.
 void OnlineSelection::ask(std::size_t k, SelectionReport& report) {
   const ContinuousFactorPtr& factor = closures_[k].factor;
-  const std::vector<Key>& keys = factor->keys();
-  const std::vector<std::size_t> choices = open_choices_.between(keys.front(), keys.back());
-  if (!choices.empty()) {
-    if (is_explained(factor, choices)) {
-      join(choices).closures.push_back({factor, k});
-    } else {
-      edit(k).decision.evidence = -kInfinity;
-    }
+  if (choices_.are_open_between(factor->keys().front(), factor->keys().back())) {
+    if (!choices_.keep({factor, k}, smoother_)) edit(k).decision.evidence = -kInfinity;
     return;
   }
   if (consider(k, report)) open_ = reconsider(report);
@@ -72,6 +69,22 @@ double OnlineSelection::switch_at(std::size_t k) const {
   return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
 }
 
+/// Adds the true ones of closures that have waited to the smoother, and tests the others.
+void OnlineSelection::let_in(const std::vector<WaitingClosure>& closures, SelectionReport& report) {
+  Delta delta;
+  for (const WaitingClosure& closure : closures) {
+    if (!closure.number) delta.continuous.push_back(closure.factor);
+  }
+  choices_.expect(delta.continuous);
+  if (!delta.continuous.empty()) report.add(taken(smoother_.update(delta)));
+  bool admitted = false;
+  for (const WaitingClosure& closure : closures) {
+    if (!closure.number) continue;
+    admitted = consider(*closure.number, report) || admitted;
+  }
+  if (admitted) open_ = reconsider(report);
+}
+
 bool OnlineSelection::may_be_tried(const Closure& closure) const {
   return closure.switch_state == SwitchState::kFixedOutlier && !closure.failed;
 }
@@ -83,7 +96,7 @@ bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
   if (alternatives_.exclude(k, [this](std::size_t i) { return accepted(i); })) return false;
   Closure& closure = edit(k);
   const ContinuousFactor& factor = *closure.factor;
-  if (!open_choices_.between(factor.keys().front(), factor.keys().back()).empty()) return false;
+  if (choices_.are_open_between(factor.keys().front(), factor.keys().back())) return false;
   const GivenOthers alone = given_others(innovation_of(factor), false);
   closure.predicted = alone.S;
   closure.decision.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
@@ -202,22 +215,26 @@ void OnlineSelection::free(std::size_t k) {
 /// Admits a closure if that lowers the objective and does not make the system singular.
 bool OnlineSelection::admit(std::size_t k, SelectionReport& report) {
   ++report.tried;
-  bool better = false;
-  attempts_.attempt({k, 0}, [&] { better = is_better_with(k, report); });
-  Closure& closure = edit(k);
-  closure.failed = !better;
-  if (!better) return false;
-  ++report.admitted;
-  return true;
+  const Closure before = edit(k);
+  const std::vector<Handle> lifted = lifted_;
+  const std::size_t out = out_;
+  if (attempt(smoother_, [&] { return is_better_with(k, report); })) {
+    closures_[k].failed = false;
+    ++report.admitted;
+    return true;
+  }
+  closures_[k] = before;
+  closures_[k].failed = true;
+  lifted_ = lifted;
+  out_ = out;
+  changed_switches_.clear();
+  return false;
 }
 
-/// Fixes a closure as an inlier for some updates. Frees its switch if the joint objective falls,
-/// else withdraws it.
+/// Fixes a closure as an inlier for some updates, and frees its switch if the joint objective
+/// falls.
 bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
-  const IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  std::vector<bool> accepted_before(closures_.size());
-  for (std::size_t i = 0; i < closures_.size(); ++i) accepted_before[i] = accepted(i);
   Delta delta;
   set_switch(k, SwitchState::kFixedInlier, delta);
   report.add(apply(std::move(delta)));
@@ -228,27 +245,9 @@ bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
     if (now > kProgress * left) break;
     left = now;
   }
-  const bool better = smoother_.objective() < before;
-  better ? free(k) : withdraw(k, accepted_before, estimate);
-  return better;
-}
-
-/// Undoes an attempt: the estimate and all switches are as before.
-void OnlineSelection::withdraw(std::size_t k, const std::vector<bool>& before,
-                               const IncrementalSmoother::Snapshot& estimate) {
-  std::vector<std::size_t> moved;
-  Delta delta;
-  set_switch(k, SwitchState::kFixedOutlier, delta);
-  while (!changed_switches_.empty()) {
-    apply(std::exchange(delta, {}));
-    for (std::size_t i = 0; i < closures_.size(); ++i) {
-      if (closures_[i].switch_state != SwitchState::kFree || accepted(i) == before[i]) continue;
-      set_switch(i, before[i] ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
-      moved.push_back(i);
-    }
-  }
-  taken(smoother_.restore(estimate));
-  for (std::size_t i : moved) free(i);
+  if (!(smoother_.objective() < before)) return false;
+  free(k);
+  return true;
 }
 
 }  // namespace hybrid

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/open_choices.h"
+#include "libhybrid/choices/open_choices.h"
 
 #include <algorithm>
 #include <iterator>

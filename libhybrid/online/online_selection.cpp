@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/online/online_selection.h"
 
 #include <algorithm>
 #include <chrono>
@@ -12,9 +12,10 @@
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/paced_task.h"
-#include "libhybrid/selection/detail/evaluation.h"
+#include "libhybrid/online/detail/evaluation.h"
 #include "libhybrid/selection/detail/evidence.h"
 #include "libhybrid/selection/detail/innovation.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -48,51 +49,69 @@ void SelectionReport::add(const UpdateReport& update) {
 }
 
 OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
-    : options_(options), smoother_(options.smoother) {}
+    : options_(options),
+      smoother_(options.smoother),
+      choices_({options.decisive, options.patience, options.selection}) {}
 
 /// Runs change(report) and undoes all of it if it fails.
 template <class Change>
 SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
   const auto start = Clock::now();
-  auto report = attempts_.run<SelectionReport>(
-      smoother_, [&] { return save(); }, [&](State&& before) { restore(std::move(before)); },
-      change);
+  saved_.clear();
+  if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
+  State before = state();
+  const auto undo = [&] {
+    for (auto& [k, closure] : saved_) closures_[k] = std::move(closure);
+    closures_.resize(before.closures);
+    if (evaluation_.get() != before.evaluation) evaluation_.drop();
+    if (evaluation_.get() != nullptr) evaluation_->adopted = false;
+    restore(std::move(before));
+  };
+  SelectionReport report;
+  try {
+    Transaction transaction(smoother_);
+    change(report);
+    transaction.commit();
+  } catch (const Refused& refused) {
+    undo();
+    static_cast<UpdateReport&>(report) = refused.report;
+  } catch (...) {
+    undo();
+    throw;
+  }
   report.objective_after = smoother_.objective();
   report.seconds = seconds_since(start);
   return report;
 }
 
-OnlineSelection::State OnlineSelection::save() {
-  saved_.clear();
-  if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
-  return {closures_.size(), evaluated_,   lifted_,  judged_,           choices_.size(),
-          open_choices_,    explained_,   settled_, trials_,           variance_factor_,
-          radius_,          measured_at_, out_,     evaluation_.get(), work_,
-          updates_,         open_};
+OnlineSelection::State OnlineSelection::state() const {
+  return {closures_.size(),
+          evaluated_,
+          lifted_,
+          judged_,
+          choices_.save(),
+          variance_factor_,
+          radius_,
+          measured_at_,
+          out_,
+          evaluation_.get(),
+          work_,
+          updates_,
+          open_};
 }
 
+/// All but the closures and the evaluation.
 void OnlineSelection::restore(State&& before) {
-  closures_.resize(before.closures);
   alternatives_.resize(before.closures);
-  for (auto& [k, closure] : saved_) {
-    if (k < before.closures) closures_[k] = std::move(closure);
-  }
   evaluated_ = before.evaluated;
   lifted_ = std::move(before.lifted);
   judged_ = before.judged;
   changed_switches_.clear();
-  choices_.resize(before.choices);
-  open_choices_ = std::move(before.open_choices);
-  explained_ = before.explained;
-  settled_ = before.settled;
-  trials_ = before.trials;
+  choices_.restore(std::move(before.choices));
   variance_factor_ = before.variance_factor;
   radius_ = before.radius;
   measured_at_ = before.measured_at;
   out_ = before.out;
-  held_ = {};
-  if (evaluation_.get() != before.evaluation) evaluation_.drop();
-  if (evaluation_.get() != nullptr) evaluation_->adopted = false;
   work_ = before.work;
   updates_ = before.updates;
   open_ = before.open;
@@ -145,11 +164,11 @@ SelectionReport OnlineSelection::finish() {
   return all_or_nothing([&](SelectionReport& report) {
     report.objective_before = smoother_.objective();
     evaluation_.drop();
-    let_all_in(report);
+    let_in(choices_.close_all(), report);
     if (!closures_.empty()) reevaluate_all(report);
     report.add(apply({}));
     report.add(taken(smoother_.converge()));
-    while (resolve()) report.add(taken(smoother_.converge()));
+    while (choices_.resolve(smoother_)) report.add(taken(smoother_.converge()));
   });
 }
 
@@ -158,8 +177,9 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   work_before_ = noted_work();
   const bool chained = is_chained(trusted);
   const std::vector<ContinuousFactorPtr> kept =
-      chained ? keep_back(trusted) : std::vector<ContinuousFactorPtr>();
-  if (!chained) let_all_in(report);
+      chained ? choices_.keep_back(trusted, smoother_.values())
+              : std::vector<ContinuousFactorPtr>();
+  if (!chained) let_in(choices_.close_all(), report);
   Delta delta = trusted;
   const std::size_t first = closures_.size();
   for (const ContinuousFactorPtr& factor : closures) {
@@ -178,19 +198,20 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   report.handles = done.handles;
   report.objective_before = done.objective_before;
   judged_ = false;
-  note_choices(trusted);
+  choices_.note(trusted);
   if (!closures.empty()) measure_map();
   for (const ContinuousFactorPtr& closure : kept) {
-    join(open_choices_.between(closure->keys()[0], closure->keys()[1]))
-        .closures.push_back({closure, std::nullopt});
+    choices_.keep({closure, std::nullopt}, smoother_);
   }
   for (std::size_t k = first; k < closures_.size(); ++k) ask(k, report);
-  decide_choices(report);
+  while (const auto closures_let_in = choices_.decide_next(smoother_)) {
+    let_in(*closures_let_in, report);
+  }
   if (open_) open_ = reconsider(report);
   work_ += noted_work() - work_before_;
   updates_ += 1.0;
   go_on_evaluating(report);
-  revise_choices();
+  choices_.revise(smoother_);
 }
 
 ClosureStatus OnlineSelection::status(std::size_t closure) const {

@@ -10,7 +10,7 @@
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/online/online_selection.h"
 #include "tests/support/simulated_graphs.h"
 
 namespace hybrid {

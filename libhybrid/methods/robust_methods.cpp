@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 
 #include "libhybrid/baselines/least_squares.h"
 #include "libhybrid/baselines/max_mixture.h"
 #include "libhybrid/baselines/soft_mixture.h"
 #include "libhybrid/core/error.h"
-#include "libhybrid/selection/solve_online.h"
+#include "libhybrid/methods/solve_online.h"
 
 namespace hybrid {
 namespace {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/detail/choice_comparison.h"
+#include "libhybrid/choices/detail/choice_comparison.h"
 
 #include <algorithm>
 #include <memory>
 #include <set>
 #include <utility>
 
+#include "libhybrid/choices/detail/segment_transforms.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/factors/relative_poses.h"
 #include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/detail/segment_transforms.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 
 namespace hybrid {

@@ -2,8 +2,8 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_selection.h"
 
 namespace HYBRID_API hybrid {
 

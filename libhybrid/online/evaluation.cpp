@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/detail/evaluation.h"
+#include "libhybrid/online/detail/evaluation.h"
 
 #include <algorithm>
 #include <unordered_map>
@@ -29,9 +29,9 @@ double noise(const RobustProblem& problem, const Values& values,
 
 /// Places the variables of a map that a result does not know, from neighbour to neighbour.
 template <class Pose>
-class Growth {
+class Extrapolation {
  public:
-  Growth(const Values& result, const IncrementalSmoother& smoother)
+  Extrapolation(const Values& result, const IncrementalSmoother& smoother)
       : smoother_(smoother), values_(smoother.values()) {
     for (Key key : values_.keys()) {
       if (!result.contains(key)) {
@@ -129,10 +129,11 @@ RobustResult evaluate_closures(const RobustProblem& problem, const std::vector<b
 
 Values grown(const Values& result, const IncrementalSmoother& smoother) {
   for (Key key : result.keys()) {
-    if (result.type(key).kind == VariableKind::kSE3) return Growth<SE3>(result, smoother).run();
+    if (result.type(key).kind == VariableKind::kSE3)
+      return Extrapolation<SE3>(result, smoother).run();
     if (result.type(key).kind == VariableKind::kSE2) break;
   }
-  return Growth<SE2>(result, smoother).run();
+  return Extrapolation<SE2>(result, smoother).run();
 }
 
 }  // namespace hybrid

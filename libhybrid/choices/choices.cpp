@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// Decisions about choices by the online selection.
+#include "libhybrid/choices/choices.h"
+
 #include <algorithm>
 #include <utility>
 
-#include "libhybrid/selection/detail/choice_comparison.h"
+#include "libhybrid/choices/detail/choice_comparison.h"
+#include "libhybrid/choices/detail/segment_transforms.h"
 #include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/detail/segment_transforms.h"
-#include "libhybrid/selection/online_selection.h"
 
 namespace hybrid {
 namespace {
-
-/// Names attempts to give a group its best joint value.
-constexpr int kTakeBest = 3;
 
 bool is_step(const std::vector<Key>& keys) {
   return keys.size() == 2 && keys[0].letter() == keys[1].letter() &&
@@ -42,19 +39,28 @@ std::vector<int> ordered(const std::vector<int>& values, const std::vector<std::
 
 }  // namespace
 
-void OnlineSelection::note_choices(const Delta& trusted) {
-  for (const auto& factor : trusted.continuous) explained_ += 0.5 * factor->rows();
-  for (const HybridFactorPtr& factor : trusted.hybrid) {
+void Choices::restore(State&& before) {
+  choices_.resize(before.count);
+  open_ = std::move(before.open);
+  explained_ = before.explained;
+  settled_ = before.settled;
+  trials_ = before.trials;
+}
+
+void Choices::expect(const std::vector<ContinuousFactorPtr>& entering) {
+  for (const auto& factor : entering) explained_ += 0.5 * factor->rows();
+}
+
+void Choices::note(const Delta& applied) {
+  expect(applied.continuous);
+  for (const HybridFactorPtr& factor : applied.hybrid) {
     if (factor->discrete_keys().size() != 1) continue;
     choices_.push_back({factor->discrete_keys()[0], factor});
-    if (is_choice_of_step(*factor)) open_choices_.open(choices_.size() - 1, choices_.back());
+    if (is_choice_of_step(*factor)) open_.open(choices_.size() - 1, choices_.back());
   }
 }
 
-/// Whether every new pose has a factor with the one before it, and all other factors but closures
-/// involve a new variable. If not, open choices may not be the only connection of the poses on both
-/// sides.
-bool OnlineSelection::is_chained(const Delta& delta) const {
+bool is_chained(const Delta& delta) {
   const auto has_step = [&](Key pose) {
     const auto holds = [&](const auto& factor) {
       return is_step(factor->keys()) && factor->keys()[1] == pose;
@@ -75,10 +81,9 @@ bool OnlineSelection::is_chained(const Delta& delta) const {
          std::all_of(delta.hybrid.begin(), delta.hybrid.end(), harmless);
 }
 
-/// Removes the closures that span open choices from a change, and returns them.
-std::vector<ContinuousFactorPtr> OnlineSelection::keep_back(Delta& delta) const {
+std::vector<ContinuousFactorPtr> Choices::keep_back(Delta& delta, const Values& present) const {
   const auto known = [&](Key key) {
-    const Values& values = delta.values.contains(key) ? delta.values : smoother_.values();
+    const Values& values = delta.values.contains(key) ? delta.values : present;
     return values.contains(key) && is_pose(values.type(key));
   };
   const auto opens = [&](const ContinuousFactor& closure) {
@@ -93,46 +98,52 @@ std::vector<ContinuousFactorPtr> OnlineSelection::keep_back(Delta& delta) const 
   for (const ContinuousFactorPtr& factor : delta.continuous) {
     const std::vector<Key>& keys = factor->keys();
     const bool keep = is_closure(*factor) && known(keys[0]) && known(keys[1]) &&
-                      (opens(*factor) || !open_choices_.between(keys[0], keys[1]).empty());
+                      (opens(*factor) || !open_.between(keys[0], keys[1]).empty());
     (keep ? kept : rest).push_back(factor);
   }
   delta.continuous = std::move(rest);
   return kept;
 }
 
-/// The group of open choices that a closure joins.
-ChoiceGroup& OnlineSelection::join(const std::vector<std::size_t>& choices) {
+int Choices::value_of(std::size_t choice, const IncrementalSmoother& smoother) const {
+  return smoother.assignment().at(choices_[choice].key.key);
+}
+
+/// The group `among` others that these choices are in, which is to be compared.
+ChoiceGroup& Choices::join(const std::vector<std::size_t>& choices,
+                           const IncrementalSmoother& smoother, OpenChoices& among) const {
   std::vector<int> cardinality, present;
   for (const std::size_t c : choices) {
     cardinality.push_back(choices_[c].key.cardinality);
-    present.push_back(value_of(c));
+    present.push_back(value_of(c, smoother));
   }
-  ChoiceGroup& group = open_choices_.join(choices, cardinality, present);
+  ChoiceGroup& group = among.join(choices, cardinality, present);
   group.compared = false;
   return group;
 }
 
-int OnlineSelection::value_of(std::size_t choice) const {
-  return smoother_.assignment().at(choices_[choice].key.key);
+bool Choices::keep(const WaitingClosure& closure, const IncrementalSmoother& smoother) {
+  const std::vector<Key>& keys = closure.factor->keys();
+  const std::vector<std::size_t> choices = open_.between(keys.front(), keys.back());
+  if (closure.number && !is_explained(closure.factor, choices, smoother)) return false;
+  join(choices, smoother, open_).closures.push_back(closure);
+  return true;
 }
 
-bool OnlineSelection::in_the_plane(const ChoiceGroup& group) const {
+bool Choices::in_the_plane(const ChoiceGroup& group) const {
   return choices_[group.choices[0]].factor->types()[0] == Variable<SE2>::type();
 }
 
 /// Whether some joint value of choices explains a closure that may be false.
-bool OnlineSelection::is_explained(const ContinuousFactorPtr& closure,
-                                   const std::vector<std::size_t>& choices) const {
+bool Choices::is_explained(const ContinuousFactorPtr& closure,
+                           const std::vector<std::size_t>& choices,
+                           const IncrementalSmoother& smoother) const {
   if (!is_closure(*closure)) return false;
   OpenChoices apart;
-  std::vector<int> cardinality, present;
-  for (const std::size_t c : choices) {
-    cardinality.push_back(choices_[c].key.cardinality);
-    present.push_back(value_of(c));
-  }
-  ChoiceGroup& group = apart.join(choices, cardinality, present);
+  ChoiceGroup& group = join(choices, smoother, apart);
   group.closures.push_back({closure, std::nullopt});
-  return in_the_plane(group) ? is_explained_by<SE2>(group) : is_explained_by<SE3>(group);
+  return in_the_plane(group) ? is_explained_by<SE2>(group, smoother)
+                             : is_explained_by<SE3>(group, smoother);
 }
 
 /// A comparison of the joint values of a group.
@@ -150,8 +161,8 @@ ChoiceComparison<Pose> comparison_of(const ChoiceGroup& group, const std::vector
 }
 
 template <class Pose>
-bool OnlineSelection::is_explained_by(const ChoiceGroup& group) const {
-  const auto comparison = comparison_of<Pose>(group, choices_, smoother_, options_.selection);
+bool Choices::is_explained_by(const ChoiceGroup& group, const IncrementalSmoother& smoother) const {
+  const auto comparison = comparison_of<Pose>(group, choices_, smoother, options_.selection);
   const double limit = options_.selection.gate * gate_quantile(Pose::kDim);
   const std::vector<std::size_t> order = in_order(group);
   return std::any_of(group.values.begin(), group.values.end(), [&](const auto& values) {
@@ -159,15 +170,15 @@ bool OnlineSelection::is_explained_by(const ChoiceGroup& group) const {
   });
 }
 
-void OnlineSelection::compare(ChoiceGroup& group) const {
-  in_the_plane(group) ? compare_as<SE2>(group) : compare_as<SE3>(group);
+void Choices::compare(ChoiceGroup& group, const IncrementalSmoother& smoother) const {
+  in_the_plane(group) ? compare_as<SE2>(group, smoother) : compare_as<SE3>(group, smoother);
 }
 
 /// Drops the joint values of a group that its closures contradict, and sorts the others, the best
 /// first. Notes which closures are in under one of these.
 template <class Pose>
-void OnlineSelection::compare_as(ChoiceGroup& group) const {
-  const auto comparison = comparison_of<Pose>(group, choices_, smoother_, options_.selection);
+void Choices::compare_as(ChoiceGroup& group, const IncrementalSmoother& smoother) const {
+  const auto comparison = comparison_of<Pose>(group, choices_, smoother, options_.selection);
   const std::vector<std::size_t> order = in_order(group);
   std::vector<typename ChoiceComparison<Pose>::Fit> fits;
   std::vector<std::pair<double, std::size_t>> costs;
@@ -190,70 +201,15 @@ void OnlineSelection::compare_as(ChoiceGroup& group) const {
   group.compared = true;
 }
 
-/// Compares the groups that closures have joined, and lets in what is decided.
-void OnlineSelection::decide_choices(SelectionReport& report) {
-  for (std::size_t g = open_choices_.groups().size(); g-- > 0;) {
-    if (open_choices_.groups()[g].compared) continue;
-    compare(open_choices_.groups()[g]);
-    take(open_choices_.groups()[g]);
-    let_in(open_choices_.settle(g, options_.patience), report);
+std::optional<std::vector<WaitingClosure>> Choices::decide_next(IncrementalSmoother& smoother) {
+  for (std::size_t g = open_.groups().size(); g-- > 0;) {
+    ChoiceGroup& group = open_.groups()[g];
+    if (group.compared) continue;
+    compare(group, smoother);
+    take(group, smoother);
+    return open_.settle(g, options_.patience);
   }
-}
-
-/// Adds the true ones of closures that have waited to the smoother, and tests the others.
-void OnlineSelection::let_in(const std::vector<WaitingClosure>& closures, SelectionReport& report) {
-  Delta delta;
-  for (const WaitingClosure& closure : closures) {
-    if (!closure.number) delta.continuous.push_back(closure.factor);
-  }
-  for (const auto& factor : delta.continuous) explained_ += 0.5 * factor->rows();
-  if (!delta.continuous.empty()) report.add(taken(smoother_.update(delta)));
-  bool admitted = false;
-  for (const WaitingClosure& closure : closures) {
-    if (!closure.number) continue;
-    admitted = consider(*closure.number, report) || admitted;
-  }
-  if (admitted) open_ = reconsider(report);
-}
-
-void OnlineSelection::let_all_in(SelectionReport& report) {
-  let_in(open_choices_.close_all(), report);
-}
-
-void OnlineSelection::take(const ChoiceGroup& group) {
-  in_the_plane(group) ? take_as<SE2>(group) : take_as<SE3>(group);
-}
-
-/// Gives the choices of a group their best joint value, and moves the poses behind them
-/// accordingly.
-template <class Pose>
-void OnlineSelection::take_as(const ChoiceGroup& group) {
-  std::vector<std::pair<std::size_t, int>> chosen;
-  for (std::size_t i = 0; i < group.choices.size(); ++i) {
-    const int value = group.values[0][i];
-    if (value_of(group.choices[i]) != value) chosen.emplace_back(group.choices[i], value);
-  }
-  if (chosen.empty()) return;
-  std::sort(chosen.begin(), chosen.end());
-  SegmentTransforms<Pose> motions;
-  Delta holds;
-  for (const auto& [choice, value] : chosen) {
-    motions.add(*choices_[choice].factor, value, smoother_.values());
-    holds.discrete.push_back(table_of(choices_[choice].key, value));
-  }
-  IncrementalSmoother::Snapshot estimate = smoother_.snapshot();
-  double* x = estimate.numbers.data();
-  for (Key key : estimate.keys) {
-    const VariableType type = smoother_.values().type(key);
-    if (type == Variable<Pose>::type()) motions(key, Pose::load(x)).store(x);
-    x += type.size;
-  }
-  attempts_.attempt({chosen[0].first, kTakeBest}, [&] {
-    Delta lifts;
-    lifts.remove = taken(smoother_.update(holds)).handles.discrete;
-    taken(smoother_.restore(estimate));
-    taken(smoother_.update(lifts));
-  });
+  return std::nullopt;
 }
 
 }  // namespace hybrid

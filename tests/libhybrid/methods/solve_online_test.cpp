@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/solve_online.h"
+#include "libhybrid/methods/solve_online.h"
 
 #include <gtest/gtest.h>
 

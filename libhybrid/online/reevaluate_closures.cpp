@@ -2,12 +2,14 @@
 // Copyright (c) 2026, the hybrid mapping authors
 // Evaluation of all closures by the online selection.
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/key_letters.h"
-#include "libhybrid/selection/detail/evaluation.h"
-#include "libhybrid/selection/online_selection.h"
+#include "libhybrid/online/detail/evaluation.h"
+#include "libhybrid/online/online_selection.h"
+#include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
 namespace {
@@ -19,21 +21,18 @@ constexpr std::size_t kGrowth = 4, kFirstEvaluated = 40;
 /// Values are as good as others where they cost no more than this, in units of the objective.
 constexpr double kAsGood = 1.0;
 
-/// Names the evaluation of all closures.
-constexpr Attempts::Name kReevaluate = {0, 2};
-
 }  // namespace
 
-/// The robust problem of all factors so far, with the components of trusted hybrid factors that an
-/// assignment chooses.
-RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
+/// The robust problem of all factors so far, with the components of trusted hybrid factors that the
+/// assignment of an estimate chooses, from its values.
+RobustProblem OnlineSelection::problem(const Estimate& estimate) const {
   RobustProblem problem;
-  problem.initial = smoother_.values();
+  problem.initial = estimate.values;
   smoother_.graph().continuous().for_each(
       [&](Handle, const ContinuousFactorPtr& factor) { problem.trusted.push_back(factor); });
   smoother_.graph().hybrid().for_each([&](Handle, const HybridFactorPtr& factor) {
     if (factor->discrete_keys()[0].key.letter() == key_letter::kClosureSwitch) return;
-    const Component component = factor->given(assignment);
+    const Component component = factor->given(estimate.assignment);
     if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
   });
   for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
@@ -41,10 +40,13 @@ RobustProblem OnlineSelection::problem(const Assignment& assignment) const {
   return problem;
 }
 
-std::vector<bool> OnlineSelection::accepted_closures() const {
-  std::vector<bool> in;
-  for (std::size_t k = 0; k < closures_.size(); ++k) in.push_back(accepted(k));
-  return in;
+JudgedClosures OnlineSelection::judged_closures() const {
+  JudgedClosures judged;
+  for (std::size_t k = 0; k < closures_.size(); ++k) {
+    judged.factors.push_back(closures_[k].factor);
+    judged.accepted.push_back(accepted(k));
+  }
+  return judged;
 }
 
 bool OnlineSelection::evaluating() const {
@@ -56,8 +58,8 @@ bool OnlineSelection::evaluating() const {
 void OnlineSelection::go_on_evaluating(SelectionReport& report) {
   if (evaluation_.get() == nullptr) {
     if (closures_.size() <= kGrowth * evaluated_ + kFirstEvaluated || waiting() > 0) return;
-    evaluation_.begin(std::make_unique<Evaluation>(problem(smoother_.assignment()),
-                                                   accepted_closures(), options_.selection));
+    evaluation_.begin(std::make_unique<Evaluation>(problem(smoother_.estimate()),
+                                                   judged_closures().accepted, options_.selection));
   }
   const double share = choices_.empty() ? options_.spread * work_ / updates_ : kInfinity;
   try {
@@ -67,15 +69,26 @@ void OnlineSelection::go_on_evaluating(SelectionReport& report) {
     throw;
   }
   evaluation_->adopted = true;
-  attempts_.attempt(kReevaluate, [&] { adopt_evaluation(evaluation_->result, report); });
+  std::vector<Closure> closures = closures_;
+  State before = state();
+  const int admitted = report.admitted;
+  const auto adopt_all = [&] {
+    adopt_evaluation(evaluation_->result, report);
+    return true;
+  };
+  if (attempt(smoother_, adopt_all)) return;
+  closures_ = std::move(closures);
+  restore(std::move(before));
+  report.admitted = admitted;
 }
 
 /// Evaluates all closures from scratch; or from the present map, if the last evaluation from
 /// scratch is recent.
 void OnlineSelection::reevaluate_all(SelectionReport& report) {
-  RobustProblem problem = this->problem(smoother_.assignment());
+  RobustProblem problem = this->problem(smoother_.estimate());
   if (closures_.size() > evaluated_) {
-    adopt_evaluation(evaluate_closures(problem, accepted_closures(), options_.selection), report);
+    adopt_evaluation(evaluate_closures(problem, judged_closures().accepted, options_.selection),
+                     report);
   } else {
     ClosureSelectionOptions present = options_.selection;
     present.trust_start = true;
@@ -91,6 +104,30 @@ void OnlineSelection::adopt_evaluation(RobustResult best, SelectionReport& repor
   variance_factor_ = best.variance_factor;
   for (std::size_t k = 0; k < evaluated_; ++k) edit(k).decision = best.decisions[k];
   open_ = !judged_;
+}
+
+/// Gives doubted choices other values: all closures are evaluated again under these, and they are
+/// kept if the joint objective falls. `present` is the last such evaluation.
+void OnlineSelection::revise_by_closures(RobustResult& present, SelectionReport& report) {
+  std::set<std::pair<std::vector<std::size_t>, std::vector<int>>> tried;
+  for (bool again = true; again;) {
+    again = false;
+    const JudgedClosures closures = judged_closures();
+    for (const std::vector<std::size_t>& choices : choices_.doubted(closures)) {
+      const ChoiceGroup group = choices_.compare_again(choices, closures, smoother_);
+      if (!choices_.differs(group, smoother_)) continue;
+      if (!tried.emplace(group.choices, group.values[0]).second) continue;
+      const RobustProblem other = problem(choices_.with(group, smoother_));
+      RobustResult result = select_closures(other, options_.selection);
+      if (!(result.objective < present.objective)) continue;
+      choices_.take(group, smoother_);
+      adopt(result, report);
+      present = std::move(result);
+      tried.clear();  // what was refused may pass now
+      again = true;
+      break;
+    }
+  }
 }
 
 /// Takes over values, unless the smoother has come to as good ones.

@@ -6,8 +6,8 @@
 
 #include "libhybrid/closures/problem.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/closure_selection.h"
-#include "libhybrid/selection/online_selection.h"
 
 namespace hybrid {
 

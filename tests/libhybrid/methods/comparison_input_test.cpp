@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "libhybrid/selection/robust_methods.h"
+#include "libhybrid/methods/robust_methods.h"
 #include "tests/support/corrupted_graph.h"
 
 namespace hybrid {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/detail/choice_comparison.h"
+#include "libhybrid/choices/detail/choice_comparison.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
+#include "libhybrid/choices/detail/segment_transforms.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/detail/segment_transforms.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 #include "tests/support/simulated_graphs.h"
 

@@ -13,8 +13,8 @@
 #include "libhybrid/factors/position.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/hybrid/mixture.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/online_selection.h"
 #include "tests/support/simulated_graphs.h"
 
 namespace hybrid {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "libhybrid/factors/position.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_feed.h"
-#include "libhybrid/selection/online_selection.h"
 #include "tests/support/changing_world.h"
 #include "tests/support/fragile_factor.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/selection/detail/segment_transforms.h"
+#include "libhybrid/choices/detail/segment_transforms.h"
 
 #include <string>
 

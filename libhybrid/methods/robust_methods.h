@@ -11,9 +11,9 @@
 #include "libhybrid/baselines/gnc.h"
 #include "libhybrid/baselines/switchable.h"
 #include "libhybrid/closures/problem.h"
+#include "libhybrid/methods/portfolio.h"
+#include "libhybrid/online/online_selection.h"
 #include "libhybrid/pose_graph/pose_graph.h"
-#include "libhybrid/selection/online_selection.h"
-#include "libhybrid/selection/portfolio.h"
 
 namespace HYBRID_API hybrid {
 
