@@ -107,33 +107,35 @@ void ThingCounter::take(const std::vector<int>& sightings) {
   for (const int s : sightings) {
     const Sighting& sighting = landmarks_.sighting(s);
     if (sighting.track >= 0 || !sighting.detection.may_be_landmark()) continue;
-    const int t = nearest(sighting, detections);
+    const int t = nearest(s, detections);
     if (t >= 0) ++detections[t];
   }
   const int frame = landmarks_.sighting(sightings.front()).frame;
   for (const auto& [t, n] : detections) detections_[t][frame] += n;
 }
 
-PointSighting ThingCounter::located(const Sighting& sighting) const {
+PointSighting ThingCounter::located(int s, int t) const {
+  const Sighting& sighting = landmarks_.sighting(s);
   DetectionFrame sensor = *sighting.sensor;
   sensor.T_robot_sensor = sensor_place(sensor, map_.values);
-  return point_sighting(isometry_at(map_.values, sighting.pose), sensor, sighting.detection,
-                        map_.is_3d);
+  return point_sighting(isometry_at(map_.values, sighting.pose), sensor,
+                        landmarks_.detection_of(s, t), map_.is_3d);
 }
 
 /// The one among some tracks that a detection may be of, by its place and its class; -1: none.
-int ThingCounter::nearest(const Sighting& sighting, const std::map<int, int>& tracks) const {
-  const PointSighting seen = located(sighting);
+int ThingCounter::nearest(int s, const std::map<int, int>& tracks) const {
+  const std::vector<double>& phi = landmarks_.sighting(s).phi;
   int best = -1;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [t, n] : tracks) {
     const Track& track = landmarks_.track(t);
+    const PointSighting seen = located(s, t);
     const Eigen::VectorXd off = (point_at(map_.values, track.position) - seen.point).head(dim_);
     const GaussianScore score = gaussian_score(off, seen.covariance.topLeftCorner(dim_, dim_));
     if (!(score.chi_square <= gate_)) continue;
     const double cost =
         score.cost +
-        (track.class_key ? class_cost(sighting.phi, landmarks_.class_belief(track, classes_)) : 0);
+        (track.class_key ? class_cost(phi, landmarks_.class_belief(track, classes_)) : 0);
     if (cost >= least) continue;
     least = cost;
     best = t;
@@ -145,7 +147,7 @@ int ThingCounter::nearest(const Sighting& sighting, const std::map<int, int>& tr
 double ThingCounter::space_about(int t) const {
   const auto& sightings = landmarks_.track(t).sightings;
   const Eigen::MatrixXd covariance =
-      located(landmarks_.sighting(sightings.back())).covariance.topLeftCorner(dim_, dim_);
+      located(sightings.back(), t).covariance.topLeftCorner(dim_, dim_);
   const double ball = dim_ == 3 ? 4.0 / 3 * M_PI : M_PI;
   return ball * std::pow(gate_, 0.5 * dim_) * std::sqrt(covariance.determinant());
 }

@@ -27,12 +27,12 @@ class ThingCounter {
   int count(const std::vector<int>& tracks) const;
   /// log odds that they are fewer things than tracks, so that one of them at least is a copy.
   double log_odds_of_fewer(const std::vector<int>& tracks) const;
-  /// Where a sighting puts its thing in the map.
-  PointSighting located(const Sighting& sighting) const;
+  /// Where a sighting puts its thing in the map, as one of a track.
+  PointSighting located(int s, int t) const;
 
  private:
   void take(const std::vector<int>& sightings);
-  int nearest(const Sighting& sighting, const std::map<int, int>& tracks) const;
+  int nearest(int s, const std::map<int, int>& tracks) const;
   double space_about(int t) const;
   std::vector<double> log_probabilities(const std::vector<int>& tracks, int at_least) const;
 

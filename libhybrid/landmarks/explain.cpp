@@ -21,12 +21,13 @@ std::optional<std::int64_t> known(int track) {
   return track < 0 ? std::nullopt : std::make_optional<std::int64_t>(track);
 }
 
-SightingEvent event_of(int number, const Sighting& sighting) {
+SightingEvent event_of(int number, const LandmarkTracks& landmarks) {
+  const Sighting& sighting = landmarks.sighting(number);
   SightingEvent event;
   event.number = number;
   event.pose = sighting.pose;
   event.sensor = sighting.sensor;
-  event.detection = sighting.detection;
+  event.detection = landmarks.detection_of(number, sighting.track);
   event.landmark = known(sighting.track);
   event.class_likelihood = sighting.phi;
   return event;
@@ -72,7 +73,7 @@ void explain_frame(const LandmarkTracks& landmarks, const std::vector<int>& note
   const std::vector<double> prior =
       classes.names().empty() ? std::vector<double>{} : classes.prior();
   for (const int s : noted) {
-    SightingEvent event = event_of(s, landmarks.sighting(s));
+    SightingEvent event = event_of(s, landmarks);
     const auto row = std::find(matched.begin(), matched.end(), s);
     if (row != matched.end()) {
       event.candidates = candidates_for(row - matched.begin(), candidates,

@@ -73,6 +73,26 @@ Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& fr
   return frame.covariance_of({*first}, J);
 }
 
+/// Each landmark is seen itself, or something about it.
+void add_extents(const LandmarkTracks& landmarks, FrameCandidates& c) {
+  const int dim = c.predicted.dim;
+  for (std::size_t j = 0; j < c.tracks.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    Detection seen;
+    seen.range = c.predicted.mean(0, column);
+    seen.pitch = dim == 3 ? c.predicted.mean(2, column) : 0;
+    seen.covariance.setZero();
+    seen = with_extent(std::move(seen), landmarks.track(c.tracks[j]).extent, dim == 3);
+    c.extents.push_back(seen.covariance.topLeftCorner(dim, dim));
+    c.predicted.covariance.block(dim * column, dim * column, dim, dim) += c.extents.back();
+  }
+}
+
+/// The noise of detection i as one of candidate j.
+Eigen::MatrixXd noise_of(const FrameCandidates& c, std::size_t i, std::size_t j) {
+  return c.measured[i].covariance + c.extents[j];
+}
+
 /// How far off landmark j is, seen from the robot [m].
 double sigma_of(const PredictedSightings& predicted, Eigen::Index j) {
   const Eigen::VectorXd variances =
@@ -109,11 +129,10 @@ std::vector<int> nearby_tracks(const std::vector<Located>& located, double gate_
 
 /// The log of the volume that what is known shrinks by if detection i is matched with candidate j.
 double information(const FrameCandidates& c, Eigen::Index i, Eigen::Index j) {
-  const Eigen::MatrixXd& R = c.measured[i].covariance;
   const Eigen::Index at = c.predicted.dim * j;
-  const Eigen::MatrixXd S =
-      R + c.predicted.covariance.block(at, at, c.predicted.dim, c.predicted.dim);
-  return 0.5 * std::log(S.determinant() / R.determinant());
+  const Eigen::MatrixXd S = c.measured[i].covariance +
+                            c.predicted.covariance.block(at, at, c.predicted.dim, c.predicted.dim);
+  return 0.5 * std::log(S.determinant() / noise_of(c, i, j).determinant());
 }
 
 /// By detection, the share of landmarks that are undetected where it falls. Asked only where there
@@ -188,9 +207,8 @@ double information(const FrameCandidates& c, const Matching& matching) {
       S.block(dim * a, dim * b, dim, dim) = c.predicted.covariance.block(
           dim * matching.column[rows[a]], dim * matching.column[rows[b]], dim, dim);
     }
-    const Eigen::MatrixXd& R = c.measured[rows[a]].covariance;
-    S.block(dim * a, dim * a, dim, dim) += R;
-    noise += std::log(R.determinant());
+    S.block(dim * a, dim * a, dim, dim) += c.measured[rows[a]].covariance;
+    noise += std::log(noise_of(c, rows[a], matching.column[rows[a]]).determinant());
   }
   const Eigen::LLT<Eigen::MatrixXd> llt(S);
   double sum = -0.5 * noise;
@@ -296,10 +314,12 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   std::vector<Located> located;
   for (const Detection& d : seen.detections) {
     c.measured.push_back(measured_point(d, map.is_3d));
-    located.push_back(map.is_3d ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor),
-                                             local, c.measured.back())
-                                : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor),
-                                             local, c.measured.back()));
+    const MeasuredPoint about =
+        measured_point(with_extent(d, options.extent, map.is_3d), map.is_3d);
+    located.push_back(
+        map.is_3d
+            ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), local, about)
+            : locate_one(to_se2(frame.T_map_robot), to_se2(seen.T_robot_sensor), local, about));
   }
   const double density = coverage.density(options.landmarks_in_view);
   c.tracks = nearby_tracks(located, sigmas, std::pow(density, -1.0 / dim), map, landmarks);
@@ -312,6 +332,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
     c.sigmas.push_back(drift + sigma_of(c.predicted, static_cast<Eigen::Index>(j)));
   }
+  add_extents(landmarks, c);
   for (const MeasuredPoint& measured : c.measured) {
     for (std::size_t j = 0; j < c.tracks.size(); ++j) {
       c.scores.push_back(c.predicted.score(measured, static_cast<int>(j)));

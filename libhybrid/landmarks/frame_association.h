@@ -24,14 +24,15 @@ struct FrameHypothesis {
 
 /// What is known about the detections of a frame and the landmarks that they may be.
 struct FrameCandidates {
-  std::vector<MeasuredPoint> measured;  ///< by detection
-  std::vector<int> tracks;              ///< the candidates
-  std::vector<double> sigmas;           ///< of each, at most, of its position in the map [m]
-  PredictedSightings predicted;         ///< of the candidates
-  std::vector<GaussianScore> scores;    ///< of single pairs, by detection, then by candidate
-  std::vector<double> undetected;       ///< by detection: share of landmarks, see Views::undetected
-  Eigen::MatrixXd class_cost;  ///< -log p(class scores | candidate), detections x candidates
-  MatchingProblem problem;     ///< costs of single pairs
+  std::vector<MeasuredPoint> measured;   ///< by detection
+  std::vector<int> tracks;               ///< the candidates
+  std::vector<double> sigmas;            ///< of each, at most, of its position in the map [m]
+  PredictedSightings predicted;          ///< of what the candidates stand for
+  std::vector<Eigen::MatrixXd> extents;  ///< of each, what it adds to the noise of its sightings
+  std::vector<GaussianScore> scores;     ///< of single pairs, by detection, then by candidate
+  std::vector<double> undetected;  ///< by detection: share of landmarks, see Views::undetected
+  Eigen::MatrixXd class_cost;      ///< -log p(class scores | candidate), detections x candidates
+  MatchingProblem problem;         ///< costs of single pairs
 
   const GaussianScore& score(std::size_t detection, std::size_t candidate) const {
     return scores[detection * tracks.size() + candidate];

@@ -49,7 +49,7 @@ std::map<std::int64_t, LandmarkSize> LandmarkAssociation::sizes(const MapView& m
   std::map<std::int64_t, LandmarkSize> out;
   for (int t = 0; t < static_cast<int>(things.size()); ++t) {
     const Track& track = landmarks_.track(t);
-    if (track.alive) out[t] = {options_.extent, std::max(things[t], track.known_things)};
+    if (track.alive) out[t] = {track.extent, std::max(things[t], track.known_things)};
   }
   return out;
 }

@@ -64,7 +64,7 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
   ++now_.frames;
   const std::vector<bool> crowded = are_crowded(seen);
   for (std::size_t i = 0; i < seen.detections.size(); ++i) {
-    Detection detection = seen.detections[i];
+    const Detection& detection = seen.detections[i];
     const bool named = options_.use_ids && detection.id.has_value();
     now_.sigmas += position_sigma(detection, is_3d);
     ++now_.detections;
@@ -72,10 +72,8 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
       ++out.dropped["detection dropped: too many others within its noise to be told apart"];
       continue;
     }
-    if (!named && options_.extent > 0) {
-      detection = with_extent(std::move(detection), options_.extent, is_3d);
-    }
-    Sighting sighting{now_.frames, pose, sensor, std::move(detection), {}, -1, {}};
+    Sighting sighting{now_.frames, pose, sensor, detection, {}, -1, {}};
+    sighting.extent = named ? 0 : options_.extent;
     const std::vector<double>& scores = sighting.detection.class_probabilities;
     if (!scores.empty() && now_.classes.names().size() > 1) {
       sighting.phi = now_.classes.likelihood(scores, seen.class_names);
@@ -240,7 +238,7 @@ void LandmarkAssociation::leave_open(const AmbiguousFrame& frame, const MapView&
       if (t >= 0) {
         const Track& track = landmarks_.track(t);
         option.factor = sighting_factor(sighting.pose, track.position, *sighting.sensor,
-                                        sighting.detection, map.is_3d);
+                                        landmarks_.detection_of(s, t), map.is_3d);
         if (track.class_key && !sighting.phi.empty()) {
           option.classes = likelihood_table(*track.class_key, sighting.phi);
         }

@@ -44,8 +44,10 @@ void keep_those_alone(IdentityHypotheses& h, double margin) {
 }
 
 /// Expected log density of a sighting of its own landmark, in the units of the measurement.
-double expected_log_density(const Sighting& sighting) {
-  const Eigen::MatrixXd R = measured_point(sighting.detection, sighting.sensor->is_3d).covariance;
+double expected_log_density(int s, const LandmarkTracks& landmarks) {
+  const Sighting& sighting = landmarks.sighting(s);
+  const Eigen::MatrixXd R =
+      measured_point(landmarks.detection_of(s, sighting.track), sighting.sensor->is_3d).covariance;
   return -0.5 * (std::log((2 * M_PI * R).determinant()) + static_cast<double>(R.rows()));
 }
 
@@ -54,7 +56,7 @@ double expected_log_density(const Sighting& sighting) {
 double clutter_beside(int a, int b, double clutter_density, const LandmarkTracks& landmarks) {
   double sum = 0;
   for (const int s : landmarks.sightings_beside(a, b)) {
-    sum += std::log(clutter_density) - expected_log_density(landmarks.sighting(s));
+    sum += std::log(clutter_density) - expected_log_density(s, landmarks);
   }
   return sum;
 }
@@ -70,8 +72,8 @@ double detection_variance(int t, const LandmarkTracks& landmarks) {
   double sum = 0;
   const std::vector<int>& own = landmarks.track(t).sightings;
   for (const int s : own) {
-    const Sighting& sighting = landmarks.sighting(s);
-    sum += std::pow(position_sigma(sighting.detection, sighting.sensor->is_3d), 2);
+    const bool is_3d = landmarks.sighting(s).sensor->is_3d;
+    sum += std::pow(position_sigma(landmarks.detection_of(s, t), is_3d), 2);
   }
   return sum / static_cast<double>(own.size());
 }
@@ -94,8 +96,8 @@ MoveCost cost_of_moving(int from, int into, const MapView& map, const ClassModel
   MoveCost out{0, 0};
   for (const int s : landmarks.track(from).sightings) {
     const Sighting& sighting = landmarks.sighting(s);
-    const PointSighting seen = counter.located(sighting);
     const auto cost = [&](int t) {
+      const PointSighting seen = counter.located(s, t);
       const Eigen::Vector3d off = seen.point - point_at(map.values, landmarks.track(t).position);
       return gaussian_score(off.head(dim), seen.covariance.topLeftCorner(dim, dim)).cost;
     };

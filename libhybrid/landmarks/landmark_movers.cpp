@@ -41,7 +41,7 @@ ThingTracker::Locate LandmarkAssociation::locate(const MapView& map,
     const Sighting& sighting = landmarks_.sighting(s);
     const bool is_new = frame != nullptr && sighting.pose == frame->pose;
     return point_sighting(is_new ? frame->T_map_robot : isometry_at(map.values, sighting.pose),
-                          *sighting.sensor, sighting.detection, map.is_3d);
+                          *sighting.sensor, landmarks_.detection_of(s, -1), map.is_3d);
   };
 }
 
@@ -54,11 +54,11 @@ void LandmarkAssociation::follow(const std::vector<int>& noted, const KeyframeVi
   std::vector<ThingSighting> seen;
   for (const int s : noted) {
     const Sighting& sighting = landmarks_.sighting(s);
-    ThingSighting thing{
-        s,
-        point_sighting(frame.T_map_robot, *sighting.sensor, sighting.detection, map.is_3d),
-        {},
-        sighting.phi};
+    ThingSighting thing{s,
+                        point_sighting(frame.T_map_robot, *sighting.sensor,
+                                       landmarks_.detection_of(s, -1), map.is_3d),
+                        {},
+                        sighting.phi};
     if (options_.use_ids) thing.id = sighting.detection.id;
     if (now_.since_followed.size() > 0) {
       thing.seen.covariance +=

@@ -33,6 +33,12 @@ int LandmarkTracks::note(Sighting sighting) {
   return static_cast<int>(sightings_.size()) - 1;
 }
 
+Detection LandmarkTracks::detection_of(int s, int t) const {
+  const Sighting& sighting = sightings_[s];
+  return with_extent(sighting.detection, t < 0 ? sighting.extent : tracks_[t].extent,
+                     sighting.sensor->is_3d);
+}
+
 int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const ClassModel& classes,
                            bool is_3d, Contribution& out) {
   const int t = static_cast<int>(tracks_.size());
@@ -54,6 +60,7 @@ int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const Cl
   }
   out.landmarks.push_back({t, track.position, track.class_key, 0});
   track.undetected = sighting.undetected;
+  track.extent = sighting.extent;
   tracks_.push_back(std::move(track));
   ++alive_;
   grid_.put(t, point.x(), point.y());
@@ -83,6 +90,7 @@ void LandmarkTracks::adopt(const std::vector<KnownLandmark>& landmarks, const Cl
     track.sigma = std::sqrt(known.covariance.topLeftCorner(dim, dim).trace());
     track.known_sightings = std::max(1, known.sightings);
     track.known_things = known.size.things;
+    track.extent = known.size.extent;
     Sighting sighting;
     if (!known.class_probabilities.empty()) {
       const std::vector<double> prior = classes.prior();
@@ -130,7 +138,7 @@ void LandmarkTracks::attach(int s, int t, bool is_3d, Contribution& out) {
   Sighting& sighting = sightings_[s];
   const Track& track = tracks_[t];
   ContinuousFactorPtr psi =
-      sighting_factor(sighting.pose, track.position, *sighting.sensor, sighting.detection, is_3d);
+      sighting_factor(sighting.pose, track.position, *sighting.sensor, detection_of(s, t), is_3d);
   if (track.class_key && !sighting.phi.empty()) {
     out.delta.hybrid.push_back(std::make_shared<WeightedFactor>(
         std::move(psi), likelihood_table(*track.class_key, sighting.phi)));
@@ -188,6 +196,7 @@ void LandmarkTracks::retire(int t, Contribution& out) {
 
 void LandmarkTracks::merge(int from, int into, bool is_3d, Contribution& out) {
   const std::vector<int> moved = tracks_[from].sightings, there = tracks_[into].sightings;
+  set(into, &Track::extent, std::max(tracks_[into].extent, tracks_[from].extent));
   for (int s : moved) {
     detach(s, out);
     const bool taken = std::any_of(there.begin(), there.end(), [&](int other) {

@@ -29,6 +29,7 @@ struct Sighting {
   int track = -1;           ///< -1: clutter, or not decided
   std::vector<Handle> factors;
   double undetected = 1;  ///< share of landmarks that earlier looks have left undetected there
+  double extent = 0;      ///< of a landmark that is made of it [m]
 };
 
 /// A landmark under observation: tentative, then confirmed.
@@ -46,6 +47,7 @@ struct Track {
   bool alive = true;
   int known_sightings = 0;  ///< before the first keyframe; 0: it was not known then
   int known_things = 1;     ///< that it stood for then
+  double extent = 0;        ///< how far off what it stands for may be, a standard deviation [m]
 };
 
 /// Landmarks and sightings, and how a change of what belongs to what becomes a change of the graph.
@@ -58,6 +60,9 @@ class LandmarkTracks {
   const std::vector<Sighting>& sightings() const { return sightings_; }
   Sighting& sighting(int s) { return sightings_[s]; }
   const Sighting& sighting(int s) const { return sightings_[s]; }
+  /// The detection of a sighting as one of a track, with its extent; t < 0: of a track that is made
+  /// of it.
+  Detection detection_of(int s, int t) const;
   const SpatialGrid& grid() const { return grid_; }
   std::size_t alive() const { return alive_; }
 

@@ -51,7 +51,7 @@ class FrameMatcher {
       problem.unmatched[i] = -std::log(clutter_density) + class_cost(sighting.phi, prior_);
       for (Eigen::Index j = 0; j < cols; ++j) {
         const bool own = tracks[j] == sighting.track;
-        const double cost = pair_cost(sighting, tracks[j], own);
+        const double cost = pair_cost(sightings[i], tracks[j], own);
         problem.matched(i, j) = cost;
         if (own) now += cost;
       }
@@ -66,11 +66,12 @@ class FrameMatcher {
   }
 
   /// What a sighting gains by being of the track that its id names and no clutter; 0: no track.
-  double gain_of_named(const Sighting& sighting, int named, double clutter_density) {
+  double gain_of_named(int s, int named, double clutter_density) {
+    const Sighting& sighting = landmarks_.sighting(s);
     if (!landmarks_.track(named).alive || !map_.holds(landmarks_.track(named).position)) return 0;
     T_map_sensor_ = sensor_pose(sighting);
     const double clutter = -std::log(clutter_density) + class_cost(sighting.phi, prior_);
-    return clutter - pair_cost(sighting, named, true);
+    return clutter - pair_cost(s, named, true);
   }
 
  private:
@@ -86,7 +87,7 @@ class FrameMatcher {
     for (int s : sightings) {
       const Sighting& sighting = landmarks_.sighting(s);
       if (sighting.track >= 0) tracks.insert(sighting.track);
-      const Detection& d = sighting.detection;
+      const Detection d = landmarks_.detection_of(s, -1);
       const Eigen::Vector3d point =
           T_map_sensor_ * from_polar(Eigen::Vector3d(d.range, d.yaw, d.pitch));
       const double angle = std::max(d.covariance(1, 1), d.covariance(2, 2));
@@ -102,9 +103,10 @@ class FrameMatcher {
   }
 
   /// -log p of a sighting of this track; its present one is not gated.
-  double pair_cost(const Sighting& sighting, int t, bool own) const {
+  double pair_cost(int s, int t, bool own) const {
+    const Sighting& sighting = landmarks_.sighting(s);
     const Track& track = landmarks_.track(t);
-    const Detection& d = sighting.detection;
+    const Detection d = landmarks_.detection_of(s, t);
     const Eigen::Vector3d seen = to_polar(
         Eigen::Vector3d(T_map_sensor_.linear().transpose() *
                         (point_at(map_.values, track.position) - T_map_sensor_.translation())));
@@ -155,7 +157,7 @@ std::vector<Reassignment> reassociate(const MapView& map, const ClassModel& clas
     if (options.use_ids && sighting.detection.id) {
       const auto named = track_of_id.find(*sighting.detection.id);
       if (named == track_of_id.end()) continue;
-      const double gain = matcher.gain_of_named(sighting, named->second, clutter_density(s));
+      const double gain = matcher.gain_of_named(s, named->second, clutter_density(s));
       if (sighting.track < 0 && gain > kLeastGain) out.push_back({s, named->second});
       if (sighting.track == named->second && gain < -kLeastGain) {
         misread[named->second].emplace_back(gain, s);

@@ -109,6 +109,7 @@ double position_sigma(const Detection& d, bool is_3d) {
 }
 
 Detection with_extent(Detection d, double extent, bool is_3d) {
+  if (extent == 0) return d;
   d.covariance(0, 0) += extent * extent;
   widen(d, extent * extent, is_3d);
   return d;

@@ -44,6 +44,8 @@ Json landmarks_json(const MapResult& result) {
                    {"class", or_null(l.class_index)},
                    {"p", decimals(l.class_probabilities, 6)},
                    {"sightings", l.sightings}});
+    if (l.size.extent > 0) out.back()["extent"] = digits(l.size.extent);
+    if (l.size.things > 1) out.back()["things"] = l.size.things;
   }
   return out;
 }

@@ -18,6 +18,8 @@ export interface Landmark {
   class: number | null;
   p: number[];
   sightings: number;
+  extent?: number;  // how far from it the things that it stands for are, a standard deviation [m]; 0 if missing
+  things?: number;  // that it stands for; 1 if missing
 }
 
 /** [landmark, NIS, log odds (null: not admitted), log odds of the class]. */

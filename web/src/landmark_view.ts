@@ -78,6 +78,8 @@ export class LandmarkView {
       rows.push(['position', `${landmark.at.map(v => show(v)).join(', ')} m`]);
       rows.push(['sigma', `${sigmas.join(', ')} m`]);
       rows.push(['sightings', String(landmark.sightings)]);
+      if (landmark.things) rows.push(['things in one place', String(landmark.things)]);
+      if (landmark.extent) rows.push(['extent', `${show(landmark.extent)} m`]);
     } else {
       const into = this.history.mergedInto.get(id);
       rows.push(['state', into ? el('span', {}, 'merged into ', this.jump(into[0]), ' at keyframe ', this.go(into[1]))

@@ -3,9 +3,10 @@
 
 import { quadtree, Quadtree } from 'd3-quadtree';
 import { boxOf, CanvasMap } from './canvas_map';
-import { Id, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
+import { Id, Landmark, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { CompareLayer } from './compare_layer';
+import { drawEllipses, drawExtents } from './ellipses';
 import { History, mostProbable } from './history';
 import { ErrorPaint } from './error_paint';
 import { classColor, classShape, robotColor, themed, trace } from './palette';
@@ -14,7 +15,7 @@ import { State } from './state';
 
 interface Mark { id: Id; x: number; y: number }
 
-const kLayers = ['estimate', 'error', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'rays', 'ids'] as const;
+const kLayers = ['estimate', 'error', 'dead reckoning', 'truth', 'scans', 'closures', 'landmarks', 'ellipses', 'extents', 'rays', 'ids'] as const;
 type Layer = typeof kLayers[number];
 
 /** The map at a keyframe: path, landmarks with class and probability, sight rays. */
@@ -67,6 +68,7 @@ export class MapView {
     const bar = el('div', { class: 'bar', role: 'group', 'aria-label': 'Layers of the map' });
     for (const layer of kLayers) {
       if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
+      if (layer === 'extents' && !this.data.landmarks.some(l => l.extent)) continue;
       if ((layer === 'error' && !this.paint.any) || (layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
       const box = el('input', { type: 'checkbox', change: () => {
         this.layers.set(layer, box.checked);
@@ -131,6 +133,7 @@ export class MapView {
       box.append(entry(mark as unknown as HTMLElement, `${this.data.classes[index]} (${count})`));
     }
     if (counts.size) box.append(el('div', { class: 'quiet' }, 'pale: class unsure'));
+    if (this.data.landmarks.some(l => l.extent)) box.append(el('div', { class: 'quiet' }, 'dotted: extent, a standard deviation'));
     if (this.data.lives.some(l => !l[2])) box.append(el('div', { class: 'quiet' }, 'hollow: not in the final map'));
     this.drawMarks();
     return box;
@@ -236,7 +239,9 @@ export class MapView {
     if (on('estimate')) this.drawPath(k);
     if (on('closures')) this.scans.drawClosures(k, this.state.view.closure);
     if (on('rays') && !this.hidden.has(robotAt(this.data, k))) this.drawRays(k);
-    if (on('ellipses')) this.drawEllipses();
+    const place = (l: Landmark) => this.place(l.id);
+    if (on('ellipses')) drawEllipses(this.map, this.data.landmarks, place, this.sigmas);
+    if (on('extents')) drawExtents(this.map, this.data.landmarks, place);
     if (on('landmarks')) this.drawLandmarks(k);
     for (const robot of this.shown()) this.drawRobot(robot, k);
     if (on('ids')) this.drawIds();
@@ -312,24 +317,6 @@ export class MapView {
       c.globalAlpha = 1;
     }
     c.setLineDash([]);
-  }
-  private drawEllipses() {
-    const c = this.map.context;
-    c.lineWidth = 1;
-    c.strokeStyle = themed('ellipse');
-    for (const l of this.data.landmarks) {
-      const at = this.place(l.id), [xx, xy, yy] = l.covariance;
-      if (!at || xx === null || xy === null || yy === null || xx + yy <= 0) continue;
-      const x = this.map.px(at[0]), y = this.map.py(at[1]);
-      if (!this.map.inside(x, y, 100)) continue;
-      const mean = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy);
-      const factor = this.sigmas * this.map.scale;
-      const a = factor * Math.sqrt(Math.max(mean + spread, 0)), b = factor * Math.sqrt(Math.max(mean - spread, 0));
-      if (a < 1.5) continue;
-      c.beginPath();
-      c.ellipse(x, y, a, b, -0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
-      c.stroke();
-    }
   }
   /** Those that look the same together: many small paths are slow. */
   private drawLandmarks(k: number) {

@@ -149,6 +149,27 @@ await test('a landmark that is pressed shows the probabilities of landmarks.json
     clean(faults);
   }));
 
+await test('a landmark tells its extent, which the map shows as a circle', async () => {
+  const coarse = join(scratch, 'coarse');
+  run('hybrid-replay', '-c', ini, '--set', 'BearingRangeAssociation.method=jcbb', '--set', 'BearingRangeAssociation.extent=0.75',
+      '-o', coarse, '--no-pictures', '--report');
+  const boxOfExtents = '.bar label:has-text("extents") input';
+  await withPage(page(coarse), desktop, async (p, faults) => {
+    const { id, things } = json(join(coarse, 'landmarks.json')).landmarks[0];
+    await p.evaluate(id => window.report.state.set({ landmark: id }), id);
+    const facts = await p.textContent('#pane-1 .facts');
+    assert.match(facts, /extent0\.75 m/);
+    assert.equal(facts.includes('things in one place'), things > 1);
+    const pixels = () => p.evaluate(() => document.querySelector('.map canvas').toDataURL());
+    const before = await pixels();
+    await p.uncheck(boxOfExtents);
+    await p.waitForTimeout(200);
+    assert.notEqual(await pixels(), before);
+    clean(faults);
+  });
+  await withPage(page(unknown), desktop, async p => assert.equal(await p.locator(boxOfExtents).count(), 0));
+});
+
 await test('a landmark shows what a camera saw, with a ring where its estimate is seen', async () => {
   const unphotographed = readFileSync(page(classed), 'utf8'), file = join(scratch, 'photographs.html');
   const [, packed] = /<script[^>]*id="?data"?[^>]*>([\s\S]*?)<\/script>/.exec(unphotographed);

@@ -66,6 +66,25 @@ TEST(FrameAssociation, ADetectionOnALandmarkIsItAndOneFarFromAllIsNew) {
   }
 }
 
+TEST(FrameAssociation, EachLandmarkHasItsOwnExtent) {
+  for (const Method method : {Method::kHypotheses, Method::kJcbb}) {
+    Look look;
+    look.options.method = method;
+    look.options.extent = 0.5;
+    const int wide = look.world.landmark({10, 0}), sharp = look.world.landmark({0, 12});
+    look.world.tracks.set(wide, &Track::extent, 0.5);
+    look.detect({10.9, 0});
+    look.detect({0, 12.9});
+    const auto found = look.hypotheses();
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].track, (std::vector<int>{wide, -1}));
+    const FrameCandidates c = look.candidates();
+    ASSERT_EQ(c.tracks, (std::vector<int>{wide, sharp}));
+    EXPECT_NEAR(c.score(0, 0).chi_square, 0.9 * 0.9 / (0.02 + 0.25), 0.05);
+    EXPECT_NEAR(c.score(1, 1).chi_square, 0.9 * 0.9 / 0.02, 5);
+  }
+}
+
 TEST(FrameAssociation, WhereManyLooksFoundNothingADetectionIsOfWhatIsKnown) {
   // 2.9 sigma from the landmark: as likely a new one where nobody looked.
   Look look;

@@ -29,6 +29,20 @@ TEST(KnownMap, LandmarksKeepTheirIds) {
   EXPECT_EQ(association.existence(), (std::map<std::int64_t, double>{{2, 3.0}, {7, 3.0}}));
 }
 
+TEST(KnownMap, LandmarksKeepTheirExtents) {
+  KnownMap known = known_with_ids({2, 7});
+  known.landmarks[1].size = {0.3, 2};
+  LandmarkAssociation association;
+  association.adopt(known, false);
+  const Values values;
+  const Assignment assignment;
+  const LandmarkRegistry registry;
+  const auto sizes = association.sizes({values, assignment, registry});
+  EXPECT_EQ(sizes.at(2).extent, 0);
+  EXPECT_EQ(sizes.at(7).extent, 0.3);
+  EXPECT_EQ(sizes.at(7).things, 2);
+}
+
 TEST(KnownMap, IdsOfALogAreRefused) {
   for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{1'000'000}, std::int64_t{1} << 40}) {
     LandmarkAssociation association;
