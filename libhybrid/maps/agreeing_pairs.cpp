@@ -11,7 +11,6 @@
 #include "libhybrid/factors/sensor_view.h"
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/maps/detail/extent.h"
 #include "libhybrid/maps/place_map.h"
 
 namespace hybrid {
@@ -33,8 +32,6 @@ Eigen::MatrixXd joint_covariance_of(const MapRecord& map, const std::vector<int>
       out.template block<kDim, kDim>(kDim * j, kDim * i) =
           columns.template middleRows<kDim>(kDim * landmarks[static_cast<std::size_t>(j)]);
     }
-    const auto own = static_cast<std::size_t>(landmarks[static_cast<std::size_t>(i)]);
-    out.diagonal().segment(kDim * i, kDim).array() += variance_of_extent(map.landmarks[own]);
   }
   return out;
 }

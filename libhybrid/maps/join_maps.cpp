@@ -16,7 +16,6 @@
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/landmarks/sighting.h"
 #include "libhybrid/maps/detail/agreeing_pairs.h"
-#include "libhybrid/maps/detail/extent.h"
 #include "libhybrid/maps/detail/joined_record.h"
 #include "libhybrid/maps/detail/joint_estimate.h"
 #include "libhybrid/maps/find_place.h"
@@ -218,16 +217,12 @@ class MapJoin {
     const Key p = joint_.first(i), q = joint_.second(j);
     const Point d = joint_.at(p) - joint_.at(q);
     const double gate = chi_square_quantile(kGate, kDim) * factor;
-    const double extents = variance_of_extent(of_a(i)) + variance_of_extent(of_b(j));
     // A difference has at most twice the variance of what is subtracted.
-    if (d.squaredNorm() > 2 * gate * (alone.at(p).trace() + alone.at(q).trace() + kDim * extents)) {
-      return {};
-    }
+    if (d.squaredNorm() > 2 * gate * (alone.at(p).trace() + alone.at(q).trace())) return {};
     const Eigen::MatrixXd C = joint_.marginals().joint_covariance({p, q});
     const Eigen::Matrix<double, kDim, kDim> S =
         C.topLeftCorner(kDim, kDim) + C.bottomRightCorner(kDim, kDim) -
-        C.topRightCorner(kDim, kDim) - C.bottomLeftCorner(kDim, kDim) +
-        extents * Eigen::Matrix<double, kDim, kDim>::Identity();
+        C.topRightCorner(kDim, kDim) - C.bottomLeftCorner(kDim, kDim);
     const Eigen::LLT<Eigen::Matrix<double, kDim, kDim>> llt(S);
     const double chi_square = d.dot(llt.solve(d));
     if (!(chi_square < gate)) return {};

@@ -112,18 +112,6 @@ void JointEstimate<Pose>::add_priors() {
   }
 }
 
-/// Where both maps may have other places within an extent.
-template <class Pose>
-void JointEstimate<Pose>::add_extents(const LandmarkPairs& pairs) {
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(kDim, kDim);
-  for (const auto& [i, j] : pairs) {
-    if (first(i) == second(j)) continue;
-    graph_.emplace<LinearFactor>(
-        std::vector<LinearFactor::Term>{{first(i), one}, {second(j), -one}},
-        Eigen::VectorXd::Zero(kDim), Noise::isotropic(kDim, std::sqrt(variance_between(i, j))));
-  }
-}
-
 template <class Pose>
 void JointEstimate<Pose>::know(const Pose& T_first_second,
                                const typename Pose::Jacobian& covariance) {
@@ -136,9 +124,7 @@ void JointEstimate<Pose>::estimate(const LandmarkPairs& pairs, const Pose& T_fir
   values_ = {};
   keys_of_b_.clear();
   for (std::size_t j = 0; j < b_.landmarks.size(); ++j) keys_of_b_.emplace_back('b', j);
-  for (const auto& [i, j] : pairs) {
-    if (variance_between(i, j) == 0) keys_of_b_[static_cast<std::size_t>(j)] = first(i);
-  }
+  for (const auto& [i, j] : pairs) keys_of_b_[static_cast<std::size_t>(j)] = first(i);
   for (std::size_t i = 0; i < a_.landmarks.size(); ++i) {
     values_.insert(first(static_cast<int>(i)),
                    Point(a_.landmarks[i].position.template head<kDim>()));
@@ -150,7 +136,6 @@ void JointEstimate<Pose>::estimate(const LandmarkPairs& pairs, const Pose& T_fir
   }
   values_.insert(kMotionKey, T_first_second);
   add_priors();
-  add_extents(pairs);
   if (known_) graph_.add(known_);
   const SolverResult solved = levenberg_marquardt(graph_, {values_, {}});
   values_ = solved.values;

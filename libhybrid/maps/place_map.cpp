@@ -9,7 +9,6 @@
 
 #include "libhybrid/geometry/se2.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/maps/detail/extent.h"
 #include "libhybrid/maps/detail/place_seeds.h"
 
 namespace hybrid {
@@ -26,8 +25,6 @@ PlaceMap<Pose>::PlaceMap(const MapRecord& map, std::vector<int> landmarks)
   for (const int i : landmarks_) {
     points_.push_back(map.landmarks[static_cast<std::size_t>(i)].position.template head<kDim>());
     alone_.push_back(all[static_cast<std::size_t>(i)]);
-    extents_.push_back(variance_of_extent(map.landmarks[static_cast<std::size_t>(i)]) *
-                       Matrix::Identity());
   }
   if (!points_.empty()) density_ = local_density(points_);
 }
@@ -82,11 +79,10 @@ std::vector<typename PlaceMap<Pose>::Matrix> PlaceMap<Pose>::relative_covariance
   for (const int i : of) {
     const Matrix with = columns.template middleRows<kDim>(
         kDim * static_cast<Eigen::Index>(landmarks_[static_cast<std::size_t>(i)]));
-    out.push_back(extents_[static_cast<std::size_t>(i)]);
-    out.back() += i == anchor
+    out.push_back(i == anchor
                       ? Matrix(Matrix::Zero())
                       : Matrix(alone_[static_cast<std::size_t>(i)] +
-                               alone_[static_cast<std::size_t>(anchor)] - with - with.transpose());
+                               alone_[static_cast<std::size_t>(anchor)] - with - with.transpose()));
   }
   return out;
 }
@@ -109,10 +105,7 @@ const std::vector<typename PlaceMap<Pose>::Neighbour>& PlaceMap<Pose>::neighbour
     out.push_back({d, j, 0});
   }
   const std::vector<Matrix> relative = relative_covariances(anchor, near);
-  const Matrix& own = extents_[static_cast<std::size_t>(anchor)];
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    out[k].variance = (relative[k] + own).trace() / kDim;
-  }
+  for (std::size_t k = 0; k < near.size(); ++k) out[k].variance = relative[k].trace() / kDim;
   std::sort(out.begin(), out.end());
   return out;  // holds at least the landmark itself
 }

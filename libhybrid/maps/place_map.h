@@ -31,8 +31,7 @@ class HYBRID_API PlaceMap {
   double log_volume_of_poses() const;
 
   /// Covariance of landmarks relative to another, the axes being those of the map [m^2]; time is
-  /// that of two sparse triangular solves. What another map has of a landmark that stands for
-  /// several things may be any place within its extent.
+  /// that of two sparse triangular solves.
   std::vector<Matrix> relative_covariances(int anchor, const std::vector<int>& of) const;
 
   /// A landmark near another one.
@@ -47,7 +46,7 @@ class HYBRID_API PlaceMap {
   /// Those nearer than `reach` and perhaps some more, the nearest first.
   const std::vector<Neighbour>& neighbours(int anchor, double reach) const;
 
-  /// Covariances of all landmarks of the stored map with one of these [m^2], without extents.
+  /// Covariances of all landmarks of the stored map with one of these [m^2].
   Eigen::MatrixXd columns_of(int anchor) const;
 
  private:
@@ -55,7 +54,6 @@ class HYBRID_API PlaceMap {
   std::vector<int> landmarks_;
   std::vector<Point> points_;
   std::vector<Matrix> alone_;
-  std::vector<Matrix> extents_;
   double density_ = 0;
   mutable double reach_ = 0;
   mutable std::vector<std::vector<Neighbour>> neighbours_;

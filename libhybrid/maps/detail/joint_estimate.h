@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "libhybrid/hybrid/graph.h"
-#include "libhybrid/maps/detail/extent.h"
 #include "libhybrid/maps/map_record.h"
 #include "libhybrid/marginals/continuous.h"
 
@@ -38,7 +37,7 @@ class JointEstimate {
   const Pose& T_first_second() const { return T_; }
   /// Of that, in the tangent of a right perturbation.
   typename Pose::Jacobian covariance() const;
-  /// The variable of a landmark of the first or second map; pairs without an extent have one.
+  /// The variable of a landmark of the first or second map; pairs have one.
   Key first(int i) const { return Key('a', static_cast<std::uint64_t>(i)); }
   Key second(int j) const { return keys_of_b_[static_cast<std::size_t>(j)]; }
   Point at(Key landmark) const { return values_.at<Point>(landmark); }
@@ -54,12 +53,6 @@ class JointEstimate {
 
  private:
   void add_priors();
-  void add_extents(const LandmarkPairs& pairs);
-  /// Of what two landmarks that are one have for their places, along an axis [m^2].
-  double variance_between(int i, int j) const {
-    return variance_of_extent(a_.landmarks[static_cast<std::size_t>(i)]) +
-           variance_of_extent(b_.landmarks[static_cast<std::size_t>(j)]);
-  }
 
   const MapRecord &a_, &b_;
   std::vector<Key> keys_of_b_;

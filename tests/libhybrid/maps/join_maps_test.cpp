@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "libhybrid/core/error.h"
 #include "tests/libhybrid/maps/stored_maps.h"
@@ -49,33 +48,6 @@ TEST(JoinMaps, MakesCommonLandmarksOne) {
     const double nees =
         error.dot(Eigen::LLT<Eigen::MatrixXd>(joint_covariance(joined->map)).solve(error)) / 180;
     EXPECT_NEAR(nees, 1.0, 4 * std::sqrt(2.0 / 180)) << seed;
-  }
-}
-
-/// Of things that were not told apart, each map has another place.
-TEST(JoinMaps, PlacesWithinAnExtentAreOneLandmark) {
-  constexpr double kExtent = 0.2;
-  for (const std::uint64_t seed : {1, 2, 3}) {
-    TwoMaps maps(seed);
-    std::mt19937_64 random(seed);
-    std::normal_distribution<double> along(0, kExtent);
-    for (MapRecord* map : {&maps.a, &maps.b}) {
-      for (MapLandmark& l : map->landmarks) {
-        l.position += Eigen::Vector3d(along(random), along(random), 0);
-        l.size = {kExtent, 2};
-      }
-    }
-    const auto joined = join_maps(maps.a, maps.b, 1e4);
-    ASSERT_TRUE(joined) << seed;
-    // Some are as far off as others are apart.
-    EXPECT_GE(joined->common, 28u) << seed;
-    EXPECT_LE(joined->common, 30u) << seed;
-    EXPECT_EQ(joined->variance_factor, 1) << seed;
-    const Eigen::Isometry3d off = maps.T_b_world * joined->T_first_second;
-    const Eigen::Vector3d d(off.translation().x(), off.translation().y(),
-                            std::atan2(off(1, 0), off(0, 0)));
-    EXPECT_LT(d.dot(joined->covariance.ldlt().solve(d)), 21) << seed;
-    for (const MapLandmark& l : joined->map.landmarks) EXPECT_EQ(l.size.extent, kExtent);
   }
 }
 
