@@ -16,6 +16,8 @@ namespace {
 
 /// Gauss-Newton steps that a half-step may take beyond the first.
 constexpr int kMoreSteps = 3;
+/// How much less may stay bent where the parts that stayed cost more than the step has brought.
+constexpr double kLessBent = 0.1;
 /// Terms whose factors are loaded ahead: the time of some evaluations is that of a load.
 constexpr std::size_t kAhead = 4;
 /// Of a factor between two variables with their noise; of larger ones the beginning.
@@ -69,8 +71,10 @@ void IncrementalSmoother::touch_untied() {
 /// where it does not lower the objective as its linear model promised, some more of them with all
 /// that moved linearised again; and where that does not help, damped steps. A step that raises the
 /// objective is not taken where its linear model promises less than linear models may be off by:
-/// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
-/// objective by less than that, part of it is enough.
+/// what is left is rounding, which in a long chain no new linearisation mends. Where the linear
+/// models rise by more than that, what stayed bent cost more than the step has brought: it is
+/// solved again with less of that, and where that does not help, with the models of all that moved
+/// made again. Where a step raises the objective by less than that, part of it is enough.
 void IncrementalSmoother::continuous_step(UpdateReport& report) {
   ++report.rounds;
   const double before = term_cost_.value();
@@ -78,29 +82,37 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
   old_.numbers.clear();
   ++old_stamp_;
   const double negligible = std::min(leeway_.relinearize, leeway_.minor);
+  double from = before;  // the objective when the models were last made again
   double promised = 0.0;
+  Leeway leeway = leeway_;
   for (int tries = 0;; ++tries) {
-    solve(leeway_);
+    solve(leeway);
     const double gained = before - term_cost_.value();
-    if (tries == 0) promised = gained + model_error_;
+    const double by_models = from - term_cost_.value() + model_error_;
+    if (tries == 0) promised = by_models;
     if (gained >= 0.0 && !falls_short(gained, promised)) break;
     const Place start = old_;
-    if (gained < 0.0 && gained + model_error_ <= negligible) {
+    if (gained < 0.0 && by_models <= negligible) {
       go_along(start, way_from(start), 0.0);
-      break;
-    }
-    if (gained >= -negligible && !falls_short(gained, promised)) {
+      if (by_models >= -negligible || tries == kMoreSteps) break;
+      if (tries == 0) {
+        for (double* of : {&leeway.bend, &leeway.bend_share, &leeway.wildfire}) *of *= kLessBent;
+        continue;
+      }
+      touch(start.slots);
+    } else if (gained >= -negligible && !falls_short(gained, promised)) {
       go_part_of_the_way(start, before);
       break;
-    }
-    if (tries == kMoreSteps) {
+    } else if (tries == kMoreSteps) {
       fall_back(before, promised, report);
       break;
+    } else {
+      touch(changed_);
     }
     // All that moved, not just the worst factors.
-    touch(changed_);
     off_.clear();
     make_models_again(touched_, report);
+    from = term_cost_.value();
     if (!eliminate(report)) {
       report.status = UpdateReport::Status::kOk;
       fall_back(before, promised, report);
@@ -174,7 +186,8 @@ void IncrementalSmoother::refresh_costs() {
     if (term.hybrid != nullptr) stale_.push_back(t);
     if (term.tree_factor < 0) continue;
     const double error = cost - term.constant - term.model_offset - model_cost(term);
-    model_error_ += error;
+    model_error_ += error - term.model_error;
+    term.model_error = std::isfinite(error) ? error : 0.0;
     errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
   }
   term_cost_.add(change);

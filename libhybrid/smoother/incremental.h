@@ -317,7 +317,7 @@ class IncrementalSmoother {
   std::vector<std::pair<double, int>>
       errors_;                       // of linear models, and the terms, at the last refresh
   Place old_;                        // what the half-step under way has moved, before it
-  double model_error_ = 0.0;         // by which costs exceeded their linear models at that refresh
+  double model_error_ = 0.0;         // by which costs rose more than their models at that refresh
   std::vector<int> damped_;          // slots whose steps are damped
   std::vector<int> damping_factor_;  // in the tree, by slot; -1 for none
   std::vector<int> term_of_factor_;  // by factor of the tree; -1 for damping

@@ -60,6 +60,7 @@ void linearize(Term& term, const Values& values, BayesTree& tree) {
   double* r = a + static_cast<std::size_t>(rows) * (n - 1);
   const double cost = factor.linearize(TermPointers(term, values).data(), r, a);
   term.model_offset = cost - 0.5 * Eigen::Map<const Eigen::VectorXd>(r, rows).squaredNorm();
+  term.model_error = 0.0;
   if (!term.pulls.empty()) return write_pulls(term, a, tree);
   double* h = tree.hessian(term.tree_factor);
   double* point = tree.points(term.tree_factor);
@@ -111,7 +112,7 @@ void Terms::remove(int t) {
 void Terms::save(int t) {
   Term& term = terms_[t];
   saved_.push_back({t, term.component, term.constant, term.tree_factor, term.pulls, term.cost,
-                    term.model_offset, term.alive});
+                    term.model_offset, term.model_error, term.alive});
   term.saved = epoch_;
 }
 
@@ -145,6 +146,7 @@ void Terms::roll_back(const Mark& mark) noexcept {
     term.pulls = std::move(saved.pulls);
     term.cost = saved.cost;
     term.model_offset = saved.model_offset;
+    term.model_error = saved.model_error;
     term.alive = saved.alive;
   }
   for (; added_.size() > mark.added; added_.pop_back()) take_out(added_.back());

@@ -34,6 +34,7 @@ struct Term {
   /// What a robust loss adds, at the linearisation point, to half the squared residual of its
   /// linear model; zero without one.
   double model_offset = 0.0;
+  double model_error = 0.0;  ///< by which its cost exceeds that of its linear model
   bool alive = false;
   bool holds = false;  ///< its variables in the map: it changes where the map moves
   unsigned saved = 0;  ///< epoch of Terms in which it was last saved
@@ -123,6 +124,7 @@ class Terms {
     std::vector<int> pulls;
     double cost = 0.0;
     double model_offset = 0.0;
+    double model_error = 0.0;
     bool alive = false;
   };
 
