@@ -130,18 +130,10 @@ std::vector<ConsensusSet> consensus_sets(const IdentityHypotheses& hypotheses, d
 ConsensusSet decided_consensus(const IdentityHypotheses& hypotheses, double gate, double margin) {
   const std::vector<ConsensusSet> sets = consensus_sets(hypotheses, gate);
   if (sets.empty() || sets.front().cost > -margin) return {};
-  ConsensusSet best = sets.front();
-  for (const ConsensusSet& other : sets) {
-    if (other.cost > sets.front().cost + margin) break;
-    const auto ambiguous = [&](int p) {
-      return std::any_of(other.pairs.begin(), other.pairs.end(),
-                         [&](int q) { return contradict(hypotheses, p, q); });
-    };
-    best.pairs.erase(std::remove_if(best.pairs.begin(), best.pairs.end(), ambiguous),
-                     best.pairs.end());
-  }
+  const std::vector<int> pairs =
+      undisputed(sets, margin, [&](int p, int q) { return contradict(hypotheses, p, q); });
   std::vector<int> believed;
-  for (const std::vector<int>& group : correlated_groups(hypotheses, best.pairs)) {
+  for (const std::vector<int>& group : correlated_groups(hypotheses, pairs)) {
     if (taken_together(hypotheses, gate, group).cost > -margin) continue;
     believed.insert(believed.end(), group.begin(), group.end());
   }

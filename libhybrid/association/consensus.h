@@ -2,11 +2,28 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "libhybrid/geometry/eigen.h"
 
 namespace HYBRID_API hybrid {
+
+/// The pairs of the best answer, the first, that no answer whose cost is within `margin` of it
+/// contradicts. Answers have `pairs` and `cost`, and stand in the order of their costs.
+template <class Answer, class Contradict>
+auto undisputed(const std::vector<Answer>& answers, double margin, const Contradict& contradict) {
+  auto pairs = answers.front().pairs;
+  for (const Answer& other : answers) {
+    if (other.cost > answers.front().cost + margin) break;
+    const auto is_disputed = [&](const auto& p) {
+      return std::any_of(other.pairs.begin(), other.pairs.end(),
+                         [&](const auto& q) { return contradict(p, q); });
+    };
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_disputed), pairs.end());
+  }
+  return pairs;
+}
 
 /// Supposed identities between two groups of landmarks: pair k says that a[k] of the one group and
 /// b[k] of the other are the same thing, so that their difference, a Gaussian with the given mean

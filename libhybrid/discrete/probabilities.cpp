@@ -112,6 +112,13 @@ std::vector<double> posterior(std::vector<double> prior,
   return prior;
 }
 
+double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief) {
+  if (likelihood.empty() || belief.size() != likelihood.size()) return 0.0;
+  double p = 0.0;
+  for (std::size_t s = 0; s < likelihood.size(); ++s) p += likelihood[s] * belief[s];
+  return -std::log(p);
+}
+
 int most_probable(const std::vector<double>& probabilities) {
   if (probabilities.empty()) return -1;
   return static_cast<int>(std::max_element(probabilities.begin(), probabilities.end()) -

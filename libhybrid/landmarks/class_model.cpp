@@ -103,11 +103,4 @@ std::vector<double> ClassModel::likelihood(const std::vector<double>& probabilit
   return out;
 }
 
-double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief) {
-  if (likelihood.empty() || belief.empty()) return 0;
-  double p = 0;
-  for (std::size_t s = 0; s < likelihood.size(); ++s) p += likelihood[s] * belief[s];
-  return -std::log(p);
-}
-
 }  // namespace hybrid

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/export.h"
+#include "libhybrid/discrete/probabilities.h"
 
 namespace HYBRID_API hybrid {
 
@@ -57,9 +57,5 @@ class ClassModel {
   ClassOptions options_;
   std::string where_ = "classes";  // for messages
 };
-
-/// -log p(class scores) of a landmark whose class probabilities are `belief`, up to a constant of
-/// the scores; `likelihood` is that of the scores. 0 where either is empty.
-double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief);
 
 }  // namespace hybrid

@@ -17,16 +17,17 @@ void enter(const Contribution& contribution, LandmarkRegistry& landmarks) {
 
 Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, const MapView& map) {
   if (!map.holds(before)) return frame.joint_covariance({});
-  const Eigen::Index n = map.is_3d ? 6 : 3;
   const Eigen::Isometry3d T_now_before =
       between(frame.T_map_robot, isometry_at(map.values, before));
-  Eigen::MatrixXd J(n, 2 * n);
-  J.leftCols(n).setIdentity();
-  if (map.is_3d) {
-    J.rightCols(n) = -adjoint(T_now_before);
-  } else {
-    J.rightCols(n) = -to_se2(T_now_before).adjoint();
-  }
+  if (map.is_3d) return covariance_of_motion(frame, before, adjoint(T_now_before));
+  return covariance_of_motion(frame, before, to_se2(T_now_before).adjoint());
+}
+
+Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before,
+                                     const Eigen::MatrixXd& adjoint) {
+  const Eigen::Index n = adjoint.rows();
+  Eigen::MatrixXd J(n, 2 * n);  // the newest pose comes first
+  J << Eigen::MatrixXd::Identity(n, n), -adjoint;
   return frame.covariance_of({before}, J);
 }
 

@@ -76,6 +76,9 @@ void enter(const Contribution& contribution, LandmarkRegistry& landmarks);
 /// Tangent covariance of the motion from a pose of the map to that of the keyframe, perturbed from
 /// the right; where the former pose has left the graph, that of the keyframe's pose.
 Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before, const MapView& map);
+/// The same of a pose that is in the graph; `adjoint` is that of the motion back to it.
+Eigen::MatrixXd covariance_of_motion(const KeyframeView& frame, Key before,
+                                     const Eigen::MatrixXd& adjoint);
 
 /// What became of a contribution.
 struct Outcome {

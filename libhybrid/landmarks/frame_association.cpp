@@ -16,6 +16,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
+#include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
@@ -68,9 +69,8 @@ Eigen::MatrixXd local_covariance(const Pose& T_map_robot, const KeyframeView& fr
   const auto first =
       views.first_near(frame.T_map_robot.translation(), coverage.max_range, frame.pose, map);
   if (!first) return frame.joint_covariance({});
-  Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
-  J << Pose::Jacobian::Identity(), -T_map_robot.between(map.values.at<Pose>(*first)).adjoint();
-  return frame.covariance_of({*first}, J);
+  return covariance_of_motion(frame, *first,
+                              T_map_robot.between(map.values.at<Pose>(*first)).adjoint());
 }
 
 /// Each landmark is seen itself, or something about it.

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "libhybrid/association/consensus.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/sensor_view.h"
@@ -95,16 +96,10 @@ Merge decided(std::vector<Recognition> found, double margin, bool concluding) {
   Merge merge;
   if (found.empty() || found.front().cost > -margin) return merge;
   const Recognition& best = found.front();
-  merge.pairs = best.pairs;
-  for (const Recognition& other : found) {
-    if (concluding || other.cost > best.cost + margin) break;
-    const auto ambiguous = [&](const std::pair<int, int>& p) {
-      return std::any_of(other.pairs.begin(), other.pairs.end(),
-                         [&](const auto& q) { return contradict(p, q); });
-    };
-    merge.pairs.erase(std::remove_if(merge.pairs.begin(), merge.pairs.end(), ambiguous),
-                      merge.pairs.end());
-  }
+  merge.pairs =
+      concluding ? best.pairs : undisputed(found, margin, [](const auto& p, const auto& q) {
+        return contradict(p, q);
+      });
   if (2 * merge.pairs.size() < best.pairs.size()) merge.pairs.clear();
   merge.evidence = -best.cost;
   merge.chi_square = best.chi_square;
@@ -143,9 +138,8 @@ double LoopClosing::chance(const View& view, const KeyframeView& frame, double d
   const auto drift = [&](const auto& T_map_view, const auto& T_map_robot) {
     using Pose = std::decay_t<decltype(T_map_view)>;
     constexpr int kDim = Pose::Point::RowsAtCompileTime;
-    Eigen::MatrixXd J(Pose::kDim, 2 * Pose::kDim);  // the newest pose comes first
-    J << Pose::Jacobian::Identity(), -T_map_robot.between(T_map_view).adjoint();
-    const typename Pose::Jacobian P = frame.covariance_of({view.pose}, J);
+    const typename Pose::Jacobian P =
+        covariance_of_motion(frame, view.pose, T_map_robot.between(T_map_view).adjoint());
     const double turn = P.diagonal().tail(Pose::kDim - kDim).sum();
     const double range = 0.5 * view.coverage.max_range;
     Eigen::Matrix<double, kDim, kDim> spread = P.template topLeftCorner<kDim, kDim>();

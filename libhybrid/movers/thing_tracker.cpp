@@ -25,14 +25,6 @@ constexpr double kDecisiveOdds = 20;
 /// Most nats that the costs of sightings with ids differ by: the id decides.
 constexpr double kNamed = 1e6;
 
-/// -log p(class scores) of a thing with these class probabilities, up to a constant of the scores.
-double scores_cost(const std::vector<double>& phi, const std::vector<double>& belief) {
-  if (phi.empty() || belief.size() != phi.size()) return 0;
-  double p = 0;
-  for (std::size_t s = 0; s < phi.size(); ++s) p += phi[s] * belief[s];
-  return -std::log(p);
-}
-
 template <int D>
 MotionFilter<D> filter_of(const std::vector<int>& sightings, std::size_t newest, double births,
                           const MotionPrior& prior, const ThingTracker::Locate& locate) {
@@ -128,7 +120,7 @@ void ThingTracker::take_in(const std::vector<ThingSighting>& frame, const Locate
   problem.matched.setConstant(rows, cols, std::numeric_limits<double>::infinity());
   problem.unmatched.resize(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    problem.unmatched[i] = -log_density + scores_cost(frame[i].phi, look_.class_prior);
+    problem.unmatched[i] = -log_density + class_cost(frame[i].phi, look_.class_prior);
   }
   for (Eigen::Index j = 0; j < cols; ++j) {
     const Thing& thing = things_[followed_[j]];
@@ -141,7 +133,7 @@ void ThingTracker::take_in(const std::vector<ThingSighting>& frame, const Locate
       if (s.id != thing.id) continue;
       const double log_p = filters.back().log_density(s.seen, moving);
       const double cost =
-          scores_cost(s.phi, beliefs.back()) - log_p - unseen - log_detected + log_missed;
+          class_cost(s.phi, beliefs.back()) - log_p - unseen - log_detected + log_missed;
       problem.matched(i, j) = s.id ? problem.unmatched[i] - kNamed : cost;
     }
   }

@@ -169,14 +169,8 @@ class ScanJoinGraph {
   /// Where a local map of the second is in one of the first, as known so far.
   UncertainMotion relation(std::size_t i, std::size_t k) const {
     const Key key = key_of_second(k);
-    const bool is_matched = holds(key_of_first(i));
-    const SE2 anchor = is_matched ? pose(key_of_first(i)) : first_[i].T_map_anchor;
-    const SE2 motion = anchor.between(pose(key));
-    if (is_matched) {
-      Eigen::MatrixXd J(3, 6);
-      J << -motion.inverse().adjoint(), Eigen::Matrix3d::Identity();
-      return {motion, selection_.smoother().joint_covariance({key_of_first(i), key}, J)};
-    }
+    if (holds(key_of_first(i))) return relation_of(key_of_first(i), key, selection_.smoother());
+    const SE2 motion = first_[i].T_map_anchor.between(pose(key));
     const Eigen::Matrix3d Ad = motion.inverse().adjoint();
     return {motion, covariance(key) + Ad * first_[i].covariance * Ad.transpose()};
   }

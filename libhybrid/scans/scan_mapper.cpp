@@ -46,10 +46,7 @@ SE2 ScanMapper::pose(std::size_t keyframe) const {
 }
 
 UncertainMotion ScanMapper::relation(std::size_t a, std::size_t b) const {
-  const SE2 motion = pose(a).between(pose(b));
-  Eigen::MatrixXd J(3, 6);
-  J << -motion.inverse().adjoint(), Eigen::Matrix3d::Identity();
-  return {motion, selection_.smoother().joint_covariance({pose_key(a), pose_key(b)}, J)};
+  return relation_of(pose_key(a), pose_key(b), selection_.smoother());
 }
 
 void ScanMapper::adopt(std::vector<StoredScans> stored, const UncertainMotion& start) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libhybrid/core/detail/quantile.h"
+#include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
 namespace {
@@ -41,6 +42,13 @@ double rotation_sigma(double distance, double turn) {
 }
 
 }  // namespace
+
+UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother) {
+  const SE2 motion = smoother.values().at<SE2>(a).between(smoother.values().at<SE2>(b));
+  Eigen::MatrixXd J(3, 6);
+  J << -motion.inverse().adjoint(), Eigen::Matrix3d::Identity();
+  return {motion, smoother.joint_covariance({a, b}, J)};
+}
 
 void OdometryNoise::Scale::add(double error, double degrees_of_freedom) {
   errors.push_back(error / (degrees_of_freedom > 1.0 ? kMedian2 : kMedian1));

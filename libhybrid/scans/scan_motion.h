@@ -7,16 +7,22 @@
 #include <cstddef>
 #include <deque>
 
+#include "libhybrid/core/key.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se2.h"
 
 namespace HYBRID_API hybrid {
+
+class IncrementalSmoother;
 
 /// A measured motion with its covariance in the tangent (x, y [m], angle [rad]).
 struct UncertainMotion {
   SE2 motion;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
 };
+
+/// Where pose b of a map is, seen from pose a.
+UncertainMotion relation_of(Key a, Key b, const IncrementalSmoother& smoother);
 
 /// The noise of odometry, measured by comparison with matches of scans: standard deviations that
 /// grow with distance and turn, times robust scales of the last keyframes.
