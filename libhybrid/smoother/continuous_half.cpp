@@ -16,8 +16,6 @@ namespace {
 
 /// Gauss-Newton steps that a half-step may take beyond the first.
 constexpr int kMoreSteps = 3;
-/// How much less may stay bent where the parts that stayed cost more than the step has brought.
-constexpr double kLessBent = 0.1;
 /// Terms whose factors are loaded ahead: the time of some evaluations is that of a load.
 constexpr std::size_t kAhead = 4;
 /// Of a factor between two variables with their noise; of larger ones the beginning.
@@ -71,10 +69,8 @@ void IncrementalSmoother::touch_untied() {
 /// where it does not lower the objective as its linear model promised, some more of them with all
 /// that moved linearised again; and where that does not help, damped steps. A step that raises the
 /// objective is not taken where its linear model promises less than linear models may be off by:
-/// what is left is rounding, which in a long chain no new linearisation mends. Where the linear
-/// models rise by more than that, what stayed bent cost more than the step has brought: it is
-/// solved again with less of that, and where that does not help, with the models of all that moved
-/// made again. Where a step raises the objective by less than that, part of it is enough.
+/// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
+/// objective by less than that, part of it is enough.
 void IncrementalSmoother::continuous_step(UpdateReport& report) {
   ++report.rounds;
   const double before = term_cost_.value();
@@ -84,9 +80,8 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
   const double negligible = std::min(leeway_.relinearize, leeway_.minor);
   double from = before;  // the objective when the models were last made again
   double promised = 0.0;
-  Leeway leeway = leeway_;
   for (int tries = 0;; ++tries) {
-    solve(leeway);
+    solve(leeway_);
     const double gained = before - term_cost_.value();
     const double by_models = from - term_cost_.value() + model_error_;
     if (tries == 0) promised = by_models;
@@ -94,22 +89,18 @@ void IncrementalSmoother::continuous_step(UpdateReport& report) {
     const Place start = old_;
     if (gained < 0.0 && by_models <= negligible) {
       go_along(start, way_from(start), 0.0);
-      if (by_models >= -negligible || tries == kMoreSteps) break;
-      if (tries == 0) {
-        for (double* of : {&leeway.bend, &leeway.bend_share, &leeway.wildfire}) *of *= kLessBent;
-        continue;
-      }
-      touch(start.slots);
-    } else if (gained >= -negligible && !falls_short(gained, promised)) {
+      break;
+    }
+    if (gained >= -negligible && !falls_short(gained, promised)) {
       go_part_of_the_way(start, before);
       break;
-    } else if (tries == kMoreSteps) {
+    }
+    if (tries == kMoreSteps) {
       fall_back(before, promised, report);
       break;
-    } else {
-      touch(changed_);
     }
     // All that moved, not just the worst factors.
+    touch(changed_);
     off_.clear();
     make_models_again(touched_, report);
     from = term_cost_.value();
