@@ -63,7 +63,7 @@ class Parts {
 
 /// The robust problem, with the index in `loops` of each closure.
 struct Task : RobustTask {
-  std::vector<std::size_t> loop_of;  // of relative poses that are not trusted, asked in order
+  std::vector<std::size_t> loop_of;
   std::size_t bridges = 0;
 };
 

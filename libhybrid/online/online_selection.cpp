@@ -233,12 +233,10 @@ std::vector<ClosureDecision> OnlineSelection::decisions() const {
 
 /// Decisions on all closures, each by one covariance.
 std::vector<ClosureDecision> OnlineSelection::judge() const {
+  JudgedClosures judged = judged_closures();
+  const std::vector<bool>& in = judged.accepted;
   RobustProblem problem;
-  std::vector<bool> in;
-  for (std::size_t k = 0; k < closures_.size(); ++k) {
-    problem.closures.push_back(closures_[k].factor);
-    in.push_back(accepted(k));
-  }
+  problem.closures = std::move(judged.factors);
   std::vector<ClosureDecision> decisions =
       make_decisions(problem, smoother_.values(), in, options_.mixture);
   const EvidenceModel model = evidence_model();

@@ -95,6 +95,13 @@ int fail_everywhere(const Course<Judge>& course) {
   return failures;
 }
 
+/// The first pose of a course.
+void add_origin(Delta& delta) {
+  delta.values.insert(pose(0), SE2());
+  delta.continuous.push_back(
+      std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01)));
+}
+
 /// Two laps with closures, true ones and false ones.
 class FragileLaps : public Course<OnlineSelection> {
  public:
@@ -109,9 +116,7 @@ class FragileLaps : public Course<OnlineSelection> {
   void step(OnlineSelection& judge, int k) const override {
     Delta delta;
     if (k == 0) {
-      delta.values.insert(pose(0), SE2());
-      delta.continuous.push_back(
-          std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01)));
+      add_origin(delta);
     } else {
       const SE2 z = kMotion * noise_[k];
       delta.values.insert(pose(k), judge.smoother().values().at<SE2>(pose(k - 1)) * z);
@@ -148,9 +153,7 @@ class FragileChoices : public Course<OnlineSelection> {
   void step(OnlineSelection& judge, int k) const override {
     Delta delta;
     if (k == 0) {
-      delta.values.insert(pose(0), SE2());
-      delta.continuous.push_back(
-          std::make_shared<Prior<SE2>>(pose(0), SE2(), Noise::isotropic(3, 0.01)));
+      add_origin(delta);
     } else {
       const SE2& z = noise_[k];
       const auto step = fragile(between(k - 1, k, z, 0.02));
