@@ -1,15 +1,21 @@
-# What the longest tests of the binaries take [s], so that ctest starts them first where it has no record of its own, as in a
-# fresh clone. Tests that are no binaries have theirs beside them.
-foreach(entry Certificate.NoneIsFalseOnAThousandGraphs:25
-        ExperimentFaults.LosesAndDoublesNoTrialHoweverItIsStopped:23
-        FindPlace.FindsARobotAnywhereInThePlane:19 FindPlace.RowsOfParkedCarsOfTheSameTownAreFound:18 ProgramFaults.PoseGraph:16
-        Tries.AnswerAsThePageSays:15 MapFaults.AMapOutlivesBeingKilled:15 ReplayFaults.AnAllocationThatFails:15
-        ProgramFaults.AnOnlinePoseGraphThatIsStoppedWritesWhatItHas:14 JoinMaps.MakesCommonLandmarksOne:14
-        ReplayFaults.KilledAtAnyCallOfTheDiskItIsTheOldResultOrTheNewOne:13 ProgramFaults.Simulation:13
-        RanksTest.ADeadOneLosesOnlyItsTrial:13 PrintedConfig.ReadsBackFromAnyFolder:12
-        MapFaults.OutAndMapAppearTogetherOrNotAtAll:11 MapFaults.AMapOutlivesAFullDisk:10)
-  string(REPLACE ":" ";" entry ${entry})
-  list(GET entry 0 test)
-  list(GET entry 1 seconds)
-  set_tests_properties(${test} PROPERTIES COST ${seconds})
-endforeach()
+# What the longest tests of the binaries, and the longest suites without them, take [s], so that ctest starts them first where
+# it has no record of its own, as in a fresh clone. Tests that are no binaries have theirs beside them.
+set(costs
+    libhybrid/solvers/Certificate.NoneIsFalseOnAThousandGraphs:25
+    faults/ExperimentFaults.LosesAndDoublesNoTrialHoweverItIsStopped:23
+    libhybrid/maps/FindPlace.FindsARobotAnywhereInThePlane:19
+    libhybrid/maps/FindPlace.RowsOfParkedCarsOfTheSameTownAreFound:18
+    faults/ProgramFaults.PoseGraph:16
+    apps/Tries.AnswerAsThePageSays:15
+    faults/MapFaults.AMapOutlivesBeingKilled:15
+    faults/ReplayFaults.AnAllocationThatFails:15
+    faults/ProgramFaults.AnOnlinePoseGraphThatIsStoppedWritesWhatItHas:14
+    libhybrid/maps/JoinMaps.MakesCommonLandmarksOne:14
+    faults/ReplayFaults.KilledAtAnyCallOfTheDiskItIsTheOldResultOrTheNewOne:13
+    faults/ProgramFaults.Simulation:13
+    apps/RanksTest.ADeadOneLosesOnlyItsTrial:13
+    apps/PrintedConfig.ReadsBackFromAnyFolder:12
+    faults/MapFaults.OutAndMapAppearTogetherOrNotAtAll:11
+    faults/MapFaults.AMapOutlivesAFullDisk:10
+    faults/ReplayFaults.ACallOfTheDiskThatFails:10
+    apps/ReplayTest.ASignalEndsAPluginThatWaitsForEver:19)
