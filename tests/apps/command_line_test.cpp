@@ -87,8 +87,9 @@ TEST_F(CommandLine, FilesOfOtherProgramsAreNamed) {
 }
 
 /// All texts of --help, those of commands too.
-std::vector<std::string> help_texts() {
-  std::vector<std::string> texts;
+const std::vector<std::string>& help_texts() {
+  static std::vector<std::string> texts;
+  if (!texts.empty()) return texts;
   for (const char* command :
        {"hybrid-experiment", "hybrid-import", "hybrid-import csv", "hybrid-import kitti",
         "hybrid-map", "hybrid-map export", "hybrid-map join", "hybrid-objects", "hybrid-pgo",

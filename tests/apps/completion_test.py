@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, the hybrid mapping authors
 """What bash and zsh complete. Usage: completion_test.py FOLDER_OF_PROGRAMS"""
+import functools
 import os
 import pathlib
 import pty
@@ -17,18 +18,24 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 
 
 class Completion(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.written = cls.enterClassContext(tempfile.TemporaryDirectory())
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
 
-    def write(self, program):
-        subprocess.run([sys.executable, "-B", f"{ROOT}/scripts/completion.py", f"{PROGRAMS}/{program}", f"{self.folder.name}/{program}.bash",
-                        f"{self.folder.name}/_{program}"], check=True)
+    @classmethod
+    @functools.cache
+    def write(cls, program):
+        subprocess.run([sys.executable, "-B", f"{ROOT}/scripts/completion.py", f"{PROGRAMS}/{program}", f"{cls.written}/{program}.bash",
+                        f"{cls.written}/_{program}"], check=True)
 
     def complete(self, *words, program="hybrid-replay"):
         self.write(program)
         listed = " ".join(f"'{word}'" for word in words)
-        text = (f"source {self.folder.name}/{program}.bash; compopt() {{ :; }}; COMP_WORDS=({program} {listed}); COMP_CWORD={len(words)}; "
+        text = (f"source {self.written}/{program}.bash; compopt() {{ :; }}; COMP_WORDS=({program} {listed}); COMP_CWORD={len(words)}; "
                 f'_{program.replace("-", "_")}; printf "%s\\n" "${{COMPREPLY[@]}}"')
         return subprocess.run(["bash", "-c", text], check=True, capture_output=True, text=True, cwd=self.folder.name).stdout.split()
 
@@ -81,7 +88,7 @@ class Completion(unittest.TestCase):
     def zsh(self, line, wanted):
         """What a terminal shows after the line and a tab: up to what is wanted, or for 20 seconds."""
         main, terminal = pty.openpty()
-        start = f"fpath=({self.folder.name} $fpath); PS1=; autoload -Uz compinit; compinit -u -D; echo ready\n"
+        start = f"fpath=({self.written} $fpath); PS1=; autoload -Uz compinit; compinit -u -D; echo ready\n"
         shell = subprocess.Popen([ZSH, "-f", "-i"], stdin=terminal, stdout=terminal, stderr=terminal, cwd=self.folder.name,
                                  env={**os.environ, "TERM": "dumb"}, start_new_session=True)
         os.close(terminal)

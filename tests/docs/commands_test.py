@@ -10,6 +10,7 @@ the answers.
 """
 
 import contextlib
+import functools
 import math
 import os
 import pathlib
@@ -183,14 +184,18 @@ def ready(words):
     return words
 
 
-def unknown_options(program, words):
-    """Options that neither --help nor, of a benchmark, its source names."""
+@functools.cache
+def known_options(program, *subcommand):
+    """Those that --help or, of a benchmark, its source names."""
     if program.startswith("bench-"):
         text = (ROOT / f"bench/{program}.cpp").read_text(encoding="utf-8")
     else:
-        subcommand = words[1:2] if program == "hybrid-import" else []
         text = subprocess.run([BIN / program, *subcommand, "--help"], capture_output=True, text=True, check=False).stdout
-    known = set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", text))
+    return set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", text))
+
+
+def unknown_options(program, words):
+    known = known_options(program, *(words[1:2] if program == "hybrid-import" else []))
     return [w for w in (word.split("=")[0] for word in words[1:]) if re.match(r"--?[a-zA-Z]", w) and w not in known]
 
 
