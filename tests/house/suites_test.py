@@ -79,7 +79,7 @@ class SuitesTest(unittest.TestCase):
     def test_refuses_a_cost_of_no_test(self):
         self.write_costs("room/Plain.Gone:9")
         run = self.ctest()
-        self.assertIn("no test or suite of room is called Plain.Gone", run.stderr)
+        self.assertIn("no test or suite of room is called Plain.Gone", " ".join(run.stderr.split()))  # it is wrapped
         self.assertNotEqual(0, run.returncode)
 
     def test_a_program_that_is_not_built_fails(self):
