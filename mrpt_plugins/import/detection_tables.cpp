@@ -20,8 +20,8 @@ namespace hybrid {
 namespace {
 
 const std::vector<std::string> kDetectionColumns{
-    "time", "range", "yaw",     "pitch",       "class",     "score",       "x",     "y",
-    "z",    "id",    "true_id", "sigma_range", "sigma_yaw", "sigma_pitch", "p_NAME"};
+    "time",  "range", "yaw",     "pitch",       "x",         "y",           "z",     "class",
+    "score", "id",    "true_id", "sigma_range", "sigma_yaw", "sigma_pitch", "p_NAME"};
 
 /// All classes of the columns p_NAME, or else in column class, sorted.
 std::vector<std::string> classes_in(const std::string& path) {
