@@ -52,7 +52,7 @@ std::string unknown_word(const CLI::App& app) {
   }
   if (words.empty()) return "";
   const std::vector<std::string> commands = command_names(*command);
-  if (commands.empty()) return "nothing is made of " + in_quotes(words.front());
+  if (commands.empty()) return in_quotes(words.front()) + " is one argument too many";
   return fmt::format("there is no {}{}; known are: {}", in_quotes(words.front()),
                      suggestion(words.front(), commands), fmt::join(commands, " "));
 }

@@ -46,7 +46,12 @@ void bind_keys(py::module_& m) {
   py::class_<Key>(m, "Key",
                   "Name of a variable: a letter and a number below 2^56. Functions that take a key "
                   "also accept its text, such as 'x3'.")
-      .def(py::init<char, std::uint64_t>(), "letter"_a, "index"_a)
+      .def(py::init([](const std::string& letter, std::uint64_t index) {
+             if (letter.size() == 1) return parse_key(letter + std::to_string(index));
+             throw Error("a key is a letter and a number, such as Key('x', 3); its letter is '" +
+                         letter + "'");
+           }),
+           "letter"_a, "index"_a)
       .def(py::init(&parse_key), "text"_a, "From a text such as 'x3'.")
       .def_property_readonly("letter", &Key::letter)
       .def_property_readonly("index", &Key::index)
@@ -144,7 +149,14 @@ void bind_loss(py::module_& m) {
 
 Assignment to_assignment(const py::dict& values) {
   Assignment assignment;
-  for (const auto& [key, value] : values) assignment.set(key.cast<Key>(), value.cast<int>());
+  for (const auto& [name, value] : values) {
+    const Key key = name.cast<Key>();
+    if (PyIndex_Check(value.ptr()) == 0 || value.cast<py::int_>() < py::int_(0)) {
+      throw Error("the value of discrete variable " + to_string(key) +
+                  " is a whole number of at least 0; got " + py::repr(value).cast<std::string>());
+    }
+    assignment.set(key, value.cast<int>());
+  }
   return assignment;
 }
 

@@ -243,7 +243,8 @@ CLI::App* add_detection_tables(CLI::App& app, Convert& convert) {
   format
       ->add_option(
           "--detections", o->detections,
-          "columns time[,range],yaw[,pitch][,class][,score][,id][,true_id][,sigma_...]; or "
+          "columns time[,range],yaw[,pitch] or time,x,y[,z], then [,class][,score][,id][,true_id]"
+          "[,sigma_...]; or "
           "p_NAME for each class instead of class,score. Or boxes in images: a folder of "
           "YOLO, COCO results (F.json), det.txt of MOT")
       ->required();

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
@@ -89,7 +90,7 @@ std::vector<std::vector<int>> correlated_groups(const IdentityHypotheses& h,
     for (std::size_t k = 0; k < group.size(); ++k) {
       const auto apart = std::partition(pairs.begin(), pairs.end(),
                                         [&](int q) { return !are_correlated(h, group[k], q); });
-      group.insert(group.end(), apart, pairs.end());
+      std::copy(apart, pairs.end(), std::back_inserter(group));
       pairs.erase(apart, pairs.end());
     }
     groups.push_back(std::move(group));

@@ -29,6 +29,9 @@ using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<d
 /// A search for the least Mahalanobis distance: a point farther than `best` standard deviations
 /// along, the largest of the noise, cannot win.
 struct BestMatch {
+  using DistanceType = double;  // nanoflann asks for it from version 1.5 on, and for sort()
+  void sort() {}
+
   const Points& points;
   const Points& directions;
   const MatchWeights& weights;
@@ -124,7 +127,7 @@ int TargetCloud::match(const Eigen::Vector3d& p, const MatchNoise& noise,
       search.winner = incumbent;
     }
   }
-  tree_->index.findNeighbors(search, p.data(), nanoflann::SearchParams());
+  tree_->index.findNeighbors(search, p.data(), {});
   distance = search.best;
   return search.winner;
 }

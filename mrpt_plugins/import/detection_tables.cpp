@@ -20,8 +20,8 @@ namespace hybrid {
 namespace {
 
 const std::vector<std::string> kDetectionColumns{
-    "time", "range",   "yaw",         "pitch",     "class",       "score",
-    "id",   "true_id", "sigma_range", "sigma_yaw", "sigma_pitch", "p_NAME"};
+    "time",  "range", "yaw",     "pitch",       "x",         "y",           "z",     "class",
+    "score", "id",    "true_id", "sigma_range", "sigma_yaw", "sigma_pitch", "p_NAME"};
 
 /// All classes of the columns p_NAME, or else in column class, sorted.
 std::vector<std::string> classes_in(const std::string& path) {
@@ -74,6 +74,45 @@ std::vector<float> scores_of(const NamedTable& table, const std::vector<std::str
   return scores;
 }
 
+/// Whether detections are places as the sensor sees them, x ahead, y to the left and z up, in place
+/// of ranges and angles.
+bool has_places(const NamedTable& table) {
+  return table.has("x") || table.has("y") || table.has("z");
+}
+
+/// Whether detections have a range, stated or of their place.
+bool has_ranges(const NamedTable& table) {
+  return table.has("range") || has_places(table);
+}
+
+double range_of(const NamedTable& table) {
+  if (!has_places(table)) return table.number("range");
+  return std::hypot(table.number("x"), table.number("y"), table.has("z") ? table.number("z") : 0);
+}
+
+double yaw_of(const NamedTable& table) {
+  return has_places(table) ? std::atan2(table.number("y"), table.number("x")) : table.angle("yaw");
+}
+
+/// Positive is down.
+double pitch_of(const NamedTable& table) {
+  if (!has_places(table)) return table.angle("pitch");
+  return -std::atan2(table.number("z"), std::hypot(table.number("x"), table.number("y")));
+}
+
+/// Refuses a table that lacks columns, or has those of both kinds.
+void check_columns(const NamedTable& table) {
+  if (has_places(table)) {
+    table.require({"time", "x", "y"});
+    if (table.has("range") || table.has("yaw") || table.has("pitch")) {
+      table.refuse("columns x, y beside range or yaw: one or the other");
+    }
+    return;
+  }
+  if (table.has("yaw") || !table.has("range") || !table.has("id")) table.require({"time", "yaw"});
+  table.require({"time"});
+}
+
 /// Noise that depends on the range, where the table states none.
 void set_noise_by_range(const DetectionTablesOptions& o, bool has_range,
                         CObservationClassedBearingRange::Detection& d) {
@@ -89,9 +128,9 @@ void set_noise_by_range(const DetectionTablesOptions& o, bool has_range,
 void add_detection(const NamedTable& table, const std::vector<std::string>& classes,
                    const DetectionTablesOptions& options, CObservationClassedBearingRange& frame) {
   CObservationClassedBearingRange::Detection d;
-  if (frame.has_range) d.range = static_cast<float>(table.number("range"));
-  d.yaw = static_cast<float>(table.angle("yaw"));
-  if (frame.has_pitch) d.pitch = static_cast<float>(table.angle("pitch"));
+  if (frame.has_range) d.range = static_cast<float>(range_of(table));
+  d.yaw = static_cast<float>(yaw_of(table));
+  if (frame.has_pitch) d.pitch = static_cast<float>(pitch_of(table));
   if (const auto id = table.id("id")) d.landmark_id = static_cast<std::int32_t>(*id);
   if (const auto id = table.id("true_id")) d.true_landmark_id = static_cast<std::int32_t>(*id);
   d.std_range = static_cast<float>(table.sigma("sigma_range"));
@@ -134,9 +173,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   const std::vector<std::string> classes =
       options.classes.empty() ? classes_in(options.detections) : options.classes;
   NamedTable table(options.detections, kDetectionColumns, kColumnAliases);
-  const bool has_yaw = table.has("yaw");
-  if (has_yaw || !table.has("range") || !table.has("id")) table.require({"time", "yaw"});
-  table.require({"time"});
+  check_columns(table);
   check_classes(table, classes, options, log);
   DetectionSteps steps(options, log);
   double first = 0;
@@ -145,15 +182,15 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     log.used(table.share());
     const double time = table.time();
     if (!std::isfinite(steps.time())) first = time;
-    if (time < steps.time()) table.fail("time", "time goes backwards");
+    if (time < steps.time()) table.fail("time", "time goes backwards: sort the rows by it");
     if (!steps.is_of(time)) {
       steps.end();
-      steps.begin(time, table.has("range"), table.has("pitch"), classes);
+      steps.begin(time, has_ranges(table), table.has("pitch") || table.has("z"), classes);
     }
-    if (table.has("range") && table.number("range") <= 0) {
+    if (has_ranges(table) && range_of(table) <= 0) {
       log.drop("detection dropped: range not positive");
-    } else if (!has_yaw) {
-      const double range = table.number("range"), stated = table.sigma("sigma_range");
+    } else if (!table.has("yaw") && !has_places(table)) {
+      const double range = range_of(table), stated = table.sigma("sigma_range");
       const double usual = std::hypot(options.sigma_range, options.sigma_range_share * range);
       steps.add_range(range, stated > 0 ? stated : usual,
                       static_cast<std::int32_t>(table.id("id").value_or(-1)));
@@ -165,11 +202,12 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   steps.end();
   steps.finish(identified);
   for (const std::string& name : table.ignored()) {
-    log.note(fmt::format("{}: column {} is left aside", table.path(), name));
+    log.note(fmt::format("{}: column {} is left aside", table.path(), name.empty() ? "''" : name));
   }
   table.note_blanks(log);
   log.note_end(options.odometry);
   log.note_end(options.detections);
+  if (!std::isfinite(steps.time())) throw Error(options.detections + ": no detections");
   if (log.steps() == 0) {
     throw Error(
         fmt::format("{}: no detection has odometry around it: they are of {} to {} s, and "

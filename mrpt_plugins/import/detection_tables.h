@@ -30,11 +30,11 @@ struct DetectionTablesOptions {
   /// Columns time, x, y, yaw or time, x, y, z, yaw, pitch, roll, or quaternions qx, qy, qz, qw in
   /// place of angles: odometry poses, [s], [m], [rad].
   std::string odometry;
-  /// Columns time, yaw, and where they are measured range and pitch (positive: down); optional
-  /// class, score, id, true_id, sigma_range, sigma_yaw, sigma_pitch; or instead of class and score
-  /// the probability of every class, p_NAME. With ranges and ids but no yaw, they are ranges to
-  /// beacons. Or boxes in images: a folder of YOLO's text files, COCO results (.json), or det.txt
-  /// of MOT.
+  /// Columns time, yaw, and where they are measured range and pitch (positive: down), or time, x, y
+  /// and z as the sensor sees them (ahead, left, up); optional class, score, id, true_id,
+  /// sigma_range, sigma_yaw, sigma_pitch; or instead of class and score the probability of every
+  /// class, p_NAME. With ranges and ids but no yaw, they are ranges to beacons. Or boxes in images:
+  /// a folder of YOLO's text files, COCO results (.json), or det.txt of MOT.
   std::string detections;
   std::vector<std::string> classes;  ///< Names; empty: those met in the table, sorted.
   double score = 1;  ///< Probability of the class of a detection where the table has none.

@@ -66,8 +66,14 @@ std::string_view first_line(std::string_view text) {
 }  // namespace
 
 std::string foreign_kind(std::string_view head) {
+  constexpr std::string_view kMapId = "HMAP";  // of the SQLite database
+  constexpr std::size_t kMapIdAt = 68;
   constexpr std::string_view kTarMagic = "ustar";
   constexpr std::size_t kTarMagicAt = 257;
+  if (head.size() > kMapIdAt && starts_with(head, "SQLite format 3") &&
+      starts_with(head.substr(kMapIdAt), kMapId)) {
+    return "this is a map file: give it with --map beside a log, or to hybrid-map";
+  }
   for (const auto& [magic, text] : kBinary) {
     if (starts_with(head, magic)) return std::string(text);
   }

@@ -102,6 +102,11 @@ def test_reports_show_their_fields():
     (lambda: h.Estimate({"x0": h.SE2(math.nan, 0, 0)}, {}), "initial value of x0 is not finite"),
     (lambda: h.levenberg_marquardt(h.HybridGraph(), {"x7": [math.inf]}), "initial value of x7 is not finite"),
     (lambda: h.Estimate({}, {"d": 1}), "got 'd'"),
+    (lambda: h.Estimate({}, {"d0": 1.5}), "the value of discrete variable d0 is a whole number of at least 0; got 1.5"),
+    (lambda: h.Estimate({}, {"d0": -1}), "the value of discrete variable d0 is a whole number of at least 0; got -1"),
+    (lambda: h.Assignment({"d0": "a"}), "got 'a'"),
+    (lambda: h.Key("landmark", 1), "such as Key('x', 3); its letter is 'landmark'"),
+    (lambda: h.Key("x1", 2), "its letter is 'x1'"),
     (lambda: h.ContinuousMarginals(*chain()).joint_covariance(["x0", "y"]), "got 'y'"),
 ])
 def test_a_mistake_is_told_by_name(call, message):

@@ -37,6 +37,10 @@ TEST_F(CommandLine, MistypedOptionsAreCorrected) {
   }
 }
 
+TEST_F(CommandLine, AWordTooManyIsNamed) {
+  expect_refusal("hybrid-map", "export a.hmap --mcap b.mcap", "'b.mcap' is one argument too many");
+}
+
 TEST_F(CommandLine, AVideoIsToldHowToBeMadeOfFrames) {
   expect_refusal("hybrid-replay", "--video a.mp4", "ffmpeg -framerate 10 -i OUT/frames/frame_%04d");
 }

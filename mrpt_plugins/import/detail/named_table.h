@@ -37,6 +37,29 @@ inline bool is_probability(std::string_view name) {
          name.substr(0, kProbabilityPrefix.size()) == kProbabilityPrefix;
 }
 
+/// The name of a column as others write it, "Time [s]" or "X (m)": in small letters and without the
+/// unit. Classes of columns p_NAME keep theirs.
+struct ColumnHeading {
+  explicit ColumnHeading(std::string_view text) {
+    const std::size_t bracket = text.find_first_of("[(");
+    if (bracket != std::string_view::npos && bracket > 0) {
+      unit = in_small_letters(text.substr(bracket + 1, text.find_first_of("])") - bracket - 1));
+      text = text.substr(0, text.find_last_not_of(' ', bracket - 1) + 1);
+    }
+    name = is_probability(text) ? std::string(text) : in_small_letters(text);
+    if (name.size() > 4 && name.substr(name.size() - 4) == "_deg") unit = "deg";
+  }
+  static std::string in_small_letters(std::string_view text) {
+    std::string small(text);
+    for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return small;
+  }
+  /// Whether the unit is one that columns have.
+  bool is_usual() const { return unit.empty() || unit == "s" || unit == "m" || unit == "rad"; }
+
+  std::string name, unit;
+};
+
 /// Other names of columns, and those that they are read as.
 using ColumnAliases = std::map<std::string, std::string>;
 
@@ -50,10 +73,16 @@ class NamedTable {
     const bool has_probabilities = std::find(known.begin(), known.end(), "p_NAME") != known.end();
     const auto header = table_.next();
     for (std::size_t i = 0; i < header->size(); ++i) {
-      std::string name((*header)[i]);
+      const ColumnHeading heading((*header)[i]);
+      std::string name = heading.name;
       if (is_row_number(name)) {
         ignored_.push_back(name);
         continue;
+      }
+      if (!heading.is_usual()) {
+        header->fail(i, fmt::format("column in {}: times are in seconds, lengths in metres, angles "
+                                    "in radians",
+                                    heading.unit));
       }
       if (const auto alias = aliases.find(name); alias != aliases.end()) name = alias->second;
       if (starts_like_a_number(name)) {
@@ -144,7 +173,7 @@ class NamedTable {
 
  private:
   static bool is_row_number(const std::string& name) {
-    return name == "num" || name == "index" || name == "row" || name == "seq";
+    return name.empty() || name == "num" || name == "index" || name == "row" || name == "seq";
   }
 
   static std::string unknown_column(const std::string& name, std::vector<std::string> known,

@@ -23,7 +23,8 @@ inline const ColumnAliases kColumnAliases{
     {"dist", "range"},  {"r", "range"},           {"bearing", "yaw"}, {"theta", "yaw"},
     {"heading", "yaw"}, {"angle", "yaw"},         {"azimuth", "yaw"}, {"elevation", "pitch"},
     {"label", "class"}, {"category", "class"},    {"name", "class"},  {"confidence", "score"},
-    {"prob", "score"},  {"probability", "score"}, {"beacon", "id"},   {"anchor", "id"}};
+    {"prob", "score"},  {"probability", "score"}, {"beacon", "id"},   {"anchor", "id"},
+    {"tag", "id"},      {"tag_id", "id"},         {"marker", "id"},   {"marker_id", "id"}};
 
 /// The odometry, interpolated at times that do not fall. Where several poses have one time stamp,
 /// the first ends the motion before it and the last begins that after it.

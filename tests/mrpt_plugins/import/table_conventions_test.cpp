@@ -64,6 +64,59 @@ TEST_F(TableConventions, AnUnknownColumnIsAskedAbout) {
   expect("time,range,yaw,temperature", "unknown column 'temperature'; known are: time range");
 }
 
+TEST_F(TableConventions, NamesInAnyCaseWithUnitsAndAnIndexWithoutAName) {
+  const ImportReport report = imported(
+      ",Time [s],X (m),Y,Theta [rad]\n0,0,0,0,0\n1,2,2,0,1.5\n",
+      ",Timestamp,Distance,Bearing,Label,Tag_ID\n0,0.5,3,0.1,Tree,7\n1,1.5,4,-0.2,car,8\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  const auto& tree = seen(all[0]).detections.at(0);
+  EXPECT_NEAR(tree.range, 3, 1e-6);
+  EXPECT_EQ(tree.landmark_id, 7);
+  EXPECT_EQ(seen(all[0]).class_names, (std::vector<std::string>{"Tree", "car"}));
+  EXPECT_TRUE(tells(report, "column '' is left aside"));
+}
+
+TEST_F(TableConventions, AUnitThatIsAnotherIsRefused) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n2,2,0,0\n";
+  for (const char* header :
+       {"time,range,yaw [deg]", "time,range,bearing_deg", "time,range,Yaw(Deg)"}) {
+    expect_error(
+        [&] { imported(odometry, std::string(header) + "\n1,3,20\n"); },
+        "detections.csv:1:12: column in deg: times are in seconds, lengths in metres, angles in "
+        "radians");
+  }
+}
+
+TEST_F(TableConventions, PlacesAsTheSensorSeesThem) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n2,2,0,0\n";
+  imported(odometry, "time,x,y,class\n0.5,3,4,tree\n1.5,-1,-1,car\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_TRUE(seen(all[0]).has_range);
+  EXPECT_FALSE(seen(all[0]).has_pitch);
+  EXPECT_NEAR(seen(all[0]).detections.at(0).range, 5, 1e-6);
+  EXPECT_NEAR(seen(all[0]).detections.at(0).yaw, std::atan2(4, 3), 1e-6);
+  EXPECT_NEAR(seen(all[1]).detections.at(0).yaw, -3 * M_PI / 4, 1e-6);
+  std::filesystem::remove(log());
+  const ImportReport report = imported(odometry, "time,x,y,z\n0.5,3,4,-5\n0.5,0,0,0\n");
+  const auto in_space = steps();
+  EXPECT_TRUE(seen(in_space.at(0)).has_pitch);
+  EXPECT_NEAR(seen(in_space[0]).detections.at(0).range, std::sqrt(50), 1e-6);
+  EXPECT_NEAR(seen(in_space[0]).detections.at(0).pitch, M_PI / 4, 1e-6);  // positive is down
+  EXPECT_EQ(report.dropped.at("detection dropped: range not positive"), 1U);
+  std::filesystem::remove(log());
+  expect_error([&] { imported(odometry, "time,x,y,range\n0.5,3,4,5\n"); },
+               "columns x, y beside range or yaw: one or the other");
+  expect_error([&] { imported(odometry, "time,x,class\n0.5,3,a\n"); }, "no column 'y'");
+  expect_error([&] { imported(odometry, "time,yaw,z\n0.5,3,1\n"); }, "no column 'x'");
+}
+
+TEST_F(TableConventions, ATableWithoutARowIsToldAsOne) {
+  expect_error([&] { imported("time,x,y,yaw\n0,0,0,0\n2,2,0,0\n", "time,range,yaw\n"); },
+               "detections.csv: no detections");
+}
+
 TEST_F(TableConventions, QuaternionsInNamedColumns) {
   imported(
       "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,2,0,0,0,0,0,1\n"

@@ -31,6 +31,8 @@ TEST(ForeignFile, IsNamedWithWhatToDo) {
       {"#ROSBAG V2.0\n", "rosbag2rawlog"},
       {"\x89MCAP0\r\n", "mcap_to_csv"},
       {std::string("\x7f") + "ELF\2", "-p"},
+      {"SQLite format 3" + std::string(85, '\0'), "ros2 bag convert"},
+      {"SQLite format 3" + std::string(53, '\0') + "HMAP" + std::string(28, '\0'), "--map"},
       {gzip("x"), "twice"},
       {std::string(257, 'a') + "ustar", "tar archive"}};
   for (const auto& [bytes, part] : cases) {
