@@ -11,6 +11,7 @@
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/calibrated_bearing_range.h"
+#include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/geometry/polar.h"
 
 namespace hybrid {
@@ -40,24 +41,45 @@ bool add_sighting_of(const ContinuousFactor& factor, RunFacts& facts) {
 }
 
 bool leads_from_pose_to_pose(const ContinuousFactor& factor) {
-  return factor.keys().size() == 2 && factor.keys()[0].letter() == key_letter::kPose &&
+  return factor.keys().size() >= 2 && factor.keys()[0].letter() == key_letter::kPose &&
          factor.keys()[1].letter() == key_letter::kPose;
+}
+
+/// A motion of odometry that is calibrated, as its calibration has it.
+template <class Motion, class Calibration>
+std::optional<FactOfMotion> calibrated_motion(const ContinuousFactor& factor,
+                                              const Values& values) {
+  const auto* motion = dynamic_cast<const Motion*>(&factor);
+  if (motion == nullptr) return std::nullopt;
+  const auto c = values.at<Calibration>(factor.keys()[2]);
+  const Eigen::MatrixXd covariance = noise_of(*motion).covariance();
+  return FactOfMotion{factor.keys()[1].index(), to_isometry(calibrated(motion->measured(), c)),
+                      covariance.rows() == 3 ? planar_to_6d(covariance) : Matrix6d(covariance)};
+}
+
+std::optional<FactOfMotion> motion_of(const ContinuousFactor& factor, const Values& values) {
+  const std::size_t to = factor.keys()[1].index();
+  if (factor.keys().size() == 3) {
+    if (const auto plane =
+            calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, values))
+      return plane;
+    return calibrated_motion<CalibratedMotion3, OdometryCalibration3>(factor, values);
+  }
+  if (const auto plane = factor.relative_pose_2d()) {
+    return FactOfMotion{to, to_isometry(plane->measured),
+                        planar_to_6d(plane->information.inverse())};
+  }
+  if (const auto space = factor.relative_pose_3d()) {
+    return FactOfMotion{to, to_isometry(space->measured), space->information.inverse()};
+  }
+  return std::nullopt;
 }
 
 void add_motion(const ContinuousFactor& factor, RunFacts& facts) {
   if (!leads_from_pose_to_pose(factor)) return;
   const std::size_t from = factor.keys()[0].index();
-  FactOfMotion motion{factor.keys()[1].index(), {}, {}};
-  if (const auto plane = factor.relative_pose_2d()) {
-    motion.measured = to_isometry(plane->measured);
-    motion.covariance = planar_to_6d(plane->information.inverse());
-  } else if (const auto space = factor.relative_pose_3d()) {
-    motion.measured = to_isometry(space->measured);
-    motion.covariance = space->information.inverse();
-  } else {
-    return;
-  }
-  if (motion.to > from) facts.motions.emplace(from, motion);
+  const auto motion = motion_of(factor, facts.run.estimate.values);
+  if (motion && motion->to > from) facts.motions.emplace(from, *motion);
 }
 
 void add_fact(const ContinuousFactor& factor, RunFacts& facts) {

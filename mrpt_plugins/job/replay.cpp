@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <utility>
+#include <vector>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
@@ -20,21 +21,34 @@ constexpr int kMostMeasurements = 4;  // of the noise, each with a map
 
 /// Where landmarks are not found again, or mapped twice, which detection is of which landmark was
 /// decided finer than could be told. Landmarks get an extent: the least with which what was bad is
-/// not doubtful any more, or else with which it is least.
-void map_coarsely(const ReplayRequest& request, const Watchers& watchers,
-                  std::chrono::steady_clock::time_point start, ReplayOutcome& outcome) {
+/// not doubtful any more, or else with which it is least. No check may be bad that is clearly worse
+/// than that of the `first` map. Each of the requests is coarsened in turn.
+void map_coarsely(const std::vector<ReplayRequest>& requests, const Health& first,
+                  const Watchers& watchers, std::chrono::steady_clock::time_point start,
+                  ReplayOutcome& outcome) {
   const char* check = too_fine(outcome.summary.health);
   if (check == nullptr) return;
-  const auto better = [check](const Health& a, const Health& b) {
-    return is_better_by(check, a, b);
+  const auto better = [&](const Health& a, const Health& b) {
+    return is_better_by(check, a, b) && !has_spoilt(a, first);
   };
-  for (const ReplayRequest& coarse : coarser(request, outcome.summary)) {
-    Attempt next =
-        attempt(coarse, watchers, start, {&outcome.summary.health, better, false, false});
-    if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
-    if (next.is_written) outcome = std::move(next.outcome);
-    if (outcome.signal != 0 || excess(outcome.summary.health, check) <= 1) return;
+  const Summary fine = outcome.summary;
+  for (const ReplayRequest& request : requests) {
+    for (const ReplayRequest& coarse : coarser(request, fine)) {
+      Attempt next =
+          attempt(coarse, watchers, start, {&outcome.summary.health, better, false, false});
+      if (next.outcome.signal != 0) outcome.signal = next.outcome.signal;
+      if (next.is_written) outcome = std::move(next.outcome);
+      if (outcome.signal != 0 || excess(outcome.summary.health, check) <= 1) return;
+    }
   }
+}
+
+/// The requests to coarsen: that of the map which was taken and, if it has settings that a map told
+/// whose associations may have been wrong, the one without these.
+std::vector<ReplayRequest> to_coarsen(const ReplayRequest& request, const ReplayRequest& taken) {
+  const ReplayRequest measured = Remedies().apply(request);
+  if (taken.settings == request.settings || taken.settings == measured.settings) return {taken};
+  return {taken, measured};
 }
 
 /// Maps logs whose map is bad again, with what they and that map tell of their noise, and takes an
@@ -87,8 +101,11 @@ ReplayOutcome replay(const ReplayRequest& request,
   Attempt first = attempt(request, watchers, start, {});
   if (!first.may_measure) return std::move(first.outcome);
   try {
+    const Health health = first.outcome.summary.health;
     const ReplayRequest taken = map_as_measured(request, watchers, start, first.outcome);
-    if (first.outcome.signal == 0) map_coarsely(taken, watchers, start, first.outcome);
+    if (first.outcome.signal == 0) {
+      map_coarsely(to_coarsen(request, taken), health, watchers, start, first.outcome);
+    }
   } catch (const Interrupted& e) {
     first.outcome.signal = e.signal();
   } catch (const Error& e) {

@@ -20,6 +20,9 @@ constexpr const char* kCopies = "copies of landmarks";
 /// landmark it is, up to where it tells next to nothing.
 constexpr std::array<double, 3> kExtents{1, 2, 4};
 
+/// A check is worse than by chance where its value is by half again as far from its limits.
+constexpr double kSpoilt = 1.5;
+
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
   for (const auto& [section, keys] : configuration) {
@@ -41,6 +44,11 @@ bool may_be_calibrated(const HealthEntry& entry) {
   return entry.scale == kOdometryNoise && entry.value > 1;
 }
 
+/// How far the value of a check is from its limits, a factor; below 1 within them.
+double departure(const HealthEntry& entry) {
+  return entry.value < entry.least ? entry.least / entry.value : entry.value / entry.most;
+}
+
 /// The entry of a check; none where it was not made.
 const HealthEntry* find_entry(const Health& health, const std::string& name) {
   const auto it = std::find_if(health.begin(), health.end(),
@@ -59,7 +67,7 @@ std::optional<double> sigma_to_coarsen(const Summary& summary) {
   const auto sigma = summary.statistics.find(kSigma);
   const IniFile::Settings& configuration = summary.provenance.configuration;
   const bool is_free = text_of(configuration, "BearingRangeAssociation.method") == "hypotheses" &&
-                       setting(configuration, "BearingRangeAssociation.extent") == 0;
+                       text_of(configuration, "BearingRangeAssociation.extent") == "0";
   if (sigma == summary.statistics.end() || !is_free) return std::nullopt;
   return sigma->second;
 }
@@ -106,6 +114,14 @@ bool is_better_by(const char* check, const Health& a, const Health& b) {
   const bool made = find_entry(a, kFoundAgain) != nullptr && find_entry(a, check) != nullptr;
   return made && !is_bad(a, kFoundAgain) && !is_bad(a, check) &&
          excess(a, check) < excess(b, check);
+}
+
+bool has_spoilt(const Health& a, const Health& b) {
+  return std::any_of(a.begin(), a.end(), [&](const HealthEntry& entry) {
+    if (entry.verdict != HealthVerdict::kBad) return false;
+    const HealthEntry* before = find_entry(b, entry.name);
+    return before == nullptr || departure(entry) > kSpoilt * departure(*before);
+  });
 }
 
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {

@@ -38,6 +38,9 @@ double excess(const Health& health, const char* check);
 /// landmarks lost: of two bad maps, neither is to be believed.
 bool is_better_by(const char* check, const Health& a, const Health& b);
 
+/// Whether a check of map `a` is bad and clearly worse than that of map `b`.
+bool has_spoilt(const Health& a, const Health& b);
+
 /// The request with landmarks that have an extent, from fine to coarse: what may be of one of them
 /// is of it (joint compatibility, which prefers a landmark that is known to a new one). None where
 /// the map that was made, whose summary this is, did not leave open how detections find landmarks.

@@ -11,6 +11,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/factors/between.h"
+#include "libhybrid/factors/calibrated_motion.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/so2.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
@@ -22,6 +23,7 @@ namespace {
 using testing::Random;
 
 constexpr int kPoses = 400, kThings = 12;
+constexpr double kScale = 1.2;  // of odometry that is calibrated
 constexpr double kRangeSigma = 0.1, kYawSigma = 0.01, kMoveSigma = 0.02, kTurnSigma = 0.01;
 
 /// What is stated wrongly.
@@ -32,10 +34,14 @@ struct Stated {
   int seen = 1;                ///< one of so many looks sees
   double turned = 0;           ///< yaw of the sensor on the robot, and back in its bearings [rad]
   double aside = 0;            ///< yaw that the sensor looks to [rad]
+  bool calibrated = false;     ///< odometry is too short, and calibrated
 };
 
 Key pose_key(int i) {
   return Key(key_letter::kPose, static_cast<std::uint64_t>(i));
+}
+Key calibration_key() {
+  return Key(key_letter::kOdometryCalibration, 0);
 }
 Key point_key(int k) {
   return Key(key_letter::kLandmark, static_cast<std::uint64_t>(k));
@@ -93,6 +99,12 @@ class Walk {
     result_.landmarks.push_back(landmark);
   }
   void add_motions() {
+    if (stated_.calibrated) {
+      const OdometryCalibration2 calibration(kScale, 1, 0);
+      estimate_.values.insert(calibration_key(), calibration);
+      graph_.emplace<Prior<Eigen::Vector3d>>(calibration_key(), calibration,
+                                             Noise::isotropic(3, 0.01));
+    }
     graph_.emplace<Prior<SE2>>(pose_key(0), SE2(), Noise::isotropic(3, 1e-3));
     const Noise noise =
         Noise::diagonal(Eigen::Vector3d(kMoveSigma, kMoveSigma, kTurnSigma) * stated_.move);
@@ -102,7 +114,14 @@ class Walk {
                         estimate_.values.at<SE2>(pose_key(from + 1));
       const Eigen::Vector3d error(random_.normal(kMoveSigma), random_.normal(kMoveSigma),
                                   random_.normal(kTurnSigma));
-      graph_.emplace<Between<SE2>>(pose_key(i), pose_key(i + 1), truth * SE2::exp(error), noise);
+      const SE2 z = truth * SE2::exp(error);
+      if (stated_.calibrated) {
+        const SE2 measured(z.translation() / kScale, z.rotation());
+        graph_.emplace<CalibratedMotion2>(pose_key(i), pose_key(i + 1), calibration_key(), measured,
+                                          noise);
+      } else {
+        graph_.emplace<Between<SE2>>(pose_key(i), pose_key(i + 1), z, noise);
+      }
     }
   }
   void look_from(int i) {
@@ -178,6 +197,17 @@ TEST(RunHealth, OdometryThatIsTooSureOrTooUnsure) {
   EXPECT_EQ(verdict_of(Walk(stated(1, 0.25)).health(), name), HealthVerdict::kBad);
   EXPECT_EQ(verdict_of(Walk(stated(1, 10)).health(), name), HealthVerdict::kBad);
   EXPECT_EQ(verdict_of(Walk(stated(1, 2)).health(), name), HealthVerdict::kGood);
+}
+
+TEST(RunHealth, OdometryThatIsCalibratedIsComparedAsItsCalibrationHasIt) {
+  const char* name = "path against odometry";
+  Stated s;
+  s.calibrated = true;
+  const Health health = Walk(s).health();
+  EXPECT_EQ(verdict_of(health, name), HealthVerdict::kGood);
+  EXPECT_NEAR(find(health, name)->value, 1, 0.3);
+  s.move = 0.25;
+  EXPECT_EQ(verdict_of(Walk(s).health(), name), HealthVerdict::kBad);
 }
 
 TEST(RunHealth, CopiesAreLandmarksBesideOthersThatAreNeverSeenWithThem) {

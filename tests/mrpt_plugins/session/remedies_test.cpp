@@ -64,6 +64,18 @@ TEST(Coarser, IsBetterOnlyWhereTheMapIsNotBad) {
   EXPECT_FALSE(is_better_by(kCopies, copied, copied));
 }
 
+// Landmarks that are found again are worth no other check that turns bad.
+TEST(Coarser, MaySpoilNoOtherCheck) {
+  const Health before{check(kFoundAgain, 9), check("path", 1)};
+  EXPECT_FALSE(has_spoilt({check(kFoundAgain, 8), check("path", 1)}, before));
+  EXPECT_TRUE(has_spoilt({check(kFoundAgain, 1), check("path", 9)}, before));
+  EXPECT_TRUE(has_spoilt({check("scale", 9)}, before));
+  EXPECT_FALSE(has_spoilt({check("path", 9)}, {check("path", 8)}));
+  EXPECT_FALSE(has_spoilt({check("path", 4.2)}, {check("path", 3.5)}));  // doubtful before, and bad
+  EXPECT_TRUE(has_spoilt({check("path", 4.2)}, {check("path", 2.5)}));
+  EXPECT_FALSE(has_spoilt({check("path", 3.9)}, {check("path", 1)}));  // not bad
+}
+
 TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
   Summary summary;
   summary.statistics["detection_sigma_m"] = 0.25;
@@ -80,6 +92,8 @@ TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
   summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
   EXPECT_TRUE(coarser(request, summary).empty());
   summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
+  EXPECT_TRUE(coarser(request, summary).empty());
+  summary.provenance.configuration[0].second[1].second = "0 1";  // of a class
   EXPECT_TRUE(coarser(request, summary).empty());
   summary.provenance.configuration[0].second[1].second = "0";
   summary.statistics.clear();
