@@ -20,7 +20,8 @@ void bind_options(py::module_& m) {
       .field("method", &Options::method, "Method of matching a frame.")
       .field("use_ids", &Options::use_ids, "Use the ids of detections that have one.")
       .field("extent", &Options::extent,
-             "Extent of a landmark [m]: the sigma of the places of things taken for it.")
+             "Extent of a landmark [m]: the sigma of the places of things taken for it; one for "
+             "all, or one for each class.")
       .field("gate", &Options::gate, "Gate on innovations: a chi-square probability.")
       .field("information_penalty", &Options::information_penalty,
              "Cost of a match per nat of information that it adds.")

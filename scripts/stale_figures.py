@@ -30,8 +30,8 @@ import subprocess
 import sys
 import time
 
-LANDMARKS = ["libhybrid/landmarks", "libhybrid/association", "libhybrid/movers", "mrpt_plugins/plugins"]
-KNOWN_IDS = ["libhybrid/initialization", "libhybrid/landmarks/sighting.cpp"]
+LANDMARKS = ["libhybrid/landmarks", "libhybrid/detections", "libhybrid/association", "libhybrid/movers", "mrpt_plugins/plugins"]
+KNOWN_IDS = ["libhybrid/initialization", "libhybrid/detections/sighting.cpp"]
 # What a replay is about by its plugins; LANDMARKS where none is named.
 PLUGINS = {
     "BearingRangeAssociation": LANDMARKS[:3] + ["mrpt_plugins/plugins/bearing_range_association.cpp"],

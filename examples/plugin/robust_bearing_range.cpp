@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/bearing_range.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 

@@ -112,6 +112,11 @@ std::vector<double> posterior(std::vector<double> prior,
   return prior;
 }
 
+double mean_over_classes(const std::vector<double>& values, const std::vector<double>& belief) {
+  if (values.size() != belief.size()) return values.front();
+  return std::inner_product(values.begin(), values.end(), belief.begin(), 0.0);
+}
+
 double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief) {
   if (likelihood.empty() || belief.size() != likelihood.size()) return 0.0;
   double p = 0.0;

@@ -13,10 +13,10 @@
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
+#include "libhybrid/detections/class_evidence.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/geometry/so3.h"
-#include "libhybrid/landmarks/class_evidence.h"
 
 namespace hybrid {
 namespace {

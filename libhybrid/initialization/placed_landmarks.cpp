@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 
 namespace hybrid {
 namespace {

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <vector>
+
 #include "libhybrid/export.h"
 #include "libhybrid/movers/point_sighting.h"
 
@@ -18,8 +20,9 @@ struct AssociationOptions {
   Method method = Method::kHypotheses;
   bool use_ids = true;  ///< known-id override: ids of the log, where it has them
   /// Of a landmark: how far from it is what is taken for it, a standard deviation along each axis
-  /// [m]. Things nearer to each other than that are not told apart where the map does not tell.
-  double extent = 0;
+  /// [m]; one for all, or one for each class: a car is seen now here, now there. Things nearer to
+  /// each other than that are not told apart where the map does not tell.
+  std::vector<double> extent = {0};
   double gate = 0.9999;              ///< chi-square probability of an innovation
   double information_penalty = 1.0;  ///< price of a match per nat of what it would tell
   int hypotheses = 8;                ///< at most, per frame

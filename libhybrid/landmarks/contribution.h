@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/hybrid/graph.h"
-#include "libhybrid/landmarks/detection.h"
 #include "libhybrid/landmarks/landmark_events.h"
 #include "libhybrid/landmarks/landmark_registry.h"
 

@@ -8,11 +8,8 @@
 #include <limits>
 #include <map>
 
-#include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/landmarks/detail/sensor_place.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -44,16 +41,14 @@ double probability(int detections, int things, double p, double clutter) {
   return sum;
 }
 
-/// log probability of the looks at so many things: the mean over p, whose prior counts as much as
-/// Views::kPriorLooks.
-double log_probability(const Looks& looks, int things, double detected, double clutter) {
+/// log probability of the looks at so many things: the mean over p.
+double log_probability(const Looks& looks, int things, const DetectionModel& detections,
+                       double clutter) {
   constexpr int kNodes = 40;
-  constexpr double kPrior = Views::kPriorLooks;
   std::vector<double> terms;
   for (int node = 0; node < kNodes; ++node) {
     const double p = (node + 0.5) / kNodes;
-    double term =
-        (kPrior * detected - 1) * std::log(p) + (kPrior * (1 - detected) - 1) * std::log1p(-p);
+    double term = detections.log_density(p);
     for (std::size_t n = 0; n < looks.size(); ++n) {
       if (looks[n] == 0) continue;
       term += looks[n] * std::log(probability(static_cast<int>(n), things, p, clutter));
@@ -78,10 +73,10 @@ int looks_at(const Eigen::Vector3d& point, const Views& views, const MapView& ma
 ThingCounter::ThingCounter(const MapView& map, const ClassModel& classes, const Views& views,
                            const AssociationOptions& options, const LandmarkTracks& landmarks)
     : map_(map),
-      classes_(classes),
       views_(views),
       options_(options),
       landmarks_(landmarks),
+      costs_(map, classes, landmarks),
       dim_(map.is_3d ? 3 : 2),
       gate_(chi_square_quantile(options.gate, dim_)),
       detections_(landmarks.tracks().size()) {
@@ -114,28 +109,14 @@ void ThingCounter::take(const std::vector<int>& sightings) {
   for (const auto& [t, n] : detections) detections_[t][frame] += n;
 }
 
-PointSighting ThingCounter::located(int s, int t) const {
-  const Sighting& sighting = landmarks_.sighting(s);
-  DetectionFrame sensor = *sighting.sensor;
-  sensor.T_robot_sensor = sensor_place(sensor, map_.values);
-  return point_sighting(isometry_at(map_.values, sighting.pose), sensor,
-                        landmarks_.detection_of(s, t), map_.is_3d);
-}
-
 /// The one among some tracks that a detection may be of, by its place and its class; -1: none.
 int ThingCounter::nearest(int s, const std::map<int, int>& tracks) const {
-  const std::vector<double>& phi = landmarks_.sighting(s).phi;
   int best = -1;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [t, n] : tracks) {
-    const Track& track = landmarks_.track(t);
-    const PointSighting seen = located(s, t);
-    const Eigen::VectorXd off = (point_at(map_.values, track.position) - seen.point).head(dim_);
-    const GaussianScore score = gaussian_score(off, seen.covariance.topLeftCorner(dim_, dim_));
+    const GaussianScore score = costs_.place(s, t);
     if (!(score.chi_square <= gate_)) continue;
-    const double cost =
-        score.cost +
-        (track.class_key ? class_cost(phi, landmarks_.class_belief(track, classes_)) : 0);
+    const double cost = score.cost + costs_.classes(s, t);
     if (cost >= least) continue;
     least = cost;
     best = t;
@@ -146,8 +127,12 @@ int ThingCounter::nearest(int s, const std::map<int, int>& tracks) const {
 /// The space about a track where detections are counted with it [m^2 or m^3].
 double ThingCounter::space_about(int t) const {
   const auto& sightings = landmarks_.track(t).sightings;
+  const int last = sightings.back();
   const Eigen::MatrixXd covariance =
-      located(sightings.back(), t).covariance.topLeftCorner(dim_, dim_);
+      landmarks_
+          .located(last, t, isometry_at(map_.values, landmarks_.sighting(last).pose), map_.values,
+                   map_.is_3d)
+          .covariance.topLeftCorner(dim_, dim_);
   const double ball = dim_ == 3 ? 4.0 / 3 * M_PI : M_PI;
   return ball * std::pow(gate_, 0.5 * dim_) * std::sqrt(covariance.determinant());
 }
@@ -172,11 +157,11 @@ std::vector<double> ThingCounter::log_probabilities(const std::vector<int>& trac
   looks[0] = std::max(0, looks_at(place, views_, map_) - static_cast<int>(by_frame.size()));
   const SensorCoverage& coverage = views_.back().coverage;
   const double clutter = options_.clutter_in_view * space / coverage.space_in_view();
-  const double detected = coverage.detection_probability(options_.detection_probability);
+  const DetectionModel detections(coverage.detection_probability(options_.detection_probability));
   const int most = std::max(at_least, std::min(kMostThings, static_cast<int>(looks.size()) - 1));
   std::vector<double> out;
   for (int things = 1; things <= most; ++things) {
-    out.push_back(log_probability(looks, things, detected, clutter) - (things - 1) * std::log(2));
+    out.push_back(log_probability(looks, things, detections, clutter) - (things - 1) * std::log(2));
   }
   return out;
 }

@@ -6,10 +6,11 @@
 #include <map>
 #include <vector>
 
+#include "libhybrid/detections/class_model.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
+#include "libhybrid/landmarks/sighting_costs.h"
 #include "libhybrid/landmarks/views.h"
 
 namespace HYBRID_API hybrid {
@@ -27,8 +28,6 @@ class ThingCounter {
   int count(const std::vector<int>& tracks) const;
   /// log odds that they are fewer things than tracks, so that one of them at least is a copy.
   double log_odds_of_fewer(const std::vector<int>& tracks) const;
-  /// Where a sighting puts its thing in the map, as one of a track.
-  PointSighting located(int s, int t) const;
 
  private:
   void take(const std::vector<int>& sightings);
@@ -37,10 +36,10 @@ class ThingCounter {
   std::vector<double> log_probabilities(const std::vector<int>& tracks, int at_least) const;
 
   const MapView& map_;
-  const ClassModel& classes_;
   const Views& views_;
   const AssociationOptions& options_;
   const LandmarkTracks& landmarks_;
+  SightingCosts costs_;
   int dim_;
   double gate_;
   std::vector<std::map<int, int>> detections_;  // by track, by frame that has some

@@ -10,7 +10,7 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 
 namespace hybrid {
 namespace {

@@ -11,13 +11,12 @@
 #include <limits>
 #include <utility>
 
-#include "libhybrid/association/consensus.h"
 #include "libhybrid/association/joint_compatibility.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/bearing_range.h"
 #include "libhybrid/landmarks/contribution.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -78,12 +77,10 @@ void add_extents(const LandmarkTracks& landmarks, FrameCandidates& c) {
   const int dim = c.predicted.dim;
   for (std::size_t j = 0; j < c.tracks.size(); ++j) {
     const auto column = static_cast<Eigen::Index>(j);
-    Detection seen;
-    seen.range = c.predicted.mean(0, column);
-    seen.pitch = dim == 3 ? c.predicted.mean(2, column) : 0;
-    seen.covariance.setZero();
-    seen = with_extent(std::move(seen), landmarks.track(c.tracks[j]).extent, dim == 3);
-    c.extents.push_back(seen.covariance.topLeftCorner(dim, dim));
+    const Eigen::Matrix3d noise =
+        noise_of_extent(c.predicted.mean(0, column), dim == 3 ? c.predicted.mean(2, column) : 0,
+                        landmarks.track(c.tracks[j]).extent, dim == 3);
+    c.extents.push_back(noise.topLeftCorner(dim, dim));
     c.predicted.covariance.block(dim * column, dim * column, dim, dim) += c.extents.back();
   }
 }
@@ -141,7 +138,7 @@ std::vector<double> undetected(const FrameCandidates& c, const std::vector<Locat
                                const Views& views, const SensorCoverage& coverage,
                                const AssociationOptions& options, const MapView& map) {
   const double gate = chi_square_quantile(options.gate, c.predicted.dim);
-  const double detected = coverage.detection_probability(options.detection_probability);
+  const DetectionModel detections(coverage.detection_probability(options.detection_probability));
   std::vector<double> shares(located.size(), 1.0);
   for (std::size_t i = 0; i < located.size(); ++i) {
     bool choice = false;
@@ -150,7 +147,7 @@ std::vector<double> undetected(const FrameCandidates& c, const std::vector<Locat
     }
     if (!choice) continue;
     shares[i] = views.undetected(located[i].point.head(c.predicted.dim), located[i].covariance,
-                                 detected, map);
+                                 detections, map);
   }
   return shares;
 }
@@ -231,38 +228,6 @@ double joint_cost(const FrameCandidates& c, const Matching& matching, double inf
          information_penalty * information(c, matching);
 }
 
-/// Matchings grown pair by pair under the joint covariance: these find what the sum over pairs
-/// hides where the error of the pose is common to all of them.
-void add_grown(const FrameCandidates& c, double gate, std::vector<Matching>& matchings) {
-  const int dim = c.predicted.dim;
-  IdentityHypotheses h;
-  h.dim = dim;
-  for (int i = 0; i < c.problem.matched.rows(); ++i) {
-    for (int j = 0; j < c.problem.matched.cols(); ++j) {
-      if (!std::isfinite(c.problem.matched(i, j))) continue;
-      h.a.push_back(i);
-      h.b.push_back(j);
-      h.gain.push_back(c.problem.unmatched[i] - c.class_cost(i, j));
-    }
-  }
-  const int n = static_cast<int>(h.a.size());
-  h.difference.resize(dim * n);
-  h.covariance.resize(dim * n, dim * n);
-  for (int p = 0; p < n; ++p) {
-    h.difference.segment(dim * p, dim) = c.predicted.innovation(c.measured[h.a[p]].z, h.b[p]);
-    for (int q = 0; q < n; ++q) {
-      auto block = h.covariance.block(dim * p, dim * q, dim, dim);
-      block = c.predicted.covariance.block(dim * h.b[p], dim * h.b[q], dim, dim);
-      if (h.a[p] == h.a[q]) block += c.measured[h.a[p]].covariance;
-    }
-  }
-  for (const ConsensusSet& set : consensus_sets(h, gate)) {
-    Matching matching{std::vector<int>(c.measured.size(), -1), 0};
-    for (int p : set.pairs) matching.column[h.a[p]] = h.b[p];
-    matchings.push_back(std::move(matching));
-  }
-}
-
 FrameHypothesis as_hypothesis(const FrameCandidates& c, const Matching& matching,
                               double information_penalty) {
   FrameHypothesis out;
@@ -311,11 +276,11 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   const Eigen::MatrixXd local =
       map.is_3d ? local_covariance(to_se3(frame.T_map_robot), frame, coverage, views, map)
                 : local_covariance(to_se2(frame.T_map_robot), frame, coverage, views, map);
+  const double widest = *std::max_element(options.extent.begin(), options.extent.end());
   std::vector<Located> located;
   for (const Detection& d : seen.detections) {
     c.measured.push_back(measured_point(d, map.is_3d));
-    const MeasuredPoint about =
-        measured_point(with_extent(d, options.extent, map.is_3d), map.is_3d);
+    const MeasuredPoint about = measured_point(with_extent(d, widest, map.is_3d), map.is_3d);
     located.push_back(
         map.is_3d
             ? locate_one(to_se3(frame.T_map_robot), to_se3(seen.T_robot_sensor), local, about)
@@ -354,9 +319,6 @@ std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
     matchings = {joint_compatibility(candidates.predicted, candidates.measured, options.gate)};
   } else {
     matchings = k_best_matchings(candidates.problem, kMostMatchings, margin);
-    const bool ambiguous =
-        (candidates.problem.matched.array().isFinite().rowwise().count() > 1).any();
-    if (ambiguous && matchings.size() > 1) add_grown(candidates, options.gate, matchings);
     matchings.push_back({std::vector<int>(candidates.measured.size(), -1), 0});
   }
   std::vector<FrameHypothesis> out;

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "libhybrid/association/prediction.h"
+#include "libhybrid/detections/class_model.h"
+#include "libhybrid/detections/sensor_coverage.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
-#include "libhybrid/landmarks/sensor_coverage.h"
 #include "libhybrid/landmarks/views.h"
 
 namespace HYBRID_API hybrid {

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <utility>
 
-#include "libhybrid/association/association_factor.h"
-#include "libhybrid/core/key_letters.h"
+#include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/hybrid/semantic.h"
+#include "libhybrid/detections/sighting.h"
+#include "libhybrid/discrete/probabilities.h"
+#include "libhybrid/landmarks/count_things.h"
 #include "libhybrid/landmarks/explain.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -20,6 +20,8 @@ namespace {
 /// Landmarks whose place in the grid follows the estimate, each keyframe: a budget of time. Those
 /// that are candidates of its detections do besides.
 constexpr int kPlacedAtOnce = 40;
+/// Numbers of landmarks that a map may have had, one after the other: some 300 bytes each are kept.
+constexpr std::int64_t kMostIds = 1'000'000;
 constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
 
 }  // namespace
@@ -30,8 +32,45 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       options_(options),
       merging_(options),
       loops_(options),
-      things_(options.motion) {
+      movers_(options) {
   now_.classes = std::move(classes);
+}
+
+void LandmarkAssociation::adopt(const KnownMap& known, bool is_3d) {
+  for (const KnownLandmark& landmark : known.landmarks) {
+    if (landmark.id >= 0 && landmark.id < kMostIds) continue;
+    throw Error("landmark " + std::to_string(landmark.id) +
+                " of the map has the id of a log, which numbers beyond 1,000,000 must be; use the "
+                "plugin that made the map");
+  }
+  for (const KnownLandmark& landmark : known.landmarks) {
+    std::vector<double>& extents = options_.extent;
+    if (landmark.size.extent <= *std::max_element(extents.begin(), extents.end())) continue;
+    extents = {landmark.size.extent};  // the map is used as it was made
+    options_.method = AssociationOptions::Method::kJcbb;
+  }
+  if (!known.class_names.empty()) now_.classes.learn_names(known.class_names);
+  landmarks_.adopt(known.landmarks, now_.classes, is_3d);
+  adopted_ = !known.landmarks.empty();
+}
+
+std::map<std::int64_t, double> LandmarkAssociation::existence() const {
+  std::map<std::int64_t, double> out;
+  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t) {
+    if (landmarks_.track(t).alive) out[t] = landmarks_.track(t).existence;
+  }
+  return out;
+}
+
+std::map<std::int64_t, LandmarkSize> LandmarkAssociation::sizes(const MapView& map) const {
+  const std::vector<int> things =
+      count_things(map, now_.classes, loops_.views(), options_, landmarks_);
+  std::map<std::int64_t, LandmarkSize> out;
+  for (int t = 0; t < static_cast<int>(things.size()); ++t) {
+    const Track& track = landmarks_.track(t);
+    if (track.alive) out[t] = {track.extent, std::max(things[t], track.known_things)};
+  }
+  return out;
 }
 
 Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
@@ -39,8 +78,8 @@ Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapVi
   merging_.forget(now_.keyframe);
   remember();
   ++now_.keyframe;
-  now_.things_are_decided = false;
-  decide_old(map, now_.keyframe - options_.window, out);
+  follow_decisions(now_.open.decide_until(now_.keyframe - options_.window, map, landmarks_), map,
+                   out);
   landmarks_.place_some(map.values, kPlacedAtOnce);
   for (const DetectionFrame& seen : frame.detections) {
     const bool wanted = sensors_.empty() || std::find(sensors_.begin(), sensors_.end(),
@@ -73,14 +112,31 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
       continue;
     }
     Sighting sighting{now_.frames, pose, sensor, detection, {}, -1, {}};
-    sighting.extent = named ? 0 : options_.extent;
     const std::vector<double>& scores = sighting.detection.class_probabilities;
     if (!scores.empty() && now_.classes.names().size() > 1) {
       sighting.phi = now_.classes.likelihood(scores, seen.class_names);
     }
+    if (!named) sighting.extent = extent_of(sighting.phi);
     noted.push_back(landmarks_.note(std::move(sighting)));
   }
   return noted;
+}
+
+/// Of what is seen with this likelihood of each class: the root of the mean square over classes.
+double LandmarkAssociation::extent_of(const std::vector<double>& phi) const {
+  std::vector<double> squares;
+  for (const double extent : options_.extent) squares.push_back(extent * extent);
+  const std::size_t classes = now_.classes.names().size();
+  if (squares.size() > 1 && squares.size() != classes) {
+    throw Error("extent has " + std::to_string(squares.size()) + " numbers for " +
+                std::to_string(classes) + " classes: it needs one for all, or one for each");
+  }
+  std::vector<double> evidence;
+  for (const double likelihood : phi) evidence.push_back(std::log(likelihood));
+  if (evidence.empty()) evidence.assign(classes, 0.0);
+  const std::vector<double> belief =
+      squares.size() == 1 ? std::vector<double>{} : posterior(now_.classes.prior(), evidence);
+  return std::sqrt(mean_over_classes(squares, belief));
 }
 
 void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,
@@ -97,11 +153,11 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   std::vector<int> sightings;
   std::vector<std::vector<double>> phi;
   const std::vector<int> noted = note(seen, frame.pose, sensor, map.is_3d, out);
-  follow(noted, frame, coverage, map);
+  movers_.take(noted, frame, coverage, now_.classes, map, landmarks_);
   for (const int s : noted) {
     const Detection& detection = landmarks_.sighting(s).detection;
     if (!detection.may_be_landmark()) {
-      ++out.dropped[kMoving];
+      ++out.dropped[MovingThings::kDropped];
       continue;
     }
     if (options_.use_ids && take_identified(s, frame, map, out)) continue;
@@ -118,7 +174,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
     note_candidates(candidates, sightings, map);
   }
   const bool open = found.size() > 1 && map.keeps_all;
-  if (open) keep_ambiguous(found, sightings, frame, map, out);
+  if (open) keep_open(found, sightings, frame, map, out);
   if (!open && !found.empty()) {
     take_best(found.front(), sightings, frame, map, out);
     if (options_.use_ids) learn_ids(sightings);
@@ -195,95 +251,38 @@ void LandmarkAssociation::take_best(const FrameHypothesis& best, const std::vect
 }
 
 /// Detections that all hypotheses agree about are decided. The others follow the best one until
-/// the estimate has come to terms with it: before that, distances mean little.
-void LandmarkAssociation::keep_ambiguous(std::vector<FrameHypothesis> hypotheses,
-                                         const std::vector<int>& sightings,
-                                         const KeyframeView& frame, const MapView& map,
-                                         Contribution& out) {
-  AmbiguousFrame ambiguous{std::move(hypotheses), {}, {}};
+/// their frame is opened.
+void LandmarkAssociation::keep_open(std::vector<FrameHypothesis> hypotheses,
+                                    const std::vector<int>& sightings, const KeyframeView& frame,
+                                    const MapView& map, Contribution& out) {
+  const std::vector<bool> disputed = OpenMatchings::disputed(hypotheses);
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const int first = ambiguous.hypotheses.front().track[i];
-    const bool agreed = std::all_of(ambiguous.hypotheses.begin(), ambiguous.hypotheses.end(),
-                                    [&](const auto& h) { return h.track[i] == first; });
-    if (first >= 0) attach(sightings[i], first, map, out);
-    if (agreed && first < 0) create(sightings[i], frame.T_map_robot, map, out);
-    if (agreed) continue;
-    for (const FrameHypothesis& h : ambiguous.hypotheses) {
-      if (h.track[i] >= 0) ++landmarks_.track(h.track[i]).open;
-    }
-    ambiguous.rows.push_back(i);
-    ambiguous.sightings.push_back(sightings[i]);
+    const int best = hypotheses.front().track[i];
+    if (best >= 0) attach(sightings[i], best, map, out);
+    if (best < 0 && !disputed[i]) create(sightings[i], frame.T_map_robot, map, out);
   }
-  now_.ambiguous.push_back(std::move(ambiguous));
+  now_.open.keep(std::move(hypotheses), sightings, landmarks_);
 }
 
-/// One discrete variable for the frame, a value for each hypothesis.
-void LandmarkAssociation::leave_open(const AmbiguousFrame& frame, const MapView& map,
-                                     Contribution& out) {
-  const std::size_t n = frame.hypotheses.size();
-  OpenFrame open{now_.keyframe,
-                 {Key(key_letter::kAssociation, static_cast<std::uint64_t>(now_.opened++)),
-                  static_cast<int>(n)},
-                 frame.sightings,
-                 std::vector<std::vector<int>>(n)};
-  for (std::size_t i = 0; i < frame.rows.size(); ++i) {
-    const int s = frame.sightings[i];
-    const Sighting& sighting = landmarks_.sighting(s);
-    std::vector<AssociationOption> options;
-    for (std::size_t h = 0; h < n; ++h) {
-      const int t = frame.hypotheses[h].track[frame.rows[i]];
-      AssociationOption option;
-      option.constant = frame.hypotheses[h].constant[frame.rows[i]];
-      open.tracks[h].push_back(t);
-      if (t >= 0) {
-        const Track& track = landmarks_.track(t);
-        option.factor = sighting_factor(sighting.pose, track.position, *sighting.sensor,
-                                        landmarks_.detection_of(s, t), map.is_3d);
-        if (track.class_key && !sighting.phi.empty()) {
-          option.classes = likelihood_table(*track.class_key, sighting.phi);
-        }
+/// Gives the sightings of frames that are decided their landmarks in place of the mixtures.
+void LandmarkAssociation::follow_decisions(const std::vector<OpenMatchings::Decided>& frames,
+                                           const MapView& map, Contribution& out) {
+  for (const OpenMatchings::Decided& frame : frames) {
+    if (frame.is_revised) ++now_.statistics["frames_revised"];
+    for (const auto& [s, t] : frame.tracks) {
+      const Sighting& sighting = landmarks_.sighting(s);
+      if (!map.holds(sighting.pose)) continue;  // its variable has left with its pose
+      landmarks_.detach(s, out);
+      if (!sighting.detection.may_be_landmark()) {
+        ++out.dropped[MovingThings::kDropped];
+      } else if (t >= 0) {
+        landmarks_.attach(s, t, map.is_3d, out);
+      } else {
+        create(s, isometry_at(map.values, sighting.pose), map, out);
       }
-      options.push_back(std::move(option));
-    }
-    const int best = open.tracks.front().back();
-    landmarks_.detach(s, out);
-    if (best >= 0) landmarks_.count(s, best, out);
-    landmarks_.add_factor(s, std::make_shared<AssociationFactor>(open.choice, std::move(options)),
-                          out);
-  }
-  ++now_.statistics["frames_left_open"];
-  now_.open.push_back(std::move(open));
-}
-
-/// Replaces the mixture of a frame by what its variable has come to.
-void LandmarkAssociation::decide(const OpenFrame& open, const MapView& map, Contribution& out) {
-  const int value = map.assignment.at(open.choice.key);
-  if (value != 0) ++now_.statistics["frames_revised"];
-  for (std::size_t i = 0; i < open.sightings.size(); ++i) {
-    for (const std::vector<int>& tracks : open.tracks) {
-      if (tracks[i] >= 0) --landmarks_.track(tracks[i]).open;
-    }
-    const int s = open.sightings[i], t = open.tracks[value][i];
-    if (!map.holds(landmarks_.sighting(s).pose)) continue;  // its variable has left with its pose
-    landmarks_.detach(s, out);
-    if (!landmarks_.sighting(s).detection.may_be_landmark()) {
-      ++out.dropped[kMoving];
-    } else if (t >= 0) {
-      landmarks_.attach(s, t, map.is_3d, out);
-    } else {
-      create(s, isometry_at(map.values, landmarks_.sighting(s).pose), map, out);
-    }
-    if (map.explain) {
-      out.events.decisions.push_back({s, landmarks_.sighting(s).track, value != 0});
+      if (map.explain) out.events.decisions.push_back({s, sighting.track, frame.is_revised});
     }
   }
-}
-
-void LandmarkAssociation::decide_old(const MapView& map, int before, Contribution& out) {
-  std::size_t done = 0;
-  while (done < now_.open.size() && now_.open[done].keyframe <= before)
-    decide(now_.open[done++], map, out);
-  now_.open.erase(now_.open.begin(), now_.open.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
 /// Raises the odds of landmarks that were seen and lowers those of landmarks that should have been;
@@ -346,11 +345,7 @@ void LandmarkAssociation::discard(int track, const MapView& map, Contribution& o
 }
 
 std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& map) const {
-  std::map<int, int> now;  // of undecided sightings
-  for (const OpenFrame& open : now_.open) {
-    const std::vector<int>& tracks = open.tracks[map.assignment.at(open.choice.key)];
-    for (std::size_t i = 0; i < tracks.size(); ++i) now[open.sightings[i]] = tracks[i];
-  }
+  const std::map<int, int> now = now_.open.tracks(map);  // of undecided sightings
   std::vector<AssociationDecision> out;
   for (std::size_t s = 0; s < landmarks_.sightings().size(); ++s) {
     const Sighting& sighting = landmarks_.sightings()[s];
@@ -359,7 +354,7 @@ std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& m
     const int t = it == now.end() ? sighting.track : it->second;
     AssociationDecision decision{std::nullopt, sighting.detection.true_id};
     if (t >= 0 && landmarks_.track(t).alive) decision.estimated_id = t;
-    decision.mover = things_.mover_of(static_cast<int>(s));
+    decision.mover = movers_.mover_of(static_cast<int>(s));
     if (sighting.detection.members.empty()) out.push_back(decision);
     for (const auto& true_id : sighting.detection.members) {
       decision.true_id = true_id;

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,11 +13,11 @@
 #include "libhybrid/core/journaled_map.h"
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/frame_association.h"
 #include "libhybrid/landmarks/landmark_merging.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
 #include "libhybrid/landmarks/loop_closing.h"
-#include "libhybrid/movers/thing_tracker.h"
+#include "libhybrid/landmarks/moving_things.h"
+#include "libhybrid/landmarks/open_matchings.h"
 
 namespace HYBRID_API hybrid {
 
@@ -63,36 +62,26 @@ class LandmarkAssociation {
   std::vector<AssociationDecision> decisions(const MapView& map) const;
   /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which
   /// they were in sight.
-  std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const;
+  std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const {
+    return movers_.movers(times, map, landmarks_);
+  }
   /// Counts of what was done, by name.
   std::map<std::string, double> statistics() const;
   std::vector<std::string> class_names() const { return now_.classes.names(); }
 
  private:
-  static constexpr const char* kMoving = "detection dropped: its thing moves";
-
-  struct OpenFrame {  // a frame whose matching is not decided
-    int keyframe;
-    DiscreteKey choice;
-    std::vector<int> sightings;            // the undecided ones
-    std::vector<std::vector<int>> tracks;  // by value of the choice, of these
-  };
-  struct AmbiguousFrame {  // a frame with several hypotheses, before it is left open
-    std::vector<FrameHypothesis> hypotheses;
-    std::vector<std::size_t> rows;  // of the detections that they disagree about
-    std::vector<int> sightings;     // of these
-  };
-
   void take(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
             Contribution& out);
   std::vector<int> note(const DetectionFrame& seen, Key pose,
                         const std::shared_ptr<const DetectionFrame>& sensor, bool is_3d,
                         Contribution& out);
+  double extent_of(const std::vector<double>& phi) const;
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
                  const KeyframeView& frame, const MapView& map, Contribution& out);
-  void keep_ambiguous(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
-                      const KeyframeView& frame, const MapView& map, Contribution& out);
-  void leave_open(const AmbiguousFrame& frame, const MapView& map, Contribution& out);
+  void keep_open(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
+                 const KeyframeView& frame, const MapView& map, Contribution& out);
+  void follow_decisions(const std::vector<OpenMatchings::Decided>& frames, const MapView& map,
+                        Contribution& out);
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
   void learn_ids(const std::vector<int>& sightings);
@@ -101,17 +90,10 @@ class LandmarkAssociation {
   void attach(int sighting, int track, const MapView& map, Contribution& out);
   void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
               Contribution& out);
-  void decide(const OpenFrame& open, const MapView& map, Contribution& out);
-  ThingTracker::Locate locate(const MapView& map, const KeyframeView* frame = nullptr) const;
-  void follow(const std::vector<int>& noted, const KeyframeView& frame,
-              const SensorCoverage& coverage, const MapView& map);
-  void withdraw_movers(const MapView& map, Contribution& out);
-  void decide_old(const MapView& map, int before, Contribution& out);
   void judge_existence(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
                        const std::vector<int>& sightings, Contribution& out);
   void discard(int track, const MapView& map, Contribution& out);
   void remember();
-  void count_open();
   void keep_whole(const MapView& map, Merge& merge);
   Contribution decide_before(const Merge& merge, const MapView& map);
   Contribution next_revision(const MapView& map);
@@ -127,13 +109,8 @@ class LandmarkAssociation {
     ClassModel classes;
     std::map<std::string, SensorCoverage> coverage;  // by label
     double density = 0;                              // of landmarks, per m^2 or m^3
-    std::vector<AmbiguousFrame> ambiguous;
-    std::vector<OpenFrame> open;
-    int opened = 0;
-    std::optional<Key> followed_from;  // pose of the last frame that `things_` has seen
-    Eigen::MatrixXd since_followed;    // tangent covariance of the motion since the frame before it
-    bool things_are_decided = false;   // by all sightings, once no more come
-    int matched_again = 0;             // half-steps over all associations so far
+    OpenMatchings open;
+    int matched_again = 0;  // half-steps over all associations so far
     int keyframe = -1;
     int frames = 0;
     double sigmas = 0;           // of detections, as they are stated, their sum [m]
@@ -148,8 +125,7 @@ class LandmarkAssociation {
   LandmarkTracks landmarks_;
   LandmarkMerging merging_;
   LoopClosing loops_;
-  ThingTracker things_;
-  std::set<int> to_withdraw_;  // sightings of movers that landmarks still have
+  MovingThings movers_;
   bool adopted_ = false;  // landmarks of a map, whose ids of the log are learned by their places
   JournaledMap<std::int64_t, int> track_of_id_;  // of identified landmarks
   std::optional<Merge> merge_;                   // on trial

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "libhybrid/core/key.h"
-#include "libhybrid/landmarks/detection.h"
+#include "libhybrid/detections/detection.h"
 
 namespace HYBRID_API hybrid {
 

@@ -12,8 +12,8 @@
 #include "libhybrid/association/gate.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/landmarks/count_things.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -85,24 +85,12 @@ struct MoveCost {
   double sum() const { return places + classes; }
 };
 
-MoveCost cost_of_moving(int from, int into, const MapView& map, const ClassModel& classes,
-                        const ThingCounter& counter, const LandmarkTracks& landmarks) {
-  const int dim = map.is_3d ? 3 : 2;
-  const auto belief = [&](int t) {
-    const Track& track = landmarks.track(t);
-    return track.class_key ? landmarks.class_belief(track, classes) : std::vector<double>{};
-  };
-  const std::vector<double> of_from = belief(from), of_into = belief(into);
+MoveCost cost_of_moving(int from, int into, const SightingCosts& costs,
+                        const LandmarkTracks& landmarks) {
   MoveCost out{0, 0};
   for (const int s : landmarks.track(from).sightings) {
-    const Sighting& sighting = landmarks.sighting(s);
-    const auto cost = [&](int t) {
-      const PointSighting seen = counter.located(s, t);
-      const Eigen::Vector3d off = seen.point - point_at(map.values, landmarks.track(t).position);
-      return gaussian_score(off.head(dim), seen.covariance.topLeftCorner(dim, dim)).cost;
-    };
-    out.places += cost(into) - cost(from);
-    out.classes += class_cost(sighting.phi, of_into) - class_cost(sighting.phi, of_from);
+    out.places += costs.place(s, into).cost - costs.place(s, from).cost;
+    out.classes += costs.classes(s, into) - costs.classes(s, from);
   }
   return out;
 }
@@ -280,7 +268,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
   if (pairs.empty()) return merge;
   const IdentityHypotheses h = hypotheses_of(pairs, map, classes, density, landmarks);
   const SensorCoverage& coverage = views.back().coverage;
-  const double detected = coverage.detection_probability(options_.detection_probability);
+  const DetectionModel detections(coverage.detection_probability(options_.detection_probability));
   const double clutter_density = options_.clutter_in_view / coverage.measurement_volume();
   const auto place = [&](int t) { return point_at(map.values, landmarks.track(t).position); };
   merge.evidence = std::log(options_.merge_odds);
@@ -297,7 +285,7 @@ Merge LandmarkMerging::propose_by_misses(const MapView& map, const ClassModel& c
     const double evidence = h.gain[p] - score.cost +
                             clutter_beside(a, b, clutter_density, landmarks) +
                             views.one_rather_than_two(place(a), landmarks.seen_from(a), place(b),
-                                                      landmarks.seen_from(b), detected, map);
+                                                      landmarks.seen_from(b), detections, map);
     if (evidence <= merge.evidence) continue;
     merge = {{{a, b}}, evidence, score.chi_square, false};
   }
@@ -359,13 +347,14 @@ Merge LandmarkMerging::propose_by_counting(const MapView& map, const ClassModel&
   const auto all = places(map, landmarks);
   if (views.empty() || all.empty()) return merge;
   const ThingCounter counter(map, classes, views, options_, landmarks);
+  const SightingCosts costs(map, classes, landmarks);
   for (const std::vector<int>& place : all) {
     std::pair<int, int> spared;
     MoveCost least;
     for (const int from : place) {
       for (const int into : place) {
         if (from == into || refused(from, into, landmarks)) continue;
-        const MoveCost cost = cost_of_moving(from, into, map, classes, counter, landmarks);
+        const MoveCost cost = cost_of_moving(from, into, costs, landmarks);
         if (!(cost.sum() < least.sum())) continue;
         least = cost;
         spared = {from, into};

@@ -37,7 +37,7 @@ void LandmarkAssociation::remember() {
   landmarks_.remember();
   merging_.remember();
   loops_.remember();
-  things_.remember();
+  movers_.remember();
   track_of_id_.commit();
 }
 
@@ -48,33 +48,13 @@ void LandmarkAssociation::refused() {
   landmarks_.take_back();
   merging_.take_back();
   loops_.take_back();
-  things_.take_back();
+  movers_.take_back();
   track_of_id_.roll_back();
-  count_open();
+  now_.open.count(landmarks_);
   if (!merge_) return;
   merging_.refuse(*merge_, landmarks_);
   ++now_.statistics["merges_taken_back"];
   merge_.reset();
-}
-
-/// Counts the frames that are open, or about to be, of each track anew.
-void LandmarkAssociation::count_open() {
-  for (int t = 0; t < static_cast<int>(landmarks_.tracks().size()); ++t)
-    landmarks_.track(t).open = 0;
-  for (const AmbiguousFrame& frame : now_.ambiguous) {
-    for (const FrameHypothesis& h : frame.hypotheses) {
-      for (const std::size_t row : frame.rows) {
-        if (h.track[row] >= 0) ++landmarks_.track(h.track[row]).open;
-      }
-    }
-  }
-  for (const OpenFrame& open : now_.open) {
-    for (const std::vector<int>& tracks : open.tracks) {
-      for (int t : tracks) {
-        if (t >= 0) ++landmarks_.track(t).open;
-      }
-    }
-  }
 }
 
 Contribution LandmarkAssociation::revise(const MapView& map) {
@@ -92,15 +72,17 @@ Contribution LandmarkAssociation::answered_if_empty(Contribution out) {
 }
 
 Contribution LandmarkAssociation::next_revision(const MapView& map) {
-  const std::vector<AmbiguousFrame> ambiguous = std::exchange(now_.ambiguous, {});
+  OpenMatchings with_kept = now_.open;
+  now_.open.forget_kept();  // what cannot be opened is not tried again
   remember();
-  if (!ambiguous.empty()) {
-    Contribution out;
-    for (const AmbiguousFrame& frame : ambiguous) leave_open(frame, map, out);
+  now_.open = std::move(with_kept);
+  Contribution out;
+  const std::size_t opened = now_.open.open_kept(now_.keyframe, map, landmarks_, out);
+  if (opened > 0) {
+    now_.statistics["frames_left_open"] += static_cast<double>(opened);
     return out;
   }
-  Contribution out;
-  withdraw_movers(map, out);
+  movers_.withdraw(now_.open.sightings(), map, landmarks_, out);
   if (!out.empty()) return out;
   if (!options_.merge || !map.keeps_all) return {};
   return next_merge(map, false);
@@ -124,21 +106,8 @@ Contribution LandmarkAssociation::next_merge(const MapView& map, bool everything
 /// Decides the frames that are open between the landmarks of a merge, which is then proposed again:
 /// most are open because a landmark is in the map twice.
 Contribution LandmarkAssociation::decide_before(const Merge& merge, const MapView& map) {
-  const auto concerns = [&](const OpenFrame& open) {
-    for (const std::vector<int>& tracks : open.tracks) {
-      for (const auto& [from, into] : merge.pairs) {
-        if (std::find(tracks.begin(), tracks.end(), from) != tracks.end()) return true;
-        if (std::find(tracks.begin(), tracks.end(), into) != tracks.end()) return true;
-      }
-    }
-    return false;
-  };
   Contribution out;
-  const auto first = std::stable_partition(now_.open.begin(), now_.open.end(),
-                                           [&](const OpenFrame& open) { return !concerns(open); });
-  const std::vector<OpenFrame> concerned(first, now_.open.end());
-  now_.open.erase(first, now_.open.end());
-  for (const OpenFrame& open : concerned) decide(open, map, out);
+  follow_decisions(now_.open.decide_about(merge.pairs, map, landmarks_), map, out);
   return out;
 }
 
@@ -212,13 +181,12 @@ Contribution LandmarkAssociation::next_conclusion(const MapView& map) {
   remember();
   if (!now_.open.empty()) {
     Contribution out;
-    decide_old(map, now_.keyframe, out);
+    follow_decisions(now_.open.decide_until(now_.keyframe, map, landmarks_), map, out);
     return out;
   }
-  if (!now_.things_are_decided) things_.decide(locate(map));
-  now_.things_are_decided = true;
+  movers_.decide(map, landmarks_);
   Contribution withdrawn;
-  withdraw_movers(map, withdrawn);
+  movers_.withdraw(now_.open.sightings(), map, landmarks_, withdrawn);
   if (!withdrawn.empty()) return withdrawn;
   if (options_.merge && map.keeps_all) {
     landmarks_.place_all(map.values);

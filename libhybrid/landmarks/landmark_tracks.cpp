@@ -9,9 +9,10 @@
 
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/landmarks/detail/sensor_place.h"
 
 namespace hybrid {
 namespace {
@@ -37,6 +38,13 @@ Detection LandmarkTracks::detection_of(int s, int t) const {
   const Sighting& sighting = sightings_[s];
   return with_extent(sighting.detection, t < 0 ? sighting.extent : tracks_[t].extent,
                      sighting.sensor->is_3d);
+}
+
+PointSighting LandmarkTracks::located(int s, int t, const Eigen::Isometry3d& T_map_robot,
+                                      const Values& values, bool is_3d) const {
+  const DetectionFrame& sensor = *sightings_[s].sensor;
+  return point_sighting(sensor_pose(T_map_robot, sensor, values, is_3d), sensor.time,
+                        detection_of(s, t), is_3d);
 }
 
 int LandmarkTracks::create(int s, const Eigen::Isometry3d& T_map_robot, const ClassModel& classes,

@@ -13,9 +13,10 @@
 #include <vector>
 
 #include "libhybrid/association/spatial_grid.h"
-#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/detections/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/known_map.h"
+#include "libhybrid/movers/point_sighting.h"
 
 namespace HYBRID_API hybrid {
 
@@ -63,6 +64,9 @@ class LandmarkTracks {
   /// The detection of a sighting as one of a track, with its extent; t < 0: of a track that is made
   /// of it.
   Detection detection_of(int s, int t) const;
+  /// Where that puts its thing in the map, seen from this pose of the robot.
+  PointSighting located(int s, int t, const Eigen::Isometry3d& T_map_robot, const Values& values,
+                        bool is_3d) const;
   const SpatialGrid& grid() const { return grid_; }
   std::size_t alive() const { return alive_; }
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/detections/class_model.h"
+#include "libhybrid/detections/sensor_coverage.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/class_model.h"
 #include "libhybrid/landmarks/contribution.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
-#include "libhybrid/landmarks/sensor_coverage.h"
 
 namespace HYBRID_API hybrid {
 

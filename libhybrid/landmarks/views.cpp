@@ -18,16 +18,7 @@ namespace {
 constexpr std::size_t kForgetShare = 16;
 constexpr std::size_t kFewLooks = 100;
 /// Looks that are counted: what is left after so many is nothing.
-constexpr int kMostLooks = 2 * static_cast<int>(Views::kPriorLooks);
-
-/// log of the probability that certain `hits` of n looks detect a landmark, and the others do not
-/// (beta-binomial): one that hides from a look is likely to hide from the next.
-double log_probability(int hits, int n, double detected) {
-  constexpr double kPrior = Views::kPriorLooks;
-  const double a = kPrior * detected, b = kPrior - a;
-  return std::lgamma(a + hits) - std::lgamma(a) + std::lgamma(b + n - hits) - std::lgamma(b) -
-         std::lgamma(kPrior + n) + std::lgamma(kPrior);
-}
+constexpr int kMostLooks = 2 * static_cast<int>(DetectionModel::kPriorLooks);
 
 }  // namespace
 
@@ -84,7 +75,7 @@ bool Views::covers(std::size_t view, const Eigen::Vector3d& point, const MapView
 
 double Views::one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Key>& seen_a,
                                   const Eigen::Vector3d& b, const std::vector<Key>& seen_b,
-                                  double detected, const MapView& map) const {
+                                  const DetectionModel& detections, const MapView& map) const {
   if (empty()) return 0.0;
   int looks = 0, hits_a = 0, hits_b = 0, hits = 0;
   visit_near(a, reach(), [&](std::size_t view) {
@@ -97,13 +88,13 @@ double Views::one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Ke
     hits_b += of_b ? 1 : 0;
     hits += of_a || of_b ? 1 : 0;
   });
-  return log_probability(hits, looks, detected) - log_probability(hits_a, looks, detected) -
-         log_probability(hits_b, looks, detected);
+  return detections.log_probability(hits, looks) - detections.log_probability(hits_a, looks) -
+         detections.log_probability(hits_b, looks);
 }
 
 /// The mean over the Gaussian by Gauss-Hermite quadrature with three nodes an axis.
 double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
-                         double detected, const MapView& map) const {
+                         const DetectionModel& detections, const MapView& map) const {
   if (empty()) return 1.0;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   const Eigen::MatrixXd axes =
@@ -125,7 +116,7 @@ double Views::undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov
       if (looks == kMostLooks || pose == back().pose || !map.holds(pose)) return;
       if (covers(view, point, map)) ++looks;
     });
-    share += weight * std::exp(log_probability(0, looks, detected));
+    share += weight * std::exp(detections.log_probability(0, looks));
   }
   return share;
 }

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "libhybrid/association/spatial_grid.h"
+#include "libhybrid/detections/detection_model.h"
+#include "libhybrid/detections/sensor_coverage.h"
 #include "libhybrid/landmarks/contribution.h"
-#include "libhybrid/landmarks/sensor_coverage.h"
 
 namespace HYBRID_API hybrid {
 
@@ -26,10 +27,6 @@ struct View {
 /// All looks of the sensors so far, in order.
 class Views {
  public:
-  /// Looks at one landmark as well as which it is known how often looks detect it, the rest being
-  /// its own: one that hides from a look is likely to hide from the next.
-  static constexpr double kPriorLooks = 10;
-
   /// Notes a look from a keyframe, `map` being that of its frame.
   void add(const KeyframeView& frame, const Eigen::Isometry3d& T_robot_sensor,
            const SensorCoverage& coverage, const MapView& map);
@@ -62,16 +59,15 @@ class Views {
 
   /// log odds that two landmarks are one and not two, by what looks saw of them: of the looks that
   /// had both well in view, those from the poses `seen_a` and `seen_b`, each in ascending order,
-  /// saw the one and the other. `detected` is known no better than in `undetected`.
+  /// saw the one and the other.
   double one_rather_than_two(const Eigen::Vector3d& a, const std::vector<Key>& seen_a,
                              const Eigen::Vector3d& b, const std::vector<Key>& seen_b,
-                             double detected, const MapView& map) const;
+                             const DetectionModel& detections, const MapView& map) const;
 
   /// The share of landmarks that are still undetected where a landmark may be, a Gaussian, after
-  /// all looks there before the newest keyframe: 1 where nobody looked. `detected` is the
-  /// probability that a landmark in view is detected.
-  double undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance, double detected,
-                    const MapView& map) const;
+  /// all looks there before the newest keyframe: 1 where nobody looked.
+  double undetected(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
+                    const DetectionModel& detections, const MapView& map) const;
 
  private:
   void forget(const MapView& map, Key newest);

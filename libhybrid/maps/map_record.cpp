@@ -5,8 +5,8 @@
 
 #include <memory>
 
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/linear_factor.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 

@@ -56,11 +56,7 @@ std::vector<double> ThingTracker::class_belief(const Thing& thing) const {
 /// The probability that a thing of these classes moves.
 double ThingTracker::share_moving(const std::vector<double>& belief) const {
   constexpr double kLeast = 1e-9;  // no evidence is refused for good
-  if (prior_.moving.size() != belief.size())
-    return std::clamp(prior_.moving[0], kLeast, 1 - kLeast);
-  double p = 0;
-  for (std::size_t s = 0; s < belief.size(); ++s) p += belief[s] * prior_.moving[s];
-  return std::clamp(p, kLeast, 1 - kLeast);
+  return std::clamp(mean_over_classes(prior_.moving, belief), kLeast, 1 - kLeast);
 }
 
 void ThingTracker::take(const std::vector<ThingSighting>& frame, const Look& look,

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/association/sensor_delay.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 
 namespace HYBRID_API hybrid {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/association/sensor_delay.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "libhybrid/landmarks/detection.h"
+#include "libhybrid/detections/detection.h"
 #include "mrpt_plugins/input/rawlog_reader.h"
 
 namespace HYBRID_API hybrid {

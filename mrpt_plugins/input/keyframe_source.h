@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/landmarks/detection_tracker.h"
+#include "libhybrid/detections/detection_tracker.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 #include "mrpt_plugins/input/detections.h"
 #include "mrpt_plugins/input/keyframe_policy.h"

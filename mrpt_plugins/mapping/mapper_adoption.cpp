@@ -10,9 +10,9 @@
 #include <memory>
 
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/mapping/mapper.h"
 
 namespace hybrid {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/robot_sighting.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "libhybrid/core/loss.h"
 #include "libhybrid/core/values.h"
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/factors/factor.h"
-#include "libhybrid/landmarks/detection.h"
 
 namespace HYBRID_API hybrid {
 

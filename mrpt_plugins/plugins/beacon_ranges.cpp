@@ -10,9 +10,9 @@
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/range.h"
 #include "libhybrid/hybrid/mixture.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"

@@ -10,8 +10,8 @@
 
 #include "libhybrid/association/association_factor.h"
 #include "libhybrid/core/key_letters.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/hybrid/semantic.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/plugins/detail/refuse_numbered.h"

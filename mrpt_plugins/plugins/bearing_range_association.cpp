@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/geometry/isometry.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/poses.h"
 #include "mrpt_plugins/mapping/register_plugin.h"
 #include "mrpt_plugins/plugins/read_landmark_options.h"

@@ -95,8 +95,10 @@ AssociationOptions read_association_options(IniSection& section) {
   o.use_ids = section.get("use_ids", o.use_ids, "take the ids of the log where it has them");
   o.extent = section.get("extent", o.extent,
                          "of a landmark: the standard deviation of the places of things that are "
-                         "taken for it; things nearer to each other are not told apart [m]",
+                         "taken for it; things nearer to each other are not told apart [m]; one "
+                         "for all, or one for each class in the order of class_names",
                          IniRange{0, 1e3});
+  if (o.extent.empty()) section.fail("extent", "needs a length");
   o.gate = section.get("gate", o.gate, "probability of the chi-square gate of an innovation",
                        IniRange{0.5, 0.999999});
   section.replaces("information_penalty", "caution");

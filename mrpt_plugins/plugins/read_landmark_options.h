@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/detections/class_model.h"
 #include "libhybrid/initialization/gaussian_sum_initializer.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/class_model.h"
 #include "mrpt_plugins/bridge/ini_file.h"
 
 /// Readers of the options of landmark plugins, from the section of a plugin. All throw Error as

@@ -12,9 +12,9 @@
 #include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/landmarks/detail/sensor_place.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/report/detail/event_lines.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/join_maps.h"
 #include "mrpt_plugins/bridge/about_file.h"

@@ -39,6 +39,7 @@ FLOORS = {
         {"smoother"},
         {"association", "registration", "switching", "closures"},
         {"movers"},
+        {"detections"},
         {"baselines", "landmarks"},
         {"selection", "maps", "initialization"},
         {"choices"},

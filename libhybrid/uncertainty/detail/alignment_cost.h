@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/association/sensor_delay.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 
 namespace hybrid {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/detections/class_model.h"
 #include "libhybrid/initialization/pending_landmarks.h"
 #include "libhybrid/initialization/placed_landmarks.h"
-#include "libhybrid/landmarks/class_model.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace hybrid {

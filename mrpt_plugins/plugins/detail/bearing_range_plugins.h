@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/detections/class_model.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 
 namespace hybrid {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "libhybrid/landmarks/detection.h"
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/maps/align_frames.h"
 #include "libhybrid/maps/map_record.h"
 #include "mrpt_plugins/bridge/timed_pose.h"

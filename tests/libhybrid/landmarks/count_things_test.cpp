@@ -67,7 +67,7 @@ struct Groups {
 /// The things that landmarks near each place stand for.
 std::vector<int> mapped_things(Groups& world, double extent) {
   AssociationOptions options;
-  options.extent = extent;
+  options.extent = {extent};
   options.method = AssociationOptions::Method::kJcbb;
   options.motion.moving = {0};
   LandmarkMapper<SE2> mapper{LandmarkAssociation(options)};

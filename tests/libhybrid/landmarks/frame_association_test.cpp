@@ -70,7 +70,7 @@ TEST(FrameAssociation, EachLandmarkHasItsOwnExtent) {
   for (const Method method : {Method::kHypotheses, Method::kJcbb}) {
     Look look;
     look.options.method = method;
-    look.options.extent = 0.5;
+    look.options.extent = {0.5};
     const int wide = look.world.landmark({10, 0}), sharp = look.world.landmark({0, 12});
     look.world.tracks.set(wide, &Track::extent, 0.5);
     look.detect({10.9, 0});

@@ -41,7 +41,8 @@ struct Looked {
   }
 
   double undetected(const Eigen::Vector2d& at, double sigma, double detected = 0.5) {
-    return views.undetected(at, sigma * sigma * Eigen::Matrix2d::Identity(), detected, world.map());
+    return views.undetected(at, sigma * sigma * Eigen::Matrix2d::Identity(),
+                            DetectionModel(detected), world.map());
   }
 };
 
@@ -67,8 +68,8 @@ TEST(Views, LooksOfASensorCountWhereAnotherSeesLessFar) {
   std::vector<Key> even, odd;
   for (std::uint64_t i = 0; i < 8; ++i) (i % 2 == 0 ? even : odd).emplace_back('x', i);
   const auto evidence = [&](const Looked& looked) {
-    return looked.views.one_rather_than_two({8.5, 0, 0}, even, {8.5, 0.1, 0}, odd, 0.5,
-                                            looked.world.map());
+    return looked.views.one_rather_than_two({8.5, 0, 0}, even, {8.5, 0.1, 0}, odd,
+                                            DetectionModel(0.5), looked.world.map());
   };
   EXPECT_EQ(evidence(two), evidence(Looked(8)));
   EXPECT_GT(evidence(two), 1);
@@ -99,7 +100,8 @@ std::vector<Key> every_other(int first, int looks) {
 
 double one_rather_than_two(const Looked& looked, const std::vector<Key>& a,
                            const std::vector<Key>& b, double y = 0) {
-  return looked.views.one_rather_than_two({5, y, 0}, a, {5.1, y, 0}, b, 0.5, looked.world.map());
+  return looked.views.one_rather_than_two({5, y, 0}, a, {5.1, y, 0}, b, DetectionModel(0.5),
+                                          looked.world.map());
 }
 
 TEST(Views, LandmarksThatAreSeenInTurnsAreOne) {
@@ -121,7 +123,9 @@ TEST(Views, DetectionsAndMissesOfTwoLandmarksHaveTheirProbability) {
 TEST(Views, WhatNoLookHadInViewSaysNothing) {
   const Looked looked(20);
   EXPECT_EQ(one_rather_than_two(looked, every_other(0, 20), every_other(1, 20), 50), 0);
-  EXPECT_EQ(Views().one_rather_than_two({5, 0, 0}, {}, {5, 0, 0}, {}, 0.5, looked.world.map()), 0);
+  EXPECT_EQ(Views().one_rather_than_two({5, 0, 0}, {}, {5, 0, 0}, {}, DetectionModel(0.5),
+                                        looked.world.map()),
+            0);
 }
 
 }  // namespace

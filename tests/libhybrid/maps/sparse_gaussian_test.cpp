@@ -8,7 +8,7 @@
 #include <Eigen/LU>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 #include "tests/libhybrid/maps/stored_maps.h"
 
 namespace hybrid {

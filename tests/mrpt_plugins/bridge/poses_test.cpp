@@ -8,7 +8,7 @@
 
 #include <random>
 
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 
 namespace hybrid {

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "libhybrid/core/error.h"
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/landmarks/known_map.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "mrpt_plugins/mapping/mapping_plugin.h"
 #include "tests/mrpt_plugins/plugins/beacon_world.h"
 

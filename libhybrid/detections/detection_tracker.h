@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/geometry/eigen.h"
 #include "libhybrid/geometry/se3.h"
-#include "libhybrid/landmarks/detection.h"
 
 namespace HYBRID_API hybrid {
 

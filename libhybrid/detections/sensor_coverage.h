@@ -8,8 +8,8 @@
 #include <map>
 #include <string>
 
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/geometry/eigen.h"
-#include "libhybrid/landmarks/detection.h"
 
 namespace HYBRID_API hybrid {
 

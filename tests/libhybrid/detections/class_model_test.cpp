@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/class_model.h"
+#include "libhybrid/detections/class_model.h"
 
 #include <gtest/gtest.h>
 

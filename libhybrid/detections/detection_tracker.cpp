@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/detection_tracker.h"
+#include "libhybrid/detections/detection_tracker.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -14,10 +14,10 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
+#include "libhybrid/detections/class_evidence.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/so3.h"
-#include "libhybrid/landmarks/class_evidence.h"
 
 namespace hybrid {
 namespace {

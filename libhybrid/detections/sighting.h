@@ -11,8 +11,8 @@
 
 #include "libhybrid/association/prediction.h"
 #include "libhybrid/core/loss.h"
+#include "libhybrid/detections/detection.h"
 #include "libhybrid/factors/factor.h"
-#include "libhybrid/landmarks/detection.h"
 #include "libhybrid/movers/point_sighting.h"
 
 namespace HYBRID_API hybrid {
@@ -38,6 +38,10 @@ std::vector<bool> are_crowded(const DetectionFrame& frame);
 /// Standard deviation of where a detection puts its thing, of the usual axis [m].
 double position_sigma(const Detection& detection, bool is_3d);
 
+/// What an extent adds to the noise of (range, yaw, pitch) of a detection there: a standard
+/// deviation along each axis [m].
+Eigen::Matrix3d noise_of_extent(double range, double pitch, double extent, bool is_3d);
+
 /// The detection of a landmark with an extent: of the landmark itself or of something about it,
 /// which along each axis is so far off, a standard deviation [m].
 Detection with_extent(Detection detection, double extent, bool is_3d);
@@ -55,8 +59,9 @@ Key position_key(std::int64_t id);
 Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
                               const Detection& detection);
 
-/// The same with its time, its velocity if measured, and the covariance of the detection alone.
-PointSighting point_sighting(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
+/// The same of a frame of this time, with the velocity if measured, and the covariance of the
+/// detection alone.
+PointSighting point_sighting(const Eigen::Isometry3d& T_map_sensor, double time,
                              const Detection& detection, bool is_3d);
 
 }  // namespace hybrid

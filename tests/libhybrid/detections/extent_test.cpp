@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 
 namespace hybrid {
 namespace {
@@ -19,7 +19,7 @@ Detection detection() {
 
 /// Of where it puts its landmark, in the frame of the sensor.
 Eigen::Matrix3d position_covariance(const Detection& d, bool is_3d) {
-  return point_sighting(Eigen::Isometry3d::Identity(), DetectionFrame(), d, is_3d).covariance;
+  return point_sighting(Eigen::Isometry3d::Identity(), 0, d, is_3d).covariance;
 }
 
 TEST(Extent, IsTheSameInAllDirectionsOfThePlane) {

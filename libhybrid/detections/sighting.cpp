@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/sighting.h"
+#include "libhybrid/detections/sighting.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,11 +22,10 @@ constexpr std::size_t kMostAlike = 10;  // detections, a budget
 /// Of the noise of a range: nearer than this its sensor may be on either side of what it measures.
 constexpr double kNearSigmas = 3.0;
 
-/// Adds a variance [m^2] across its direction to the noise of a detection.
-void widen(Detection& d, double variance, bool is_3d) {
-  const double across = std::max(d.range * d.range, variance);  // nearer, all directions are alike
-  d.covariance(1, 1) += variance / (across * std::pow(std::cos(d.pitch), 2));
-  if (is_3d) d.covariance(2, 2) += variance / across;
+/// Variances of yaw and pitch of what is off across its direction by this variance [m^2].
+Eigen::Vector2d across(double range, double pitch, double variance, bool is_3d) {
+  const double square = std::max(range * range, variance);  // nearer, all directions are alike
+  return {variance / (square * std::pow(std::cos(pitch), 2)), is_3d ? variance / square : 0};
 }
 
 }  // namespace
@@ -108,19 +107,28 @@ double position_sigma(const Detection& d, bool is_3d) {
   return std::sqrt(sum / (is_3d ? 3 : 2));
 }
 
+Eigen::Matrix3d noise_of_extent(double range, double pitch, double extent, bool is_3d) {
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  if (extent == 0) return noise;
+  noise(0, 0) = extent * extent;
+  noise.diagonal().tail<2>() = across(range, pitch, extent * extent, is_3d);
+  return noise;
+}
+
 Detection with_extent(Detection d, double extent, bool is_3d) {
-  if (extent == 0) return d;
-  d.covariance(0, 0) += extent * extent;
-  widen(d, extent * extent, is_3d);
+  d.covariance += noise_of_extent(d.range, d.pitch, extent, is_3d);
   return d;
 }
 
-MeasuredPoint measured_point(const Detection& detection, bool is_3d) {
-  Detection d = detection;
-  const double along = d.covariance(0, 0);
-  if (d.range * d.range < kNearSigmas * kNearSigmas * along) widen(d, along, is_3d);
+MeasuredPoint measured_point(const Detection& d, bool is_3d) {
   const Eigen::Index dim = is_3d ? 3 : 2;
-  return {Eigen::Vector3d(d.range, d.yaw, d.pitch).head(dim), d.covariance.topLeftCorner(dim, dim)};
+  MeasuredPoint out{Eigen::Vector3d(d.range, d.yaw, d.pitch).head(dim),
+                    d.covariance.topLeftCorner(dim, dim)};
+  const double along = d.covariance(0, 0);
+  if (d.range * d.range < kNearSigmas * kNearSigmas * along) {
+    out.covariance.diagonal().tail(dim - 1) += across(d.range, d.pitch, along, is_3d).head(dim - 1);
+  }
+  return out;
 }
 
 Key position_key(std::int64_t id) {
@@ -134,12 +142,13 @@ Eigen::Vector3d sighted_point(const Eigen::Isometry3d& T_map_robot, const Detect
          T_map_sensor.translation();
 }
 
-PointSighting point_sighting(const Eigen::Isometry3d& T_map_robot, const DetectionFrame& frame,
-                             const Detection& d, bool is_3d) {
+PointSighting point_sighting(const Eigen::Isometry3d& T_map_sensor, double time, const Detection& d,
+                             bool is_3d) {
   PointSighting out;
-  out.time = frame.time + d.delay;
-  out.point = sighted_point(T_map_robot, frame, d);
-  const Eigen::Matrix3d R = compose(T_map_robot, frame.T_robot_sensor).linear();
+  out.time = time + d.delay;
+  out.point =
+      rotated(T_map_sensor, direction(d.yaw, d.pitch)) * d.range + T_map_sensor.translation();
+  const Eigen::Matrix3d R = T_map_sensor.linear();
   const Eigen::MatrixXd noise = measured_point(d, is_3d).covariance;
   if (is_3d) {
     Eigen::Matrix3d J;

@@ -9,11 +9,11 @@
 #include <random>
 #include <vector>
 
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/factors/between.h"
 #include "libhybrid/factors/prior.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/se2.h"
-#include "libhybrid/landmarks/sighting.h"
 #include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/levenberg_marquardt.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/sensor_coverage.h"
+#include "libhybrid/detections/sensor_coverage.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
-#include "libhybrid/landmarks/detection_tracker.h"
+#include "libhybrid/detections/detection_tracker.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <random>
 #include <vector>
 
+#include "libhybrid/detections/sighting.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
-#include "libhybrid/landmarks/sighting.h"
 
 namespace hybrid {
 namespace {

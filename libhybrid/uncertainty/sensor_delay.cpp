@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-#include "libhybrid/association/sensor_delay.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 
 #include <algorithm>
 #include <cmath>

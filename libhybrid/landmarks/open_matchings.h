@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "libhybrid/landmarks/frame_association.h"
+
+namespace HYBRID_API hybrid {
+
+/// Frames whose matching is not decided. Each is a discrete variable of the graph with a value for
+/// each hypothesis (eq. 18), until somebody asks what it has come to.
+class OpenMatchings {
+ public:
+  /// What a frame was decided to be.
+  struct Decided {
+    bool is_revised = false;                  ///< not what was the best at first
+    std::vector<std::pair<int, int>> tracks;  ///< of its open sightings; -1: of no landmark
+  };
+
+  /// By detection, whether hypotheses of its frame, of which there is one at least, disagree.
+  static std::vector<bool> disputed(const std::vector<FrameHypothesis>& hypotheses);
+  /// Keeps a frame until it is opened: before the map has come to terms with the best hypothesis,
+  /// the first, distances mean little.
+  void keep(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
+            LandmarkTracks& landmarks);
+  /// Opens all frames that are kept, so that their sightings have the factors of all hypotheses.
+  /// Returns how many they are.
+  std::size_t open_kept(int keyframe, const MapView& map, LandmarkTracks& landmarks,
+                        Contribution& out);
+  void forget_kept() { kept_.clear(); }
+  bool empty() const { return open_.empty(); }
+
+  /// Decides the frames that were opened at this keyframe or before, by their variables.
+  std::vector<Decided> decide_until(int keyframe, const MapView& map, LandmarkTracks& landmarks);
+  /// Decides those that may be of a landmark of one of these pairs.
+  std::vector<Decided> decide_about(const std::vector<std::pair<int, int>>& pairs,
+                                    const MapView& map, LandmarkTracks& landmarks);
+
+  /// The sightings of open frames.
+  std::set<int> sightings() const;
+  /// The same, and the tracks that their variables give them now.
+  std::map<int, int> tracks(const MapView& map) const;
+  /// Counts anew of each track the hypotheses that hold it.
+  void count(LandmarkTracks& landmarks) const;
+
+ private:
+  struct Kept {
+    std::vector<FrameHypothesis> hypotheses;
+    std::vector<std::size_t> rows;  // of the detections that they disagree about
+    std::vector<int> sightings;     // of these
+  };
+  struct Open {
+    int keyframe;
+    DiscreteKey choice;
+    std::vector<int> sightings;            // the undecided ones
+    std::vector<std::vector<int>> tracks;  // by value of the choice, of these
+  };
+
+  void open(const Kept& frame, int keyframe, const MapView& map, LandmarkTracks& landmarks,
+            Contribution& out);
+  template <class IsAsked>
+  std::vector<Decided> decide(const IsAsked& is_asked, const MapView& map,
+                              LandmarkTracks& landmarks);
+
+  std::vector<Kept> kept_;
+  std::vector<Open> open_;
+  int opened_ = 0;
+};
+
+}  // namespace hybrid
