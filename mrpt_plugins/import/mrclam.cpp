@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "libhybrid/uncertainty/sensor_delay.h"
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/text_reader.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 #include "mrpt_plugins/bridge/pose_conversions.h"
 #include "mrpt_plugins/import/detail/planar_truth.h"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "libhybrid/uncertainty/sensor_delay.h"
 #include "libhybrid/detections/detection.h"
+#include "libhybrid/uncertainty/sensor_delay.h"
 #include "mrpt_plugins/input/odometry.h"
 
 namespace HYBRID_API hybrid {
