@@ -27,8 +27,9 @@ struct AssociationOptions {
   double information_penalty = 1.0;  ///< price of a match per nat of what it would tell
   int hypotheses = 8;                ///< at most, per frame
   double keep_open_odds = 10;        ///< a hypothesis this much less probable is not kept open
-  /// Of a landmark from before the way has drifted: odds at which it is told from its neighbours by
-  /// one detection. Where the drift lets fewer than one in so many be there by chance, each is.
+  /// Of a landmark from before the last stretch of the way: odds at which it is told from its
+  /// neighbours by one detection. Where the drift lets fewer than one in so many be there by
+  /// chance, each is, and no loops are looked for.
   double old_landmark_odds = 10;
   int window = 20;                     ///< keyframes until an open decision is taken
   double landmarks_in_view = 5;        ///< expected landmarks in the field of view of the sensor

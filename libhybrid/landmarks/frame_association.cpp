@@ -156,7 +156,7 @@ std::vector<double> undetected(const FrameCandidates& c, const std::vector<Locat
 /// detection alone can tell: where the way back to them has drifted, places are recognised by many.
 void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverage& coverage,
                 const ClassModel& classes, const AssociationOptions& options,
-                const LandmarkTracks& landmarks, Key local_since, FrameCandidates& c) {
+                const LandmarkTracks& landmarks, Key recent_since, FrameCandidates& c) {
   const auto rows = static_cast<Eigen::Index>(c.measured.size());
   const auto cols = static_cast<Eigen::Index>(c.tracks.size());
   const double volume = coverage.measurement_volume();
@@ -175,7 +175,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
     const Track& track = landmarks.track(c.tracks[j]);
     const std::vector<double> belief =
         track.class_key ? landmarks.class_belief(track, classes) : std::vector<double>{};
-    const bool local = !(landmarks.last_seen_from(c.tracks[j]) < local_since);
+    const bool recent = !(landmarks.last_seen_from(c.tracks[j]) < recent_since);
     for (Eigen::Index i = 0; i < rows; ++i) {
       c.class_cost(i, j) = class_cost(phi[i], belief);
       const GaussianScore& score = c.score(i, j);
@@ -183,7 +183,7 @@ void fill_costs(const std::vector<std::vector<double>>& phi, const SensorCoverag
       const double cost = score.cost + c.class_cost(i, j);
       const double at_best = c.problem.unmatched[i] - cost + 0.5 * score.chi_square -
                              options.information_penalty * information(c, i, j);
-      if (local || at_best > std::log(options.old_landmark_odds)) c.problem.matched(i, j) = cost;
+      if (recent || at_best > std::log(options.old_landmark_odds)) c.problem.matched(i, j) = cost;
     }
   }
 }
@@ -268,7 +268,7 @@ std::vector<Matching> nearest(const FrameCandidates& c, double information_penal
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
-                                const AssociationOptions& options, Key local_since,
+                                const AssociationOptions& options, Key recent_since,
                                 const Views& views, const LandmarkTracks& landmarks) {
   FrameCandidates c;
   const int dim = map.is_3d ? 3 : 2;
@@ -304,7 +304,7 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
     }
   }
   c.undetected = undetected(c, located, views, coverage, options, map);
-  fill_costs(phi, coverage, classes, options, landmarks, local_since, c);
+  fill_costs(phi, coverage, classes, options, landmarks, recent_since, c);
   return c;
 }
 

@@ -42,11 +42,11 @@ struct FrameCandidates {
 /// The candidates of a frame: landmarks within the gate of a detection, by the joint covariance of
 /// pose and landmarks. That a detection is of a new landmark is the less probable the more often
 /// `views` looked at its place. `phi` holds the class likelihoods of each detection, or nothing.
-/// The pose `local_since` begins the last stretch of the way.
+/// The pose `recent_since` begins the last stretch of the way.
 FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame& seen,
                                 const std::vector<std::vector<double>>& phi, const MapView& map,
                                 const SensorCoverage& coverage, const ClassModel& classes,
-                                const AssociationOptions& options, Key local_since,
+                                const AssociationOptions& options, Key recent_since,
                                 const Views& views, const LandmarkTracks& landmarks);
 
 /// Ways to see the frame, best first, as the method chosen finds them; those but the best are close

@@ -169,7 +169,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   std::vector<FrameHypothesis> found;
   if (!sightings.empty()) {
     candidates = find_candidates(frame, unknown, phi, map, coverage, now_.classes, options_,
-                                 loops_.local_since(), loops_.views(), landmarks_);
+                                 loops_.recent_since(), loops_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
     note_candidates(candidates, sightings, map);
   }

@@ -113,21 +113,15 @@ void LoopClosing::looked(const KeyframeView& frame, const Eigen::Isometry3d& T_r
                          const SensorCoverage& coverage, double density, const MapView& map) {
   views_.add(frame, T_robot_sensor, coverage, map);
   const std::size_t newest = views_.size() - 1;
-  const auto too_far = [&](std::size_t v, double allowed) {
-    return v < newest && views_[v].pose != frame.pose &&
-           chance(views_[v], frame, density, map) > allowed;
+  const auto is_too_far = [&](const View& view) {
+    return views_[newest].travelled - view.travelled > span() ||
+           (view.pose != frame.pose && chance(view, frame, density, map) > 1);
   };
-  while (views_[newest].travelled - views_[first_recent_].travelled > span() ||
-         too_far(first_recent_, 1.0)) {
-    ++first_recent_;
-  }
-  first_local_ = std::max(first_local_, first_recent_);
-  while (too_far(first_local_, 1 / options_.old_landmark_odds)) ++first_local_;
+  while (first_recent_ < newest && is_too_far(views_[first_recent_])) ++first_recent_;
 }
 
 void LoopClosing::take_back() {
   views_.resize(before_.views);
-  first_local_ = before_.first_local;
   first_recent_ = before_.first_recent;
 }
 

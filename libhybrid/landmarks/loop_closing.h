@@ -27,12 +27,12 @@ class LoopClosing {
               const SensorCoverage& coverage, double density, const MapView& map);
 
   /// From here on `looked` can be taken back.
-  void remember() { before_ = {views_.size(), first_local_, first_recent_}; }
+  void remember() { before_ = {views_.size(), first_recent_}; }
   void take_back();
 
-  /// The pose since which the way has drifted so little that a landmark is told from its neighbours
-  /// by one detection.
-  Key local_since() const { return views_[first_local_].pose; }
+  /// The pose that begins the last stretch: since then the way has drifted by so little that where
+  /// a landmark may be there is less than one other by chance.
+  Key recent_since() const { return views_[first_recent_].pose; }
 
   /// All looks so far.
   const Views& views() const { return views_; }
@@ -69,11 +69,10 @@ class LoopClosing {
 
   AssociationOptions options_;
   Views views_;
-  std::size_t first_local_ = 0;   // view since which single landmarks can be told
   std::size_t first_recent_ = 0;  // view with which the last stretch begins
   std::size_t asked_ = 0;         // tracks that there were when last asked, one more at the end
   struct {
-    std::size_t views = 0, first_local = 0, first_recent = 0;
+    std::size_t views = 0, first_recent = 0;
   } before_;  // when told to remember
 };
 

@@ -73,9 +73,9 @@ void read_what_stays_open(IniSection& section, AssociationOptions& o) {
                                  IniRange{1, 1e9});
   o.old_landmark_odds =
       section.get("old_landmark_odds", o.old_landmark_odds,
-                  "odds at which a landmark from before the way has drifted is matched by one "
-                  "detection; the way has drifted where there may be more than one in so many by "
-                  "chance, and loops are looked for from there on",
+                  "odds at which a landmark from before the last stretch of the way is matched by "
+                  "one detection; where the drift lets fewer than one in so many be there by "
+                  "chance, no loops are looked for",
                   IniRange{1, 1e9});
   o.window = section.get("window", o.window, "keyframes until an open matching is decided",
                          IniRange{1, 1e6});

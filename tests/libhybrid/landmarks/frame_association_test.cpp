@@ -25,7 +25,7 @@ struct Look {
   AssociationOptions options;
   SensorCoverage coverage;
   Views views;
-  Key local_since{key_letter::kPose, 0};  // with which the last stretch of the way begins
+  Key recent_since{key_letter::kPose, 0};  // with which the last stretch of the way begins
   std::vector<std::vector<double>> phi;
   DetectionFrame frame;
 
@@ -47,7 +47,7 @@ struct Look {
     const std::vector<DetectionFrame> frames = {frame};
     const KeyframeView view = world.keyframe(Key(key_letter::kPose, 1000), frames);
     return find_candidates(view, frame, phi, world.map(), coverage, world.classes, options,
-                           local_since, views, world.tracks);
+                           recent_since, views, world.tracks);
   }
   std::vector<FrameHypothesis> hypotheses() { return find_hypotheses(candidates(), options); }
 };
@@ -184,7 +184,7 @@ TEST(FrameAssociation, WhereThePoseIsLostALandmarkSeenLongAgoIsNoCandidate) {
     look.world.pose_sigma = pose_sigma;
     look.world.landmark({10, 0});
     look.detect({10, 0});
-    look.local_since = Key(key_letter::kPose, 999);  // after all that has been seen
+    look.recent_since = Key(key_letter::kPose, 999);  // after all that has been seen
     const FrameCandidates c = look.candidates();
     const bool may_match = c.problem.matched.size() > 0 && std::isfinite(c.problem.matched(0, 0));
     EXPECT_EQ(may_match, pose_sigma < 1);
@@ -198,7 +198,7 @@ TEST(FrameAssociation, AnOldLandmarkIsMatchedByOddsOfItsOwn) {
       Look look;
       look.options.keep_open_odds = keep_open;
       look.options.old_landmark_odds = old_landmark;
-      look.local_since = Key(key_letter::kPose, 999);
+      look.recent_since = Key(key_letter::kPose, 999);
       look.world.landmark({10, 0});
       look.detect({10, 0});
       const FrameCandidates c = look.candidates();
