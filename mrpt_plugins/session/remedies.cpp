@@ -20,8 +20,9 @@ constexpr const char* kCopies = "copies of landmarks";
 /// landmark it is, up to where it tells next to nothing.
 constexpr std::array<double, 3> kExtents{1, 2, 4};
 
-/// A check is worse than by chance where its value is by half again as far from its limits.
-constexpr double kSpoilt = 1.5;
+/// A check is clearly worse where its value is so many times as far from its limits. Odometry that
+/// is stated too sure lets every map that is not in pieces depart from it by more than that one.
+constexpr double kSpoilt = 2;
 
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {

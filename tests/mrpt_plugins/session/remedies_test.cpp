@@ -72,7 +72,7 @@ TEST(Coarser, MaySpoilNoOtherCheck) {
   EXPECT_TRUE(has_spoilt({check("scale", 9)}, before));
   EXPECT_FALSE(has_spoilt({check("path", 9)}, {check("path", 8)}));
   EXPECT_FALSE(has_spoilt({check("path", 4.2)}, {check("path", 3.5)}));  // doubtful before, and bad
-  EXPECT_TRUE(has_spoilt({check("path", 4.2)}, {check("path", 2.5)}));
+  EXPECT_TRUE(has_spoilt({check("path", 4.2)}, {check("path", 1.9)}));
   EXPECT_FALSE(has_spoilt({check("path", 3.9)}, {check("path", 1)}));  // not bad
 }
 
