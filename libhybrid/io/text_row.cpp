@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
@@ -45,6 +46,55 @@ bool has_decimal_comma(std::string_view word) {
   changed[comma] = '.';
   double value = 0;
   return parse_number(changed, value);
+}
+
+/// Two or four digits of a word, as a number of at most `most`; nothing if they are others.
+std::optional<int> digits_at(std::string_view word, std::size_t at, std::size_t count, int most) {
+  const std::string_view digits = word.substr(at, count);
+  int value = 0;
+  if (digits.empty() || digits[0] < '0' || digits[0] > '9') return std::nullopt;
+  if (!parse_number(digits, value) || value > most) return std::nullopt;
+  return value;
+}
+
+/// Days since 1970 of a date of the Gregorian calendar, by years that begin in March.
+std::int64_t days_of(int year, int month, int day) {
+  const std::int64_t y = month > 2 ? year : year - 1;
+  return 365 * y + y / 4 - y / 100 + y / 400 + (153 * ((month + 9) % 12) + 2) / 5 + day - 719469;
+}
+
+/// The offset to UTC [min] that ends a time of ISO 8601, 0 for none; nothing if it is another word.
+std::optional<int> offset_of(std::string_view zone) {
+  if (zone.empty() || zone == "Z") return 0;
+  if (zone.size() != 6 || zone[3] != ':') return std::nullopt;
+  const auto hours = digits_at(zone, 1, 2, 23), minutes = digits_at(zone, 4, 2, 59);
+  if (!hours || !minutes) return std::nullopt;
+  return (zone[0] == '-' ? -1 : 1) * (60 * *hours + *minutes);
+}
+
+/// Seconds since 1970 of a time of ISO 8601, 2024-05-01T12:00:00.25, in UTC unless it says other;
+/// nothing if the word is another.
+std::optional<double> iso_time(std::string_view word) {
+  constexpr std::size_t kSecond = 17;
+  if (word.size() < kSecond + 2 || word[4] != '-' || word[7] != '-' || word[13] != ':' ||
+      word[16] != ':' || (word[10] != 'T' && word[10] != ' ')) {
+    return std::nullopt;
+  }
+  const auto year = digits_at(word, 0, 4, 9999), month = digits_at(word, 5, 2, 12);
+  const auto day = digits_at(word, 8, 2, 31);
+  const auto hour = digits_at(word, 11, 2, 23), minute = digits_at(word, 14, 2, 59);
+  const std::size_t end = std::min(word.find_first_of("Z+-", kSecond), word.size());
+  const auto offset = offset_of(word.substr(end));
+  double second = 0;
+  if (!year || !month || !day || !hour || !minute || !offset || *month == 0 || *day == 0 ||
+      !digits_at(word, kSecond, 2, 59) ||
+      !parse_number(word.substr(kSecond, end - kSecond), second) || second >= 60) {
+    return std::nullopt;
+  }
+  const std::int64_t days = days_of(*year, *month, *day);
+  const std::int64_t next_month = days_of(*year + *month / 12, *month % 12 + 1, 1);
+  if (days >= next_month) return std::nullopt;
+  return static_cast<double>(60 * (1440 * days + 60 * *hour + *minute - *offset)) + second;
 }
 
 }  // namespace
@@ -146,6 +196,11 @@ double TextRow::coordinate(std::size_t i) const {
 }
 
 double TextRow::time(std::size_t i) const {
+  const std::string_view word = (*this)[i];
+  if (const auto time = iso_time(word)) return *time;
+  if (word.find(':') != std::string_view::npos) {
+    fail(i, in_quotes(word) + " is not a time in seconds, or as 2024-05-01T12:00:00.25");
+  }
   const double value = number(i);
   if (std::abs(value) <= kLargestTime) return value;
   fail(i, in_quotes((*this)[i]) + " is not a time in seconds: it is beyond 1e11");

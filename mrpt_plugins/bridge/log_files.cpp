@@ -9,7 +9,8 @@ namespace hybrid {
 namespace {
 
 constexpr std::array kSuffixes{kTrueMapSuffix,          kTruePathSuffix,   kTruePositionsSuffix,
-                               kTrueAssociationsSuffix, kTrueMoversSuffix, kTrueModesSuffix};
+                               kTrueAssociationsSuffix, kTrueMoversSuffix, kTrueModesSuffix,
+                               kIdNamesSuffix};
 
 }  // namespace
 

@@ -14,17 +14,17 @@
 
 namespace HYBRID_API hybrid {
 
-/// Suffixes of the ground truth files beside F.rawlog.
+/// Suffixes of the ground truth files beside F.rawlog, and of the names that its ids stand for.
 inline constexpr std::string_view kTrueMapSuffix = "_ground_truth.txt";
 inline constexpr std::string_view kTruePathSuffix = "_ground_truth_robot_path.txt";
 inline constexpr std::string_view kTruePositionsSuffix = "_ground_truth_robot_path.xyz";
 inline constexpr std::string_view kTrueAssociationsSuffix = "_ground_truth_associations.csv";
 inline constexpr std::string_view kTrueMoversSuffix = "_ground_truth_movers.csv";
 inline constexpr std::string_view kTrueModesSuffix = "_ground_truth_modes.txt";
+inline constexpr std::string_view kIdNamesSuffix = "_ids.csv";
 
-/// A rawlog and its ground truth files. commit() shows all of them at once and removes the ground
-/// truth of an older log of that name; without it, nothing changes. Throws Error that names the
-/// file.
+/// A rawlog and the files beside it. commit() shows all of them at once and removes those of an
+/// older log of that name; without it, nothing changes. Throws Error that names the file.
 class LogFiles {
  public:
   /// `path` is F.rawlog; its folder is created if absent. `level` is zlib's compression level, 1 to

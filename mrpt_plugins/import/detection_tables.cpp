@@ -100,6 +100,45 @@ double pitch_of(const NamedTable& table) {
   return -std::atan2(table.number("z"), std::hypot(table.number("x"), table.number("y")));
 }
 
+/// Ids of a table, which are numbers, or names that are numbered from 0 as they come.
+class DetectionIds {
+ public:
+  /// Nothing where the column is absent or the field empty or -1. What the first id is, all are.
+  std::optional<std::int32_t> of(const NamedTable& table, const std::string& column) {
+    if (!table.has(column) || table.word(column).empty() || table.word(column) == "-1") return {};
+    const std::string word = table.word(column);
+    const bool is_name = !starts_like_a_number(word);
+    if (!are_names_) are_names_ = is_name;
+    if (is_name != *are_names_) {
+      table.fail(column, fmt::format("{} among ids that are {}: all are whole numbers, or all are "
+                                     "names that begin with a letter",
+                                     in_quotes(word), *are_names_ ? "names" : "numbers"));
+    }
+    if (!is_name) return static_cast<std::int32_t>(*table.id(column));
+    const auto next = static_cast<std::int32_t>(names_.size());
+    const auto [known, is_new] = numbers_.emplace(word, next);
+    if (is_new) names_.push_back(word);
+    return known->second;
+  }
+
+  /// Writes which number stands for which name.
+  void write(LogWriter& log) const {
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      log.name_of(static_cast<std::int64_t>(i), names_[i]);
+    }
+    if (names_.empty()) return;
+    log.note(
+        fmt::format("{} ids are names: numbered from 0 in the order in which they come, as "
+                    "the file of ids tells",
+                    names_.size()));
+  }
+
+ private:
+  std::optional<bool> are_names_;  // once there is an id
+  std::map<std::string, std::int32_t> numbers_;
+  std::vector<std::string> names_;
+};
+
 /// Refuses a table that lacks columns, or has those of both kinds.
 void check_columns(const NamedTable& table) {
   if (has_places(table)) {
@@ -126,13 +165,14 @@ void set_noise_by_range(const DetectionTablesOptions& o, bool has_range,
 }
 
 void add_detection(const NamedTable& table, const std::vector<std::string>& classes,
-                   const DetectionTablesOptions& options, CObservationClassedBearingRange& frame) {
+                   const DetectionTablesOptions& options, DetectionIds& ids,
+                   CObservationClassedBearingRange& frame) {
   CObservationClassedBearingRange::Detection d;
   if (frame.has_range) d.range = static_cast<float>(range_of(table));
   d.yaw = static_cast<float>(yaw_of(table));
   if (frame.has_pitch) d.pitch = static_cast<float>(pitch_of(table));
-  if (const auto id = table.id("id")) d.landmark_id = static_cast<std::int32_t>(*id);
-  if (const auto id = table.id("true_id")) d.true_landmark_id = static_cast<std::int32_t>(*id);
+  if (const auto id = ids.of(table, "id")) d.landmark_id = *id;
+  if (const auto id = ids.of(table, "true_id")) d.true_landmark_id = *id;
   d.std_range = static_cast<float>(table.sigma("sigma_range"));
   d.std_yaw = static_cast<float>(table.sigma("sigma_yaw"));
   d.std_pitch = static_cast<float>(table.sigma("sigma_pitch"));
@@ -176,6 +216,7 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
   check_columns(table);
   check_classes(table, classes, options, log);
   DetectionSteps steps(options, log);
+  DetectionIds ids;
   double first = 0;
   std::size_t identified = 0;
   while (table.next()) {
@@ -192,15 +233,15 @@ ImportReport import_detection_tables(const DetectionTablesOptions& options,
     } else if (!table.has("yaw") && !has_places(table)) {
       const double range = range_of(table), stated = table.sigma("sigma_range");
       const double usual = std::hypot(options.sigma_range, options.sigma_range_share * range);
-      steps.add_range(range, stated > 0 ? stated : usual,
-                      static_cast<std::int32_t>(table.id("id").value_or(-1)));
+      steps.add_range(range, stated > 0 ? stated : usual, ids.of(table, "id").value_or(-1));
     } else {
-      add_detection(table, classes, options, steps.frame());
-      if (table.id("id")) ++identified;
+      add_detection(table, classes, options, ids, steps.frame());
+      if (steps.frame().detections.back().landmark_id >= 0) ++identified;
     }
   }
   steps.end();
   steps.finish(identified);
+  ids.write(log);
   for (const std::string& name : table.ignored()) {
     log.note(fmt::format("{}: column {} is left aside", table.path(), name.empty() ? "''" : name));
   }

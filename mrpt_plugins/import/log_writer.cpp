@@ -145,6 +145,10 @@ void LogWriter::true_mover(std::int64_t true_id, const Eigen::Vector3d& position
                          position.y(), position.z()));
 }
 
+void LogWriter::name_of(std::int64_t id, const std::string& name) {
+  side_file(kIdNamesSuffix, "id,name\n").write(fmt::format("{},{}\n", id, name));
+}
+
 void LogWriter::note_end(const std::string& input) {
   if (std::filesystem::is_directory(input)) {
     note_ends(input);

@@ -45,8 +45,9 @@ struct ImportReport {
 /// Writes F.rawlog as actions and sensory frames, step by step, and the ground truth beside it:
 /// F_ground_truth_robot_path.txt (one row per step), F_ground_truth.txt (landmarks, class last),
 /// F_ground_truth_robot_path.xyz (timed positions, where orientations are unknown) and
-/// F_ground_truth_associations.csv and F_ground_truth_movers.csv. finish() makes all of them appear
-/// together. Throws Error that names the file on write errors.
+/// F_ground_truth_associations.csv and F_ground_truth_movers.csv; and F_ids.csv, the names that ids
+/// stand for. finish() makes all of them appear together. Throws Error that names the file on write
+/// errors.
 class LogWriter {
  public:
   /// `path` is F.rawlog; its folder is created if absent.
@@ -82,6 +83,9 @@ class LogWriter {
   /// A true position [m], in the frame of the true path, of a thing that moves, at the step that is
   /// added next.
   void true_mover(std::int64_t true_id, const Eigen::Vector3d& position);
+
+  /// The name that the sensor gives to what the log numbers.
+  void name_of(std::int64_t id, const std::string& name);
 
   /// Steps added so far.
   std::size_t steps() const { return report_.steps; }

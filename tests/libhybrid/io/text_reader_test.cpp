@@ -132,6 +132,27 @@ TEST(TextReader, BoundsCoordinatesTimesAndIds) {
   }
 }
 
+TEST(TextReader, TimesOfIso8601AreSecondsSince1970) {
+  const auto time = [](const char* text) {
+    return TextReader(text, "f", TextFormat()).next()->time(0);
+  };
+  // date -u -d 2024-05-01T12:00:00.25 +%s.%N
+  EXPECT_DOUBLE_EQ(time("2024-05-01T12:00:00.25,1"), 1714564800.25);
+  EXPECT_DOUBLE_EQ(time("2024-05-01 12:00:00.25Z,1"), 1714564800.25);
+  EXPECT_DOUBLE_EQ(time("2024-05-01T14:30:00.25+02:30,1"), 1714564800.25);
+  EXPECT_DOUBLE_EQ(time("2024-05-01T05:00:00-07:00,1"), 1714564800);
+  EXPECT_DOUBLE_EQ(time("2024-02-29T23:59:59.5,1"), 1709251199.5);
+  EXPECT_DOUBLE_EQ(time("2000-12-31T00:00:00,1"), 978220800);
+  EXPECT_DOUBLE_EQ(time("1969-12-31T23:59:59,1"), -1);
+  for (const char* word : {"2023-02-29T00:00:00", "2024-13-01T00:00:00", "2024-05-01T12:00:99",
+                           "2024-05-01T12:00:00x", "2024-05-01T24:00:00", "2024-05-00T12:00:00",
+                           "2024-05-01T12:00:00+0", "2024-+5-01T12:00:00", "12:00:05"}) {
+    EXPECT_EQ(error_in(word, [](const TextRow& row) { row.time(0); }),
+              std::string("f:1:1: '") + word +
+                  "' is not a time in seconds, or as 2024-05-01T12:00:00.25");
+  }
+}
+
 TEST(TextReader, RefusesWhatIsNoText) {
   const auto read = [](const std::string& text) { return message_of([&] { rows_of(text); }); };
   EXPECT_EQ(read(std::string("1 2\n1 \0 2\n", 10)), "f:2:3: a NUL byte: this is not text in UTF-8");

@@ -156,6 +156,60 @@ TEST_F(TableConventions, RangesWithIdsAloneAreThoseOfBeacons) {
   EXPECT_NEAR(ranges->stdError, 0.1, 1e-6);
 }
 
+TEST_F(TableConventions, IdsThatAreNamesAreNumberedAndListed) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n2,2,0,0\n";
+  const ImportReport report = imported(odometry,
+                                       "time,range,yaw,tag,true_id\n0.5,3,0.1,tag36h11:7,door\n"
+                                       "0.5,4,0.3,tag36h11:2,tag36h11:7\n0.5,5,0.4,,\n"
+                                       "1.5,2,0.1,tag36h11:7,-1\n");
+  const auto all = steps();
+  const auto& first = seen(all.at(0)).detections;
+  EXPECT_EQ(first.at(0).landmark_id, 0);
+  EXPECT_EQ(first.at(0).true_landmark_id, 1);
+  EXPECT_EQ(first.at(1).landmark_id, 2);
+  EXPECT_EQ(first.at(1).true_landmark_id, 0);  // one list for both
+  EXPECT_EQ(first.at(2).landmark_id, -1);
+  EXPECT_EQ(seen(all.at(1)).detections.at(0).landmark_id, 0);
+  EXPECT_EQ(report.files, (std::vector<std::string>{log(), at("out_ids.csv")}));
+  EXPECT_EQ(read("out_ids.csv"), "id,name\n0,tag36h11:7\n1,door\n2,tag36h11:2\n");
+  EXPECT_TRUE(tells(report, "3 ids are names"));
+
+  imported(odometry, "time,range,yaw,id\n0.5,3,0.1,7\n");
+  EXPECT_EQ(seen(steps().at(0)).detections.at(0).landmark_id, 7);
+  EXPECT_FALSE(std::filesystem::exists(at("out_ids.csv")));  // of the former log
+}
+
+TEST_F(TableConventions, BeaconsWithNames) {
+  imported("time,x,y,yaw\n0,0,0,0\n2,2,0,0\n", "time,range,anchor\n0.5,3,east\n1.5,2,west\n");
+  const auto all = steps();
+  const auto id = [&](std::size_t i) {
+    const auto& o = all.at(i).observations.back();
+    return dynamic_cast<const mrpt::obs::CObservationBeaconRanges&>(*o).sensedData.at(0).beaconID;
+  };
+  EXPECT_EQ(id(0), 0);
+  EXPECT_EQ(id(1), 1);
+}
+
+TEST_F(TableConventions, NumbersAmongNamesAreRefused) {
+  const char* odometry = "time,x,y,yaw\n0,0,0,0\n2,2,0,0\n";
+  const auto expect = [&](const char* ids, const char* message) {
+    expect_error([&] { imported(odometry, std::string("time,range,yaw,id\n0.5,3,0.1,") + ids); },
+                 message);
+  };
+  expect("door\n0.5,3,0.4,7\n", "detections.csv:3:11: '7' among ids that are names: all are");
+  expect("7\n0.5,3,0.4,door\n", "detections.csv:3:11: 'door' among ids that are numbers: all are");
+  expect("7x\n", "'7x' is not a number");
+}
+
+TEST_F(TableConventions, TimesOfACalendar) {
+  imported("time,x,y,yaw\n2024-05-01 11:59:59,0,0,0\n2024-05-01 12:00:01,2,0,0\n",
+           "time,range,yaw\n2024-05-01T12:00:00.25Z,3,0.1\n2024-05-01T12:00:00.75Z,3,0.1\n");
+  const auto all = steps();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NEAR(all[0].time, 1714564800.25, 1e-5);
+  EXPECT_NEAR(all[1].odometry->mean.x(), 0.5, 1e-6);
+}
+
 TEST_F(TableConventions, AStampThatIsRepeatedIsNoFault) {
   const std::string table = "time,x,y,yaw\n0,0,0,0\n1,2,0,0\n1,2.02,0,0\n2,4.02,0,0\n";
   const ImportReport report = imported(table, kDetections);
