@@ -168,6 +168,12 @@ bool beyond(double value, double sigma) {
   return std::abs(value) > kAlignmentSigmas * sigma;
 }
 
+/// A change that states yaw and delay, with the drift that goes best with them.
+AlignmentChange with_its_drift(const AlignmentCost& cost, double scale,
+                               const AlignmentChange& change) {
+  return refine(cost, scale, change, false, false).change;
+}
+
 /// Yaw and delay for one sign, of which those that are not significant are none.
 Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& start,
                double interval) {
@@ -175,6 +181,8 @@ Refined settle(const AlignmentCost& cost, double scale, const AlignmentChange& s
   AlignmentChange without_yaw = both.change, without_delay = both.change;
   without_yaw.yaw = 0;
   without_delay.delay = none_like(both.change.delay, interval);
+  without_yaw = with_its_drift(cost, scale, without_yaw);
+  without_delay = with_its_drift(cost, scale, without_delay);
   const bool yaw = beyond(both.change.yaw, both.yaw_sigma) &&
                    sigmas_better(cost, scale, both.change, without_yaw) > kAlignmentSigmas;
   const bool delay = beyond(both.change.delay, both.delay_sigma) &&
@@ -242,9 +250,9 @@ SensorAlignment estimate_sensor_alignment(const std::vector<OdometryPose>& odome
   out.yaw_sigma = found.yaw_sigma;
   out.delay_sigma = found.delay_sigma;
   out.unknown = what_is_unknown(shift, turn, out);
-  const double gain =
-      sigmas_better(cost, scale, found.change,
-                    {false, 0, none_like(found.change.delay, interval), found.change.drift});
+  const AlignmentChange as_stated = with_its_drift(
+      cost, scale, {false, 0, none_like(found.change.delay, interval), found.change.drift});
+  const double gain = sigmas_better(cost, scale, found.change, as_stated);
   out.is_significant = (out.mirrored || out.yaw != 0 || out.delay != 0) && gain > kAlignmentSigmas;
   if (!out.is_significant) {
     out.mirrored = false;

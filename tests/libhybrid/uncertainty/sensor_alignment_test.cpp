@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "libhybrid/geometry/polar.h"
 #include "tests/libhybrid/uncertainty/driven_world.h"
 
 namespace hybrid {
@@ -67,6 +70,51 @@ TEST(SensorAlignment, ADelayOfARobotThatTurnsAlikeForMostOfTheTime) {
     EXPECT_TRUE(found.is_significant) << seed;
     EXPECT_NEAR(found.delay, 0.5, 0.1);
   }
+}
+
+/// A robot on a circle whose camera, turned by `yaw`, mostly sees one thing at a time.
+SensorAlignment align_on_circle(unsigned seed, double yaw) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Eigen::Vector3d> things;
+  for (int i = 0; i < 7; ++i) {
+    const double angle = M_PI * uniform(random), radius = 7 + 3 * uniform(random);
+    things.emplace_back(radius * std::cos(angle), 5 + radius * std::sin(angle), 0);
+  }
+  const SE3 turn(Eigen::Vector3d::Zero(), SO3::exp({0, 0, yaw}));
+  const Eigen::Vector2d variances(0.65 * 0.65, 0.02 * 0.02);  // as of boxes; ranges are far better
+  std::vector<OdometryPose> odometry;
+  std::vector<TimedSightings> sightings;
+  SE3 pose, measured;
+  for (int i = 0; i < 790; ++i) {
+    odometry.push_back({0.1 * i, measured});
+    if (i % 5 == 0) sightings.push_back({0.1 * i, SE3(), {}});
+    for (const Eigen::Vector3d& thing : things) {
+      const Eigen::Vector3d z = to_polar(Eigen::Vector3d((pose * turn).inverse() * thing));
+      if (i % 5 != 0 || z[0] > 9 || std::abs(z[1] + yaw) > 0.49) continue;
+      const Eigen::Vector2d noisy(z[0] + 0.08 * normal(random), z[1] + 0.02 * normal(random));
+      sightings.back().seen.push_back({noisy, variances.asDiagonal()});
+    }
+    SE3::Tangent step = SE3::Tangent::Zero();
+    step[0] = 0.08;
+    step[5] = 0.016;
+    pose = pose * SE3::exp(step);
+    step[0] *= 1 + 0.02 * normal(random);
+    step[5] += 0.0028 * normal(random);
+    measured = measured * SE3::exp(step);
+  }
+  return estimate_sensor_alignment(odometry, sightings);
+}
+
+TEST(SensorAlignment, ASlowTurnOfTheOdometryIsNoYaw) {
+  int found = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    EXPECT_FALSE(align_on_circle(seed, 0).is_significant) << seed;
+    const SensorAlignment turned = align_on_circle(seed, 0.3);
+    if (turned.is_significant && std::abs(turned.yaw - 0.3) < 0.12) ++found;
+  }
+  EXPECT_GE(found, 40);
 }
 
 TEST(SensorAlignment, WhatARobotDoesNotDoItCannotTell) {
