@@ -45,7 +45,7 @@ class TextRow {
   std::vector<double> numbers(std::size_t i, std::size_t end) const;
   /// A finite number of at most kLargestCoordinate [unit of the file].
   double coordinate(std::size_t i) const;
-  /// A time of at most kLargestTime [s].
+  /// A time of at most kLargestTime [s], a number or a date of ISO 8601.
   double time(std::size_t i) const;
   /// A whole number from 0 to `most`, `5` or `5.0`.
   std::int64_t id(std::size_t i,
