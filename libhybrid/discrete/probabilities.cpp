@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -111,11 +110,6 @@ std::vector<double> posterior(std::vector<double> prior,
   }
   for (double& p : prior) p /= sum;
   return prior;
-}
-
-double mean_over_classes(const std::vector<double>& values, const std::vector<double>& belief) {
-  if (values.size() != belief.size()) return values.front();
-  return std::inner_product(values.begin(), values.end(), belief.begin(), 0.0);
 }
 
 double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief) {

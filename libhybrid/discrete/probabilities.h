@@ -39,10 +39,6 @@ std::vector<double> posterior(std::vector<double> prior, const std::vector<doubl
 /// is of other classes.
 double class_cost(const std::vector<double>& likelihood, const std::vector<double>& belief);
 
-/// The mean of a quantity that has one value for all classes, or one for each of those that
-/// `belief` is of; the first value where it has another number.
-double mean_over_classes(const std::vector<double>& values, const std::vector<double>& belief);
-
 /// The first of the most probable values; -1 for none at all.
 int most_probable(const std::vector<double>& probabilities);
 

@@ -36,6 +36,10 @@ class CalibratedMotion2 : public FactorOf<3, SE2, SE2, OdometryCalibration2> {
   }
 
   const SE2& measured() const { return measured_; }
+  /// The motion as the calibration among `values` has it.
+  SE2 motion(const Values& values) const {
+    return calibrated(measured_, values.at<OdometryCalibration2>(keys()[2]));
+  }
   std::string name() const override { return "calibrated motion"; }
 
   Residual evaluate(const SE2& a, const SE2& b, const OdometryCalibration2& c, Jacobian<SE2>* Ja,
@@ -56,6 +60,10 @@ class CalibratedMotion3 : public FactorOf<6, SE3, SE3, OdometryCalibration3> {
   }
 
   const SE3& measured() const { return measured_; }
+  /// The motion as the calibration among `values` has it.
+  SE3 motion(const Values& values) const {
+    return calibrated(measured_, values.at<OdometryCalibration3>(keys()[2]));
+  }
   std::string name() const override { return "calibrated motion"; }
 
   Residual evaluate(const SE3& a, const SE3& b, const OdometryCalibration3& c, Jacobian<SE3>* Ja,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <optional>
 
 #include "libhybrid/core/error.h"
@@ -57,12 +58,6 @@ std::optional<int> digits_at(std::string_view word, std::size_t at, std::size_t 
   return value;
 }
 
-/// Days since 1970 of a date of the Gregorian calendar, by years that begin in March.
-std::int64_t days_of(int year, int month, int day) {
-  const std::int64_t y = month > 2 ? year : year - 1;
-  return 365 * y + y / 4 - y / 100 + y / 400 + (153 * ((month + 9) % 12) + 2) / 5 + day - 719469;
-}
-
 /// The offset to UTC [min] that ends a time of ISO 8601, 0 for none; nothing if it is another word.
 std::optional<int> offset_of(std::string_view zone) {
   if (zone.empty() || zone == "Z") return 0;
@@ -91,10 +86,13 @@ std::optional<double> iso_time(std::string_view word) {
       !parse_number(word.substr(kSecond, end - kSecond), second) || second >= 60) {
     return std::nullopt;
   }
-  const std::int64_t days = days_of(*year, *month, *day);
-  const std::int64_t next_month = days_of(*year + *month / 12, *month % 12 + 1, 1);
-  if (days >= next_month) return std::nullopt;
-  return static_cast<double>(60 * (1440 * days + 60 * *hour + *minute - *offset)) + second;
+  std::tm date{};
+  date.tm_year = *year - 1900;
+  date.tm_mon = *month - 1;
+  date.tm_mday = *day;
+  const std::time_t midnight = timegm(&date);
+  if (date.tm_mday != *day) return std::nullopt;  // the month has fewer days
+  return static_cast<double>(midnight + 60 * (60 * *hour + *minute - *offset)) + second;
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/detections/sighting.h"
-#include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/landmarks/count_things.h"
 #include "libhybrid/landmarks/explain.h"
 
@@ -124,19 +123,19 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
 
 /// Of what is seen with this likelihood of each class: the root of the mean square over classes.
 double LandmarkAssociation::extent_of(const std::vector<double>& phi) const {
-  std::vector<double> squares;
-  for (const double extent : options_.extent) squares.push_back(extent * extent);
-  const std::size_t classes = now_.classes.names().size();
-  if (squares.size() > 1 && squares.size() != classes) {
-    throw Error("extent has " + std::to_string(squares.size()) + " numbers for " +
-                std::to_string(classes) + " classes: it needs one for all, or one for each");
+  if (options_.extent.size() == 1) return options_.extent.front();
+  std::vector<double> belief = now_.classes.prior();
+  if (options_.extent.size() != belief.size()) {
+    throw Error("extent has " + std::to_string(options_.extent.size()) + " numbers for " +
+                std::to_string(belief.size()) + " classes: it needs one for all, or one for each");
   }
-  std::vector<double> evidence;
-  for (const double likelihood : phi) evidence.push_back(std::log(likelihood));
-  if (evidence.empty()) evidence.assign(classes, 0.0);
-  const std::vector<double> belief =
-      squares.size() == 1 ? std::vector<double>{} : posterior(now_.classes.prior(), evidence);
-  return std::sqrt(mean_over_classes(squares, belief));
+  double weights = 0, squares = 0;
+  for (std::size_t s = 0; s < belief.size(); ++s) {
+    if (!phi.empty()) belief[s] *= phi[s];
+    weights += belief[s];
+    squares += belief[s] * options_.extent[s] * options_.extent[s];
+  }
+  return std::sqrt(squares / weights);
 }
 
 void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,

@@ -72,14 +72,15 @@ Contribution LandmarkAssociation::answered_if_empty(Contribution out) {
 }
 
 Contribution LandmarkAssociation::next_revision(const MapView& map) {
-  OpenMatchings with_kept = now_.open;
-  now_.open.forget_kept();  // what cannot be opened is not tried again
+  // What cannot be opened is not tried again.
+  const std::vector<OpenMatchings::Kept> kept = now_.open.take_kept();
   remember();
-  now_.open = std::move(with_kept);
   Contribution out;
-  const std::size_t opened = now_.open.open_kept(now_.keyframe, map, landmarks_, out);
-  if (opened > 0) {
-    now_.statistics["frames_left_open"] += static_cast<double>(opened);
+  for (const OpenMatchings::Kept& frame : kept) {
+    now_.open.open(frame, now_.keyframe, map, landmarks_, out);
+  }
+  if (!kept.empty()) {
+    now_.statistics["frames_left_open"] += static_cast<double>(kept.size());
     return out;
   }
   movers_.withdraw(now_.open.sightings(), map, landmarks_, out);

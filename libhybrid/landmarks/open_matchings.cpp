@@ -61,13 +61,6 @@ void OpenMatchings::keep(std::vector<FrameHypothesis> hypotheses, const std::vec
   kept_.push_back(std::move(kept));
 }
 
-std::size_t OpenMatchings::open_kept(int keyframe, const MapView& map, LandmarkTracks& landmarks,
-                                     Contribution& out) {
-  const std::vector<Kept> frames = std::exchange(kept_, {});
-  for (const Kept& frame : frames) open(frame, keyframe, map, landmarks, out);
-  return frames.size();
-}
-
 /// One discrete variable for the frame, a value for each hypothesis.
 void OpenMatchings::open(const Kept& frame, int keyframe, const MapView& map,
                          LandmarkTracks& landmarks, Contribution& out) {

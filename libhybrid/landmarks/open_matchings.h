@@ -23,17 +23,24 @@ class OpenMatchings {
     std::vector<std::pair<int, int>> tracks;  ///< of its open sightings; -1: of no landmark
   };
 
+  /// A frame with several hypotheses, before it is opened.
+  struct Kept {
+    std::vector<FrameHypothesis> hypotheses;
+    std::vector<std::size_t> rows;  ///< of the detections that they disagree about
+    std::vector<int> sightings;     ///< of these
+  };
+
   /// By detection, whether hypotheses of its frame, of which there is one at least, disagree.
   static std::vector<bool> disputed(const std::vector<FrameHypothesis>& hypotheses);
   /// Keeps a frame until it is opened: before the map has come to terms with the best hypothesis,
   /// the first, distances mean little.
   void keep(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
             LandmarkTracks& landmarks);
-  /// Opens all frames that are kept, so that their sightings have the factors of all hypotheses.
-  /// Returns how many they are.
-  std::size_t open_kept(int keyframe, const MapView& map, LandmarkTracks& landmarks,
-                        Contribution& out);
-  void forget_kept() { kept_.clear(); }
+  /// Hands out the frames that are kept, to be opened.
+  std::vector<Kept> take_kept() { return std::exchange(kept_, {}); }
+  /// Opens a frame, so that its sightings have the factors of all hypotheses.
+  void open(const Kept& frame, int keyframe, const MapView& map, LandmarkTracks& landmarks,
+            Contribution& out);
   bool empty() const { return open_.empty(); }
 
   /// Decides the frames that were opened at this keyframe or before, by their variables.
@@ -50,11 +57,6 @@ class OpenMatchings {
   void count(LandmarkTracks& landmarks) const;
 
  private:
-  struct Kept {
-    std::vector<FrameHypothesis> hypotheses;
-    std::vector<std::size_t> rows;  // of the detections that they disagree about
-    std::vector<int> sightings;     // of these
-  };
   struct Open {
     int keyframe;
     DiscreteKey choice;
@@ -62,8 +64,6 @@ class OpenMatchings {
     std::vector<std::vector<int>> tracks;  // by value of the choice, of these
   };
 
-  void open(const Kept& frame, int keyframe, const MapView& map, LandmarkTracks& landmarks,
-            Contribution& out);
   template <class IsAsked>
   std::vector<Decided> decide(const IsAsked& is_asked, const MapView& map,
                               LandmarkTracks& landmarks);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "libhybrid/association/matching.h"
@@ -56,7 +57,11 @@ std::vector<double> ThingTracker::class_belief(const Thing& thing) const {
 /// The probability that a thing of these classes moves.
 double ThingTracker::share_moving(const std::vector<double>& belief) const {
   constexpr double kLeast = 1e-9;  // no evidence is refused for good
-  return std::clamp(mean_over_classes(prior_.moving, belief), kLeast, 1 - kLeast);
+  const double p =
+      prior_.moving.size() == belief.size()
+          ? std::inner_product(belief.begin(), belief.end(), prior_.moving.begin(), 0.0)
+          : prior_.moving.front();
+  return std::clamp(p, kLeast, 1 - kLeast);
 }
 
 void ThingTracker::take(const std::vector<ThingSighting>& frame, const Look& look,

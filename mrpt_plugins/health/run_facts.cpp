@@ -45,25 +45,15 @@ bool leads_from_pose_to_pose(const ContinuousFactor& factor) {
          factor.keys()[1].letter() == key_letter::kPose;
 }
 
-/// A motion of odometry that is calibrated, as its calibration has it.
-template <class Motion, class Calibration>
-std::optional<FactOfMotion> calibrated_motion(const ContinuousFactor& factor,
-                                              const Values& values) {
-  const auto* motion = dynamic_cast<const Motion*>(&factor);
-  if (motion == nullptr) return std::nullopt;
-  const auto c = values.at<Calibration>(factor.keys()[2]);
-  const Eigen::MatrixXd covariance = noise_of(*motion).covariance();
-  return FactOfMotion{factor.keys()[1].index(), to_isometry(calibrated(motion->measured(), c)),
-                      covariance.rows() == 3 ? planar_to_6d(covariance) : Matrix6d(covariance)};
-}
-
+/// A measured motion, that of odometry that is calibrated as its calibration has it.
 std::optional<FactOfMotion> motion_of(const ContinuousFactor& factor, const Values& values) {
   const std::size_t to = factor.keys()[1].index();
-  if (factor.keys().size() == 3) {
-    if (const auto plane =
-            calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, values))
-      return plane;
-    return calibrated_motion<CalibratedMotion3, OdometryCalibration3>(factor, values);
+  if (const auto* plane = dynamic_cast<const CalibratedMotion2*>(&factor)) {
+    return FactOfMotion{to, to_isometry(plane->motion(values)),
+                        planar_to_6d(noise_of(*plane).covariance())};
+  }
+  if (const auto* space = dynamic_cast<const CalibratedMotion3*>(&factor)) {
+    return FactOfMotion{to, to_isometry(space->motion(values)), noise_of(*space).covariance()};
   }
   if (const auto plane = factor.relative_pose_2d()) {
     return FactOfMotion{to, to_isometry(plane->measured),

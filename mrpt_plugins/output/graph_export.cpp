@@ -41,14 +41,12 @@ bool add_calibrated_sighting(const ContinuousFactor& factor, const Values& value
 }
 
 /// Adds a motion corrected by the estimated calibration of the odometry.
-template <class Factor, class Calibration, class Edge>
+template <class Factor, class Edge>
 bool add_calibrated_motion(const ContinuousFactor& factor, const Values& values,
                            std::vector<Edge>& edges) {
   const auto* motion = dynamic_cast<const Factor*>(&factor);
   if (motion == nullptr) return false;
-  edges.push_back({factor.keys()[0], factor.keys()[1],
-                   calibrated(motion->measured(), values.at<Calibration>(factor.keys()[2])),
-                   noise_of(*motion)});
+  edges.push_back({factor.keys()[0], factor.keys()[1], motion->motion(values), noise_of(*motion)});
   return true;
 }
 
@@ -77,8 +75,8 @@ bool add_known(const ContinuousFactor& factor, PoseGraph& g) {
          add_sighting<SE2>(factor, g.points2) || add_sighting<SE3>(factor, g.points3) ||
          add_calibrated_sighting<SE2>(factor, at, g.points2) ||
          add_calibrated_sighting<SE3>(factor, at, g.points3) ||
-         add_calibrated_motion<CalibratedMotion2, OdometryCalibration2>(factor, at, g.poses2) ||
-         add_calibrated_motion<CalibratedMotion3, OdometryCalibration3>(factor, at, g.poses3) ||
+         add_calibrated_motion<CalibratedMotion2>(factor, at, g.poses2) ||
+         add_calibrated_motion<CalibratedMotion3>(factor, at, g.poses3) ||
          add_prior<SE2>(factor, g.fixed) || add_prior<SE3>(factor, g.fixed);
 }
 

@@ -115,11 +115,9 @@ Health compare_halves(const HalfMap& a, const HalfMap& b) {
   return {entry};
 }
 
-/// How far beyond its limits the value of a bad entry is, a factor; 0: it is not bad.
+/// How far from its limits the value of a bad entry is; 0: it is not bad.
 double badness(const HealthEntry& entry) {
-  if (entry.verdict != HealthVerdict::kBad) return 0;
-  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
-  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+  return entry.verdict == HealthVerdict::kBad ? departure(entry) : 0;
 }
 
 double badness(const Health& health, const std::string& name) {
@@ -131,6 +129,11 @@ double badness(const Health& health, const std::string& name) {
 }
 
 }  // namespace
+
+double departure(const HealthEntry& entry) {
+  if (entry.value < entry.least) return entry.value > 0 ? entry.least / entry.value : kMuchWorse;
+  return entry.most > 0 ? entry.value / entry.most : kMuchWorse;
+}
 
 bool is_better(const Health& a, const Health& b) {
   const HealthVerdict level = worst(b);

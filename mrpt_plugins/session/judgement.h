@@ -15,6 +15,9 @@ namespace HYBRID_API hybrid {
 Health judge_run(const ReplayRequest& request, const ReplaySettings& settings,
                  double repeated_stamps, const Mapper& mapper, const MapResult& result);
 
+/// How far the value of a check is from its limits, a factor; at most 1 within them.
+double departure(const HealthEntry& entry);
+
 /// Whether a map says less against itself than another, and nothing worse: fewer checks are bad, or
 /// where none of the other's is bad, fewer are doubtful.
 bool is_better(const Health& a, const Health& b);

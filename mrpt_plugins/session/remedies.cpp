@@ -9,6 +9,8 @@
 #include <array>
 #include <optional>
 
+#include "mrpt_plugins/session/judgement.h"
+
 namespace hybrid {
 namespace {
 
@@ -43,11 +45,6 @@ double setting(const IniFile::Settings& configuration, const std::string& name) 
 /// Whether odometry is less sure than stated, which an error of its scale and a drift make.
 bool may_be_calibrated(const HealthEntry& entry) {
   return entry.scale == kOdometryNoise && entry.value > 1;
-}
-
-/// How far the value of a check is from its limits, a factor; below 1 within them.
-double departure(const HealthEntry& entry) {
-  return entry.value < entry.least ? entry.least / entry.value : entry.value / entry.most;
 }
 
 /// The entry of a check; none where it was not made.
@@ -108,7 +105,7 @@ const char* too_fine(const Health& health) {
 
 double excess(const Health& health, const char* check) {
   const HealthEntry* entry = find_entry(health, check);
-  return entry == nullptr ? 0 : entry->value / entry->most;
+  return entry == nullptr ? 0 : departure(*entry);
 }
 
 bool is_better_by(const char* check, const Health& a, const Health& b) {
