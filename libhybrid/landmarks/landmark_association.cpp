@@ -32,6 +32,8 @@ LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, Clas
       merging_(options),
       loops_(options),
       movers_(options) {
+  if (options.extent.empty())
+    throw Error("extent has no number: it needs one for all, or one for each class");
   now_.classes = std::move(classes);
 }
 

@@ -33,6 +33,7 @@ namespace HYBRID_API hybrid {
 class LandmarkAssociation {
  public:
   /// Detections of sensors that `sensors` does not name are left aside; none named: all are used.
+  /// Throws Error where the options have no extent.
   explicit LandmarkAssociation(const AssociationOptions& options = {}, ClassModel classes = {},
                                std::vector<std::string> sensors = {});
 

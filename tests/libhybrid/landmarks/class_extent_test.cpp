@@ -80,6 +80,9 @@ TEST(ClassExtent, OneForEachClassOrOneForAll) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("extent has 3 numbers for 2 classes"), std::string::npos);
   }
+  AssociationOptions none;
+  none.extent.clear();
+  EXPECT_THROW(LandmarkAssociation{none}, Error);
 }
 
 }  // namespace
