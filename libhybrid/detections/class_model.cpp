@@ -103,4 +103,21 @@ std::vector<double> ClassModel::likelihood(const std::vector<double>& probabilit
   return out;
 }
 
+double ClassModel::extent_of(const std::vector<double>& extents,
+                             const std::vector<double>& phi) const {
+  if (extents.size() == 1) return extents.front();
+  std::vector<double> belief = prior();
+  if (extents.size() != belief.size()) {
+    throw Error("extent has " + std::to_string(extents.size()) + " numbers for " +
+                std::to_string(belief.size()) + " classes: it needs one for all, or one for each");
+  }
+  double weights = 0, squares = 0;
+  for (std::size_t s = 0; s < belief.size(); ++s) {
+    if (!phi.empty()) belief[s] *= phi[s];
+    weights += belief[s];
+    squares += belief[s] * extents[s] * extents[s];
+  }
+  return std::sqrt(squares / weights);
+}
+
 }  // namespace hybrid

@@ -51,6 +51,11 @@ class ClassModel {
   std::vector<double> likelihood(const std::vector<double>& probabilities,
                                  const std::vector<std::string>& names) const;
 
+  /// The extent [m] of a thing whose detections have this likelihood of each class (empty: none):
+  /// the root of the mean square over classes. `extents` has one number for all of them, or one for
+  /// each; throws Error where it has another number.
+  double extent_of(const std::vector<double>& extents, const std::vector<double>& phi) const;
+
  private:
   std::size_t index_of(const std::string& name) const;
 

@@ -14,7 +14,7 @@
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/spatial_values.h"
-#include "libhybrid/detections/class_evidence.h"
+#include "libhybrid/discrete/class_evidence.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/polar.h"
 #include "libhybrid/geometry/so3.h"
@@ -175,7 +175,7 @@ void DetectionTracker::take(const DetectionFrame& frame) {
     track.take(seen[i].point, seen[i].covariance, seconds);
     track.steps += sensor.frames;
     track.members.push_back(d.true_id);
-    add_class_evidence(d.class_probabilities, track.class_evidence);
+    add_class_scores(d.class_probabilities, track.class_evidence);
   }
 }
 

@@ -13,7 +13,7 @@
 #include "libhybrid/association/matching.h"
 #include "libhybrid/core/chi_square.h"
 #include "libhybrid/core/infinity.h"
-#include "libhybrid/detections/class_evidence.h"
+#include "libhybrid/discrete/class_evidence.h"
 #include "libhybrid/geometry/isometry.h"
 #include "libhybrid/geometry/so2.h"
 #include "libhybrid/geometry/so3.h"
@@ -238,8 +238,8 @@ void DirectionTracker::extend(const Sensor& sensor, Track& track, const Detectio
   track.members.push_back(detection.true_id);
   track.last_time = sensor.frame.time;
   track.last_instant = now_;
-  add_class_evidence(detection.class_probabilities, track.evidence);
-  add_class_evidence(detection.class_probabilities, track.evidence_seen);
+  add_class_scores(detection.class_probabilities, track.evidence);
+  add_class_scores(detection.class_probabilities, track.evidence_seen);
 }
 
 /// Nothing but its direction is known of a new thing: the prior of its inverse range is a Gaussian

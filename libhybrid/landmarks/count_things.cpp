@@ -177,16 +177,20 @@ double ThingCounter::log_odds_of_fewer(const std::vector<int>& tracks) const {
   return log_sum({p.begin(), p.begin() + n - 1}) - log_sum({p.begin() + n - 1, p.end()});
 }
 
-std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
-                              const AssociationOptions& options, const LandmarkTracks& landmarks) {
-  std::vector<int> things(landmarks.tracks().size(), 1);
-  if (views.empty()) return things;
-  const ThingCounter counter(map, classes, views, options, landmarks);
-  for (int t = 0; t < static_cast<int>(things.size()); ++t) {
+std::map<std::int64_t, LandmarkSize> landmark_sizes(const MapView& map, const ClassModel& classes,
+                                                    const Views& views,
+                                                    const AssociationOptions& options,
+                                                    const LandmarkTracks& landmarks) {
+  std::map<std::int64_t, LandmarkSize> out;
+  std::optional<ThingCounter> counter;
+  if (!views.empty()) counter.emplace(map, classes, views, options, landmarks);
+  for (int t = 0; t < static_cast<int>(landmarks.tracks().size()); ++t) {
     const Track& track = landmarks.track(t);
-    if (track.alive && map.holds(track.position)) things[t] = counter.count({t});
+    if (!track.alive) continue;
+    const int counted = counter && map.holds(track.position) ? counter->count({t}) : 1;
+    out[t] = {track.extent, std::max(counted, track.known_things)};
   }
-  return things;
+  return out;
 }
 
 }  // namespace hybrid

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <vector>
 
@@ -45,8 +46,11 @@ class ThingCounter {
   std::vector<std::map<int, int>> detections_;  // by track, by frame that has some
 };
 
-/// The most probable number for each track.
-std::vector<int> count_things(const MapView& map, const ClassModel& classes, const Views& views,
-                              const AssociationOptions& options, const LandmarkTracks& landmarks);
+/// What each landmark stands for, by id: its extent, and the most probable number of things, or
+/// that known before where it is larger.
+std::map<std::int64_t, LandmarkSize> landmark_sizes(const MapView& map, const ClassModel& classes,
+                                                    const Views& views,
+                                                    const AssociationOptions& options,
+                                                    const LandmarkTracks& landmarks);
 
 }  // namespace hybrid

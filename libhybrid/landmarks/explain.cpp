@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -121,6 +122,28 @@ SightingEvent identified_sighting(const KeyframeView& frame, const DetectionFram
   } catch (const SettingsError&) {  // a batch solver has no covariance on the way
   }
   return event;
+}
+
+std::vector<AssociationDecision> decisions(const MapView& map, const OpenMatchings& open,
+                                           const MovingThings& movers,
+                                           const LandmarkTracks& landmarks) {
+  const std::map<int, int> undecided = open.tracks(map);
+  std::vector<AssociationDecision> out;
+  for (int s = 0; s < static_cast<int>(landmarks.sightings().size()); ++s) {
+    const Sighting& sighting = landmarks.sighting(s);
+    if (sighting.frame == 0) continue;  // of a landmark known before
+    const auto it = undecided.find(s);
+    const int t = it == undecided.end() ? sighting.track : it->second;
+    AssociationDecision decision{std::nullopt, sighting.detection.true_id};
+    if (t >= 0 && landmarks.track(t).alive) decision.estimated_id = t;
+    decision.mover = movers.mover_of(s);
+    if (sighting.detection.members.empty()) out.push_back(decision);
+    for (const auto& true_id : sighting.detection.members) {
+      decision.true_id = true_id;
+      out.push_back(decision);
+    }
+  }
+  return out;
 }
 
 }  // namespace hybrid

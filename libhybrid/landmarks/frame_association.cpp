@@ -308,6 +308,17 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
   return c;
 }
 
+void note_candidates(const FrameCandidates& candidates, const std::vector<int>& sightings,
+                     const MapView& map, LandmarkTracks& landmarks) {
+  for (std::size_t j = 0; j < candidates.tracks.size(); ++j) {
+    landmarks.set(candidates.tracks[j], &Track::sigma, candidates.sigmas[j]);
+    landmarks.place(candidates.tracks[j], map.values);
+  }
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    landmarks.sighting(sightings[i]).undetected = candidates.undetected[i];
+  }
+}
+
 std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,
                                              const AssociationOptions& options) {
   using Method = AssociationOptions::Method;

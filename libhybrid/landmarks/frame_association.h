@@ -49,6 +49,11 @@ FrameCandidates find_candidates(const KeyframeView& frame, const DetectionFrame&
                                 const AssociationOptions& options, Key recent_since,
                                 const Views& views, const LandmarkTracks& landmarks);
 
+/// What was asked of the map about the candidates of a frame, whose detections are the `sightings`,
+/// is noted for those that follow.
+void note_candidates(const FrameCandidates& candidates, const std::vector<int>& sightings,
+                     const MapView& map, LandmarkTracks& landmarks);
+
 /// Ways to see the frame, best first, as the method chosen finds them; those but the best are close
 /// to it.
 std::vector<FrameHypothesis> find_hypotheses(const FrameCandidates& candidates,

@@ -4,14 +4,15 @@
 #include "libhybrid/landmarks/landmark_association.h"
 
 #include <algorithm>
-#include <cmath>
+#include <set>
 #include <utility>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/detections/sighting.h"
-#include "libhybrid/landmarks/count_things.h"
+#include "libhybrid/landmarks/existence.h"
 #include "libhybrid/landmarks/explain.h"
+#include "libhybrid/landmarks/reassociation.h"
 
 namespace hybrid {
 namespace {
@@ -21,17 +22,13 @@ namespace {
 constexpr int kPlacedAtOnce = 40;
 /// Numbers of landmarks that a map may have had, one after the other: some 300 bytes each are kept.
 constexpr std::int64_t kMostIds = 1'000'000;
-constexpr double kSureOdds = 12.0;  // log odds of existence above which they do not grow
+constexpr int kHalfSteps = 20;  // over all associations at the end, at most
 
 }  // namespace
 
 LandmarkAssociation::LandmarkAssociation(const AssociationOptions& options, ClassModel classes,
                                          std::vector<std::string> sensors)
-    : sensors_(std::move(sensors)),
-      options_(options),
-      merging_(options),
-      loops_(options),
-      movers_(options) {
+    : sensors_(std::move(sensors)), options_(options), merges_(options), movers_(options) {
   if (options.extent.empty())
     throw Error("extent has no number: it needs one for all, or one for each class");
   now_.classes = std::move(classes);
@@ -63,20 +60,9 @@ std::map<std::int64_t, double> LandmarkAssociation::existence() const {
   return out;
 }
 
-std::map<std::int64_t, LandmarkSize> LandmarkAssociation::sizes(const MapView& map) const {
-  const std::vector<int> things =
-      count_things(map, now_.classes, loops_.views(), options_, landmarks_);
-  std::map<std::int64_t, LandmarkSize> out;
-  for (int t = 0; t < static_cast<int>(things.size()); ++t) {
-    const Track& track = landmarks_.track(t);
-    if (track.alive) out[t] = {track.extent, std::max(things[t], track.known_things)};
-  }
-  return out;
-}
-
 Contribution LandmarkAssociation::observe(const KeyframeView& frame, const MapView& map) {
   Contribution out;
-  merging_.forget(now_.keyframe);
+  merges_.forget(now_.keyframe);
   remember();
   ++now_.keyframe;
   follow_decisions(now_.open.decide_until(now_.keyframe - options_.window, map, landmarks_), map,
@@ -117,27 +103,10 @@ std::vector<int> LandmarkAssociation::note(const DetectionFrame& seen, Key pose,
     if (!scores.empty() && now_.classes.names().size() > 1) {
       sighting.phi = now_.classes.likelihood(scores, seen.class_names);
     }
-    if (!named) sighting.extent = extent_of(sighting.phi);
+    if (!named) sighting.extent = now_.classes.extent_of(options_.extent, sighting.phi);
     noted.push_back(landmarks_.note(std::move(sighting)));
   }
   return noted;
-}
-
-/// Of what is seen with this likelihood of each class: the root of the mean square over classes.
-double LandmarkAssociation::extent_of(const std::vector<double>& phi) const {
-  if (options_.extent.size() == 1) return options_.extent.front();
-  std::vector<double> belief = now_.classes.prior();
-  if (options_.extent.size() != belief.size()) {
-    throw Error("extent has " + std::to_string(options_.extent.size()) + " numbers for " +
-                std::to_string(belief.size()) + " classes: it needs one for all, or one for each");
-  }
-  double weights = 0, squares = 0;
-  for (std::size_t s = 0; s < belief.size(); ++s) {
-    if (!phi.empty()) belief[s] *= phi[s];
-    weights += belief[s];
-    squares += belief[s] * options_.extent[s] * options_.extent[s];
-  }
-  return std::sqrt(squares / weights);
 }
 
 void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& frame,
@@ -146,7 +115,7 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   coverage.learn(seen);
   if (coverage.max_range <= 0) return;
   now_.density = density_of_landmarks(now_.coverage, options_.landmarks_in_view);
-  loops_.looked(frame, seen.T_robot_sensor, coverage, now_.density, map);
+  merges_.looked(frame, seen.T_robot_sensor, coverage, now_.density, map);
   if (!seen.class_names.empty()) now_.classes.learn_names(seen.class_names);
   auto sensor = std::make_shared<DetectionFrame>(seen);
   sensor->detections.clear();
@@ -170,9 +139,9 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   std::vector<FrameHypothesis> found;
   if (!sightings.empty()) {
     candidates = find_candidates(frame, unknown, phi, map, coverage, now_.classes, options_,
-                                 loops_.recent_since(), loops_.views(), landmarks_);
+                                 merges_.recent_since(), merges_.views(), landmarks_);
     found = find_hypotheses(candidates, options_);
-    note_candidates(candidates, sightings, map);
+    note_candidates(candidates, sightings, map, landmarks_);
   }
   const bool open = found.size() > 1 && map.keeps_all;
   if (open) keep_open(found, sightings, frame, map, out);
@@ -183,7 +152,8 @@ void LandmarkAssociation::take(const DetectionFrame& seen, const KeyframeView& f
   if (map.explain) {
     explain_frame(landmarks_, noted, sightings, candidates, found, now_.classes, open, out.events);
   }
-  judge_existence(seen, frame, map, noted, out);
+  discard(judge_existence(seen, frame, map, noted, now_.keyframe, options_, coverage, landmarks_),
+          map, out);
 }
 
 bool LandmarkAssociation::take_identified(int sighting, const KeyframeView& frame,
@@ -211,22 +181,10 @@ void LandmarkAssociation::learn_ids(const std::vector<int>& sightings) {
   }
 }
 
-/// What was asked of the map about the candidates of a frame serves those that follow.
-void LandmarkAssociation::note_candidates(const FrameCandidates& candidates,
-                                          const std::vector<int>& sightings, const MapView& map) {
-  for (std::size_t j = 0; j < candidates.tracks.size(); ++j) {
-    landmarks_.set(candidates.tracks[j], &Track::sigma, candidates.sigmas[j]);
-    landmarks_.place(candidates.tracks[j], map.values);
-  }
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    landmarks_.sighting(sightings[i]).undetected = candidates.undetected[i];
-  }
-}
-
 void LandmarkAssociation::attach(int sighting, int track, const MapView& map, Contribution& out) {
   landmarks_.attach(sighting, track, map.is_3d, out);
   landmarks_.set(track, &Track::last_keyframe, now_.keyframe);
-  merging_.sighted(track, now_.keyframe, landmarks_.track(track).sightings.size());
+  merges_.sighted(track, now_.keyframe, landmarks_);
 }
 
 void LandmarkAssociation::create(int sighting, const Eigen::Isometry3d& T_map_robot,
@@ -234,9 +192,8 @@ void LandmarkAssociation::create(int sighting, const Eigen::Isometry3d& T_map_ro
   const int track = landmarks_.create(sighting, T_map_robot, now_.classes, map.is_3d, out);
   landmarks_.track(track).last_keyframe = now_.keyframe;
   landmarks_.track(track).sigma = landmarks_.sighting(sighting).detection.range;
-  landmarks_.track(track).existence =
-      std::log(options_.landmarks_in_view / options_.clutter_in_view);
-  merging_.sighted(track, now_.keyframe, landmarks_.track(track).sightings.size());
+  landmarks_.track(track).existence = existence_at_birth(options_);
+  merges_.sighted(track, now_.keyframe, landmarks_);
 }
 
 void LandmarkAssociation::take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
@@ -286,82 +243,137 @@ void LandmarkAssociation::follow_decisions(const std::vector<OpenMatchings::Deci
   }
 }
 
-/// Raises the odds of landmarks that were seen and lowers those of landmarks that should have been;
-/// tentative ones that are improbable by now were clutter.
-void LandmarkAssociation::judge_existence(const DetectionFrame& seen, const KeyframeView& frame,
-                                          const MapView& map, const std::vector<int>& sightings,
-                                          Contribution& out) {
-  SensorCoverage& coverage = now_.coverage[seen.sensor_label];
-  const Eigen::Isometry3d T_map_sensor = compose(frame.T_map_robot, seen.T_robot_sensor);
-  const double detected = coverage.detection_probability(options_.detection_probability);
-  // Clutter in the share of the view that is nearest to a landmark is taken for it.
-  const double clutter = std::min(
-      detected, options_.clutter_in_view / coverage.expected_in_view(options_.landmarks_in_view));
-  double seen_now = 0;
-  for (int s : sightings) {
-    const int t = landmarks_.sighting(s).track;
-    if (t < 0) continue;
-    ++seen_now;
-    const double odds = landmarks_.track(t).existence + std::log(detected / clutter);
-    landmarks_.set(t, &Track::existence, std::min(kSureOdds, odds));
-  }
-  std::vector<int> missed;
-  landmarks_.grid().visit_near(
-      T_map_sensor.translation().x(), T_map_sensor.translation().y(), coverage.max_range,
-      [&](int t) {
-        const Track& track = landmarks_.track(t);
-        // Where a landmark lies that was last seen long ago is known less well than this asks for.
-        const bool long_ago = track.last_keyframe + options_.recent < now_.keyframe;
-        if ((long_ago && track.known_sightings == 0) || !map.holds(track.position)) return;
-        if (track.last_keyframe == now_.keyframe || track.open > 0) return;
-        if (coverage.well_in_view(T_map_sensor, point_at(map.values, track.position))) {
-          missed.push_back(t);
-        }
-      });
-  const double in_view = seen_now + static_cast<double>(missed.size());
-  coverage.detections += seen_now;
-  coverage.around += seen_now * in_view;
-  coverage.in_view += in_view;
-  coverage.seen += seen_now;
-  const double miss = std::log((1 - detected) / (1 - clutter));
-  for (int t : missed) {
-    const Track& track = landmarks_.track(t);
-    landmarks_.set(t, &Track::existence, track.existence + miss);
-    const bool tentative =
-        !landmarks_.seen_times(t, options_.confirm) && track.known_sightings == 0;
-    if (tentative && track.existence < -std::log(options_.clutter_odds) && map.keeps_all)
-      discard(t, map, out);
+void LandmarkAssociation::discard(const std::vector<int>& tracks, const MapView& map,
+                                  Contribution& out) {
+  for (const int t : tracks) {
+    const std::size_t sightings = landmarks_.track(t).sightings.size();
+    landmarks_.discard(t, map, out);
+    out.dropped["detection taken for clutter: its landmark was not seen again"] += sightings;
   }
 }
 
-void LandmarkAssociation::discard(int track, const MapView& map, Contribution& out) {
-  const std::vector<int> sightings = landmarks_.track(track).sightings;
-  if (!map.keeps_all || !landmarks_.is_whole(track, map)) {
-    landmarks_.retire(track, out);
-  } else {
-    for (int s : sightings) landmarks_.detach(s, out);
-    landmarks_.remove(track, out);
-  }
-  out.dropped["detection taken for clutter: its landmark was not seen again"] += sightings.size();
+void LandmarkAssociation::applied(const Outcome& outcome) {
+  before_.reset();
+  landmarks_.take_handles(outcome.handles);
+  if (!outcome.exact) ++now_.statistics["updates_by_local_search"];
+  const std::optional<Merge> merge = merges_.applied(landmarks_);
+  if (!merge) return;
+  now_.matched_again = 0;  // each merge leaves one landmark fewer: this comes to an end
+  if (merge->loop) ++now_.statistics["loops_closed"];
+  now_.statistics["landmarks_merged"] += static_cast<double>(merge->pairs.size());
 }
 
-std::vector<AssociationDecision> LandmarkAssociation::decisions(const MapView& map) const {
-  const std::map<int, int> now = now_.open.tracks(map);  // of undecided sightings
-  std::vector<AssociationDecision> out;
-  for (std::size_t s = 0; s < landmarks_.sightings().size(); ++s) {
-    const Sighting& sighting = landmarks_.sightings()[s];
-    if (sighting.frame == 0) continue;  // of a landmark known before
-    const auto it = now.find(static_cast<int>(s));
-    const int t = it == now.end() ? sighting.track : it->second;
-    AssociationDecision decision{std::nullopt, sighting.detection.true_id};
-    if (t >= 0 && landmarks_.track(t).alive) decision.estimated_id = t;
-    decision.mover = movers_.mover_of(static_cast<int>(s));
-    if (sighting.detection.members.empty()) out.push_back(decision);
-    for (const auto& true_id : sighting.detection.members) {
-      decision.true_id = true_id;
-      out.push_back(decision);
-    }
+/// Before each contribution: what there is to go back to where it is refused. What grows with the
+/// map notes its changes, the rest is copied.
+void LandmarkAssociation::remember() {
+  before_ = now_;
+  landmarks_.remember();
+  merges_.remember();
+  movers_.remember();
+  track_of_id_.commit();
+}
+
+void LandmarkAssociation::refused() {
+  if (!before_) return;
+  now_ = std::move(*before_);
+  before_.reset();
+  landmarks_.take_back();
+  merges_.take_back();
+  movers_.take_back();
+  track_of_id_.roll_back();
+  now_.open.count(landmarks_);
+  if (merges_.refused(landmarks_)) ++now_.statistics["merges_taken_back"];
+}
+
+Contribution LandmarkAssociation::revise(const MapView& map) {
+  return answered_if_empty(next_revision(map));
+}
+
+Contribution LandmarkAssociation::conclude(const MapView& map) {
+  return answered_if_empty(next_conclusion(map));
+}
+
+/// Of nothing nobody says what became of it, so that there is nothing to go back to.
+Contribution LandmarkAssociation::answered_if_empty(Contribution out) {
+  if (out.empty()) before_.reset();
+  return out;
+}
+
+Contribution LandmarkAssociation::next_revision(const MapView& map) {
+  // What cannot be opened is not tried again.
+  const std::vector<OpenMatchings::Kept> kept = now_.open.take_kept();
+  remember();
+  Contribution out;
+  for (const OpenMatchings::Kept& frame : kept) {
+    now_.open.open(frame, now_.keyframe, map, landmarks_, out);
   }
+  if (!kept.empty()) {
+    now_.statistics["frames_left_open"] += static_cast<double>(kept.size());
+    return out;
+  }
+  movers_.withdraw(now_.open.sightings(), map, landmarks_, out);
+  if (!out.empty()) return out;
+  if (!options_.merge || !map.keeps_all) return {};
+  return try_out(merges_.next(map, now_.classes, now_.density, now_.keyframe, false, landmarks_),
+                 map);
+}
+
+/// Frames that are open between the landmarks of a merge are decided first, and it is proposed
+/// again: most are open because a landmark is in the map twice.
+Contribution LandmarkAssociation::try_out(const Merge& merge, const MapView& map) {
+  Contribution out;
+  if (merge.pairs.empty()) return out;
+  follow_decisions(now_.open.decide_about(merge.pairs, map, landmarks_), map, out);
+  return out.empty() ? merges_.try_out(merge, map, landmarks_) : out;
+}
+
+/// Alternates (eq. 8): what belongs to what, given the estimate. Landmarks without sightings go.
+Contribution LandmarkAssociation::match_again(const MapView& map) {
+  Contribution out;
+  if (now_.matched_again == kHalfSteps) return out;
+  ++now_.matched_again;
+  std::set<int> emptied;
+  for (const auto& [s, t] : reassociate(map, now_.classes, now_.coverage, options_,
+                                        track_of_id_.entries(), landmarks_)) {
+    const int before = landmarks_.sighting(s).track;
+    landmarks_.detach(s, out);
+    if (t >= 0) attach(s, t, map, out);
+    if (before >= 0 && landmarks_.track(before).sightings.empty()) emptied.insert(before);
+    ++now_.statistics["sightings_matched_again"];
+    if (!map.explain) continue;
+    DecisionEvent event{s, std::nullopt, true};
+    if (t >= 0) event.landmark = t;
+    out.events.decisions.push_back(event);
+  }
+  for (int t : emptied) {
+    if (landmarks_.track(t).sightings.empty()) landmarks_.remove(t, out);
+  }
+  out.settle = true;
+  return out;
+}
+
+Contribution LandmarkAssociation::next_conclusion(const MapView& map) {
+  remember();
+  if (!now_.open.empty()) {
+    Contribution out;
+    follow_decisions(now_.open.decide_until(now_.keyframe, map, landmarks_), map, out);
+    return out;
+  }
+  movers_.decide(map, landmarks_);
+  Contribution withdrawn;
+  movers_.withdraw(now_.open.sightings(), map, landmarks_, withdrawn);
+  if (!withdrawn.empty()) return withdrawn;
+  if (options_.merge && map.keeps_all) {
+    landmarks_.place_all(map.values);
+    Contribution out = try_out(
+        merges_.next(map, now_.classes, now_.density, now_.keyframe, true, landmarks_), map);
+    if (out.empty()) out = match_again(map);
+    if (out.empty())
+      out = try_out(merges_.next_by_looks(map, now_.classes, now_.density, landmarks_), map);
+    if (!out.empty()) return out;
+  }
+  Contribution out;
+  discard(never_confirmed(options_, landmarks_), map, out);
   return out;
 }
 

@@ -13,9 +13,10 @@
 #include "libhybrid/core/journaled_map.h"
 #include "libhybrid/landmarks/association_decision.h"
 #include "libhybrid/landmarks/association_options.h"
-#include "libhybrid/landmarks/landmark_merging.h"
+#include "libhybrid/landmarks/count_things.h"
+#include "libhybrid/landmarks/explain.h"
 #include "libhybrid/landmarks/landmark_tracks.h"
-#include "libhybrid/landmarks/loop_closing.h"
+#include "libhybrid/landmarks/merge_decisions.h"
 #include "libhybrid/landmarks/moving_things.h"
 #include "libhybrid/landmarks/open_matchings.h"
 
@@ -43,7 +44,9 @@ class LandmarkAssociation {
   /// Log odds that a landmark is there, by id.
   std::map<std::int64_t, double> existence() const;
   /// What each landmark stands for, by id.
-  std::map<std::int64_t, LandmarkSize> sizes(const MapView& map) const;
+  std::map<std::int64_t, LandmarkSize> sizes(const MapView& map) const {
+    return landmark_sizes(map, now_.classes, merges_.views(), options_, landmarks_);
+  }
 
   /// Factors and variables for one keyframe. Throws Error where classes of a sensor are not known.
   Contribution observe(const KeyframeView& frame, const MapView& map);
@@ -60,7 +63,9 @@ class LandmarkAssociation {
   Contribution conclude(const MapView& map);
 
   /// What became of every detection so far, in order, for evaluation.
-  std::vector<AssociationDecision> decisions(const MapView& map) const;
+  std::vector<AssociationDecision> decisions(const MapView& map) const {
+    return hybrid::decisions(map, now_.open, movers_, landmarks_);
+  }
   /// Things that move, which are no landmarks, at those of the `times` (in order, [s]) at which
   /// they were in sight.
   std::vector<Mover> movers(const std::vector<double>& times, const MapView& map) const {
@@ -76,7 +81,6 @@ class LandmarkAssociation {
   std::vector<int> note(const DetectionFrame& seen, Key pose,
                         const std::shared_ptr<const DetectionFrame>& sensor, bool is_3d,
                         Contribution& out);
-  double extent_of(const std::vector<double>& phi) const;
   void take_best(const FrameHypothesis& best, const std::vector<int>& sightings,
                  const KeyframeView& frame, const MapView& map, Contribution& out);
   void keep_open(std::vector<FrameHypothesis> hypotheses, const std::vector<int>& sightings,
@@ -86,23 +90,15 @@ class LandmarkAssociation {
   bool take_identified(int sighting, const KeyframeView& frame, const MapView& map,
                        Contribution& out);
   void learn_ids(const std::vector<int>& sightings);
-  void note_candidates(const FrameCandidates& candidates, const std::vector<int>& sightings,
-                       const MapView& map);
   void attach(int sighting, int track, const MapView& map, Contribution& out);
   void create(int sighting, const Eigen::Isometry3d& T_map_robot, const MapView& map,
               Contribution& out);
-  void judge_existence(const DetectionFrame& seen, const KeyframeView& frame, const MapView& map,
-                       const std::vector<int>& sightings, Contribution& out);
-  void discard(int track, const MapView& map, Contribution& out);
+  void discard(const std::vector<int>& tracks, const MapView& map, Contribution& out);
   void remember();
-  void keep_whole(const MapView& map, Merge& merge);
-  Contribution decide_before(const Merge& merge, const MapView& map);
   Contribution next_revision(const MapView& map);
   Contribution next_conclusion(const MapView& map);
   Contribution answered_if_empty(Contribution out);
-  Contribution next_merge(const MapView& map, bool everything);
-  Contribution apply(const Merge& merge, const MapView& map);
-  static MergeEvent event_of(const Merge& merge);
+  Contribution try_out(const Merge& merge, const MapView& map);
   Contribution match_again(const MapView& map);
 
   /// What a contribution may change and does not grow with the map.
@@ -124,12 +120,10 @@ class LandmarkAssociation {
   Now now_;
   std::optional<Now> before_;  // the last contribution, until it is answered
   LandmarkTracks landmarks_;
-  LandmarkMerging merging_;
-  LoopClosing loops_;
+  MergeDecisions merges_;
   MovingThings movers_;
   bool adopted_ = false;  // landmarks of a map, whose ids of the log are learned by their places
   JournaledMap<std::int64_t, int> track_of_id_;  // of identified landmarks
-  std::optional<Merge> merge_;                   // on trial
 };
 
 }  // namespace hybrid

@@ -10,6 +10,7 @@
 #include "libhybrid/core/key_letters.h"
 #include "libhybrid/core/spatial_values.h"
 #include "libhybrid/detections/sighting.h"
+#include "libhybrid/discrete/class_evidence.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/hybrid/semantic.h"
 #include "libhybrid/landmarks/detail/sensor_place.h"
@@ -19,12 +20,6 @@ namespace {
 
 constexpr int kContinuous = 0, kDiscrete = 1, kHybrid = 2;
 constexpr double kLeastProbability = 1e-12;  // of a class of a known landmark
-
-void add_evidence(const Sighting& sighting, double sign, Track& track) {
-  for (std::size_t s = 0; s < sighting.phi.size(); ++s) {
-    track.class_evidence[s] += sign * std::log(sighting.phi[s]);
-  }
-}
 
 }  // namespace
 
@@ -122,7 +117,7 @@ void LandmarkTracks::join(int s, int t) {
   Track& track = tracks_[t];
   sightings_[s].track = t;
   track.sightings.insert(std::lower_bound(track.sightings.begin(), track.sightings.end(), s), s);
-  if (track.class_key) add_evidence(sightings_[s], 1.0, track);
+  if (track.class_key) add_class_likelihood(sightings_[s].phi, 1.0, track.class_evidence);
 }
 
 /// The reverse.
@@ -130,7 +125,7 @@ void LandmarkTracks::part(int s, int t) {
   Track& track = tracks_[t];
   sightings_[s].track = -1;
   track.sightings.erase(std::find(track.sightings.begin(), track.sightings.end(), s));
-  if (track.class_key) add_evidence(sightings_[s], -1.0, track);
+  if (track.class_key) add_class_likelihood(sightings_[s].phi, -1.0, track.class_evidence);
 }
 
 void LandmarkTracks::count(int s, int t, Contribution& out) {
@@ -188,6 +183,16 @@ void LandmarkTracks::remove(int t, Contribution& out) {
   track.prior.clear();
   out.delta.remove_values.push_back(track.position);
   retire(t, out);
+}
+
+void LandmarkTracks::discard(int t, const MapView& map, Contribution& out) {
+  if (!map.keeps_all || !is_whole(t, map)) {
+    retire(t, out);
+    return;
+  }
+  const std::vector<int> sightings = tracks_[t].sightings;
+  for (const int s : sightings) detach(s, out);
+  remove(t, out);
 }
 
 void LandmarkTracks::retire(int t, Contribution& out) {

@@ -91,6 +91,8 @@ class LandmarkTracks {
   void remove(int t, Contribution& out);
   /// Ends a track whose factors stay in the graph, with all its sightings.
   void retire(int t, Contribution& out);
+  /// Takes a track for clutter: with its factors and sightings where these can go, or as `retire`.
+  void discard(int t, const MapView& map, Contribution& out);
   /// Changes a number of a track.
   template <class T>
   void set(int t, T Track::*what, T value) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libhybrid/association/matching.h"
+#include "libhybrid/discrete/class_evidence.h"
 #include "libhybrid/discrete/probabilities.h"
 #include "libhybrid/movers/motion_filter.h"
 
@@ -167,11 +168,7 @@ void ThingTracker::add(int t, const ThingSighting& sighting) {
   thing.sightings.push_back(sighting.number);
   thing_of_.resize(std::max(thing_of_.size(), static_cast<std::size_t>(sighting.number) + 1), -1);
   thing_of_[sighting.number] = t;
-  if (sighting.phi.empty()) return;
-  thing.class_evidence.resize(sighting.phi.size());
-  for (std::size_t s = 0; s < sighting.phi.size(); ++s) {
-    thing.class_evidence[s] += std::log(sighting.phi[s]);
-  }
+  add_class_likelihood(sighting.phi, 1.0, thing.class_evidence);
 }
 
 void ThingTracker::settle(int t, double evidence) {

@@ -15,6 +15,7 @@ namespace hybrid {
 namespace {
 
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
+constexpr const char* kTracklets = "keyframes.tracklets";
 constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
 constexpr const char* kFoundAgain = "landmarks seen at one time only";
 constexpr const char* kCopies = "copies of landmarks";
@@ -125,12 +126,16 @@ bool has_spoilt(const Health& a, const Health& b) {
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {
   std::vector<ReplayRequest> out;
   const std::optional<double> sigma = sigma_to_coarsen(summary);
+  const IniFile::Settings& configuration = summary.provenance.configuration;
   for (const double extent : kExtents) {
     if (!sigma) break;
     out.push_back(request);
     out.back().settings.emplace_back("BearingRangeAssociation.method=jcbb");
     out.back().settings.push_back(
         fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
+    if (text_of(configuration, kTracklets) == "false") {
+      out.back().settings.push_back(fmt::format("{}=yes", kTracklets));
+    }
   }
   return out;
 }

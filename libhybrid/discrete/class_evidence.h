@@ -17,14 +17,21 @@ namespace HYBRID_API hybrid {
 /// Scores of a detector below this say no more.
 inline constexpr double kLeastScore = 1e-6;
 
-/// Adds log p(scores | class) of a detection of a thing to `evidence`, one number per class.
-/// Detections without scores say nothing.
-inline void add_class_evidence(const std::vector<double>& scores, std::vector<double>& evidence) {
-  if (scores.empty()) return;
-  evidence.resize(scores.size());
-  for (std::size_t s = 0; s < scores.size(); ++s) {
-    evidence[s] += std::log(std::max(scores[s], kLeastScore));
+/// Adds `sign` times the log of the likelihood of each class, all positive, to `evidence`, which is
+/// log p(detections of a thing | class). Detections without classes say nothing.
+inline void add_class_likelihood(const std::vector<double>& likelihood, double sign,
+                                 std::vector<double>& evidence) {
+  if (likelihood.empty()) return;
+  evidence.resize(likelihood.size());
+  for (std::size_t s = 0; s < likelihood.size(); ++s) {
+    evidence[s] += sign * std::log(likelihood[s]);
   }
+}
+
+/// The same of the scores of a detector, which may be zero.
+inline void add_class_scores(std::vector<double> scores, std::vector<double>& evidence) {
+  for (double& score : scores) score = std::max(score, kLeastScore);
+  add_class_likelihood(scores, 1.0, evidence);
 }
 
 /// The class probabilities of a thing. The evidence of detections that have errors in common counts
