@@ -195,7 +195,7 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   const std::unique_ptr<IniFile> ini_file = open_config(request);
   IniFile& ini = *ini_file;
   ReplaySettings settings = read_settings(ini, request);
-  if (!conditions.allow(settings)) return {{}, false};
+  if (!conditions.allow(settings)) return {request, {}, {}, false};
   take_photographs(request, settings);
   std::vector<Truth> truths = read_truths(settings);
   OutputDirectory out(request.output);
@@ -214,6 +214,8 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   scans.finish(result);
   report.finish(session.mapper(), result, session.last().objective_after);
   Attempt made;
+  made.request = request;
+  made.path = result.trajectory;
   made.outcome = {summarize(session, result), out.folder(), signal};
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;

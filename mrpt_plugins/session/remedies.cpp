@@ -7,16 +7,18 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 
+#include "mrpt_plugins/evaluation/trajectory_metrics.h"
 #include "mrpt_plugins/session/judgement.h"
 
 namespace hybrid {
 namespace {
 
 constexpr const char* kOdometryNoise = "reader.odometry_sigma_factor";
-constexpr const char* kTracklets = "keyframes.tracklets";
-constexpr const char* kSigma = "detection_sigma_m";  // of BearingRangeAssociation
+constexpr const char* kAllDetections = "keyframes.tracklets=yes";  // also between keyframes
+constexpr const char* kSigma = "detection_sigma_m";                // of BearingRangeAssociation
 constexpr const char* kFoundAgain = "landmarks seen at one time only";
 constexpr const char* kCopies = "copies of landmarks";
 /// Of landmarks, in sigmas of a detection: in octaves from where that tells nearly all of which
@@ -26,6 +28,7 @@ constexpr std::array<double, 3> kExtents{1, 2, 4};
 /// A check is clearly worse where its value is so many times as far from its limits. Odometry that
 /// is stated too sure lets every map that is not in pieces depart from it by more than that one.
 constexpr double kSpoilt = 2;
+constexpr double kSameTime = 1e-3;  // [s]
 
 /// What section.key of a configuration is; empty where it has none.
 std::string text_of(const IniFile::Settings& configuration, const std::string& name) {
@@ -90,6 +93,7 @@ bool Remedies::add(const Health& health, const IniFile::Settings& configuration)
 
 ReplayRequest Remedies::apply(ReplayRequest request) const {
   request.settings.emplace_back("sensor.noise=measured");
+  request.settings.emplace_back(kAllDetections);
   if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
   for (const auto& [key, factor] : factors) {
     request.settings.push_back(fmt::format("{}={}", key, factor));
@@ -104,15 +108,25 @@ const char* too_fine(const Health& health) {
   return nullptr;
 }
 
-double excess(const Health& health, const char* check) {
-  const HealthEntry* entry = find_entry(health, check);
-  return entry == nullptr ? 0 : departure(*entry);
+bool is_good_by(const char* check, const Health& health) {
+  const HealthEntry* asked = find_entry(health, check);
+  return asked != nullptr && asked->verdict == HealthVerdict::kGood &&
+         find_entry(health, kFoundAgain) != nullptr && !is_bad(health, kFoundAgain);
 }
 
-bool is_better_by(const char* check, const Health& a, const Health& b) {
-  const bool made = find_entry(a, kFoundAgain) != nullptr && find_entry(a, check) != nullptr;
-  return made && !is_bad(a, kFoundAgain) && !is_bad(a, check) &&
-         excess(a, check) < excess(b, check);
+std::size_t first_of_agreeing(const std::vector<Trajectory>& paths) {
+  std::size_t first = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < paths.size(); ++a) {
+    for (std::size_t b = a + 1; b < paths.size(); ++b) {
+      const double apart =
+          trajectory_report(pair_by_time(paths[a], paths[b], kSameTime)).aligned.rmse_m;
+      if (!(apart < least)) continue;
+      least = apart;
+      first = a;
+    }
+  }
+  return first;
 }
 
 bool has_spoilt(const Health& a, const Health& b) {
@@ -126,16 +140,13 @@ bool has_spoilt(const Health& a, const Health& b) {
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary) {
   std::vector<ReplayRequest> out;
   const std::optional<double> sigma = sigma_to_coarsen(summary);
-  const IniFile::Settings& configuration = summary.provenance.configuration;
   for (const double extent : kExtents) {
     if (!sigma) break;
     out.push_back(request);
     out.back().settings.emplace_back("BearingRangeAssociation.method=jcbb");
     out.back().settings.push_back(
         fmt::format("BearingRangeAssociation.extent={:.3g}", extent * *sigma));
-    if (text_of(configuration, kTracklets) == "false") {
-      out.back().settings.push_back(fmt::format("{}=yes", kTracklets));
-    }
+    out.back().settings.emplace_back(kAllDetections);
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mrpt_plugins/health/health.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/output/summary.h"
 #include "mrpt_plugins/settings/replay_request.h"
 
@@ -22,7 +23,8 @@ struct Remedies {
   /// Adds what a bad map says of its own settings: what may mend them, or else factors of noise.
   /// Returns whether anything changed.
   bool add(const Health& health, const IniFile::Settings& configuration);
-  /// The request with the noise measured, and with these settings.
+  /// The request with the noise measured, with all detections, also those between keyframes, and
+  /// with these settings.
   ReplayRequest apply(ReplayRequest request) const;
 };
 
@@ -31,18 +33,21 @@ struct Remedies {
 /// these count where all are found again.
 const char* too_fine(const Health& health);
 
-/// How far a check is from where it begins to be doubtful, a factor; 0: it was not made.
-double excess(const Health& health, const char* check);
+/// Whether a map is good by a check, and its landmarks are not lost. What was not asked is not
+/// good.
+bool is_good_by(const char* check, const Health& health);
 
-/// Whether map `a` is better by a check than map `b`, and so good that it is not bad, nor are its
-/// landmarks lost: of two bad maps, neither is to be believed.
-bool is_better_by(const char* check, const Health& a, const Health& b);
+/// Of paths that were found in different ways, which to believe where nothing else tells: the two
+/// that agree best (rmse after alignment, poses of one time) are more probably right than any that
+/// stands alone, and the first of these is it. Returns its number; 0 where there are no two.
+std::size_t first_of_agreeing(const std::vector<Trajectory>& paths);
 
 /// Whether a check of map `a` is bad and clearly worse than that of map `b`.
 bool has_spoilt(const Health& a, const Health& b);
 
 /// The request with landmarks that have an extent, from fine to coarse: what may be of one of them
-/// is of it (joint compatibility, which prefers a landmark that is known to a new one). None where
+/// is of it (joint compatibility, which prefers a landmark that is known to a new one), of all
+/// detections, also those between keyframes. None where
 /// the map that was made, whose summary this is, did not leave open how detections find landmarks.
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary);
 

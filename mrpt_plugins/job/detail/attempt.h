@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "mrpt_plugins/job/replay.h"
+#include "mrpt_plugins/mapping/map_result.h"
 #include "mrpt_plugins/session/conditions.h"
 
 namespace hybrid {
@@ -19,7 +20,9 @@ struct Watchers {
 
 /// One map of the logs, which was written unless it is no better than another.
 struct Attempt {
+  ReplayRequest request;
   ReplayOutcome outcome;
+  Trajectory path;
   bool is_written = true;
   bool may_measure = false;  ///< the logs can be measured, and mapped again
 };

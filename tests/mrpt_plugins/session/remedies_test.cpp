@@ -10,6 +10,7 @@ namespace {
 
 constexpr const char* kFoundAgain = "landmarks seen at one time only";
 constexpr const char* kCopies = "copies of landmarks";
+constexpr const char* kAllDetections = "keyframes.tracklets=yes";
 constexpr const char* kOdometry = "reader.odometry_sigma_factor";
 
 HealthEntry check(const std::string& name, double value, const std::string& scale = "") {
@@ -26,7 +27,8 @@ TEST(Remedies, CalibrateOdometryOnceBeforeItsNoiseIsScaled) {
   EXPECT_TRUE(remedies.calibrates);
   EXPECT_TRUE(remedies.factors.empty());
   EXPECT_EQ(remedies.apply({}).settings,
-            (std::vector<std::string>{"sensor.noise=measured", "calibration.odometry=yes"}));
+            (std::vector<std::string>{"sensor.noise=measured", kAllDetections,
+                                      "calibration.odometry=yes"}));
   remedies.calibrates = false;  // it was in vain
   EXPECT_TRUE(remedies.add(health, stated));
   EXPECT_FALSE(remedies.calibrates);
@@ -35,7 +37,8 @@ TEST(Remedies, CalibrateOdometryOnceBeforeItsNoiseIsScaled) {
       remedies.add(health, stated));  // the next map says it again, of what it was made with
   EXPECT_EQ(remedies.factors.at(kOdometry), 37.5);
   EXPECT_EQ(remedies.apply({}).settings,
-            (std::vector<std::string>{"sensor.noise=measured", kOdometry + std::string("=37.5")}));
+            (std::vector<std::string>{"sensor.noise=measured", kAllDetections,
+                                      kOdometry + std::string("=37.5")}));
 }
 
 TEST(Remedies, AreOfBadChecksThatHaveAScale) {
@@ -52,16 +55,35 @@ TEST(Coarser, IsAskedOfLandmarksThatAreLostBeforeThoseThatAreCopied) {
   EXPECT_STREQ(too_fine({check(kCopies, 9), check(kFoundAgain, 1)}), kCopies);
 }
 
-TEST(Coarser, IsBetterOnlyWhereTheMapIsNotBad) {
-  const Health before{check(kFoundAgain, 9), check(kCopies, 1)};
-  EXPECT_EQ(excess(before, kFoundAgain), 4.5);
-  EXPECT_EQ(excess(before, "a"), 0);
-  EXPECT_TRUE(is_better_by(kFoundAgain, {check(kFoundAgain, 3)}, before));
-  EXPECT_FALSE(is_better_by(kFoundAgain, {check(kFoundAgain, 8)}, before));
-  EXPECT_FALSE(is_better_by(kFoundAgain, {}, before));  // where nothing was asked, nothing is good
-  const Health copied{check(kFoundAgain, 1), check(kCopies, 9)};
-  EXPECT_FALSE(is_better_by(kCopies, {check(kFoundAgain, 9), check(kCopies, 1)}, copied));
-  EXPECT_FALSE(is_better_by(kCopies, copied, copied));
+TEST(Coarser, IsGoodOnlyWhereLandmarksAreNotLostEither) {
+  EXPECT_TRUE(is_good_by(kFoundAgain, {check(kFoundAgain, 1)}));
+  EXPECT_FALSE(is_good_by(kFoundAgain, {check(kFoundAgain, 3)}));  // doubtful
+  EXPECT_FALSE(is_good_by(kFoundAgain, {}));  // where nothing was asked, nothing is good
+  EXPECT_TRUE(is_good_by(kCopies, {check(kFoundAgain, 3), check(kCopies, 1)}));
+  EXPECT_FALSE(is_good_by(kCopies, {check(kFoundAgain, 9), check(kCopies, 1)}));
+  EXPECT_FALSE(is_good_by(kCopies, {check(kCopies, 1)}));
+}
+
+/// A way of ten metres that turns by so much at each step, from a start of its own.
+Trajectory way(double turn, double start = 0) {
+  Trajectory out;
+  mrpt::poses::CPose3D pose(start, -start, 0, start, 0, 0);
+  for (int i = 0; i < 10; ++i) {
+    out.push_back({static_cast<double>(i), pose});
+    pose = pose + mrpt::poses::CPose3D(1, 0, 0, turn, 0, 0);
+  }
+  return out;
+}
+
+// Two ways to one map seldom lead to the same wrong one.
+TEST(Agreement, IsOfTheTwoPathsThatAreMostAlikeWhereverTheyBegin) {
+  EXPECT_EQ(first_of_agreeing({}), 0U);
+  EXPECT_EQ(first_of_agreeing({way(0.1)}), 0U);
+  EXPECT_EQ(first_of_agreeing({way(0.5), way(0.1), way(-0.3), way(0.12, 2)}), 1U);
+  EXPECT_EQ(first_of_agreeing({way(0.1), way(0.12, 2), way(0.5)}), 0U);
+  Trajectory other_times = way(0.5);
+  for (auto& pose : other_times) pose.time += 0.5;
+  EXPECT_EQ(first_of_agreeing({other_times, way(0.5), way(0.4), way(0)}), 1U);
 }
 
 // Landmarks that are found again are worth no other check that turns bad.
@@ -87,8 +109,8 @@ TEST(Coarser, GivesLandmarksExtentsInSigmasOfADetection) {
   ASSERT_EQ(out.size(), 3U);
   EXPECT_EQ(out[0].settings,
             (std::vector<std::string>{"a.b=c", "BearingRangeAssociation.method=jcbb",
-                                      "BearingRangeAssociation.extent=0.25"}));
-  EXPECT_EQ(out[2].settings.back(), "BearingRangeAssociation.extent=1");
+                                      "BearingRangeAssociation.extent=0.25", kAllDetections}));
+  EXPECT_EQ(out[2].settings[2], "BearingRangeAssociation.extent=1");
   summary.provenance.configuration[0].second[0].second = "jcbb";  // the user chose
   EXPECT_TRUE(coarser(request, summary).empty());
   summary.provenance.configuration[0].second = {{"method", "hypotheses"}, {"extent", "0.5"}};
