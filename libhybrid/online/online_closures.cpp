@@ -4,13 +4,13 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
+#include "libhybrid/core/infinity.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/online/detail/map_innovation.h"
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/detail/evidence.h"
-#include "libhybrid/selection/detail/innovation.h"
 #include "libhybrid/smoother/transaction.h"
 
 namespace hybrid {
@@ -38,7 +38,7 @@ EvidenceModel OnlineSelection::evidence_model() const {
 }
 
 double OnlineSelection::threshold() const {
-  return evidence_needed(out_, options_.selection);
+  return evidence_needed(closures_.out(), options_.selection);
 }
 
 /// Measures the radius of the map anew when it has grown.
@@ -53,20 +53,10 @@ void OnlineSelection::measure_map() {
 void OnlineSelection::ask(std::size_t k, SelectionReport& report) {
   const ContinuousFactorPtr& factor = closures_[k].factor;
   if (choices_.are_open_between(factor->keys().front(), factor->keys().back())) {
-    if (!choices_.keep({factor, k}, smoother_)) edit(k).decision.evidence = -kInfinity;
+    if (!choices_.keep({factor, k}, smoother_)) closures_.edit(k).decision.evidence = -kInfinity;
     return;
   }
   if (consider(k, report)) open_ = reconsider(report);
-}
-
-/// The squared residual at which the mixture of a closure switches.
-double OnlineSelection::switch_at(std::size_t k) const {
-  const MixtureOptions& mixture = options_.mixture;
-  const ContinuousFactor& factor = *closures_[k].factor;
-  const double outlier = mixture.null_hypothesis
-                             ? *mixture.null_hypothesis - factor.log_normalizer()
-                             : 0.5 * factor.rows() * std::log(mixture.outlier_variance);
-  return 2.0 * (outlier + std::log(mixture.inlier_weight / mixture.outlier_weight));
 }
 
 /// Adds the true ones of closures that have waited to the smoother, and tests the others.
@@ -85,90 +75,48 @@ void OnlineSelection::let_in(const std::vector<WaitingClosure>& closures, Select
   if (admitted) open_ = reconsider(report);
 }
 
-bool OnlineSelection::may_be_tried(const Closure& closure) const {
-  return closure.switch_state == SwitchState::kFixedOutlier && !closure.failed;
-}
-
 /// Tests a closure that is out by its evidence given the map. Over open choices, the map says
 /// nothing.
 bool OnlineSelection::consider(std::size_t k, SelectionReport& report) {
-  if (!may_be_tried(closures_[k])) return false;
-  if (alternatives_.exclude(k, [this](std::size_t i) { return accepted(i); })) return false;
-  Closure& closure = edit(k);
+  if (!closures_.may_be_tried(k)) return false;
+  if (closures_.alternatives().exclude(k, [this](std::size_t i) { return accepted(i); }))
+    return false;
+  SwitchedClosures::Closure& closure = closures_.edit(k);
   const ContinuousFactor& factor = *closure.factor;
   if (choices_.are_open_between(factor.keys().front(), factor.keys().back())) return false;
-  const GivenOthers alone = given_others(innovation_of(factor), false);
+  const GivenOthers alone = given_others(innovation_of(factor, smoother_), false);
   closure.predicted = alone.S;
   closure.decision.evidence = evidence_model().log_ratio(alone.b, alone.S, factor);
   // To first order, the objective rises by half the chi-square of the innovation.
   const double chi_square = alone.S.llt().matrixL().solve(alone.b).squaredNorm();
-  return closure.decision.evidence > threshold() && chi_square < switch_at(k) && stands_out(k) &&
-         admit(k, report);
+  return closure.decision.evidence > threshold() && chi_square < closures_.switch_at(k) &&
+         stands_out(k) && admit(k, report);
 }
 
 /// Whether the evidence for a closure is enough against alternatives to it, too.
 bool OnlineSelection::stands_out(std::size_t k) const {
-  if (alternatives_.set_of(k).empty()) return true;
+  if (closures_.alternatives().set_of(k).empty()) return true;
   std::vector<double> evidence(closures_.size(), 0.0);
-  for (const std::size_t i : alternatives_.set_of(k)) {
+  for (const std::size_t i : closures_.alternatives().set_of(k)) {
     const ContinuousFactor& factor = *closures_[i].factor;
-    const GivenOthers alone = given_others(innovation_of(factor), false);
+    const GivenOthers alone = given_others(innovation_of(factor, smoother_), false);
     evidence[i] = evidence_model().log_ratio(alone.b, alone.S, factor);
   }
-  return against_alternatives(k, evidence, alternatives_) > threshold();
-}
-
-/// The residual of a closure and its covariance by the map.
-Innovation OnlineSelection::innovation_of(const ContinuousFactor& factor) const {
-  const auto x = gather(factor.keys(), factor.types(), smoother_.values());
-  Innovation innovation{Eigen::VectorXd(factor.rows()), {}};
-  Eigen::MatrixXd A(factor.rows(), factor.cols());
-  factor.linearize(x.data(), innovation.b.data(), A.data());
-  innovation.APAt = A * smoother_.joint_covariance(factor.keys()) * A.transpose();
-  return innovation;
+  return against_alternatives(k, evidence, closures_.alternatives()) > threshold();
 }
 
 /// The same of a closure as if no alternative to it were accepted.
 Innovation OnlineSelection::innovation_against(std::size_t k) const {
   const ContinuousFactor& factor = *closures_[k].factor;
-  Innovation innovation = innovation_of(factor);
+  Innovation innovation = innovation_of(factor, smoother_);
   if (accepted(k)) return innovation;
-  for (const std::size_t other : alternatives_.set_of(k)) {
+  for (const std::size_t other : closures_.alternatives().set_of(k)) {
     if (other == k || !accepted(other)) continue;
     const ContinuousFactor& part = *closures_[other].factor;
-    innovation = without(innovation, innovation_of(part), cross_covariance(factor, part));
+    innovation = without(innovation, innovation_of(part, smoother_),
+                         cross_covariance(factor, part, smoother_));
   }
   return innovation;
-}
-
-/// A P B' of two factors.
-Eigen::MatrixXd OnlineSelection::cross_covariance(const ContinuousFactor& a,
-                                                  const ContinuousFactor& b) const {
-  std::vector<Key> keys = a.keys();
-  for (Key key : b.keys()) {
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
-  }
-  std::map<Key, int> column;
-  int columns = 0;
-  for (Key key : keys) {
-    column[key] = columns;
-    columns += smoother_.values().type(key).dim;
-  }
-  const auto spread = [&](const ContinuousFactor& factor) {
-    const auto x = gather(factor.keys(), factor.types(), smoother_.values());
-    Eigen::VectorXd r(factor.rows());
-    Eigen::MatrixXd A(factor.rows(), factor.cols());
-    factor.linearize(x.data(), r.data(), A.data());
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(factor.rows(), columns);
-    int at = 0;
-    for (Key key : factor.keys()) {
-      const int dim = smoother_.values().type(key).dim;
-      J.middleCols(column[key], dim) = A.middleCols(at, dim);
-      at += dim;
-    }
-    return J;
-  };
-  return spread(a) * smoother_.joint_covariance(keys) * spread(b).transpose();
 }
 
 /// Whether the update under way has done as much as one may.
@@ -181,14 +129,14 @@ bool OnlineSelection::is_long() const {
 bool OnlineSelection::reconsider(SelectionReport& report) {
   std::vector<std::size_t> newest;
   for (std::size_t k = closures_.size(); k-- > 0 && newest.size() < kMostTestedAgain;) {
-    if (may_be_tried(closures_[k])) newest.push_back(k);
+    if (closures_.may_be_tried(k)) newest.push_back(k);
   }
   std::reverse(newest.begin(), newest.end());
   for (bool again = true; again;) {
     again = false;
     for (const std::size_t k : newest) {
-      const Closure& closure = closures_[k];
-      if (!may_be_tried(closure)) continue;
+      const SwitchedClosures::Closure& closure = closures_[k];
+      if (!closures_.may_be_tried(k)) continue;
       if (is_long()) return true;
       if (closure.predicted.size() > 0) {
         const ContinuousFactor& factor = *closure.factor;
@@ -204,31 +152,15 @@ bool OnlineSelection::reconsider(SelectionReport& report) {
   return false;
 }
 
-void OnlineSelection::free(std::size_t k) {
-  Closure& closure = edit(k);
-  if (closure.table.valid()) lifted_.push_back(closure.table);
-  closure.table = {};
-  out_ -= closure.switch_state == SwitchState::kFixedOutlier ? 1 : 0;
-  closure.switch_state = SwitchState::kFree;
-}
-
 /// Admits a closure if that lowers the objective and does not make the system singular.
 bool OnlineSelection::admit(std::size_t k, SelectionReport& report) {
   ++report.tried;
-  const Closure before = edit(k);
-  const std::vector<Handle> lifted = lifted_;
-  const std::size_t out = out_;
-  if (attempt(smoother_, [&] { return is_better_with(k, report); })) {
-    closures_[k].failed = false;
-    ++report.admitted;
-    return true;
-  }
-  closures_[k] = before;
-  closures_[k].failed = true;
-  lifted_ = lifted;
-  out_ = out;
-  changed_switches_.clear();
-  return false;
+  SwitchedClosures::Before before = closures_.before(k);
+  const bool is_in = attempt(smoother_, [&] { return is_better_with(k, report); });
+  if (!is_in) closures_.take_back(std::move(before));
+  closures_.edit(k).failed = !is_in;
+  report.admitted += is_in ? 1 : 0;
+  return is_in;
 }
 
 /// Fixes a closure as an inlier for some updates, and frees its switch if the joint objective
@@ -236,17 +168,17 @@ bool OnlineSelection::admit(std::size_t k, SelectionReport& report) {
 bool OnlineSelection::is_better_with(std::size_t k, SelectionReport& report) {
   const double before = smoother_.objective();
   Delta delta;
-  set_switch(k, SwitchState::kFixedInlier, delta);
-  report.add(apply(std::move(delta)));
+  closures_.set_switch(k, SwitchedClosures::SwitchState::kFixedInlier, delta);
+  report.add(closures_.apply(std::move(delta), smoother_));
   double left = smoother_.objective() - before;
   for (int i = 1; i < kSettle && left >= 0.0; ++i) {
-    report.add(apply({}));
+    report.add(closures_.apply({}, smoother_));
     const double now = smoother_.objective() - before;
     if (now > kProgress * left) break;
     left = now;
   }
   if (!(smoother_.objective() < before)) return false;
-  free(k);
+  closures_.free(k);
   return true;
 }
 

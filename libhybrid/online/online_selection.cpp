@@ -51,18 +51,18 @@ void SelectionReport::add(const UpdateReport& update) {
 OnlineSelection::OnlineSelection(const OnlineSelectionOptions& options)
     : options_(options),
       smoother_(options.smoother),
+      closures_(options.mixture),
       choices_({options.decisive, options.patience, options.selection}) {}
 
 /// Runs change(report) and undoes all of it if it fails.
 template <class Change>
 SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
   const auto start = Clock::now();
-  saved_.clear();
+  closures_.begin_change();
   if (evaluation_.get() != nullptr && evaluation_->adopted) evaluation_.drop();
   State before = state();
   const auto undo = [&] {
-    for (auto& [k, closure] : saved_) closures_[k] = std::move(closure);
-    closures_.resize(before.closures);
+    closures_.undo_change();
     if (evaluation_.get() != before.evaluation) evaluation_.drop();
     if (evaluation_.get() != nullptr) evaluation_->adopted = false;
     restore(std::move(before));
@@ -85,71 +85,21 @@ SelectionReport OnlineSelection::all_or_nothing(const Change& change) {
 }
 
 OnlineSelection::State OnlineSelection::state() const {
-  return {closures_.size(),
-          evaluated_,
-          lifted_,
-          judged_,
-          choices_.save(),
-          variance_factor_,
-          radius_,
-          measured_at_,
-          out_,
-          evaluation_.get(),
-          work_,
-          updates_,
-          open_};
+  return {evaluated_,   judged_,           choices_.save(), variance_factor_, radius_,
+          measured_at_, evaluation_.get(), work_,           updates_,         open_};
 }
 
 /// All but the closures and the evaluation.
 void OnlineSelection::restore(State&& before) {
-  alternatives_.resize(before.closures);
   evaluated_ = before.evaluated;
-  lifted_ = std::move(before.lifted);
   judged_ = before.judged;
-  changed_switches_.clear();
   choices_.restore(std::move(before.choices));
   variance_factor_ = before.variance_factor;
   radius_ = before.radius;
   measured_at_ = before.measured_at;
-  out_ = before.out;
   work_ = before.work;
   updates_ = before.updates;
   open_ = before.open;
-}
-
-/// Returns a closure for modification; saves its state before the current change.
-OnlineSelection::Closure& OnlineSelection::edit(std::size_t k) {
-  saved_.try_emplace(k, closures_[k]);
-  return closures_[k];
-}
-
-/// Fixes the switch of a closure by a table that forbids the other value, or frees it.
-void OnlineSelection::set_switch(std::size_t k, SwitchState switch_state, Delta& delta) {
-  Closure& closure = edit(k);
-  if (closure.table.valid()) delta.remove.push_back(closure.table);
-  closure.table = {};
-  out_ -= closure.switch_state == SwitchState::kFixedOutlier ? 1 : 0;
-  out_ += switch_state == SwitchState::kFixedOutlier ? 1 : 0;
-  closure.switch_state = switch_state;
-  if (switch_state == SwitchState::kFree) return;
-  delta.discrete.emplace_back(std::vector<DiscreteKey>{closure_switch(k)},
-                              switch_state == SwitchState::kFixedInlier
-                                  ? std::vector<double>{0.0, kInfinity}
-                                  : std::vector<double>{kInfinity, 0.0});
-  changed_switches_.push_back(k);
-}
-
-/// Updates the smoother; throws Refused if the system is singular.
-UpdateReport OnlineSelection::apply(Delta delta) {
-  delta.remove.insert(delta.remove.end(), lifted_.begin(), lifted_.end());
-  const UpdateReport report = taken(smoother_.update(delta));
-  lifted_.clear();
-  const std::size_t first = delta.discrete.size() - changed_switches_.size();
-  for (std::size_t i = 0; i < changed_switches_.size(); ++i) {
-    edit(changed_switches_[i]).table = report.handles.discrete[first + i];
-  }
-  changed_switches_.clear();
-  return report;
 }
 
 SelectionReport OnlineSelection::update(const Delta& trusted,
@@ -166,7 +116,7 @@ SelectionReport OnlineSelection::finish() {
     evaluation_.drop();
     let_in(choices_.close_all(), report);
     if (!closures_.empty()) reevaluate_all(report);
-    report.add(apply({}));
+    report.add(closures_.apply({}, smoother_));
     report.add(taken(smoother_.converge()));
     while (choices_.resolve(smoother_)) report.add(taken(smoother_.converge()));
   });
@@ -185,15 +135,9 @@ void OnlineSelection::take_in(Delta trusted, const std::vector<ContinuousFactorP
   for (const ContinuousFactorPtr& factor : closures) {
     const std::size_t k = closures_.size();
     const std::vector<std::size_t>& set = alternatives.set_of(k - first);
-    alternatives_.add(set.empty() ? k : first + set.front());
-    closures_.emplace_back();
-    closures_.back().factor = factor;
-    ++out_;
-    delta.hybrid.push_back(closure_mixture(k, factor, options_.mixture));
-    delta.assignment.set(closure_switch(k).key, 1);
-    set_switch(k, SwitchState::kFixedOutlier, delta);
+    closures_.add(factor, set.empty() ? k : first + set.front(), delta);
   }
-  const UpdateReport done = apply(std::move(delta));
+  const UpdateReport done = closures_.apply(std::move(delta), smoother_);
   report.add(done);
   report.handles = done.handles;
   report.objective_before = done.objective_before;
@@ -223,7 +167,8 @@ ClosureStatus OnlineSelection::status(std::size_t closure) const {
 std::vector<ClosureDecision> OnlineSelection::decisions() const {
   std::vector<ClosureDecision> decisions;
   if (judged_) {
-    for (const Closure& closure : closures_) decisions.push_back(closure.decision);
+    for (const SwitchedClosures::Closure& closure : closures_)
+      decisions.push_back(closure.decision);
   } else {
     decisions = judge();
   }
@@ -247,7 +192,7 @@ std::vector<ClosureDecision> OnlineSelection::judge() const {
     evidence.push_back(model.log_ratio(alone.b, alone.S, factor));
     redundancy.push_back(alone.redundancy);
   }
-  write_evidence(evidence, redundancy, alternatives_, options_.selection, decisions);
+  write_evidence(evidence, redundancy, closures_.alternatives(), options_.selection, decisions);
   return decisions;
 }
 

@@ -2,17 +2,15 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "libhybrid/choices/choices.h"
 #include "libhybrid/closures/alternatives.h"
 #include "libhybrid/closures/mixture_graph.h"
 #include "libhybrid/closures/problem.h"
-#include "libhybrid/core/infinity.h"
+#include "libhybrid/online/switched_closures.h"
 #include "libhybrid/selection/closure_selection.h"
 #include "libhybrid/smoother/incremental.h"
 
@@ -120,25 +118,13 @@ class OnlineSelection {
    private:
     std::unique_ptr<Evaluation> evaluation_;
   };
-  enum class SwitchState { kFree, kFixedInlier, kFixedOutlier };
-  struct Closure {
-    ContinuousFactorPtr factor;
-    SwitchState switch_state = SwitchState::kFixedOutlier;
-    Handle table;               // fixes the switch
-    bool failed = false;        // the last attempt to admit it, since all were evaluated
-    Eigen::MatrixXd predicted;  // covariance of its innovation, as last predicted, or empty
-    // As of the last evaluation of all closures, or with the evidence as last predicted.
-    ClosureDecision decision;
-  };
-
-  /// The state that a change may alter, besides the smoother and earlier closures.
+  /// The state that a change may alter, besides the smoother and the closures.
   struct State {
-    std::size_t closures = 0, evaluated = 0;
-    std::vector<Handle> lifted;
+    std::size_t evaluated = 0;
     bool judged = false;
     Choices::State choices;
     double variance_factor = 1.0, radius = 0.0;
-    std::size_t measured_at = 0, out = 0;
+    std::size_t measured_at = 0;
     const Evaluation* evaluation = nullptr;
     double work = 0.0, updates = 0.0;
     bool open = false;
@@ -148,11 +134,8 @@ class OnlineSelection {
   SelectionReport all_or_nothing(const Change& change);
   State state() const;
   void restore(State&& before);
-  Closure& edit(std::size_t k);
   void take_in(Delta trusted, const std::vector<ContinuousFactorPtr>& closures,
                const Alternatives& alternatives, SelectionReport& report);
-  void set_switch(std::size_t k, SwitchState switch_state, Delta& delta);
-  UpdateReport apply(Delta delta);
 
   // Closures.
   bool accepted(std::size_t k) const;
@@ -160,11 +143,7 @@ class OnlineSelection {
   EvidenceModel evidence_model() const;
   double threshold() const;
   void measure_map();
-  Innovation innovation_of(const ContinuousFactor& factor) const;
   Innovation innovation_against(std::size_t k) const;
-  Eigen::MatrixXd cross_covariance(const ContinuousFactor& a, const ContinuousFactor& b) const;
-  double switch_at(std::size_t k) const;
-  bool may_be_tried(const Closure& closure) const;
   bool consider(std::size_t k, SelectionReport& report);
   bool stands_out(std::size_t k) const;
   bool reconsider(SelectionReport& report);
@@ -179,7 +158,6 @@ class OnlineSelection {
   void adopt_evaluation(RobustResult best, SelectionReport& report);
   void go_to(const Values& values);
   void adopt(const RobustResult& result, SelectionReport& report);
-  void free(std::size_t k);
 
   // Choices.
   void let_in(const std::vector<WaitingClosure>& closures, SelectionReport& report);
@@ -190,19 +168,14 @@ class OnlineSelection {
   double variance_factor_ = 1.0;  // of the last evaluation of all closures
   double radius_ = 0.0;           // of the map when it had measured_at_ variables [m]
   std::size_t measured_at_ = 0;
-  std::size_t out_ = 0;  // closures fixed as outliers
-  std::vector<Closure> closures_;
-  Alternatives alternatives_;
-  std::vector<std::size_t> changed_switches_;  // switches with new tables in the current delta
-  std::vector<Handle> lifted_;                 // tables to remove with the next update
-  std::size_t evaluated_ = 0;                  // number of closures when all were evaluated last
-  UnderWay evaluation_;                        // under way, or adopted by the last change
-  double work_ = 0.0, updates_ = 0.0;          // of all updates, evaluations left out
-  double work_before_ = 0.0;                   // noted by the thread before the update under way
-  bool open_ = false;                          // whether closures are to be tested again
+  SwitchedClosures closures_;
+  std::size_t evaluated_ = 0;          // number of closures when all were evaluated last
+  UnderWay evaluation_;                // under way, or adopted by the last change
+  double work_ = 0.0, updates_ = 0.0;  // of all updates, evaluations left out
+  double work_before_ = 0.0;           // noted by the thread before the update under way
+  bool open_ = false;                  // whether closures are to be tested again
   bool judged_ = false;  // whether the decisions on all closures are of that evaluation
   Choices choices_;
-  std::unordered_map<std::size_t, Closure> saved_;  // closures as before the current change
 };
 
 }  // namespace hybrid

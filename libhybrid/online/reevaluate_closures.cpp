@@ -35,8 +35,9 @@ RobustProblem OnlineSelection::problem(const Estimate& estimate) const {
     const Component component = factor->given(estimate.assignment);
     if (component.factor != nullptr) problem.trusted.emplace_back(factor, component.factor);
   });
-  for (const Closure& closure : closures_) problem.closures.push_back(closure.factor);
-  problem.alternatives = alternatives_;
+  for (const SwitchedClosures::Closure& closure : closures_)
+    problem.closures.push_back(closure.factor);
+  problem.alternatives = closures_.alternatives();
   return problem;
 }
 
@@ -69,7 +70,7 @@ void OnlineSelection::go_on_evaluating(SelectionReport& report) {
     throw;
   }
   evaluation_->adopted = true;
-  std::vector<Closure> closures = closures_;
+  SwitchedClosures closures = closures_;
   State before = state();
   const int admitted = report.admitted;
   const auto adopt_all = [&] {
@@ -102,7 +103,7 @@ void OnlineSelection::adopt_evaluation(RobustResult best, SelectionReport& repor
   judged_ = evaluated_ == closures_.size();
   if (judged_) revise_by_closures(best, report);
   variance_factor_ = best.variance_factor;
-  for (std::size_t k = 0; k < evaluated_; ++k) edit(k).decision = best.decisions[k];
+  for (std::size_t k = 0; k < evaluated_; ++k) closures_.edit(k).decision = best.decisions[k];
   open_ = !judged_;
 }
 
@@ -144,24 +145,26 @@ void OnlineSelection::go_to(const Values& values) {
 
 /// Adopts the decisions and values of a result of select_closures.
 void OnlineSelection::adopt(const RobustResult& result, SelectionReport& report) {
+  using SwitchState = SwitchedClosures::SwitchState;
   Delta delta;
   std::vector<std::size_t> in;
   for (std::size_t k = 0; k < result.decisions.size(); ++k) {
-    Closure& closure = edit(k);
+    SwitchedClosures::Closure& closure = closures_.edit(k);
     const bool accept = result.decisions[k].accepted();
     if (accept) in.push_back(k);
-    if (closure.switch_state == (accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier))
-      continue;
+    const SwitchState wanted = accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier;
+    if (closure.switch_state == wanted) continue;
     if (accept && !accepted(k)) ++report.admitted;
-    set_switch(k, accept ? SwitchState::kFixedInlier : SwitchState::kFixedOutlier, delta);
+    closures_.set_switch(k, wanted, delta);
   }
-  report.add(apply(std::move(delta)));
+  report.add(closures_.apply(std::move(delta), smoother_));
   go_to(grown(result.values, smoother_));
   for (std::size_t k : in) {
-    if (2.0 * closures_[k].factor->cost(smoother_.values()) < switch_at(k)) free(k);
+    if (2.0 * closures_[k].factor->cost(smoother_.values()) < closures_.switch_at(k))
+      closures_.free(k);
   }
   for (std::size_t k = 0; k < closures_.size(); ++k) {
-    Closure& closure = edit(k);
+    SwitchedClosures::Closure& closure = closures_.edit(k);
     closure.failed = false;
     closure.predicted.resize(0, 0);  // covariances may have grown
   }
