@@ -1,221 +1,300 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// The continuous half-step of the smoother (eq. 8b, 9b).
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <vector>
+#include "libhybrid/smoother/continuous_half.h"
 
-#include "libhybrid/core/detail/prefetch.h"
-#include "libhybrid/core/paced_task.h"
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "libhybrid/smoother/detail/determination.h"
 #include "libhybrid/smoother/detail/map_of.h"
-#include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
 namespace {
 
-/// Gauss-Newton steps that a half-step may take beyond the first.
-constexpr int kMoreSteps = 3;
-/// Terms whose factors are loaded ahead: the time of some evaluations is that of a load.
-constexpr std::size_t kAhead = 4;
-/// Of a factor between two variables with their noise; of larger ones the beginning.
-constexpr std::size_t kFactorBytes = 256;
 /// Of a factor, where its noise is as stated: half for each of its rows, of which it has two or
 /// more.
 constexpr double kCostByNoise = 1.0;
-/// Multiplications in the time that it takes to evaluate or linearise a term, about.
-constexpr double kWorkOfTerm = 500.0;
 
 }  // namespace
 
-/// The step of the tree, and the costs of the factors that it changes.
-void IncrementalSmoother::solve(const Leeway& leeway) {
-  slot_stamp_.resize(std::max(slot_stamp_.size(), std::size_t(values().slot_count())));
-  const MapOf map(*this);
-  changed_ = tree_.solve(leeway.wildfire, bend_of(leeway), map.charts());
-  touch(changed_);
-  touch_untied();
+void ContinuousHalf::add_variable(Key key, const Values& initial) {
+  const VariableType type = initial.type(key);
+  estimate_.insert(key, type, initial.data(key));
+  const int slot = values().slot(key);
+  note_map_kind(type);
+  models_.tree().add_variable(slot, type.dim);
+  models_.terms().reserve_variable(slot);
+  if (is_pose(type)) order_.enter_pose(key);
+}
+
+/// With the first landmark the steps of poses are along other lines, so that all linear models are
+/// made again.
+void ContinuousHalf::note_map_kind(VariableType type) {
+  if (is_pose(type) && map_kind_.pose == VariableKind::kVector) map_kind_.pose = type.kind;
+  const bool is_point = type.kind == VariableKind::kVector && (type.dim == 2 || type.dim == 3);
+  if (!is_point || map_kind_.has_points) return;
+  map_kind_.has_points = true;
+  UpdateReport uncounted;
+  renew_all(uncounted);
+}
+
+void ContinuousHalf::remove_variable(Key key) {
+  models_.tree().remove_variable(values().slot(key));
+  estimate_.remove(key);
+}
+
+int ContinuousHalf::add_term(Term term) {
+  std::vector<const double*> x;
+  for (Key key : term.keys()) {
+    term.slots.push_back(values().slot(key));
+    x.push_back(values().data(term.slots.back()));
+  }
+  term.holds = term.hybrid != nullptr ? !moves_with_map(map_kind_.pose, *term.hybrid, x.data())
+                                      : !moves_with_map(map_kind_.pose, *term.continuous, x.data());
+  term.cost = evaluate(term, values());
+  const int t = models_.terms().add(std::move(term));
+  const Term& added = terms()[t];
+  costs_.enter(added);
+  if (added.hybrid == nullptr) {
+    models_.enter(t, values());
+  } else {
+    costs_.add_stale(t);
+  }
+  // What the tree has made of its variables does not know that they are held.
+  if (added.holds && added.tree_factor < 0) {
+    for (int slot : added.slots) models_.tree().eliminate_again(slot);
+  }
+  return t;
+}
+
+void ContinuousHalf::remove_term(int t) {
+  costs_.leave(terms()[t]);
+  models_.leave(t);
+  models_.terms().remove(t);
+}
+
+/// Hybrid terms enter with the components that the discrete half-step has chosen, so that a
+/// measurement rejected at once never touches the tree.
+void ContinuousHalf::enter_new(const std::vector<int>& terms) {
+  std::vector<int> slots;
+  for (int t : terms) {
+    const Term& term = this->terms()[t];
+    if (term.tree_factor < 0) models_.enter(t, values());
+    if (term.tree_factor >= 0) slots.insert(slots.end(), term.slots.begin(), term.slots.end());
+  }
+  order_.start(std::move(slots), estimate_);
+}
+
+void ContinuousHalf::choose(int t, const Component& component) {
+  costs_.leave(terms()[t]);
+  models_.choose(t, component, values());
+  costs_.enter(terms()[t]);
+}
+
+void ContinuousHalf::keep_last(const std::vector<Key>& keys) {
+  order_.keep_last(keys);
+  for (Key key : keys) {
+    if (values().contains(key) && !estimate_.is_removed(key)) {
+      models_.tree().eliminate_again(values().slot(key));
+    }
+  }
+}
+
+void ContinuousHalf::renew_off(UpdateReport& report) {
+  make_again(costs_.take_off(), report);
+}
+
+void ContinuousHalf::renew_all(UpdateReport& report) {
+  std::vector<int> all(terms().count());
+  std::iota(all.begin(), all.end(), 0);
+  make_again(all, report);
+}
+
+void ContinuousHalf::renew_moved(UpdateReport& report) {
+  touched_.start(changed_, terms());
+  costs_.take_off();
+  make_again(touched_.get(), report);
+}
+
+void ContinuousHalf::leave_off(const std::vector<int>& slots) {
+  touched_.start(slots, terms());
+  costs_.set_off(touched_.get());
+}
+
+bool ContinuousHalf::eliminate(const Given& given, UpdateReport& report) {
+  models_.linearize_eliminated(values());
+  const MapOf map(map_kind_, estimate_, terms(), moved_);
+  const auto determined = [&](const std::vector<int>& slots) {
+    return are_determined(slots, models_, estimate_, given.graph, given.assignment);
+  };
+  const EliminationReport done =
+      models_.tree().eliminate(order_.last(), determined, order_.behind(values()), map.charts());
+  report.eliminated += done.variables;
+  report.cliques += done.cliques;
+  if (done.singular < 0) return true;
+  report.status = UpdateReport::Status::kSingular;
+  report.under_constrained = values().key(done.singular);
+  report.message = "the factors do not determine " + to_string(report.under_constrained) +
+                   "; give it a prior or more measurements";
+  return false;
+}
+
+bool ContinuousHalf::eliminate_new(const Given& given, UpdateReport& report) {
+  if (eliminate(given, report)) return true;
+  if (models_.weak_are_coupled() || models_.is_whole()) return false;
+  report.status = UpdateReport::Status::kOk;
+  report.message.clear();
+  report.under_constrained = Key();
+  models_.couple_weak(values());
+  return eliminate(given, report);
+}
+
+void ContinuousHalf::solve(const Leeway& leeway, const Given& given) {
+  const MapOf map(map_kind_, estimate_, terms(), moved_);
+  changed_ = models_.tree().solve(leeway.wildfire, bend_of(leeway, given.graph), map.charts());
+  touched_.start(changed_, terms());
+  if (given.graph.hybrid().size() > 0) touch_untied();
   refresh_costs();
 }
 
 /// By how much parts of the map may stay bent.
-Bend IncrementalSmoother::bend_of(const Leeway& leeway) const {
-  const auto factors = static_cast<double>(graph_.continuous().size() + graph_.hybrid().size());
-  const double cost = term_cost_.value() - term_constant_.value();
+Bend ContinuousHalf::bend_of(const Leeway& leeway, const HybridGraph& graph) const {
+  const auto factors = static_cast<double>(graph.continuous().size() + graph.hybrid().size());
+  const double cost = costs_.value() - costs_.constant();
   const double mean = std::clamp(cost / std::max(factors, 1.0), 0.0, kCostByNoise);
   return {leeway.bend, leeway.bend_share * mean};
 }
 
 /// Adds to the touched terms the hybrid ones of which the tree does not know that they tie their
 /// variables, and of which one has moved: parts of the tree may have moved past each other.
-void IncrementalSmoother::touch_untied() {
-  if (graph_.hybrid().size() == 0) return;
-  const auto before = static_cast<std::ptrdiff_t>(touched_.size());
-  for (int slot : old_.slots) {
-    for (int t : terms_.of_variable(slot)) {
-      const Term& term = terms_[t];
-      if (!term.alive || term.hybrid == nullptr || term_stamp_[t] == stamp_) continue;
+void ContinuousHalf::touch_untied() {
+  const std::size_t before = touched_.size();
+  for (int slot : moved().slots) {
+    for (int t : terms().of_variable(slot)) {
+      const Term& term = terms()[t];
+      if (!term.alive || term.hybrid == nullptr) continue;
       const bool tied =
           term.tree_factor >= 0 && term.component.factor->keys().size() == term.slots.size();
-      if (tied) continue;
-      term_stamp_[t] = stamp_;
-      touched_.push_back(t);
+      if (!tied) touched_.add(t);
     }
   }
-  std::sort(touched_.begin() + before, touched_.end());
+  touched_.sort_from(before);
 }
 
-/// Lowers the objective over the continuous variables (eq. 9b): the Gauss-Newton step of the tree;
-/// where it does not lower the objective as its linear model promised, some more of them with all
-/// that moved linearised again; and where that does not help, damped steps. A step that raises the
-/// objective is not taken where its linear model promises less than linear models may be off by:
-/// what is left is rounding, which in a long chain no new linearisation mends. Where it raises the
-/// objective by less than that, part of it is enough.
-void IncrementalSmoother::continuous_step(UpdateReport& report) {
-  ++report.rounds;
-  const double before = term_cost_.value();
-  old_.slots.clear();
-  old_.numbers.clear();
-  ++old_stamp_;
-  const double negligible = std::min(leeway_.relinearize, leeway_.minor);
-  double from = before;  // the objective when the models were last made again
-  double promised = 0.0;
-  for (int tries = 0;; ++tries) {
-    solve(leeway_);
-    const double gained = before - term_cost_.value();
-    const double by_models = from - term_cost_.value() + model_error_;
-    if (tries == 0) promised = by_models;
-    if (gained >= 0.0 && !falls_short(gained, promised)) break;
-    const Place start = old_;
-    if (gained < 0.0 && by_models <= negligible) {
-      go_along(start, way_from(start), 0.0);
-      break;
-    }
-    if (gained >= -negligible && !falls_short(gained, promised)) {
-      go_part_of_the_way(start, before);
-      break;
-    }
-    if (tries == kMoreSteps) {
-      fall_back(before, promised, report);
-      break;
-    }
-    // All that moved, not just the worst factors.
-    touch(changed_);
-    off_.clear();
-    make_models_again(touched_, report);
-    from = term_cost_.value();
-    if (!eliminate(report)) {
-      report.status = UpdateReport::Status::kOk;
-      fall_back(before, promised, report);
-      break;
-    }
-  }
-  record(report);
-}
-
-/// Begins to load what the next few of the touched terms need: most of the time of a refresh is
-/// spent waiting for memory.
-void IncrementalSmoother::fetch_ahead(std::size_t k) const {
-  if (k + 2 * kAhead < touched_.size()) terms_.prefetch(touched_[k + 2 * kAhead]);
-  if (k + kAhead >= touched_.size()) return;
-  const Term& term = terms_[touched_[k + kAhead]];
-  prefetch(term.component.factor, kFactorBytes);
-  if (term.tree_factor >= 0) tree_.prefetch(term.tree_factor);
-}
-
-/// Lists the terms of some variables, each once, as `touched_`.
-void IncrementalSmoother::touch(const std::vector<int>& slots) {
-  touched_.clear();
-  ++stamp_;
-  for (int slot : slots) {
-    for (int t : terms_.of_variable(slot)) {
-      if (term_stamp_[t] == stamp_) continue;
-      term_stamp_[t] = stamp_;
-      touched_.push_back(t);
-    }
-  }
-}
-
-/// What the linear model of a term says of its cost at the estimate, less constants.
-double IncrementalSmoother::model_cost(const Term& term) const {
-  constexpr int kFew = 32;
-  std::array<double, kFew> few;
-  const ContinuousFactor& factor = *term.component.factor;
-  std::vector<double> many(factor.cols() > kFew ? factor.cols() : 0);
-  double* steps = many.empty() ? few.data() : many.data();
-  steps_from(map_kind_, tree_.chart_of(term.tree_factor), factor.types(),
-             TermPointers(term, values()).data(), steps);
-  return tree_.linear_cost(term.tree_factor, steps);
-}
-
-/// Brings the costs of the factors of some variables up to date.
-void IncrementalSmoother::refresh_costs(const std::vector<int>& slots) {
-  touch(slots);
+void ContinuousHalf::refresh_costs(const std::vector<int>& slots) {
+  touched_.start(slots, terms());
   refresh_costs();
 }
 
-/// Brings the costs of the touched terms up to date and lists, as `off_`, those whose linear model
-/// is off.
-void IncrementalSmoother::refresh_costs() {
-  note_work(kWorkOfTerm * double(touched_.size()));
-  errors_.clear();
-  model_error_ = 0.0;
-  double change = 0.0;
-  for (std::size_t k = 0; k < touched_.size(); ++k) {
-    fetch_ahead(k);
-    const int t = touched_[k];
-    if (!terms_[t].alive) continue;
-    Term& term = terms_.edit(t);
-    const double cost = evaluate(term, values());
-    if (std::isfinite(cost) && std::isfinite(term.cost)) {
-      change += cost - term.cost;
-    } else {
-      term_cost_.subtract(term.cost);
-      term_cost_.add(cost);
-    }
-    term.cost = cost;
-    if (term.hybrid != nullptr) stale_.push_back(t);
-    if (term.tree_factor < 0) continue;
-    const double error = cost - term.constant - term.model_offset - model_cost(term);
-    model_error_ += error - term.model_error;
-    term.model_error = std::isfinite(error) ? error : 0.0;
-    errors_.emplace_back(std::isfinite(error) ? std::abs(error) : INFINITY, t);
-  }
-  term_cost_.add(change);
+/// Brings the costs of the touched terms up to date.
+void ContinuousHalf::refresh_costs() {
+  costs_.refresh(touched_.get(), values(), map_kind_, models_);
   choose_off();
 }
 
-/// Lists, as `off_`, the factors whose linear model is off by more than is left undone.
-void IncrementalSmoother::choose_off() {
-  off_.clear();
-  open_ = 0.0;
-  for (const auto& [error, t] : errors_) {
-    if (error <= leeway_.relinearize || t >= terms_.count() || !terms_[t].alive) continue;
-    open_ += error;
-    off_.push_back(t);
+void ContinuousHalf::set(const Places& places) {
+  const double* x = places.numbers.data();
+  for (int slot : places.slots) {
+    const int size = values().type(slot).size;
+    std::copy_n(x, size, estimate_.edit(slot));
+    x += size;
   }
 }
 
-/// Lets the next elimination linearise some terms again.
-void IncrementalSmoother::make_models_again(const std::vector<int>& terms, UpdateReport& report) {
-  for (int t : terms) {
-    if (t >= terms_.count() || !terms_[t].alive) continue;
-    if (terms_[t].tree_factor >= 0) tree_.assemble_again(terms_[t].tree_factor);
-    for (int f : terms_[t].pulls) tree_.assemble_again(f);
-    ++report.relinearized;
-  }
+void ContinuousHalf::go_to(const Places& places, UpdateReport& report) {
+  set(places);
+  refresh_costs(places.slots);
+  costs_.forget_errors();
+  make_again(touched_.get(), report);
 }
 
-/// Linearises what is to be eliminated, at the estimate.
-void IncrementalSmoother::linearize_eliminated() {
-  int last = -1;  // the pulls of a term are neighbours
-  for (int f : tree_.factors_to_assemble()) {
-    const int t = f < static_cast<int>(term_of_factor_.size()) ? term_of_factor_[f] : -1;
-    if (t < 0 || t == last) continue;
-    linearize(terms_.edit(t), values(), tree_);
-    note_work(kWorkOfTerm);
-    last = t;
+void ContinuousHalf::go_along(const Places& start, const std::vector<double>& way, double share) {
+  const double* x = start.numbers.data();
+  const double* whole = way.data();
+  std::vector<double> step;
+  for (int slot : start.slots) {
+    const VariableType type = values().type(slot);
+    double* at = estimate_.edit(slot);
+    if (share > 0.0) {
+      step.assign(whole, whole + type.dim);
+      for (double& number : step) number *= share;
+      retract(type, x, step.data(), at);
+    } else {
+      std::copy_n(x, type.size, at);
+    }
+    whole += type.dim;
+    x += type.size;
   }
+  const MapOf map(map_kind_, estimate_, terms(), moved_);
+  for (int slot : start.slots) models_.tree().set_delta(slot, *map.charts());
+  refresh_costs(start.slots);
+}
+
+bool ContinuousHalf::jump(const Places& places, const Given& given, UpdateReport& report) {
+  set(places);
+  touched_.start(places.slots, terms());
+  make_again(touched_.get(), report);
+  if (!eliminate(given, report)) return false;
+  refresh_costs(places.slots);
+  return true;
+}
+
+std::vector<int> ContinuousHalf::slots_of(const std::vector<Key>& keys) const {
+  std::vector<int> slots;
+  for (Key key : keys) slots.push_back(values().slot(key));
+  return slots;
+}
+
+Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys) const {
+  const MapOf map(map_kind_, estimate_, terms());
+  return models_.tree().joint_covariance(slots_of(keys), map.charts());
+}
+
+Eigen::MatrixXd ContinuousHalf::joint_covariance(const std::vector<Key>& keys,
+                                                 const Eigen::MatrixXd& J) const {
+  const MapOf map(map_kind_, estimate_, terms());
+  return models_.tree().joint_covariance(slots_of(keys), J, map.charts());
+}
+
+void ContinuousHalf::visit_covariances(
+    const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
+  const MapOf map(map_kind_, estimate_, terms());
+  models_.tree().visit_covariances(
+      [&](int slot, const Eigen::MatrixXd& covariance) { visit(values().key(slot), covariance); },
+      map.charts());
+}
+
+std::size_t ContinuousHalf::bytes() const {
+  return models_.tree().bytes() + terms().bytes() + estimate_->bytes();
+}
+
+void ContinuousHalf::commit(int recent) noexcept {
+  models_.commit();
+  estimate_.commit();
+  order_.forget(recent);
+}
+
+ContinuousHalf::Mark ContinuousHalf::mark() {
+  return {models_.mark(), estimate_.mark(), small()};
+}
+
+void ContinuousHalf::roll_back() noexcept {
+  models_.roll_back();
+  estimate_.roll_back();
+  restore(std::move(committed_));
+}
+
+void ContinuousHalf::roll_back(Mark&& mark) noexcept {
+  models_.roll_back(mark.models);
+  estimate_.roll_back(mark.values);
+  restore(std::move(mark.small));
+}
+
+void ContinuousHalf::restore(Small&& before) noexcept {
+  costs_.roll_back(std::move(before.costs));
+  map_kind_ = before.map_kind;
+  order_ = std::move(before.order);
 }
 
 }  // namespace hybrid

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
-#include "libhybrid/core/detail/sort_unique.h"
 #include "libhybrid/core/elapsed.h"
-#include "libhybrid/smoother/detail/map_of.h"
+#include "libhybrid/marginals/continuous.h"
+#include "libhybrid/smoother/detail/step_control.h"
 
 namespace hybrid {
 namespace {
@@ -30,35 +29,26 @@ constexpr double kSettled = 1e-2;
 template <class Change>
 UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   const auto start = std::chrono::steady_clock::now();
-  const bool own = !in_transaction_;
+  const bool own = !in_transaction();
   UpdateReport report;
   report.objective_before = objective();
-  start_change();
+  state_.start_change();
   try {
     change(report);
   } catch (...) {
-    undo_failed();
+    state_.undo_failed();
     throw;
   }
   if (report.status != UpdateReport::Status::kOk) {
-    undo_failed();
+    state_.undo_failed();
     report.handles = {};
   } else {
-    list_changed(report);
-    if (own) make_permanent();
+    report.changed = state_.changed();
+    if (own) state_.commit(options_.recent);
   }
   report.objective_after = objective();
   report.seconds = seconds_since(start);
   return report;
-}
-
-void IncrementalSmoother::list_changed(UpdateReport& report) const {
-  const auto add = [&](Key key) {
-    if (!estimate_.is_removed(key)) report.changed.push_back(key);
-  };
-  for (int slot : estimate_.edited()) add(values().key(slot));
-  for (Key key : estimate_.inserted()) add(key);
-  discrete_.list_changed(report.changed);
 }
 
 // Algorithm (section IV-B): D given C for what was touched; then rounds of C given D and D given C.
@@ -66,23 +56,21 @@ UpdateReport IncrementalSmoother::update(const Delta& delta) {
   return update(delta, usual_leeway());
 }
 
-IncrementalSmoother::Leeway IncrementalSmoother::usual_leeway() const {
+Leeway IncrementalSmoother::usual_leeway() const {
   return {options_.relinearize, options_.wildfire, options_.bend, options_.bend_share, kMinorGain};
 }
 
 UpdateReport IncrementalSmoother::update(const Delta& delta, const Leeway& leeway) {
   return all_or_nothing([&](UpdateReport& report) {
-    leeway_ = leeway;
-    check(delta);
-    stage(delta, report);
+    continuous().set_leeway(leeway);
+    state_.check(delta);
+    report.handles = state_.stage(delta);
     record(report);
     report.objective_before = objective();
     discrete_step(report);
-    enter_new_terms(report.handles);
-    std::vector<int> off;
-    off.swap(off_);
-    make_models_again(off, report);
-    if (eliminate_new(report)) alternate(report);
+    state_.enter_tree(report.handles);
+    continuous().renew_off(report);
+    if (continuous().eliminate_new(state_.given(), report)) alternate(report);
   });
 }
 
@@ -92,20 +80,25 @@ void IncrementalSmoother::alternate(UpdateReport& report) {
   for (bool goes_on = true; goes_on;) {
     continuous_step(report);
     if (report.status != UpdateReport::Status::kOk) return;
-    goes_on = discrete_step(report) && take_flips(report);
+    goes_on = take_discrete_step(report);
     if (report.rounds >= options_.rounds) break;
-    if (!goes_on && open_ > leeway_.minor) goes_on = renew_models(report);
+    if (!goes_on && continuous().costs().open() > continuous().leeway().minor) {
+      goes_on = renew_models(report);
+    }
   }
-  report.open = open_;
+  report.open = continuous().costs().open();
+}
+
+void IncrementalSmoother::continuous_step(UpdateReport& report) {
+  StepControl(continuous(), state_.given(), report).run();
+  record(report);
 }
 
 /// Makes those linear models again that are off. Returns whether there were any.
 bool IncrementalSmoother::renew_models(UpdateReport& report) {
-  if (off_.empty()) return false;
-  std::vector<int> off;
-  off.swap(off_);
-  make_models_again(off, report);
-  if (eliminate(report)) return true;
+  if (!continuous().costs().any_off()) return false;
+  continuous().renew_off(report);
+  if (continuous().eliminate(state_.given(), report)) return true;
   report.status = UpdateReport::Status::kOk;
   return false;
 }
@@ -116,8 +109,8 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
        {&fine.relinearize, &fine.wildfire, &fine.bend, &fine.bend_share, &fine.minor}) {
     *of *= kSettled;
   }
-  leeway_ = fine;
-  choose_off();
+  continuous().set_leeway(fine);
+  continuous().choose_off();
   UpdateReport report;
   report.objective_before = report.objective_after = objective();
   for (int k = 0; k < max_updates; ++k) {
@@ -132,17 +125,16 @@ UpdateReport IncrementalSmoother::settle(int max_updates) {
 
 UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
   return all_or_nothing([&](UpdateReport& report) {
-    std::vector<int> all(terms_.count());
-    std::iota(all.begin(), all.end(), 0);
     while (report.rounds < max_rounds) {
       const double before = objective();
-      enter_pulls();
-      make_models_again(all, report);
-      if (!eliminate(report)) return;
-      leeway_ = {options_.relinearize, 0.0, 0.0, tolerance * std::max(1.0, std::abs(before))};
+      continuous().models().enter_pulls(values());
+      continuous().renew_all(report);
+      if (!continuous().eliminate(state_.given(), report)) return;
+      const double bend = tolerance * std::max(1.0, std::abs(before));
+      continuous().set_leeway({options_.relinearize, 0.0, 0.0, bend});
       continuous_step(report);
       if (report.status != UpdateReport::Status::kOk) return;
-      const bool flipped = discrete_step(report) && take_flips(report);
+      const bool flipped = take_discrete_step(report);
       const double decrease = before - objective();
       if (!flipped && decrease <= tolerance * std::max(1.0, std::abs(before))) return;
     }
@@ -150,167 +142,48 @@ UpdateReport IncrementalSmoother::converge(int max_rounds, double tolerance) {
 }
 
 double IncrementalSmoother::cost() const {
-  return hybrid::cost(graph_, values(), assignment());
-}
-
-void IncrementalSmoother::enter_tree(int t) {
-  Term& term = terms_.edit(t);
-  if (!belongs_in_tree(term.component)) {
-    weak_left_out_ = weak_left_out_ || term.component.factor != nullptr;
-    return;
-  }
-  term.tree_factor = tree_.add_factor(active_slots(term), point_size(*term.component.factor));
-  own_factor(term.tree_factor, t);
-  linearize(term, values(), tree_);
-}
-
-/// Notes whose factor of the tree it is.
-void IncrementalSmoother::own_factor(int factor, int t) {
-  if (factor >= static_cast<int>(term_of_factor_.size())) term_of_factor_.resize(factor + 1, -1);
-  term_of_factor_[factor] = t;
-}
-
-void IncrementalSmoother::leave_tree(int t) {
-  if (terms_[t].tree_factor >= 0) {
-    lost_.push_back({terms_[t].component.factor, active_slots(terms_[t])});
-  }
-  take_out_of_tree(t);
-}
-
-void IncrementalSmoother::take_out_of_tree(int t) {
-  Term& term = terms_.edit(t);
-  if (term.tree_factor >= 0) tree_.remove_factor(term.tree_factor);
-  for (int f : term.pulls) tree_.remove_factor(f);
-  term.tree_factor = -1;
-  term.pulls.clear();
-}
-
-/// Lets weak components pull at their variables, so that the estimate converges to the exact
-/// optimum.
-void IncrementalSmoother::enter_pulls() {
-  for (int t = 0; t < terms_.count(); ++t) {
-    if (!terms_[t].alive || terms_[t].component.factor == nullptr || terms_[t].tree_factor >= 0 ||
-        !terms_[t].pulls.empty())
-      continue;
-    Term& term = terms_.edit(t);
-    for (int slot : active_slots(term)) {
-      term.pulls.push_back(tree_.add_factor({slot}));
-      own_factor(term.pulls.back(), t);
-    }
-    linearize(term, values(), tree_);
-  }
-}
-
-/// Chooses another component of a hybrid term. A new linearisation always goes with it: a stale one
-/// would leave the mode right and the pose wrong.
-void IncrementalSmoother::set_component(int t, const Component& component) {
-  Term& term = terms_.edit(t);
-  const std::vector<int> before = term.tree_factor >= 0 ? active_slots(term) : std::vector<int>{};
-  const Component previous = term.component;
-  term_constant_.subtract(term.constant);
-  term.choose(component);
-  term_constant_.add(term.constant);
-  term_cost_.subtract(term.cost);
-  term.cost = evaluate(term, values());
-  term_cost_.add(term.cost);
-  const bool same_place =
-      term.tree_factor >= 0 && belongs_in_tree(component) && active_slots(term) == before;
-  if (same_place && component.index == previous.index) return;
-  if (term.tree_factor >= 0) lost_.push_back({previous.factor, before});
-  if (same_place) {
-    linearize(term, values(), tree_);
-    return;
-  }
-  take_out_of_tree(t);
-  enter_tree(t);
+  return hybrid::cost(graph(), values(), assignment());
 }
 
 /// Solves the touched discrete components (eq. 8a) and changes the components of hybrid factors
-/// that follow. Returns whether any variable flipped.
-bool IncrementalSmoother::discrete_step(UpdateReport& report) {
-  refresh_tables();
-  DiscreteHalf::Report done = discrete_.solve(options_.discrete);
+/// that follow. Returns what flipped.
+std::vector<DiscreteHalf::Flip> IncrementalSmoother::discrete_step(UpdateReport& report) {
+  state_.refresh_tables();
+  DiscreteHalf::Report done = state_.discrete().solve(options_.discrete);
   report.components += done.components;
   report.exact = report.exact && done.exact;
   report.flips += static_cast<int>(done.flips.size());
-  flips_ = std::move(done.flips);
-  for (const DiscreteHalf::Flip& flip : flips_) choose_components(flip.key);
-  if (!flips_.empty()) record(report);
-  for (const DiscreteHalf::Flip& flip : flips_) {
+  for (const DiscreteHalf::Flip& flip : done.flips) state_.choose_components(flip.key);
+  if (!done.flips.empty()) record(report);
+  for (const DiscreteHalf::Flip& flip : done.flips) {
     report.flipped.push_back({flip.key, flip.from, flip.to, report.objectives.size() - 1});
   }
-  return !flips_.empty();
+  return std::move(done.flips);
 }
 
-/// Gives the hybrid factors of a discrete variable the components that the assignment chooses.
-void IncrementalSmoother::choose_components(Key key) {
-  for (int f : discrete_.factors_of(key)) {
-    const int t = discrete_.owner(f);
-    if (t >= 0 && terms_[t].alive) set_component(t, terms_[t].hybrid->given(assignment()));
-  }
-}
-
-/// Brings the flips of the last discrete half-step into the tree, or takes them back where the
-/// system would be singular with them.
-bool IncrementalSmoother::take_flips(UpdateReport& report) {
-  if (eliminate(report)) return true;
-  for (const DiscreteHalf::Flip& flip : flips_) discrete_.move(flip.key, flip.from);
-  for (const DiscreteHalf::Flip& flip : flips_) choose_components(flip.key);
+/// Takes a discrete half-step and brings what flipped into the tree, or takes it back where the
+/// system would be singular with it. Returns whether anything flipped for good.
+bool IncrementalSmoother::take_discrete_step(UpdateReport& report) {
+  const std::vector<DiscreteHalf::Flip> flips = discrete_step(report);
+  if (flips.empty()) return false;
+  if (continuous().eliminate(state_.given(), report)) return true;
+  for (const DiscreteHalf::Flip& flip : flips) state_.discrete().move(flip.key, flip.from);
+  for (const DiscreteHalf::Flip& flip : flips) state_.choose_components(flip.key);
   const std::string reason = report.message;
   report.status = UpdateReport::Status::kOk;
-  if (!eliminate(report)) return false;
+  if (!continuous().eliminate(state_.given(), report)) return false;
   report.message =
       reason + " in the mode that its discrete variables prefer; they were left as they were";
   report.objectives.pop_back();
-  report.flips -= static_cast<int>(flips_.size());
-  report.flipped.resize(report.flipped.size() - flips_.size());
-  return false;
-}
-
-/// Tables of hybrid factors whose variables have moved.
-void IncrementalSmoother::refresh_tables() {
-  sort_unique(stale_);
-  std::vector<const double*> x;
-  for (int t : stale_) {
-    if (t >= terms_.count()) continue;
-    const Term& term = terms_[t];
-    if (!term.alive || term.hybrid == nullptr) continue;
-    x.clear();
-    for (int slot : term.slots) x.push_back(values().data(slot));
-    discrete_.set_tables(table_of_term_[t], term.hybrid->given(x.data()));
-  }
-  stale_.clear();
-}
-
-bool IncrementalSmoother::eliminate(UpdateReport& report) {
-  behind_.clear();
-  for (Key key : kept_last_) {
-    if (values().contains(key)) behind_.push_back(values().slot(key));
-  }
-  linearize_eliminated();
-  const MapOf map(*this);
-  const EliminationReport done = tree_.eliminate(
-      last_, [this](const std::vector<int>& slots) { return is_determined(slots); }, behind_,
-      map.charts());
-  report.eliminated += done.variables;
-  report.cliques += done.cliques;
-  if (done.singular < 0) return true;
-  report.status = UpdateReport::Status::kSingular;
-  report.under_constrained = values().key(done.singular);
-  report.message = "the factors do not determine " + to_string(report.under_constrained) +
-                   "; give it a prior or more measurements";
+  report.flips -= static_cast<int>(flips.size());
+  report.flipped.resize(report.flipped.size() - flips.size());
   return false;
 }
 
 UpdateReport IncrementalSmoother::keep_last(const std::vector<Key>& keys) {
   return all_or_nothing([&](UpdateReport& report) {
-    kept_last_ = keys;
-    for (Key key : keys) {
-      if (values().contains(key) && !estimate_.is_removed(key)) {
-        tree_.eliminate_again(values().slot(key));
-      }
-    }
-    eliminate(report);
+    continuous().keep_last(keys);
+    continuous().eliminate(state_.given(), report);
   });
 }
 
@@ -337,28 +210,63 @@ UpdateReport IncrementalSmoother::restore(const Snapshot& snapshot) {
   if (!same || count != snapshot.keys.size() || size != snapshot.numbers.size()) {
     throw Error("a snapshot of other variables cannot be restored");
   }
-  return all_or_nothing([&](UpdateReport& report) {
-    std::vector<int> slots;
-    const double* x = snapshot.numbers.data();
-    for (int slot = 0; slot < values().slot_count(); ++slot) {
-      if (!values().occupied(slot)) continue;
-      const int n = values().type(slot).size;
-      if (!std::equal(x, x + n, values().data(slot))) {
-        std::copy(x, x + n, estimate_.edit(slot));
-        slots.push_back(slot);
-      }
-      x += n;
-    }
-    touch(slots);
-    make_models_again(touched_, report);
-    if (eliminate(report)) refresh_costs(slots);
-  });
+  Places moved;
+  const double* x = snapshot.numbers.data();
+  for (int slot = 0; slot < values().slot_count(); ++slot) {
+    if (!values().occupied(slot)) continue;
+    const int n = values().type(slot).size;
+    if (!std::equal(x, x + n, values().data(slot))) moved.append(slot, x, n);
+    x += n;
+  }
+  return all_or_nothing(
+      [&](UpdateReport& report) { continuous().jump(moved, state_.given(), report); });
 }
 
 std::vector<Key> IncrementalSmoother::elimination_order() const {
   std::vector<Key> order;
-  for (int slot : tree_.order()) order.push_back(values().key(slot));
+  for (int slot : tree().order()) order.push_back(values().key(slot));
   return order;
+}
+
+Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys) const {
+  if (continuous().models().is_whole()) return continuous().joint_covariance(keys);
+  return ContinuousMarginals(graph(), estimate()).joint_covariance(keys);
+}
+
+Eigen::MatrixXd IncrementalSmoother::joint_covariance(const std::vector<Key>& keys,
+                                                      const Eigen::MatrixXd& J) const {
+  if (continuous().models().is_whole()) return continuous().joint_covariance(keys, J);
+  return J * joint_covariance(keys) * J.transpose();
+}
+
+void IncrementalSmoother::visit_covariances(
+    const std::function<void(Key, const Eigen::MatrixXd&)>& visit) const {
+  if (continuous().models().is_whole()) return continuous().visit_covariances(visit);
+  const Covariances all = ContinuousMarginals(graph(), estimate()).all();
+  for (Key key : values().keys()) {
+    if (all.contains(key)) visit(key, all.at(key));
+  }
+}
+
+void IncrementalSmoother::commit() {
+  if (!in_transaction()) throw Error("the smoother is in no transaction; was an update refused?");
+  state_.commit(options_.recent);
+}
+
+std::vector<Handle> IncrementalSmoother::factors_of(Key key) const {
+  const Terms& terms = continuous().terms();
+  std::vector<Handle> handles;
+  for (int t : terms.of_variable(values().slot(key))) {
+    if (terms[t].alive) handles.push_back(terms[t].handle);
+  }
+  return handles;
+}
+
+IncrementalSmoother::Memory IncrementalSmoother::memory() const {
+  Memory memory;
+  memory.bytes = continuous().bytes() + state_.discrete().bytes();
+  if (!values().empty()) memory.bytes_per_variable = double(memory.bytes) / double(values().size());
+  return memory;
 }
 
 }  // namespace hybrid

@@ -12,6 +12,9 @@
 
 namespace HYBRID_API hybrid {
 
+/// Multiplications in the time that it takes to evaluate or linearise a term, about.
+inline constexpr double kWorkOfTerm = 500.0;
+
 /// What a component adds to the objective beside its cost.
 inline double constant_of(const Component& component) {
   return component.constant + (component.factor ? component.factor->log_normalizer() : 0.0);
@@ -27,6 +30,7 @@ struct Term {
   Component component;     ///< of a continuous factor: itself
   double constant = 0.0;   ///< constant_of(component)
   int tree_factor = -1;    ///< number in the Bayes tree; -1 while left out of it, as weak ones are
+  int table = -1;          ///< of a hybrid factor: its number in the discrete half
   /// Of a weak component: for each of its variables a factor with its gradient, so that it pulls
   /// without tying variables together. Entered only when the smoother converges.
   std::vector<int> pulls;

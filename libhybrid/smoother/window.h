@@ -2,48 +2,18 @@
 // Copyright (c) 2026, the hybrid mapping authors
 #pragma once
 
-#include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "libhybrid/smoother/incremental.h"
-#include "libhybrid/smoother/marginalization.h"
-#include "libhybrid/smoother/past_states.h"
 #include "libhybrid/smoother/proposal.h"
+#include "libhybrid/smoother/state_chain.h"
+#include "libhybrid/smoother/window_past.h"
+#include "libhybrid/smoother/window_tables.h"
 
 namespace HYBRID_API hybrid {
-
-/// What of the past stays in the graph.
-struct WindowOptions {
-  enum class Mode {
-    kFull,      ///< everything: full smoothing
-    kFixedLag,  ///< variables that a factor touched within the last `lag` updates
-    kFilter,    ///< the newest states and all else, i.e. landmarks
-    kBounded    ///< what the place takes, however long the robot stays: see `sightings`
-  };
-  Mode mode = Mode::kFull;
-  int lag = 50;  ///< in updates; 0 or less is no limit
-  /// A bounded window is full smoothing until more states than this have entered.
-  int complete = 3000;
-  /// From then on a state leaves once this many newer ones hold each variable that it shares a
-  /// factor with, i.e. have seen each landmark that it saw, and as many are newer at all. All other
-  /// variables stay.
-  int sightings = 50;
-  /// What leaves ties no more than so many of them together by one prior, as far as a break of the
-  /// chain of states costs little; two priors on nearly the same ones become one of at most twice
-  /// as many.
-  int tied = 40;
-  /// Letters of variables that never leave, e.g. of calibrations, which all measurements share.
-  std::string lasting = {};
-  /// Letters of the states, which a bounded window lets go and of which a filter keeps those of the
-  /// newest update that brings some, e.g. "x" for vectors in a Kalman filter; empty: all poses
-  /// (SE2, SE3).
-  std::string states = {};
-};
 
 /// What an update of a window did besides the update proper. `objectives` are those of the update
 /// proper, `objective_after` is that of the window after what was to leave has left.
@@ -85,7 +55,7 @@ struct WindowReport : UpdateReport {
 class WindowSmoother {
  public:
   explicit WindowSmoother(const WindowOptions& window = {}, const SmootherOptions& options = {})
-      : window_(window), smoother_(options) {}
+      : window_(window), smoother_(options), chain_(window) {}
 
   WindowReport update(const Delta& delta);
   /// A change on trial, see propose(IncrementalSmoother&, ...). Nothing leaves before the next
@@ -110,101 +80,49 @@ class WindowSmoother {
 
   const IncrementalSmoother& smoother() const { return smoother_; }
   /// Last estimates of the variables that have left, and last values of discrete ones.
-  const Estimate& past() const { return past_; }
+  const Estimate& past() const { return past_.estimate(); }
   /// States that have left a bounded window, moved along with what they were tied to. Costs what
   /// copying them does.
-  Values past_states() const;
+  Values past_states() const { return past_.states(smoother_.values()); }
   /// Those of them that have moved since this was asked last, when some of `changed` did.
   Values moved_past_states(const std::vector<Key>& changed) {
-    return past_states_.follow(smoother_.values(), changed, past_covariances_);
+    return past_.moved_states(smoother_.values(), changed);
   }
   /// All that was known of a discrete variable when it left, zero at its last value; null where
   /// nothing is kept.
-  const Table* past_table(Key key) const;
+  const Table* past_table(Key key) const { return past_.table(key); }
   /// Covariance of a state when it left a bounded window; null for any other variable.
-  const Eigen::MatrixXd* past_covariance(Key key) const;
+  const Eigen::MatrixXd* past_covariance(Key key) const { return past_.covariance(key); }
   /// WindowReport::divergence of all updates so far [nat].
   double divergence() const { return divergence_; }
   /// Breaks of the chain of states so far.
   int breaks() const { return breaks_; }
 
  private:
-  /// Variables that leave together, and what goes with them.
-  struct Departure {
-    std::vector<Key> keys;
-    std::vector<Handle> breaks = {};    // factors that are left out
-    double loss = 0.0;                  // divergence of that
-    std::optional<Key> anchor = {};     // the state before the break, which stays
-    std::vector<Handle> absorbed = {};  // factors that become one with what they leave behind
-  };
-  struct Fixed {  // discrete variables that leave at their values
-    Assignment values;
-    std::map<Key, Table> posterior;  // -log p of each, zero at its value
-    double divergence = 0.0;
-  };
-  struct Change {
-    Marginalization made;
-    std::vector<Key> discrete;  // variables of the factors that go
-    Fixed fixed;
-    std::vector<std::pair<Key, Table>> settled;  // discrete variables that leave
-  };
+  struct Change;
 
-  Delta with_returning(const Delta& delta) const;
   void take_in(const Delta& delta, const Delta& change, UpdateReport& report);
   void touch(const Delta& delta, const AddedHandles& handles);
   std::vector<Key> outdated(const Delta& delta) const;
-  bool is_state(Key key, VariableType type) const;
   bool leave(const Departure& going, WindowReport& report);
   bool try_to_leave(const Departure& going, WindowReport& report);
   Change change_of(const Departure& going);
   std::vector<Handle> factors_of(const Departure& going) const;
-  void settle_constant(std::vector<std::pair<Key, Table>>& settled, Delta& delta);
-  static void add_constant(double constant, Delta& delta);
-  void take_tables(const std::vector<Handle>& tables);
-  bool is_tied(Key key, const std::vector<Handle>& going) const;
-  std::optional<Table> settle(Key key, Delta& delta);
+  void note_departure(const Departure& gone, double fixed, WindowReport& report);
 
   bool is_full() const { return window_.mode == WindowOptions::Mode::kFull; }
-
-  // bounded_window.cpp
   bool is_bounded() const { return window_.mode == WindowOptions::Mode::kBounded; }
-  void enter_state(Key key);
-  void forget_states(const std::vector<Key>& keys);
-  std::vector<Departure> surplus();
-  std::vector<Departure> split(const std::vector<Key>& run) const;
-  bool break_behind(Departure& going) const;
-  void absorb(Key anchor, WindowReport& report);
-  std::set<Key> tied_to(Key state) const;
-  std::vector<Handle> priors_of(Key state) const;
-  bool is_needed(Key state, std::unordered_map<Key, int>& newer) const;
-  std::vector<Key> chosen_by(const std::vector<Handle>& factors,
-                             const std::vector<Key>& discrete) const;
-  Fixed fix(const std::vector<Key>& discrete) const;
-  void hold(const Fixed& fixed, const std::vector<Handle>& breaks, Delta& delta) const;
-  static std::vector<Key> tied_by(const Delta& delta);
-  void note_departure(const Departure& going, const Fixed& fixed, const Eigen::MatrixXd& joint,
-                      WindowReport& report);
 
   WindowOptions window_;
   IncrementalSmoother smoother_;
-  Estimate past_;
-  std::unordered_map<Key, Table> past_tables_;
-  std::unordered_map<Key, int> last_touch_;               // by variable in the graph: the update
-  std::unordered_map<Key, std::vector<Handle>> holders_;  // factors by discrete variable
-  std::unordered_map<Key, Handle> table_;  // single-variable tables that marginalisation left
-  std::optional<Handle> constant_;         // and the table over no variable
-  std::set<Key> held_;                     // see hold
+  WindowPast past_;
+  WindowTables tables_;
+  StateChain chain_;                         // of a bounded window
+  std::unordered_map<Key, int> last_touch_;  // by variable in the graph: the update
+  std::set<Key> held_;                       // see hold
   int updates_ = 0;
-
-  // Of a bounded window.
-  std::vector<Key> states_;  // in the graph, in the order in which they entered
-  int entered_ = 0;          // states so far
-  int look_again_ = 0;       // so many have entered when it is next looked for surplus ones
-  PastStates past_states_;
-  std::unordered_map<Key, Eigen::MatrixXd> past_covariances_;
   double divergence_ = 0.0;
   int breaks_ = 0;
-  std::set<Key> anchors_;  // states behind which the chain is broken, one for a prior
 };
 
 }  // namespace hybrid

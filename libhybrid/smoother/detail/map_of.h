@@ -7,43 +7,38 @@
 #include <vector>
 
 #include "libhybrid/smoother/detail/pose_charts.h"
-#include "libhybrid/smoother/incremental.h"
+#include "libhybrid/smoother/places.h"
+#include "libhybrid/smoother/terms.h"
 
 namespace hybrid {
 
 /// The map of a smoother as the charts of its tree see it. Where variables were is noted before
 /// they move.
-class IncrementalSmoother::MapOf : public MapVariables {
+class MapOf : public MapVariables {
  public:
-  explicit MapOf(const IncrementalSmoother& smoother)
-      : smoother_(smoother),
-        charts_(make_charts(smoother.map_kind_, smoother.values(), nullptr, *this)) {}
-  explicit MapOf(IncrementalSmoother& smoother)
-      : smoother_(smoother),
-        change_(&smoother),
-        charts_(make_charts(smoother.map_kind_, smoother.values(), &smoother.estimate_, *this)) {}
+  MapOf(MapKind kind, const JournaledValues& estimate, const Terms& terms)
+      : values_(estimate.get()),
+        terms_(terms),
+        charts_(make_charts(kind, values_, nullptr, *this)) {}
+  MapOf(MapKind kind, JournaledValues& estimate, const Terms& terms, MovedVariables& moved)
+      : values_(estimate.get()),
+        terms_(terms),
+        moved_(&moved),
+        charts_(make_charts(kind, values_, &estimate, *this)) {}
 
   Charts* charts() const { return charts_.get(); }
 
   bool is_held(int slot) const override {
-    const std::vector<int>& own = smoother_.terms_.of_variable(slot);
-    return std::any_of(own.begin(), own.end(), [this](int t) {
-      return smoother_.terms_[t].alive && smoother_.terms_[t].holds;
-    });
+    const std::vector<int>& own = terms_.of_variable(slot);
+    return std::any_of(own.begin(), own.end(),
+                       [this](int t) { return terms_[t].alive && terms_[t].holds; });
   }
-
-  void before_change(int slot) const override {
-    if (change_->slot_stamp_[slot] == change_->old_stamp_) return;
-    change_->slot_stamp_[slot] = change_->old_stamp_;
-    const double* x = smoother_.values().data(slot);
-    Place& old = change_->old_;
-    old.slots.push_back(slot);
-    old.numbers.insert(old.numbers.end(), x, x + smoother_.values().type(slot).size);
-  }
+  void before_change(int slot) const override { moved_->note(slot, values_); }
 
  private:
-  const IncrementalSmoother& smoother_;
-  IncrementalSmoother* change_ = nullptr;
+  const Values& values_;
+  const Terms& terms_;
+  MovedVariables* moved_ = nullptr;
   std::unique_ptr<Charts> charts_;
 };
 

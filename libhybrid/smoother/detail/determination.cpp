@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
-// Whether variables whose pivots are lost in rounding are determined all the same.
+#include "libhybrid/smoother/detail/determination.h"
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 #include <vector>
 
 #include "libhybrid/core/detail/sort_unique.h"
-#include "libhybrid/smoother/incremental.h"
 #include "libhybrid/solvers/null_space.h"
 
 namespace hybrid {
@@ -96,22 +96,20 @@ Eigen::MatrixXd without(const Eigen::MatrixXd& out, const Eigen::MatrixXd& rows)
   return turned.bottomRows(rows.rows() - qr.rank());
 }
 
-}  // namespace
-
 /// The whitened Jacobian of the tree's factors by the variables that are new, each scaled to unit
 /// norm; a rank below the number of columns leaves them undetermined.
-bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& keys) const {
-  std::vector<int> slots, terms;
-  for (Key key : keys) {
-    slots.push_back(values().slot(key));
-    const std::vector<int>& own = terms_.of_variable(slots.back());
-    terms.insert(terms.end(), own.begin(), own.end());
+bool new_variables_are_determined(const Terms& terms, const JournaledValues& estimate) {
+  std::vector<int> slots, near;
+  for (Key key : estimate.inserted()) {
+    slots.push_back(estimate->slot(key));
+    const std::vector<int>& own = terms.of_variable(slots.back());
+    near.insert(near.end(), own.begin(), own.end());
   }
-  sort_unique(terms);
-  LocalJacobian local(values(), slots);
-  for (int t : terms) {
-    if (terms_[t].tree_factor < 0) continue;
-    local.append(*terms_[t].component.factor, active_slots(terms_[t]));
+  sort_unique(near);
+  LocalJacobian local(estimate.get(), slots);
+  for (int t : near) {
+    if (terms[t].tree_factor < 0) continue;
+    local.append(*terms[t].component.factor, active_slots(terms[t]));
   }
   if (local.columns() == 0) return true;
   Eigen::MatrixXd all = local.matrix();
@@ -128,18 +126,21 @@ bool IncrementalSmoother::new_variables_are_determined(const std::vector<Key>& k
 /// with about so many dimensions at most, say all that those said: their rows are combinations of
 /// the rows that remain. Then what was determined still is. The answer does not depend on how far
 /// away the rest of the graph is.
-bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
-  std::vector<int> slots, removed, terms;
+bool others_say_what_was_lost(const LinearModels& models, const JournaledValues& estimate,
+                              int most_dims) {
+  const Terms& terms = models.terms();
+  const Values& values = estimate.get();
+  std::vector<int> slots, removed, near;
   std::unordered_set<int> has_slot, has_term;
   int dims = 0;
   const auto take = [&](int slot) {
     if (!has_slot.insert(slot).second) return;
     slots.push_back(slot);
-    dims += values().type(slot).dim;
+    dims += values.type(slot).dim;
   };
-  for (const Lost& lost : lost_) {
+  for (const LinearModels::Lost& lost : models.lost()) {
     for (int slot : lost.slots) {
-      if (estimate_.is_removed(values().key(slot))) {
+      if (estimate.is_removed(values.key(slot))) {
         removed.push_back(slot);
       } else {
         take(slot);
@@ -148,22 +149,22 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
   }
   if (dims > most_dims) return false;
   for (std::size_t next = 0; next < slots.size(); ++next) {
-    for (int t : terms_.of_variable(slots[next])) {
-      if (terms_[t].tree_factor < 0 || !has_term.insert(t).second) continue;
-      const std::vector<int> active = active_slots(terms_[t]);
+    for (int t : terms.of_variable(slots[next])) {
+      if (terms[t].tree_factor < 0 || !has_term.insert(t).second) continue;
+      const std::vector<int> active = active_slots(terms[t]);
       if (dims < most_dims) std::for_each(active.begin(), active.end(), take);
       if (std::all_of(active.begin(), active.end(),
                       [&](int slot) { return has_slot.count(slot) != 0; })) {
-        terms.push_back(t);
+        near.push_back(t);
       } else {
         has_term.erase(t);
       }
     }
   }
-  LocalJacobian remaining(values(), slots), gone(values(), slots);
-  LocalJacobian by_removed(values(), removed);
-  for (int t : terms) remaining.append(*terms_[t].component.factor, active_slots(terms_[t]));
-  for (const Lost& lost : lost_) {
+  LocalJacobian remaining(values, slots), gone(values, slots);
+  LocalJacobian by_removed(values, removed);
+  for (int t : near) remaining.append(*terms[t].component.factor, active_slots(terms[t]));
+  for (const LinearModels::Lost& lost : models.lost()) {
     gone.append(*lost.factor, lost.slots);
     by_removed.append(*lost.factor, lost.slots);
   }
@@ -183,34 +184,36 @@ bool IncrementalSmoother::others_say_what_was_lost(int most_dims) const {
   return true;
 }
 
-bool IncrementalSmoother::others_say_what_was_lost() const {
-  if (lost_.empty()) return true;
-  for (const Lost& lost : lost_) {
+bool others_say_what_was_lost(const LinearModels& models, const JournaledValues& estimate) {
+  for (const LinearModels::Lost& lost : models.lost()) {
     if (lost.factor == nullptr) return false;
     for (int slot : lost.slots) {
-      if (!values().occupied(slot)) return false;
+      if (!estimate->occupied(slot)) return false;
     }
   }
-  return others_say_what_was_lost(kNear) || others_say_what_was_lost(kSmall);
+  return models.lost().empty() || others_say_what_was_lost(models, estimate, kNear) ||
+         others_say_what_was_lost(models, estimate, kSmall);
 }
 
-/// Every state of the smoother is determined. So where nothing was lost since the last commit, or
-/// nothing that others do not say, all is determined if the new variables are, given the others.
-/// Else the whole graph is looked at, which costs what a batch factorisation does.
-bool IncrementalSmoother::is_determined(const std::vector<int>& slots) const {
+}  // namespace
+
+bool are_determined(const std::vector<int>& slots, const LinearModels& models,
+                    const JournaledValues& estimate, const HybridGraph& graph,
+                    const Assignment& assignment) {
+  const Terms& terms = models.terms();
   for (int slot : slots) {
-    const std::vector<int>& own = terms_.of_variable(slot);
-    if (std::none_of(own.begin(), own.end(), [&](int t) { return terms_[t].tree_factor >= 0; }))
+    const std::vector<int>& own = terms.of_variable(slot);
+    if (std::none_of(own.begin(), own.end(), [&](int t) { return terms[t].tree_factor >= 0; }))
       return false;
   }
   int dims = 0;
-  for (Key key : estimate_.inserted()) dims += values().type(key).dim;
-  if (dims <= kSmall && others_say_what_was_lost()) {
-    return new_variables_are_determined(estimate_.inserted());
+  for (Key key : estimate.inserted()) dims += estimate->type(key).dim;
+  if (dims <= kSmall && others_say_what_was_lost(models, estimate)) {
+    return new_variables_are_determined(terms, estimate);
   }
-  return free_variables(graph_, {values(), assignment()},
-                        couple_weak_ ? WeakComponents::kCoupled : WeakComponents::kUncoupled)
-      .empty();
+  const auto weak =
+      models.weak_are_coupled() ? WeakComponents::kCoupled : WeakComponents::kUncoupled;
+  return free_variables(graph, {estimate.get(), assignment}, weak).empty();
 }
 
 }  // namespace hybrid

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 // What an update must satisfy before anything is changed.
+#include "libhybrid/smoother/detail/check.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
-
-#include "libhybrid/smoother/incremental.h"
 
 namespace hybrid {
 namespace {
@@ -62,31 +62,12 @@ void check_hybrid(const HybridFactor& factor, const Lookup& lookup) {
   }
 }
 
-}  // namespace
-
-/// Throws Error for anything that would leave the graph inconsistent.
-void IncrementalSmoother::check(const Delta& delta) const {
-  for (Key key : delta.values.keys()) {
-    if (values().contains(key)) throw Error("variable " + to_string(key) + " exists already");
-  }
-  const Lookup lookup(estimate_, delta);
-  for (const ContinuousFactorPtr& factor : delta.continuous) check_continuous(factor, lookup);
-  std::unordered_map<Key, int> cardinality;
-  for (const Table& table : delta.discrete) check_discrete(table.keys(), delta, cardinality);
-  for (const HybridFactorPtr& factor : delta.hybrid) {
-    if (factor == nullptr) throw Error("a null factor was added");
-    check_discrete(factor->discrete_keys(), delta, cardinality);
-    check_hybrid(*factor, lookup);
-  }
-  check_removals(delta);
-}
-
 /// Cardinalities agree with what is known, or with other new factors; initial values are in range.
-void IncrementalSmoother::check_discrete(const std::vector<DiscreteKey>& keys, const Delta& delta,
-                                         std::unordered_map<Key, int>& cardinality) const {
+void check_discrete(const std::vector<DiscreteKey>& keys, const Delta& delta,
+                    const DiscreteHalf& discrete, std::unordered_map<Key, int>& cardinality) {
   for (const DiscreteKey& key : keys) {
-    const bool exists = discrete_.contains(key.key);
-    const int known = exists ? discrete_.cardinality(key.key)
+    const bool exists = discrete.contains(key.key);
+    const int known = exists ? discrete.cardinality(key.key)
                              : cardinality.emplace(key.key, key.cardinality).first->second;
     if (known != key.cardinality) {
       throw Error("discrete variable " + to_string(key.key) + " has " + std::to_string(known) +
@@ -102,31 +83,52 @@ void IncrementalSmoother::check_discrete(const std::vector<DiscreteKey>& keys, c
 }
 
 /// What goes is there, goes once, and no factor is left without a variable.
-void IncrementalSmoother::check_removals(const Delta& delta) const {
-  std::unordered_set<int> doomed;
-  std::vector<Handle> handles;
+void check_removals(const Delta& delta, const HybridGraph& graph, const JournaledValues& values,
+                    const Terms& terms) {
+  std::vector<Handle> doomed;
+  const auto is_doomed = [&](Handle handle) {
+    return std::find(doomed.begin(), doomed.end(), handle) != doomed.end();
+  };
   for (Handle handle : delta.remove) {
-    if (!graph_.contains(handle)) {
+    if (!graph.contains(handle)) {
       throw Error("a factor to be removed is not, or no longer, in the graph");
     }
-    if (std::find(handles.begin(), handles.end(), handle) != handles.end()) {
-      throw Error("a factor is to be removed twice");
-    }
-    handles.push_back(handle);
-    if (handle.kind != FactorKind::kDiscrete) doomed.insert(term_of(handle));
+    if (is_doomed(handle)) throw Error("a factor is to be removed twice");
+    doomed.push_back(handle);
   }
   std::unordered_set<Key> gone;
   for (Key key : delta.remove_values) {
     if (!gone.insert(key).second) {
       throw Error("variable " + to_string(key) + " is to be removed twice");
     }
-    if (estimate_.is_removed(key)) throw Error("variable " + to_string(key) + " has been removed");
-    const std::vector<int>& terms = terms_.of_variable(values().slot(key));
-    const auto stays = [&](int t) { return terms_[t].alive && doomed.count(t) == 0; };
-    if (std::any_of(terms.begin(), terms.end(), stays)) {
+    if (values.is_removed(key)) throw Error("variable " + to_string(key) + " has been removed");
+    const std::vector<int>& own = terms.of_variable(values->slot(key));
+    const auto stays = [&](int t) { return terms[t].alive && !is_doomed(terms[t].handle); };
+    if (std::any_of(own.begin(), own.end(), stays)) {
       throw Error("variable " + to_string(key) + " cannot be removed: a factor still holds it");
     }
   }
+}
+
+}  // namespace
+
+void check(const Delta& delta, const HybridGraph& graph, const JournaledValues& values,
+           const Terms& terms, const DiscreteHalf& discrete) {
+  for (Key key : delta.values.keys()) {
+    if (values->contains(key)) throw Error("variable " + to_string(key) + " exists already");
+  }
+  const Lookup lookup(values, delta);
+  for (const ContinuousFactorPtr& factor : delta.continuous) check_continuous(factor, lookup);
+  std::unordered_map<Key, int> cardinality;
+  for (const Table& table : delta.discrete) {
+    check_discrete(table.keys(), delta, discrete, cardinality);
+  }
+  for (const HybridFactorPtr& factor : delta.hybrid) {
+    if (factor == nullptr) throw Error("a null factor was added");
+    check_discrete(factor->discrete_keys(), delta, discrete, cardinality);
+    check_hybrid(*factor, lookup);
+  }
+  check_removals(delta, graph, values, terms);
 }
 
 }  // namespace hybrid

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, the hybrid mapping authors
+#pragma once
+
+#include <vector>
+
+#include "libhybrid/smoother/continuous_half.h"
+#include "libhybrid/smoother/discrete_half.h"
+#include "libhybrid/smoother/journaled_graph.h"
+
+namespace HYBRID_API hybrid {
+
+/// What the smoother knows: a graph, and its factors in both halves. They change together, and
+/// changes are kept or taken back together. Of transactions and marks see IncrementalSmoother.
+class SmootherState {
+ public:
+  const HybridGraph& graph() const { return graph_.get(); }
+  const ContinuousHalf& continuous() const { return continuous_; }
+  ContinuousHalf& continuous() { return continuous_; }
+  const DiscreteHalf& discrete() const { return discrete_; }
+  DiscreteHalf& discrete() { return discrete_; }
+  Given given() const { return {graph(), discrete_.assignment()}; }
+
+  /// Throws Error for anything in a change that would leave the graph inconsistent.
+  void check(const Delta& delta) const;
+  /// Applies a change; new hybrid factors do not enter the tree yet.
+  AddedHandles stage(const Delta& delta);
+  /// Brings new factors into the tree, with the components that the assignment chooses.
+  void enter_tree(const AddedHandles& handles);
+  /// Gives a discrete variable a value, and the hybrid factors about it their components.
+  void choose_components(Key key);
+  /// Brings the tables of hybrid factors up to date whose variables have moved.
+  void refresh_tables();
+  /// Variables of either kind that came, or whose estimate may have changed, since the last commit.
+  std::vector<Key> changed() const;
+
+  void begin();
+  bool in_transaction() const { return in_transaction_; }
+  /// Called before a change.
+  void start_change();
+  /// Makes what has changed permanent; so many of the newest poses stay near the root.
+  void commit(int recent) noexcept;
+  void roll_back() noexcept;
+  std::size_t mark();
+  void release(std::size_t mark);
+  void roll_back_to(std::size_t mark) noexcept;
+  /// Takes back what came since the newest mark, or all.
+  void undo_failed() noexcept { marks_.empty() ? roll_back() : roll_back_to(marks_.size()); }
+
+ private:
+  struct Mark {
+    std::size_t graph = 0;
+    ContinuousHalf::Mark continuous;
+    DiscreteHalf::Mark discrete;
+  };
+
+  void remove_factor(Handle handle);
+  void end_change() noexcept;
+
+  JournaledGraph graph_;  // with the numbers of terms, or of tables of discrete factors
+  ContinuousHalf continuous_;
+  DiscreteHalf discrete_;
+  bool in_transaction_ = false;
+  bool changing_ = false;  // since the last commit
+  std::vector<Mark> marks_;
+};
+
+}  // namespace hybrid
