@@ -42,7 +42,7 @@ SLOW = {
     r"hybrid-experiment ": "takes minutes to hours",
     r"simulate_laps|laps\.ini": "a log of hours",
     r"--method portfolio": "compares all methods",
-    r"mrclam_6|kitti_0|victoria_park_da": "needs a public data set",
+    r"mrclam_6|kitti_0|victoria_park": "needs a public data set",
     r"hybrid-objects ": "needs a public data set",
     r"hybrid-register (dragon|bunny)": "needs a public data set",
     r"hybrid-import plaza|plaza1\.ini": "needs a public data set",
