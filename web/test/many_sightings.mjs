@@ -27,7 +27,8 @@ const data = { schema: 1, kind: 'map', title: `${count} sightings`, dimension: 2
   robots: { names: [], of: [] }, errors: [{ robot: '', t: poses.t, estimate: step, aligned: step, reckoned: step }], modes: { names: [], of: [] }, summary: { status: 'ok', keyframes, landmarks },
   sightings, associations: [], decisions: [], merges: [], changes: { k: columns(k => k), objectives: step.map(v => [v + 1, v]), flips: step.map(() => []), refusals: [] },
   beliefs: { k: sightings.k, id: sightings.now, p: each(() => [0.7, 0.1, 0.1, 0.1]) }, lives: marks.map(m => [0, m.id, 1]), snapshots: { origin: [0, 0], unit: 1, list: [] },
-  photographs: { list: [], every: 1, unreadable: 0 } };
+  photographs: { list: [], every: 1, unreadable: 0 }, scans: { unit: 1, list: [] },
+  scan_closures: { i: [], j: [], decision: [], probability: [], residual: [], redundancy: [], checkable: [], margin: [], inliers: [], modes: [] } };
 
 const folder = mkdtempSync(join(tmpdir(), 'hybrid-'));
 const file = join(folder, 'report.html');
