@@ -35,6 +35,7 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   state_.start_change();
   try {
     change(report);
+    if (report.status == UpdateReport::Status::kOk) report.changed = state_.changed();
   } catch (...) {
     state_.undo_failed();
     throw;
@@ -42,9 +43,8 @@ UpdateReport IncrementalSmoother::all_or_nothing(const Change& change) {
   if (report.status != UpdateReport::Status::kOk) {
     state_.undo_failed();
     report.handles = {};
-  } else {
-    report.changed = state_.changed();
-    if (own) state_.commit(options_.recent);
+  } else if (own) {
+    state_.commit(options_.recent);
   }
   report.objective_after = objective();
   report.seconds = seconds_since(start);

@@ -92,6 +92,31 @@ TEST(Allocation, WhereOneFailsTheSmootherIsAsItWasBefore) {
   EXPECT_GT(failures, 3000);
 }
 
+/// Reports end with a list of what has changed: it is made while all can still be taken back.
+TEST(Allocation, WhereOneFailsInTheReportTheUpdateIsTakenBack) {
+  if (!kSome) GTEST_SKIP() << "sanitizers take the place of malloc";
+  ChangingWorld world(1);
+  IncrementalSmoother smoother;
+  for (int k = 0; k < 6; ++k) world.step(smoother);
+  const std::vector<double> before = state(smoother);
+  Delta delta;
+  delta.values.insert(testing::pose(6), SE2());
+  delta.continuous.push_back(testing::between(5, 6, SE2(), 0.1));
+  int failures = 0;
+  for (;; ++failures) {
+    IncrementalSmoother trial = smoother;
+    bool taken = false;  // also where a sort does without memory of its own
+    const auto update = [&] {
+      trial.update(delta);
+      taken = true;
+    };
+    if (with_failing_allocation(failures, update)) break;
+    if (taken) continue;
+    ASSERT_EQ(state(trial), before) << "allocation " << failures;
+  }
+  EXPECT_GT(failures, 20);
+}
+
 /// Eigen frees what a matrix had before it allocates, and once more where that fails: no matrix may
 /// be resized that has something.
 TEST(Allocation, WhereOneFailsACovarianceIsGivenUp) {
