@@ -14,9 +14,22 @@ namespace {
 /// Ends a task that is no longer wanted.
 struct Cancelled {};
 
+/// What is told of the work of its thread.
+struct Paced {
+  virtual void work(double multiplications) = 0;
+
+ protected:
+  ~Paced() = default;
+};
+
+// Nothing that is to be destroyed with the thread: glibc ends the program where it lacks the memory
+// to note that.
+thread_local double noted = 0.0;
+thread_local Paced* running = nullptr;  // the task that the thread runs
+
 }  // namespace
 
-struct PacedTask::State {
+struct PacedTask::State final : Paced {
   enum class Turn { kCaller, kTask };
 
   std::function<void()> function;
@@ -37,22 +50,19 @@ struct PacedTask::State {
   }
 
   void run();
+  void work(double multiplications) override {
+    allowed -= multiplications;
+    while (allowed < 0.0) pause();
+  }
   void pause() {
     if (!cancelled) hand_over(Turn::kCaller);
     if (cancelled) throw Cancelled();
   }
 };
 
-namespace {
-
-thread_local double noted = 0.0;
-thread_local std::function<void(double)> on_work;  // of the task that the thread runs
-
-}  // namespace
-
 void note_work(double multiplications) {
   noted += multiplications;
-  if (on_work) on_work(multiplications);
+  if (running != nullptr) running->work(multiplications);
 }
 
 double noted_work() {
@@ -60,17 +70,14 @@ double noted_work() {
 }
 
 void PacedTask::State::run() {
-  on_work = [this](double multiplications) {
-    allowed -= multiplications;
-    while (allowed < 0.0) pause();
-  };
+  running = this;
   try {
     function();
   } catch (const Cancelled&) {
   } catch (...) {
     error = std::current_exception();
   }
-  on_work = nullptr;
+  running = nullptr;
   done = true;
   hand_over(Turn::kCaller);
 }

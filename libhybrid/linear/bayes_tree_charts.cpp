@@ -225,18 +225,29 @@ bool BayesTree::may_bend(const Clique& clique, const std::vector<double>& view, 
 }
 
 /// By how much the linearised objective rises where a clique, which sees its separator as in view_,
-/// and all below it stay: the sum over the cliques that see something else than they have seen.
-/// Stops at more than may be spent.
+/// and all below it stay: the sum over the cliques that see something else than they have seen,
+/// from level to level of the tree. Where a level adds less than half of the one above, those below
+/// count as a geometric series. Ends at more than may be spent.
 double BayesTree::rise_of_staying(int c, const Bend& bend, const Charts* charts) {
-  double rise = 0.0;
-  below_.assign(1, c);
-  while (!below_.empty() && rise <= may_rise_) {
-    const Clique& clique = cliques_[below_.back()];
-    below_.pop_back();
-    see(clique, charts);
-    if (strain(clique, view_) <= bend.whole) continue;
-    rise += prepare(clique, view_.data());
-    below_.insert(below_.end(), clique.children.begin(), clique.children.end());
+  double rise = 0.0, above = 0.0;
+  std::vector<int> level{c};
+  while (!level.empty() && rise <= may_rise_) {
+    double own = 0.0;
+    below_.clear();
+    for (std::size_t k = 0; k < level.size() && rise + own <= may_rise_; ++k) {
+      const Clique& clique = cliques_[level[k]];
+      see(clique, charts);
+      if (strain(clique, view_) <= bend.whole) continue;
+      own += prepare(clique, view_.data());
+      below_.insert(below_.end(), clique.children.begin(), clique.children.end());
+    }
+    rise += own;
+    if (2.0 * own < above) {
+      rise += own * own / (above - own);
+      break;
+    }
+    above = own;
+    level.swap(below_);
   }
   see(cliques_[c], charts);
   return rise;
