@@ -3,7 +3,7 @@
 # Copyright (c) 2026, the hybrid mapping authors
 """Lists figures of the pages that are older than what makes them.
 
-usage: stale_figures.py [--lines N] [PAGE]...     (default: README.md and docs/*.md)
+usage: stale_figures.py [--lines N] [PAGE]...     (default: README.md and docs/*.md but tries.md)
        stale_figures.py --unnamed [PAGE]...
 
 A figure is a paragraph, list or table with measured numbers, or a picture. The command that makes it is the nearest one before it
@@ -14,9 +14,15 @@ skipped.
 The inputs of a figure are the configuration, the script or the benchmark that the command names, and the rooms of the library
 that its program and plugins are about (PROGRAMS, PLUGINS). A figure is listed where lines of code in an input are younger than
 all lines of the figure by `git blame`, or than the picture. Comments, lines that a commit only moves, and renamed files do not
-count. Nor do commits whose message begins with "Reword", for the age of a figure. Whoever finds a figure unchanged touches its
-lines, or leaves it for the next measurement. A line that uses a renamed name counts. With --lines, figures are listed whose inputs
-have at least N changed lines (an added and a removed line are two), so that those of large changes can be measured first.
+count. Nor do commits whose message begins with "Reword", for the age of a figure. A line that uses a renamed name counts. Whoever
+measures a figure again and finds it unchanged adds the line "<!-- measured YYYY-MM-DD -->" to its end, with no empty line between,
+or changes its date. By the blame of that line a figure is as young as a new one, and so is a picture.
+
+Figures of what was turned back cannot be measured again: sections whose heading begins with "Tried, not in" are skipped, with all
+below them. They are no place for figures of what is in. docs/tries.md is skipped too, since a test compares its output.
+
+With --lines, figures are listed whose inputs have at least N changed lines (an added and a removed line are two), so that those of
+large changes can be measured first.
 
 With --unnamed, figures are listed that no command makes. Numbers of settings, limits and methods are no figures: there a result
 is a table of numbers, or a sentence in which a number stands beside a word of measuring (RESULT). What a page says "no command here repeats" is left out. Exit code 0, or 1 where a page
@@ -58,6 +64,9 @@ PROGRAMS = {
 MEASURED = re.compile(r"\d+\.\d+|\d\s?%|\d (m|s|ms|MB|kB|rad|degrees)\b")
 COMMAND = re.compile(r"(?:^|[\s`/])((?:hybrid|bench)-[a-z0-9-]+|(?:scripts|examples)/[a-z0-9_]+(?:\.(?:py|cpp))?|test_[a-z_]+)(?=[\s`]|$)")
 PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.(?:png|svg))\)")
+TURNED_BACK = re.compile(r"#+ Tried, not in\b")
+TESTED = "docs/tries.md"
+AGAIN = re.compile(r"<!-- measured \d{4}-\d\d-\d\d -->$")
 GENERATED = re.compile(r"<!-- What follows is written by ")
 RESULT = re.compile(r"\b(error of|rmse|recall|precision|median|took|takes?|save[sd]?|faster|slower|instead of|compiles in)\b")
 SETTINGS = re.compile(r"\|\s*default\s*\|")  # in the head of a table
@@ -156,10 +165,16 @@ def pictures_of(block):
 def figures_of(root, lines):
     """(first line, last line, inputs) of each figure; no inputs where no command is named."""
     around = {}  # level of a heading -> inputs of the first command below it
+    turned_back = None  # the level of a heading whose section is skipped
     for section in sections(lines):
         made = [(start, inputs_of(root, "\n".join(block))) for start, block in section]
         made = [(start, inputs) for start, inputs in made if inputs]
         level = len(section[0][1][0]) - len(section[0][1][0].lstrip("#"))
+        if turned_back and level > turned_back:
+            continue
+        turned_back = level if TURNED_BACK.match(section[0][1][0]) else None
+        if turned_back:
+            continue
         around = {above: inputs for above, inputs in around.items() if above < level}
         inherited = around[max(around)] if around else []
         if made and level > 1:  # the head of a page is of no figure in particular
@@ -221,7 +236,8 @@ def stale(root, page, changes):
         for picture in pictures:
             found = git(root, "log", "-1", "--format=%ct", "--", str(pathlib.Path(page).parent / picture)).strip()
             written.append(int(found) if found else time.time())
-        written = min(written[1:]) if pictures else written[0]
+        again = [times[line - 1] for line in range(first, last + 1) if AGAIN.match(lines[line - 1])]
+        written = max([min(written[1:]) if pictures else written[0], *again])
         younger = []
         for path in inputs:
             found = [change for name, of in changes.items() if name == path or name.startswith(path + "/") for change in of if change[0] > written]
@@ -279,7 +295,7 @@ def main():
             sys.exit("error: --lines needs a number")
         least = int(words[at + 1])
         del words[at:at + 2]
-    pages = [word for word in words if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md"))]
+    pages = [word for word in words if word != "--unnamed"] or ["README.md", *sorted(str(p.relative_to(root)) for p in (root / "docs").glob("*.md") if str(p.relative_to(root)) != TESTED)]
     count = 0
     changes = {} if without else changes_of_code(root)
     for page in pages:

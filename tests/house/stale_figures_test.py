@@ -182,6 +182,50 @@ class StaleFigures(unittest.TestCase):
         self.commit(7)
         self.assertEqual(self.listed("docs/page.md"), [])
 
+    def test_a_figure_measured_again_and_found_the_same_says_so(self):
+        page = "# A\n\n## B\n\n`hybrid-replay -c config/a.ini`\n\n![x](images/x.png)\n\n| a | b |\n|---|---|\n| x | 0.5 m |\n"
+        self.write("docs/page.md", page)
+        self.write("docs/images/x.png", "x")
+        self.commit(4)
+        self.write("config/a.ini", "2")
+        self.commit(5)
+        self.write("docs/page.md", page.replace("x.png)\n", "x.png)\n<!-- measured 2026-01-06 -->\n"))
+        self.commit(6)
+        self.assertEqual([line.split(": ")[0] for line in self.listed("docs/page.md")], ["docs/page.md:10"])
+        self.write("docs/page.md", page.replace("x.png)\n", "x.png)\n<!-- measured 2026-01-06 -->\n") + "<!-- measured 2026-01-07 -->\n")
+        self.commit(7)
+        self.assertEqual(self.listed("docs/page.md"), [])
+        self.write("config/a.ini", "3")
+        self.commit(8)
+        self.assertEqual([line.split(";")[0] for line in self.listed("docs/page.md")],
+                         ["docs/page.md:7: figures of 2026-01-06", "docs/page.md:10: figures of 2026-01-07"])
+
+    def test_another_comment_makes_no_picture_younger(self):
+        page = "# A\n\n## B\n\n`hybrid-replay -c config/a.ini`\n\n![x](images/x.png)\n"
+        self.write("docs/page.md", page)
+        self.write("docs/images/x.png", "x")
+        self.commit(4)
+        self.write("config/a.ini", "2")
+        self.commit(5)
+        self.write("docs/page.md", page + "<!-- not measured -->\n")
+        self.commit(6)
+        self.assertEqual(len(self.listed("docs/page.md")), 1)
+
+    def test_what_was_turned_back_is_skipped(self):
+        page = PAGE.replace("## Errors", "## Tried, not in: errors")
+        self.write("docs/page.md", page)
+        self.write("docs/tries.md", PAGE)
+        self.write("README.md", "# x\n")
+        self.commit(4)
+        for name in ("config/a.ini", "config/b.ini", "bench/bench-fast.cpp"):
+            self.write(name, "2")
+        self.commit(5)
+        time = page.splitlines().index("A run takes 1.5 s (`bench-fast`).") + 1
+        self.assertEqual([line.split(": ")[0] for line in self.listed()], [f"docs/page.md:{time}"])
+        self.write("docs/page.md", page.replace("Tried, not in", "Tried, and in"))
+        self.commit(4)
+        self.assertEqual(len(self.listed()), 4)
+
     def test_what_a_script_writes_is_skipped(self):
         self.write("docs/page.md", PAGE.replace("## Errors", "<!-- What follows is written by scripts/a.py. -->\n\n## Errors"))
         self.commit(4)
