@@ -47,16 +47,17 @@ PLUGINS = {
     "BearingOnly": [*KNOWN_IDS, "mrpt_plugins/plugins/bearing_only.cpp"],
     "LaserScans": ["libhybrid/scans", "mrpt_plugins/plugins/laser_scans.cpp"],
 }
+SELECTION = ["libhybrid/selection", "libhybrid/choices", "libhybrid/methods", "libhybrid/baselines", "libhybrid/closures"]
+# Besides, where a command or its settings have the word.
+WORDS = {"online": ["libhybrid/online"]}
 # What a program is about; what all programs share is left out, or every figure would be listed after every commit.
 PROGRAMS = {
     "hybrid-replay": ["mrpt_plugins/mapping"],
     "hybrid-import": ["mrpt_plugins/import"],
     "hybrid-map": ["libhybrid/maps", "mrpt_plugins/map_file"],
     "hybrid-objects": ["libhybrid/objects"],
-    "hybrid-pgo": ["libhybrid/selection", "libhybrid/choices", "libhybrid/online", "libhybrid/methods", "libhybrid/baselines",
-                        "libhybrid/closures"],
-    "hybrid-experiment": ["libhybrid/selection", "libhybrid/choices", "libhybrid/online", "libhybrid/methods", "libhybrid/baselines",
-                        "libhybrid/closures"],
+    "hybrid-pgo": SELECTION,
+    "hybrid-experiment": SELECTION,
     "hybrid-register": ["libhybrid/registration"],
     "hybrid-simulate": ["mrpt_plugins/simulation"],
     "hybrid-switching": ["libhybrid/switching"],
@@ -104,12 +105,14 @@ def inputs_of(root, command_line):
     """Paths of the repository that a command uses."""
     paths = []
     settings = re.findall(r"config/[\w/]+\.ini", command_line)
+    text = command_line + "".join((root / name).read_text(encoding="utf-8") for name in settings if (root / name).exists())
     for word in COMMAND.findall(command_line):
         paths += PROGRAMS.get(word, [])
+        if word in ("hybrid-pgo", "hybrid-experiment"):
+            paths += sum((of for name, of in WORDS.items() if re.search(rf"\b{name}\b", text)), [])
         if word.startswith("bench-"):
             paths.append(f"bench/{word}.cpp")
         if word == "hybrid-replay":
-            text = command_line + "".join((root / name).read_text(encoding="utf-8") for name in settings if (root / name).exists())
             named = [paths_of for plugin, paths_of in PLUGINS.items() if re.search(rf"\b{plugin}\b", text)]
             paths += sum(named, []) or LANDMARKS
         if word.startswith(("scripts/", "examples/")):

@@ -159,6 +159,20 @@ class StaleFigures(unittest.TestCase):
         self.commit(7)
         self.assertEqual(len(self.listed("docs/page.md")), 1)
 
+    def test_online_selection_counts_where_it_is_used(self):
+        for name in ("libhybrid/online/o.cpp", "libhybrid/selection/s.cpp"):
+            self.write(name, "1")
+        self.write("config/o.ini", "methods = online\n")
+        self.write("docs/page.md", "# A\n\n## B\n\n`hybrid-pgo a.g2o` takes 2 s.\n\n## C\n\n`hybrid-pgo a.g2o --online` takes 3 s.\n\n"
+                   "## D\n\n`hybrid-experiment -c config/o.ini` takes 4 s.\n")
+        self.commit(5)
+        self.write("libhybrid/online/o.cpp", "2")
+        self.commit(6)
+        self.assertEqual([line.split(": ")[0] for line in self.listed("docs/page.md")], ["docs/page.md:9", "docs/page.md:13"])
+        self.write("libhybrid/selection/s.cpp", "2")
+        self.commit(7)
+        self.assertEqual(len(self.listed("docs/page.md")), 3)
+
     def test_a_reworded_sentence_stays_as_old_as_it_was(self):
         self.write("config/a.ini", "2")
         self.commit(5)
