@@ -160,7 +160,7 @@ void read_keyframes(IniFile& ini, SourceOptions& options) {
   options.tracklets = keyframes.get(
       "tracklets", options.tracklets,
       "follow detections between keyframes by odometry and hand each thing on as one detection; "
-      "otherwise what is seen between keyframes is left out, unless the map is bad");
+      "otherwise what is seen between keyframes is left out, unless landmarks get extents");
   options.tracker.common = keyframes.get("common_noise", options.tracker.common,
                                          "tracklets: share of the variance that all detections of "
                                          "one thing have in common, so that it "

@@ -93,7 +93,6 @@ bool Remedies::add(const Health& health, const IniFile::Settings& configuration)
 
 ReplayRequest Remedies::apply(ReplayRequest request) const {
   request.settings.emplace_back("sensor.noise=measured");
-  request.settings.emplace_back(kAllDetections);
   if (calibrates) request.settings.emplace_back("calibration.odometry=yes");
   for (const auto& [key, factor] : factors) {
     request.settings.push_back(fmt::format("{}={}", key, factor));

@@ -23,8 +23,7 @@ struct Remedies {
   /// Adds what a bad map says of its own settings: what may mend them, or else factors of noise.
   /// Returns whether anything changed.
   bool add(const Health& health, const IniFile::Settings& configuration);
-  /// The request with the noise measured, with all detections, also those between keyframes, and
-  /// with these settings.
+  /// The request with the noise measured, and with these settings.
   ReplayRequest apply(ReplayRequest request) const;
 };
 

@@ -27,8 +27,7 @@ TEST(Remedies, CalibrateOdometryOnceBeforeItsNoiseIsScaled) {
   EXPECT_TRUE(remedies.calibrates);
   EXPECT_TRUE(remedies.factors.empty());
   EXPECT_EQ(remedies.apply({}).settings,
-            (std::vector<std::string>{"sensor.noise=measured", kAllDetections,
-                                      "calibration.odometry=yes"}));
+            (std::vector<std::string>{"sensor.noise=measured", "calibration.odometry=yes"}));
   remedies.calibrates = false;  // it was in vain
   EXPECT_TRUE(remedies.add(health, stated));
   EXPECT_FALSE(remedies.calibrates);
@@ -37,8 +36,7 @@ TEST(Remedies, CalibrateOdometryOnceBeforeItsNoiseIsScaled) {
       remedies.add(health, stated));  // the next map says it again, of what it was made with
   EXPECT_EQ(remedies.factors.at(kOdometry), 37.5);
   EXPECT_EQ(remedies.apply({}).settings,
-            (std::vector<std::string>{"sensor.noise=measured", kAllDetections,
-                                      kOdometry + std::string("=37.5")}));
+            (std::vector<std::string>{"sensor.noise=measured", kOdometry + std::string("=37.5")}));
 }
 
 TEST(Remedies, AreOfBadChecksThatHaveAScale) {
