@@ -48,8 +48,6 @@ PLUGINS = {
     "LaserScans": ["libhybrid/scans", "mrpt_plugins/plugins/laser_scans.cpp"],
 }
 SELECTION = ["libhybrid/selection", "libhybrid/choices", "libhybrid/methods", "libhybrid/baselines", "libhybrid/closures"]
-# Besides, where a command or its settings have the word.
-WORDS = {"online": ["libhybrid/online"]}
 # What a program is about; what all programs share is left out, or every figure would be listed after every commit.
 PROGRAMS = {
     "hybrid-replay": ["mrpt_plugins/mapping"],
@@ -108,8 +106,8 @@ def inputs_of(root, command_line):
     text = command_line + "".join((root / name).read_text(encoding="utf-8") for name in settings if (root / name).exists())
     for word in COMMAND.findall(command_line):
         paths += PROGRAMS.get(word, [])
-        if word in ("hybrid-pgo", "hybrid-experiment"):
-            paths += sum((of for name, of in WORDS.items() if re.search(rf"\b{name}\b", text)), [])
+        if PROGRAMS.get(word) is SELECTION and re.search(r"\bonline\b", text):
+            paths.append("libhybrid/online")
         if word.startswith("bench-"):
             paths.append(f"bench/{word}.cpp")
         if word == "hybrid-replay":

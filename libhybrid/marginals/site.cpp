@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "libhybrid/factors/detail/linear_at.h"
+
 namespace hybrid {
 
 JointGaussian::JointGaussian(std::vector<Key> variables, Eigen::MatrixXd joint_covariance,
@@ -23,11 +25,8 @@ JointGaussian::JointGaussian(std::vector<Key> variables, Eigen::MatrixXd joint_c
 
 LinearRows linear_rows(const ContinuousFactor* factor, const JointGaussian& gaussian) {
   if (factor == nullptr) return {Eigen::VectorXd(0), Eigen::MatrixXd(0, gaussian.size())};
-  LinearRows rows{Eigen::VectorXd(factor->rows()),
-                  Eigen::MatrixXd::Zero(factor->rows(), gaussian.size())};
-  Eigen::MatrixXd J(factor->rows(), factor->cols());
-  const auto x = gather(factor->keys(), factor->types(), *gaussian.values);
-  factor->linearize(x.data(), rows.r.data(), J.data());
+  const auto [residual, J] = linear_at(*factor, *gaussian.values);
+  LinearRows rows{residual, Eigen::MatrixXd::Zero(factor->rows(), gaussian.size())};
   int column = 0;
   for (std::size_t i = 0; i < factor->keys().size(); ++i) {
     const auto at = gaussian.place.find(factor->keys()[i]);

@@ -6,15 +6,13 @@
 #include <map>
 #include <vector>
 
+#include "libhybrid/factors/detail/linear_at.h"
+
 namespace hybrid {
 
 Innovation innovation_of(const ContinuousFactor& factor, const IncrementalSmoother& smoother) {
-  const auto x = gather(factor.keys(), factor.types(), smoother.values());
-  Innovation innovation{Eigen::VectorXd(factor.rows()), {}};
-  Eigen::MatrixXd A(factor.rows(), factor.cols());
-  factor.linearize(x.data(), innovation.b.data(), A.data());
-  innovation.APAt = A * smoother.joint_covariance(factor.keys()) * A.transpose();
-  return innovation;
+  const ResidualAndJacobian at = linear_at(factor, smoother.values());
+  return {at.r, at.J * smoother.joint_covariance(factor.keys()) * at.J.transpose()};
 }
 
 Eigen::MatrixXd cross_covariance(const ContinuousFactor& a, const ContinuousFactor& b,
@@ -30,10 +28,7 @@ Eigen::MatrixXd cross_covariance(const ContinuousFactor& a, const ContinuousFact
     columns += smoother.values().type(key).dim;
   }
   const auto spread = [&](const ContinuousFactor& factor) {
-    const auto x = gather(factor.keys(), factor.types(), smoother.values());
-    Eigen::VectorXd r(factor.rows());
-    Eigen::MatrixXd A(factor.rows(), factor.cols());
-    factor.linearize(x.data(), r.data(), A.data());
+    const Eigen::MatrixXd A = linear_at(factor, smoother.values()).J;
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(factor.rows(), columns);
     int at = 0;
     for (Key key : factor.keys()) {

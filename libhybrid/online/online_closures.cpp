@@ -8,6 +8,7 @@
 
 #include "libhybrid/core/infinity.h"
 #include "libhybrid/core/paced_task.h"
+#include "libhybrid/factors/detail/linear_at.h"
 #include "libhybrid/online/detail/map_innovation.h"
 #include "libhybrid/online/online_selection.h"
 #include "libhybrid/selection/detail/evidence.h"
@@ -140,10 +141,7 @@ bool OnlineSelection::reconsider(SelectionReport& report) {
       if (is_long()) return true;
       if (closure.predicted.size() > 0) {
         const ContinuousFactor& factor = *closure.factor;
-        const auto x = gather(factor.keys(), factor.types(), smoother_.values());
-        Eigen::VectorXd b(factor.rows());
-        Eigen::MatrixXd A(factor.rows(), factor.cols());
-        factor.linearize(x.data(), b.data(), A.data());
+        const Eigen::VectorXd b = linear_at(factor, smoother_.values()).r;
         if (evidence_model().log_ratio(b, closure.predicted, factor) <= threshold()) continue;
       }
       again = consider(k, report) || again;

@@ -56,13 +56,12 @@ void map_coarsely(const ReplayRequest& request, const Health& first, const Watch
   for (const ReplayRequest& given : to_coarsen(request, taken.request)) {
     for (const ReplayRequest& coarse : coarser(given, fine)) {
       Attempt next = attempt(coarse, watchers, start, {&first, is_good, false, false});
-      const bool is_candidate = !next.is_written && !has_spoilt(next.outcome.summary.health, first);
-      if (is_candidate) {
+      const bool is_good_one = next.is_written;
+      if (!is_good_one && !has_spoilt(next.outcome.summary.health, first)) {
         requests.push_back(coarse);
         paths.push_back(next.path);
       }
-      const bool is_taken = next.is_written;
-      if (!take(std::move(next), taken) || is_taken) return;
+      if (!take(std::move(next), taken) || is_good_one) return;
     }
   }
   const std::size_t best = first_of_agreeing(paths);

@@ -118,8 +118,8 @@ std::size_t first_of_agreeing(const std::vector<Trajectory>& paths) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t a = 0; a < paths.size(); ++a) {
     for (std::size_t b = a + 1; b < paths.size(); ++b) {
-      const double apart =
-          trajectory_report(pair_by_time(paths[a], paths[b], kSameTime)).aligned.rmse_m;
+      const auto pairs = pair_by_time(paths[a], paths[b], kSameTime);
+      const double apart = trajectory_report(pairs, TruthContent::kPositions).aligned.rmse_m;
       if (!(apart < least)) continue;
       least = apart;
       first = a;

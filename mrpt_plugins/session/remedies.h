@@ -45,9 +45,9 @@ std::size_t first_of_agreeing(const std::vector<Trajectory>& paths);
 bool has_spoilt(const Health& a, const Health& b);
 
 /// The request with landmarks that have an extent, from fine to coarse: what may be of one of them
-/// is of it (joint compatibility, which prefers a landmark that is known to a new one), of all
-/// detections, also those between keyframes. None where
-/// the map that was made, whose summary this is, did not leave open how detections find landmarks.
+/// is of it (joint compatibility, which prefers a landmark that is known to a new one). All
+/// detections are used, also those between keyframes. None where the map that was made, whose
+/// summary this is, did not leave open how detections find landmarks.
 std::vector<ReplayRequest> coarser(const ReplayRequest& request, const Summary& summary);
 
 }  // namespace hybrid

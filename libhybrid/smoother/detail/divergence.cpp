@@ -8,6 +8,8 @@
 #include <limits>
 #include <unordered_map>
 
+#include "libhybrid/factors/detail/linear_at.h"
+
 namespace hybrid {
 namespace {
 
@@ -35,10 +37,7 @@ double divergence_without(
   Eigen::VectorXd r(rows);
   Eigen::Index row = 0;
   for (const ContinuousFactor* factor : factors) {
-    const auto x = gather(factor->keys(), factor->types(), values);
-    Eigen::MatrixXd own(factor->rows(), factor->cols());
-    Eigen::VectorXd residual(factor->rows());
-    factor->linearize(x.data(), residual.data(), own.data());
+    const auto [residual, own] = linear_at(*factor, values);
     Eigen::Index from = 0;
     for (std::size_t i = 0; i < factor->keys().size(); ++i) {
       const int dim = factor->types()[i].dim;
