@@ -212,14 +212,15 @@ def topics_of(files):
     for path in files:
         schemas = {}
         for code, content in bag_records(path, print):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number = record.number("H")
-                schemas[number] = record.text()
-            elif code == CHANNEL:
-                record.take(2)
-                schema = record.number("H")
-                topics[record.text()] = schemas.get(schema, "")
+            with named(path):
+                record = Bytes(content)
+                if code == SCHEMA:
+                    number = record.number("H")
+                    schemas[number] = record.text()
+                elif code == CHANNEL:
+                    record.take(2)
+                    schema = record.number("H")
+                    topics[record.text()] = schemas.get(schema, "")
     return topics
 
 
@@ -252,35 +253,46 @@ def bag_records(path, tell=lambda text: None):
         raise BagError(f"{path}: {error}") from None
 
 
+@contextlib.contextmanager
+def named(path):
+    """What is wrong names the bag."""
+    try:
+        yield
+    except BagError as error:
+        raise BagError(f"{path}: {error}") from None
+    except DAMAGE as error:
+        raise BagError(f"{path}: damaged, or not as ROS defines it: {type(error).__name__} {error}") from None
+
+
 def messages_of(files, topic):
     """The messages of a topic, in the order of the files."""
     for path in files:
         schemas, channels = {}, {}
         for code, content in bag_records(path):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number, name, encoding = record.number("H"), record.text(), record.text()
-                schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
-            elif code == CHANNEL:
-                number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
-                if name != topic:
-                    continue
-                if encoding != "cdr" or schema not in schemas:
-                    raise BagError(f"{path}: {topic} is encoded as '{encoding}', where cdr with a definition is read")
-                channels[number] = Decoder(*schemas[schema])
-            elif code == MESSAGE:
-                number = record.number("H")
-                if number in channels:
-                    record.take(20)
-                    yield decoded(path, channels[number], record.data[record.at:])
+            with named(path):
+                message = message_in(code, Bytes(content), topic, schemas, channels)
+            if message is not None:
+                yield message
 
 
-def decoded(path, decoder, data):
-    """A message; what is wrong names the bag."""
-    try:
-        return decoder.decode(data)
-    except (BagError, *DAMAGE) as error:
-        raise BagError(f"{path}: {error if isinstance(error, BagError) else f'{decoder.name} is not to be read: {error}'}") from None
+def message_in(code, record, topic, schemas, channels):
+    """The message that a record is; None of others, which tell what messages are."""
+    if code == SCHEMA:
+        number, name, encoding = record.number("H"), record.text(), record.text()
+        schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
+    elif code == CHANNEL:
+        number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
+        if name != topic:
+            return None
+        if encoding != "cdr" or schema not in schemas:
+            raise BagError(f"{topic} is encoded as '{encoding}', where cdr with a definition is read")
+        channels[number] = Decoder(*schemas[schema])
+    elif code == MESSAGE:
+        number = record.number("H")
+        if number in channels:
+            record.take(20)
+            return channels[number].decode(record.data[record.at:])
+    return None
 
 
 # --- Files that are written.
