@@ -55,6 +55,7 @@ class ImageClock {
       times_[table.row().id(table.column("frame"), kMostImages)] = table.time();
     }
   }
+  const std::string& table() const { return options_.frame_times; }
   /// Whether times follow from the numbers of images.
   bool is_counted() const { return options_.frame_times.empty() && times_.empty(); }
   /// None for an image that the table lacks.
@@ -206,34 +207,20 @@ std::vector<std::string> classes_of(const std::vector<ImageBox>& boxes, const Bo
   return classes;
 }
 
-}  // namespace
-
-ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
-  const std::string& path = options.detections;
-  const bool is_json = fs::path(path).extension() == ".json";
-  ImageBoxes boxes = read_image_boxes(options);
-  const BoxCamera camera(options.boxes, std::move(boxes.classes));
-  const ImageClock clock(options.boxes, boxes.stamps);
-  const std::vector<std::string> classes = classes_of(boxes.all, camera, options);
-  DetectionTablesOptions seen = options;
-  if (seen.fov == 0) seen.fov = camera.fov();
-  DetectionSteps steps(seen, log);
+/// Adds a frame for each image, also for one without boxes; returns the time of the first.
+double add_images(const ImageBoxes& boxes, const BoxCamera& camera, const ImageClock& clock,
+                  const std::vector<std::string>& classes, DetectionSteps& steps, LogWriter& log) {
   const bool is_3d = steps.is_3d();
-  if (is_3d && options.boxes.center_v < 0 && options.boxes.image_height == 0) {
-    throw Error(
-        "the odometry is in space: --center-v, the row that the camera looks along, or "
-        "--image-height must be given in pixels");
-  }
   double first = 0;
   auto box = boxes.all.begin();
   for (const auto& [image, name] : boxes.images) {
-    log.used(static_cast<double>(box - boxes.all.begin()) / static_cast<double>(boxes.all.size()));
+    const auto done = static_cast<double>(box - boxes.all.begin());
+    log.used(done / static_cast<double>(std::max<std::size_t>(1, boxes.all.size())));
     const std::optional<double> time = clock.at(image);
     if (time) {
       if (!std::isfinite(steps.time())) first = *time;
       if (*time < steps.time()) {
-        throw Error(
-            fmt::format("{}: time goes backwards at image {}", options.boxes.frame_times, image));
+        throw Error(fmt::format("{}: time goes backwards at image {}", clock.table(), image));
       }
       if (!steps.is_of(*time)) {
         steps.end();
@@ -253,6 +240,28 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
       frame.detections.push_back(std::move(d));
     }
   }
+  return first;
+}
+
+}  // namespace
+
+ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
+  const std::string& path = options.detections;
+  const bool is_json = fs::path(path).extension() == ".json";
+  ImageBoxes boxes = read_image_boxes(options);
+  const BoxCamera camera(options.boxes, std::move(boxes.classes));
+  const ImageClock clock(options.boxes, boxes.stamps);
+  const std::vector<std::string> classes = classes_of(boxes.all, camera, options);
+  DetectionTablesOptions seen = options;
+  if (seen.fov == 0) seen.fov = camera.fov();
+  DetectionSteps steps(seen, log);
+  const bool is_3d = steps.is_3d();
+  if (is_3d && options.boxes.center_v < 0 && options.boxes.image_height == 0) {
+    throw Error(
+        "the odometry is in space: --center-v, the row that the camera looks along, or "
+        "--image-height must be given in pixels");
+  }
+  const double first = add_images(boxes, camera, clock, classes, steps, log);
   steps.end();
   steps.finish(0);
   log.note_end(options.odometry);
