@@ -86,8 +86,9 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
-    Attempt next = attempt(remedies.apply(request), watchers, start,
-                           {&taken.outcome.summary.health, is_better, !changed, in_doubt});
+    Attempt next =
+        attempt(remedies.apply(request), watchers, start,
+                {&taken.outcome.summary.health, is_better, !changed, in_doubt, taken.had_no_ids});
     const Health made = next.outcome.summary.health;
     const bool calibrated_in_vain =
         remedies.calibrates && (!next.is_written || worst(made) == HealthVerdict::kBad);
