@@ -69,6 +69,21 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
 }
 
+/// Length of the path of one robot, or of the paths of several [m].
+double length_of(const MapResult& result) {
+  const auto length = [](const Trajectory& path) {
+    double sum = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      sum += path[i].pose.distanceTo(path[i - 1].pose);
+    }
+    return sum;
+  };
+  if (result.robots.empty()) return length(result.trajectory);
+  double sum = 0;
+  for (const RobotPath& robot : result.robots) sum += length(part_of(result.trajectory, robot));
+  return sum;
+}
+
 }  // namespace
 
 void tell_findings(const ReplaySettings& settings, Summary& summary) {
@@ -103,6 +118,7 @@ Summary summarize(const Session& session, const MapResult& result) {
   summary.keyframes = result.trajectory.size();
   summary.landmarks = result.landmarks.size();
   summary.movers = result.movers.size();
+  summary.path_m = length_of(result);
   summary.objective = last.objective_after;
   summary.cost = last.cost;
   summary.steps = step_statistics(result.steps);
