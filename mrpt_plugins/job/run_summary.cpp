@@ -8,6 +8,7 @@
 #include <map>
 
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 
 namespace hybrid {
@@ -137,6 +138,7 @@ Summary summarize(const Session& session, const MapResult& result) {
   warn(summary, mapper.warnings());
   warn(summary, last.warnings);
   summary.calibration = result.calibration;
+  warn(summary, unit_words(result.calibration));
   for (const int mode : result.motion_modes) {
     if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
   }
