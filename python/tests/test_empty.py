@@ -77,11 +77,11 @@ def test_all_protocols(protocol):
 def test_damaged_pickles():
     rng = random.Random(5)
     texts = [pickle.dumps(thing, protocol) for thing in (*results(), world(), *FACTORS) for protocol in (0, 2, 4)]
+    texts = [text for text in texts if b"numpy" not in text]  # whose own arrays crash it
+    assert len(texts) > 30
     for _ in range(400):
         text = bytearray(rng.choice(texts))
         text[rng.randrange(len(text))] = rng.randrange(256)
-        if b"SKIP" in text:
-            continue
         try:
             thing = pickle.loads(bytes(text))
         except Exception:
