@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, the hybrid mapping authors
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "libhybrid/core/loss.h"
 #include "libhybrid/core/noise.h"
@@ -45,8 +47,10 @@ class PythonFactor : public ContinuousFactor {
     Eigen::Map<Eigen::MatrixXd> jacobian(J, rows(), cols());
     out = noise_.sqrt_information() * residual(values);
     const py::function given = override_of("jacobians");
-    jacobian = noise_.sqrt_information() *
-               (given ? given_jacobian(given, values) : numeric_jacobian(x, values));
+    const Eigen::MatrixXd J_own =
+        given ? given_jacobian(given, values) : numeric_jacobian(x, values);
+    if (given) check_jacobian(J_own, x, values);
+    jacobian = noise_.sqrt_information() * J_own;
     const double s = out.squaredNorm();
     const double root = std::sqrt(loss_.weight(s));
     out *= root;
@@ -116,10 +120,38 @@ class PythonFactor : public ContinuousFactor {
     return J;
   }
 
+  /// Warns, once for each class, where its derivatives are not those of its residual: half of the
+  /// largest of them apart, as for a wrong sign. Where differences of two steps disagree, the
+  /// residual is not smooth, and nothing is told.
+  void check_jacobian(const Eigen::MatrixXd& given, const double* const* x,
+                      const py::tuple& values) const {
+    static std::set<PyTypeObject*> checked;  // of the interpreter, whose lock is held
+    const py::object self = py::cast(this);
+    if (!checked.insert(Py_TYPE(self.ptr())).second) return;
+    Eigen::MatrixXd near, far;
+    try {
+      near = numeric_jacobian(x, values);
+      far = numeric_jacobian(x, values, 10);
+    } catch (const std::exception&) {
+      return;  // beside these values it has none
+    }
+    const double most = std::max(near.cwiseAbs().maxCoeff(), given.cwiseAbs().maxCoeff());
+    if (!((near - far).cwiseAbs().maxCoeff() < 0.01 * most)) return;
+    Eigen::Index row = 0, column = 0;
+    if (!((given - near).cwiseAbs().maxCoeff(&row, &column) > 0.5 * most)) return;
+    const std::string text = describe(name(), keys()) + ": jacobians has " +
+                             std::to_string(given(row, column)) + " in row " + std::to_string(row) +
+                             ", column " + std::to_string(column) +
+                             ", where differences of residual give " +
+                             std::to_string(near(row, column)) + "; a wrong sign or unit?";
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+  }
+
   /// Central differences. The step balances rounding and truncation for functions of unit scale:
-  /// the cube root of the machine precision, times the magnitude of a vector's entry.
-  Eigen::MatrixXd numeric_jacobian(const double* const* x, py::tuple values) const {
-    const double step = std::cbrt(std::numeric_limits<double>::epsilon());
+  /// the cube root of the machine precision, times the magnitude of a vector's entry; or `wider`.
+  Eigen::MatrixXd numeric_jacobian(const double* const* x, py::tuple values,
+                                   double wider = 1) const {
+    const double step = wider * std::cbrt(std::numeric_limits<double>::epsilon());
     Eigen::MatrixXd J(rows(), cols());
     int column = 0;
     for (std::size_t i = 0; i < keys().size(); ++i) {

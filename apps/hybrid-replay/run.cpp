@@ -52,6 +52,17 @@ std::string errors_of_robots(const std::vector<RobotSummary>& robots) {
   return errors.empty() ? "" : fmt::format(" ({})", fmt::join(errors, ", "));
 }
 
+/// What a first look at a result asks: how long, how good, and where in a given map.
+std::string first_words(const Summary& s) {
+  std::string text = fmt::format("{} keyframes, ", s.keyframes);
+  if (s.landmarks > 0 || s.statistics.count("scans") == 0) {
+    text += fmt::format("{} landmarks, ", s.landmarks);
+  }
+  text += fmt::format("path {:.4g} m, health {}", s.path_m, to_string(worst(s.health)));
+  if (!s.localized_at) return text;
+  return text + fmt::format(", localised at keyframe {}", *s.localized_at);
+}
+
 void report(const Summary& summary, const std::string& folder, Progress& progress,
             std::FILE* file) {
   progress.clear();
@@ -63,9 +74,7 @@ void report(const Summary& summary, const std::string& folder, Progress& progres
   for (const std::string& line : health_lines(summary.health)) progress.message(line);
   if (summary.status != "ok") progress.message("error: " + summary.message);
   for (const CalibrationEstimate& calibration : summary.calibration) report(calibration, file);
-  print_to(file, "{} keyframes, {} landmarks, objective {:.6g}, {:.3f} s ({:.3f} s solving)",
-           summary.keyframes, summary.landmarks, summary.objective, summary.total_s,
-           summary.solver_s);
+  print_to(file, "{}, {:.3f} s", first_words(summary), summary.total_s);
   if (summary.truth && summary.truth->trajectory &&
       std::isfinite(summary.truth->trajectory->unaligned.rmse_m)) {
     print_to(file, ", path rmse {:.4f} m", summary.truth->trajectory->unaligned.rmse_m);

@@ -6,11 +6,17 @@ Chunks that are compressed need python3-zstandard or python3-lz4; all else is Py
 definitions that the bag itself holds.
 """
 
+import contextlib
+import os
 import pathlib
+import re
 import struct
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
+MOST_CHUNK = 1 << 28  # bytes; writers make chunks of some MB
+# What a message or a definition that is damaged, or not as ROS has it, leads to.
+DAMAGE = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 
 
 class BagError(Exception):
@@ -50,12 +56,18 @@ def unpacked(compression, data, size):
     except ImportError:
         package = packages[compression].split(".", maxsplit=1)[0]
         raise BagError(f"chunks are compressed with {compression}: install python3-{package}") from None
+    if size > MOST_CHUNK:
+        raise BagError(f"a chunk is damaged: it is said to have {size} bytes")
     try:
         if compression == "zstd":
-            return module.ZstdDecompressor().decompress(bytes(data), max_output_size=size)
-        return module.decompress(bytes(data))
+            content = module.ZstdDecompressor().stream_reader(bytes(data)).read(size)
+        else:
+            content = module.LZ4FrameDecompressor().decompress(bytes(data), max_length=size)
     except Exception as error:  # of either library's own kind
         raise BagError(f"a chunk is damaged: {error}") from None
+    if len(content) < size:
+        raise BagError("a chunk is damaged: it ends early")
+    return content
 
 
 def records_of(file):
@@ -65,7 +77,7 @@ def records_of(file):
         if len(head) < 9:
             return False
         code, size = struct.unpack("<BQ", head)
-        content = file.read(size)
+        content = file.read(min(size, file.size))
         if len(content) < size or code == DATA_END:
             return code == DATA_END
         if code == CHUNK:
@@ -78,14 +90,21 @@ def records_of(file):
 
 
 class View:
-    """Bytes as a file."""
+    """Bytes as a file; `size` is that of all."""
 
     def __init__(self, data):
-        self.data, self.at = memoryview(data), 0
+        self.data, self.at, self.size = memoryview(data), 0, len(data)
 
     def read(self, count):
         self.at += count
         return self.data[self.at - count:self.at]
+
+
+class File:
+    """A file of known size."""
+
+    def __init__(self, file):
+        self.read, self.size = file.read, os.fstat(file.fileno()).st_size
 
 
 # --- Messages: what a definition in ROS's own form says, in CDR.
@@ -112,7 +131,7 @@ class Decoder:
     def __init__(self, name, encoding, text):
         if encoding != "ros2msg":
             raise BagError(f"{name} is defined in '{encoding}', where ros2msg is read")
-        main, *others = text.split("=" * 80 + "\n")
+        main, *others = re.split(r"^={3,}[ \t]*\n", text.replace("\r\n", "\n"), flags=re.MULTILINE)
         self.name, self.types = name, {}
         self.types[self.short(name)] = list(fields_of(main))
         for other in others:
@@ -179,7 +198,12 @@ class Decoder:
 
 def files_of(paths):
     for path in map(pathlib.Path, paths):
-        yield from sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        yield from sorted(path.glob("*.mcap"), key=numeric) if path.is_dir() else [path]
+
+
+def numeric(path):
+    """For sorting: run_10 comes behind run_2."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"([0-9]+)", path.name)]
 
 
 def topics_of(files):
@@ -188,15 +212,31 @@ def topics_of(files):
     for path in files:
         schemas = {}
         for code, content in bag_records(path, print):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number = record.number("H")
-                schemas[number] = record.text()
-            elif code == CHANNEL:
-                record.take(2)
-                schema = record.number("H")
-                topics[record.text()] = schemas.get(schema, "")
+            with named(path):
+                record = Bytes(content)
+                if code == SCHEMA:
+                    number = record.number("H")
+                    schemas[number] = record.text()
+                elif code == CHANNEL:
+                    record.take(2)
+                    schema = record.number("H")
+                    topics[record.text()] = schemas.get(schema, "")
     return topics
+
+
+def chosen_topic(topics, kinds, given):
+    """The topic that is given, or else the only one of the first kind that the bag has."""
+    of_kinds = [[topic for topic, name in topics.items() if Decoder.short(name) == Decoder.short(kind)] for kind in kinds]
+    if any(given in found for found in of_kinds):
+        return given
+    first = next((found for found in of_kinds if found), [])
+    if given is None and len(first) == 1:
+        return first[0]
+    listed = ", ".join(f"{topic} ({name})" for topic, name in sorted(topics.items())) or "none"
+    wanted = " or ".join(kinds)
+    why = (f"{given} is no topic of {wanted}" if given else
+           f"{len(first)} topics are {wanted}: name one" if first else f"no topic is {wanted}")
+    raise BagError(f"{why}; the bag has {listed}")
 
 
 def bag_records(path, tell=lambda text: None):
@@ -205,7 +245,7 @@ def bag_records(path, tell=lambda text: None):
         with open(path, "rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise BagError("is not an MCAP file; `ros2 bag convert` makes one of other bags")
-            if not (yield from records_of(file)):
+            if not (yield from records_of(File(file))):
                 tell(f"{path}: ends early; what came before is used")
     except OSError as error:
         raise BagError(f"{path}: {error.strerror}") from None
@@ -213,24 +253,71 @@ def bag_records(path, tell=lambda text: None):
         raise BagError(f"{path}: {error}") from None
 
 
+@contextlib.contextmanager
+def named(path):
+    """What is wrong names the bag."""
+    try:
+        yield
+    except BagError as error:
+        raise BagError(f"{path}: {error}") from None
+    except DAMAGE as error:
+        raise BagError(f"{path}: damaged, or not as ROS defines it: {type(error).__name__} {error}") from None
+
+
 def messages_of(files, topic):
     """The messages of a topic, in the order of the files."""
     for path in files:
         schemas, channels = {}, {}
         for code, content in bag_records(path):
-            record = Bytes(content)
-            if code == SCHEMA:
-                number, name, encoding = record.number("H"), record.text(), record.text()
-                schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
-            elif code == CHANNEL:
-                number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
-                if name != topic:
-                    continue
-                if encoding != "cdr" or schema not in schemas:
-                    raise BagError(f"{path}: {topic} is encoded as '{encoding}', where cdr with a definition is read")
-                channels[number] = Decoder(*schemas[schema])
-            elif code == MESSAGE:
-                number = record.number("H")
-                if number in channels:
-                    record.take(20)
-                    yield channels[number].decode(record.data[record.at:])
+            with named(path):
+                message = message_in(code, Bytes(content), topic, schemas, channels)
+            if message is not None:
+                yield message
+
+
+def message_in(code, record, topic, schemas, channels):
+    """The message that a record is; None of others, which tell what messages are."""
+    if code == SCHEMA:
+        number, name, encoding = record.number("H"), record.text(), record.text()
+        schemas[number] = (name, encoding, bytes(record.take(record.number("I"))).decode("utf-8", "replace"))
+    elif code == CHANNEL:
+        number, schema, name, encoding = record.number("H"), record.number("H"), record.text(), record.text()
+        if name != topic:
+            return None
+        if encoding != "cdr" or schema not in schemas:
+            raise BagError(f"{topic} is encoded as '{encoding}', where cdr with a definition is read")
+        channels[number] = Decoder(*schemas[schema])
+    elif code == MESSAGE:
+        number = record.number("H")
+        if number in channels:
+            record.take(20)
+            return channels[number].decode(record.data[record.at:])
+    return None
+
+
+# --- Files that are written.
+
+@contextlib.contextmanager
+def written(path):
+    """A text file that appears once it is complete; a failure leaves what was there."""
+    part = f"{path}.part"
+    try:
+        with open(part, "w+", encoding="utf-8", newline="") as file:
+            yield file
+        os.replace(part, path)
+    except OSError as error:
+        raise BagError(f"cannot write {path}: {error.strerror}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+
+
+def told(program, convert, options):
+    """Runs a conversion; what is wrong is told in one line."""
+    try:
+        convert(options)
+        return 0
+    except BagError as error:
+        return f"{program}: {error}"
+    except DAMAGE as error:
+        return f"{program}: {' '.join(options.bag)}: messages are damaged, or not as ROS defines them: {type(error).__name__} {error}"

@@ -12,33 +12,19 @@ It needs no ROS (see mcap_bag.py). docs/importing.md and docs/april_tags.md have
 
 import argparse
 import csv
+import io
 import math
 import pathlib
 import re
 import sys
 
-from mcap_bag import BagError, Decoder, files_of, messages_of, topics_of
+from mcap_bag import BagError, Decoder, chosen_topic, files_of, messages_of, told, topics_of, written
 
 POSES = ("nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
 DETECTIONS, TAGS = "vision_msgs/msg/Detection3DArray", "apriltag_msgs/msg/AprilTagDetectionArray"
 TRANSFORMS, CAMERA, FIX = "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/NavSatFix"
 OPTICAL = (0.5, -0.5, 0.5, 0.5)  # the orientation, in an optical frame, of one with x ahead and z up
 EARTH_RADIUS, EARTH_ECCENTRICITY2 = 6378137.0, 6.69437999014e-3  # WGS 84 [m]
-
-
-def chosen_topic(topics, kinds, given):
-    """The topic that is given, or else the only one of the first kind that the bag has."""
-    of_kinds = [[topic for topic, name in topics.items() if Decoder.short(name) == Decoder.short(kind)] for kind in kinds]
-    if any(given in found for found in of_kinds):
-        return given
-    first = next((found for found in of_kinds if found), [])
-    if given is None and len(first) == 1:
-        return first[0]
-    listed = ", ".join(f"{topic} ({name})" for topic, name in sorted(topics.items())) or "none"
-    wanted = " or ".join(kinds)
-    why = (f"{given} is no topic of {wanted}" if given else
-           f"{len(first)} topics are {wanted}: name one" if first else f"no topic is {wanted}")
-    raise BagError(f"{why}; the bag has {listed}")
 
 
 def time_of(header):
@@ -90,22 +76,29 @@ def transform_of(transform):
     return (p["x"], p["y"], p["z"]), quaternion_of(transform["transform"]["rotation"])
 
 
-def transforms_of(files, topics, *names):
-    """(time, parent, child, pose) of all transforms on the topics of these names."""
-    for name in names:
-        if Decoder.short(topics.get(name, "")) != Decoder.short(TRANSFORMS):
-            continue
+def transforms_of(files, topics, *names, beside=None):
+    """(time, parent, child, pose) of all transforms on the topics of these names, /tf also in namespaces. Of several
+    namespaces, that of the topic `beside`, as /robot1/tf of /robot1/scan, and the global one."""
+    found = [topic for topic, kind in topics.items() if Decoder.short(kind) == Decoder.short(TRANSFORMS)
+             and any(topic == name or name in ("/tf", "/tf_static") and topic.endswith(name) for name in names)]
+    near = [topic for topic in found if beside and beside.startswith(topic.rsplit("/", 1)[0] + "/")]
+    for name in near or found:
         for message in messages_of(files, name):
             for transform in message["transforms"]:
                 header = transform["header"]
-                yield time_of(header), header["frame_id"], transform["child_frame_id"], transform_of(transform)
+                yield time_of(header), frame_of(header["frame_id"]), frame_of(transform["child_frame_id"]), transform_of(transform)
+
+
+def frame_of(name):
+    """The name of a frame, which ROS 1 began with a slash."""
+    return name.lstrip("/")
 
 
 def rising(timed_poses):
-    """Poses whose times rise, and how many do not."""
+    """Poses in the order of their times, each time once, and how many are left out."""
     kept, dropped = [], 0
-    for time, pose in timed_poses:
-        if kept and time <= kept[-1][0]:
+    for time, pose in sorted(timed_poses, key=lambda timed: timed[0]):
+        if kept and time == kept[-1][0] or not all(math.isfinite(x) for part in pose for x in part):
             dropped += 1
         else:
             kept.append((time, pose))
@@ -232,20 +225,19 @@ def fix_rows(messages):
 
 # --- What is written.
 
-def write_table(path, names, rows):
-    """Without columns that are empty throughout."""
+def table_of(names, rows):
+    """The text of a table, without columns that are empty throughout, and the number of its rows."""
     names = names[:len(rows[0])] if rows else names[:3]
     used = [i for i in range(len(names)) if i < 3 or any(row[i] != "" for row in rows)]
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow([names[i] for i in used])
-        table.writerows([[row[i] for i in used] for row in rows])
-    print(f"wrote {path}: {len(rows)} rows")
+    file = io.StringIO()
+    table = csv.writer(file, lineterminator="\n")
+    table.writerow([names[i] for i in used])
+    table.writerows([[row[i] for i in used] for row in rows])
+    return file.getvalue(), len(rows)
 
 
-def write_lines(path, rows):
-    path.write_text("".join(" ".join(map(repr, row)) + "\n" for row in rows), encoding="utf-8")
-    print(f"wrote {path}: {len(rows)} rows")
+def lines_of(rows):
+    return "".join(" ".join(map(repr, row)) + "\n" for row in rows), len(rows)
 
 
 def tell_dropped(count, reason):
@@ -256,7 +248,7 @@ def tell_dropped(count, reason):
 def odometry_of(files, topics, options):
     """(time, pose) of the robot, times rising."""
     if options.odometry_tf:
-        parent, child = options.odometry_tf
+        parent, child = map(frame_of, options.odometry_tf)
         found = ((time, pose) for time, a, b, pose in transforms_of(files, topics, "/tf") if (a, b) == (parent, child))
     else:
         topic = chosen_topic(topics, POSES, options.odometry)
@@ -264,21 +256,21 @@ def odometry_of(files, topics, options):
     poses, dropped = rising(found)
     if options.odometry_tf and not poses:
         raise BagError(f"/tf has no transform from {parent} to {child}")
-    tell_dropped(dropped, "odometry dropped: its time does not rise")
+    tell_dropped(dropped, "odometry dropped: its time was there before, or a number is not finite")
     return poses
 
 
-def write_odometry(out, files, topics, options):
+def odometry_table(files, topics, options):
     poses = odometry_of(files, topics, options)
     names = ["time", "x", "y", "yaw"] if options.plane else ["time", "x", "y", "z", "yaw", "pitch", "roll"]
-    write_table(out / "odometry.csv", names, [odometry_row(time, pose, options.plane) for time, pose in poses])
+    return table_of(names, [odometry_row(time, pose, options.plane) for time, pose in poses])
 
 
 def detected(files, topics, options):
     """Rows of detections, whether their frame is an optical one, and its name."""
     if options.tags:
         found = transforms_of(files, topics, options.detections or "/tf")
-        return transform_rows(found, options.tags, options.plane), True, options.tags
+        return transform_rows(found, frame_of(options.tags), options.plane), True, options.tags
     topic = chosen_topic(topics, (TAGS,) if options.tag_size else (DETECTIONS, TAGS), options.detections)
     frame = next((m["header"]["frame_id"] for m in messages_of(files, topic)), "")
     if Decoder.short(topics[topic]) != Decoder.short(TAGS):
@@ -295,9 +287,11 @@ def detected(files, topics, options):
     return rows, True, frame
 
 
-def sensor_pose(files, topics, base, frame, optical):
-    """Where the sensor is on the robot: position and rotation."""
-    parents = {child: (parent, pose) for _, parent, child, pose in transforms_of(files, topics, "/tf", "/tf_static")}
+def sensor_pose(files, topics, base, frame, optical, beside=None):
+    """Where the sensor is on the robot: position and rotation. `beside` is the topic of what it saw."""
+    base, frame = frame_of(base), frame_of(frame)
+    parents = {child: (parent, pose)
+               for _, parent, child, pose in transforms_of(files, topics, "/tf", "/tf_static", beside=beside)}
     at, pose = frame, ((0.0, 0.0, 0.0), OPTICAL if optical else (0.0, 0.0, 0.0, 1.0))
     for _ in range(len(parents) + 1):
         if at == base:
@@ -309,25 +303,25 @@ def sensor_pose(files, topics, base, frame, optical):
     return pose
 
 
-def tell_sensor_pose(files, topics, base, frame, optical):
+def tell_sensor_pose(files, topics, base, frame, optical, beside):
     """Prints the same as an option of hybrid-import."""
-    position, rotation = sensor_pose(files, topics, base, frame, optical)
+    position, rotation = sensor_pose(files, topics, base, frame, optical, beside)
     numbers = (*position, *angles_of(rotation))
     print("give hybrid-import: --sensor-pose " + " ".join(f"{x + 0.0:.6g}" for x in numbers))
 
 
-def write_truth(out, files, topics, topic):
+def truth_of(files, topics, topic):
+    """The name of the file of what is true, its text, and the number of its rows."""
     topic = chosen_topic(topics, (*POSES, FIX), topic)
     if Decoder.short(topics[topic]) != Decoder.short(FIX):
         poses, dropped = rising((time_of(m["header"]), pose_of(m)) for m in messages_of(files, topic))
-        write_lines(out / "truth.tum", [[time, *p, *q] for time, (p, q) in poses])
-        tell_dropped(dropped, "truth dropped: its time does not rise")
-        return
+        tell_dropped(dropped, "truth dropped: its time was there before, or a number is not finite")
+        return "truth.tum", *lines_of([[time, *p, *q] for time, (p, q) in poses])
     rows, dropped, origin = fix_rows(messages_of(files, topic))
     tell_dropped(dropped, "satellite fixes dropped: they are none")
     if origin:
         print(f"east, north and up of latitude {origin[0]!r}, longitude {origin[1]!r}, altitude {origin[2]!r}")
-    write_lines(out / "truth.xyz", rows)
+    return "truth.xyz", *lines_of(rows)
 
 
 def convert(options):
@@ -336,15 +330,19 @@ def convert(options):
         raise BagError("no MCAP file is there")
     topics = topics_of(files)
     rows, optical, frame = detected(files, topics, options)
+    measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
+    tables = [("odometry.csv", *odometry_table(files, topics, options)),
+              ("detections.csv", *table_of([*measured, "class", "score", "id", "sigma_range"], rows))]
+    if options.truth:
+        tables.append(truth_of(files, topics, options.truth))
     out = pathlib.Path(options.output)
     out.mkdir(parents=True, exist_ok=True)
-    write_odometry(out, files, topics, options)
-    measured = ["time", "range", "yaw"] if options.plane else ["time", "range", "yaw", "pitch"]
-    write_table(out / "detections.csv", [*measured, "class", "score", "id", "sigma_range"], rows)
-    if options.truth:
-        write_truth(out, files, topics, options.truth)
+    for name, text, count in tables:
+        with written(out / name) as file:
+            file.write(text)
+        print(f"wrote {out / name}: {count} rows")
     if options.base:
-        tell_sensor_pose(files, topics, options.base, frame, optical)
+        tell_sensor_pose(files, topics, options.base, frame, optical, options.detections)
 
 
 def parser_of(doc, placed):
@@ -381,10 +379,7 @@ def main():
         parser.error("--tag-size is a length in metres")
     if not 0 < options.pixel_sigma < 1000:
         parser.error("--pixel-sigma is a number of pixels above 0")
-    try:
-        convert(options)
-    except BagError as error:
-        sys.exit(f"mcap_to_csv: {error}")
+    sys.exit(told("mcap_to_csv", convert, options))
 
 
 if __name__ == "__main__":

@@ -95,6 +95,16 @@ std::optional<double> iso_time(std::string_view word) {
   return static_cast<double>(midnight + 60 * (60 * *hour + *minute - *offset)) + second;
 }
 
+/// The unit in which a number is a time between 2001 and 2128, as a question; "" if there is none.
+const char* unit_asked(double value) {
+  constexpr double kFirst = 1e9, kLast = 5e9;  // s since 1970
+  const auto is_time = [&](double unit) { return value >= kFirst * unit && value <= kLast * unit; };
+  return is_time(1e3)   ? "; are these milliseconds?"
+         : is_time(1e6) ? "; are these microseconds?"
+         : is_time(1e9) ? "; are these nanoseconds?"
+                        : "";
+}
+
 }  // namespace
 
 void TextRow::cut_words() {
@@ -201,7 +211,8 @@ double TextRow::time(std::size_t i) const {
   }
   const double value = number(i);
   if (std::abs(value) <= kLargestTime) return value;
-  fail(i, in_quotes((*this)[i]) + " is not a time in seconds: it is beyond 1e11");
+  fail(i, in_quotes((*this)[i]) + " is not a time in seconds: it is beyond 1e11" +
+              unit_asked(std::abs(value)));
 }
 
 std::int64_t TextRow::id(std::size_t i, std::int64_t most) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "libhybrid/core/detail/quantile.h"
 #include "libhybrid/core/spatial_values.h"
@@ -51,7 +52,114 @@ Eigen::Vector3d sighted_place(const MovedSightings& frame, const Eigen::VectorXd
   return frame.T_odometry_robot * (frame.sightings.T_robot_sensor * from_polar(polar));
 }
 
+/// One of the places where an id was seen.
+struct SeenPlace {
+  Eigen::Vector3d place;
+  Eigen::Matrix3d covariance;  // of what was seen there last, and of the odometry since
+  std::size_t sightings = 1;
+};
+
+/// Sigmas between a place and what is seen now, by which it is another place.
+constexpr double kElsewhere = 5;
+/// Odometry may be so many times worse than stated: what is elsewhere after a long way tells
+/// nothing.
+constexpr double kWorseOdometry = 5;
+constexpr std::size_t kFewestThere = 3;
+constexpr double kLeastShare = 0.2;  // of the sightings of an id; less are errors
+constexpr std::size_t kMostPlaces = 8;
+
+/// Of a place that was sighted, by the noise that is stated of the sighting.
+Eigen::Matrix3d place_covariance(const MovedSightings& frame, const MeasuredPoint& m) {
+  Eigen::Vector3d polar = Eigen::Vector3d::Zero();
+  polar.head(m.z.size()) = m.z;
+  Eigen::Matrix3d sigma = Eigen::Matrix3d::Zero();
+  sigma.topLeftCorner(m.z.size(), m.z.size()) = m.covariance;
+  Eigen::Matrix3d J;
+  from_polar(polar, &J);
+  const Eigen::Matrix3d R =
+      (frame.T_odometry_robot * frame.sightings.T_robot_sensor).rotation().matrix();
+  return R * J * sigma * J.transpose() * R.transpose();
+}
+
+/// The places of one id, in the order in which it was seen.
+class PlacesOfId {
+ public:
+  /// `drift` is the variance of the odometry since the sighting before [m^2].
+  void add(const Eigen::Vector3d& place, const Eigen::Matrix3d& covariance, double drift) {
+    for (SeenPlace& p : places_) p.covariance += drift * Eigen::Matrix3d::Identity();
+    std::size_t best = places_.size();
+    double least = kElsewhere * kElsewhere;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const Eigen::Vector3d e = place - places_[i].place;
+      const Eigen::Matrix3d P =
+          places_[i].covariance + covariance + kRounded * Eigen::Matrix3d::Identity();
+      const double squared = e.dot(P.ldlt().solve(e));
+      if (squared < least) {
+        least = squared;
+        best = i;
+      }
+    }
+    if (best == places_.size()) {
+      if (places_.size() >= kMostPlaces) return;
+      places_.push_back({place, covariance});
+    } else {
+      SeenPlace& there = places_[best];
+      ++there.sightings;
+      there.place = place;
+      there.covariance = covariance;
+    }
+    ++sightings_;
+  }
+
+  /// How far the two places are apart that are of two things; nothing where they are not.
+  std::optional<double> apart() const {
+    std::vector<const SeenPlace*> all;
+    for (const SeenPlace& p : places_) {
+      const bool is_one = p.sightings >= kFewestThere &&
+                          static_cast<double>(p.sightings) >= kLeastShare * sightings_;
+      if (is_one) all.push_back(&p);
+    }
+    if (all.size() < 2) return std::nullopt;
+    return (all[0]->place - all[1]->place).norm();
+  }
+
+ private:
+  static constexpr double kRounded = 1e-6;  // m^2, of numbers in millimetres
+  std::vector<SeenPlace> places_;
+  double sightings_ = 0;
+};
+
+/// Variance that odometry adds to a place which is `away` from the robot [m^2].
+double drift_of(const SE3::Jacobian& covariance, double away) {
+  return covariance.topLeftCorner<3, 3>().trace() +
+         away * away * covariance.bottomRightCorner<3, 3>().trace();
+}
+
 }  // namespace
+
+std::vector<SharedId> shared_ids(const std::vector<MovedSightings>& frames) {
+  std::map<std::int64_t, PlacesOfId> places;
+  std::map<std::int64_t, SE3::Jacobian> driven;  // when an id was seen: the odometry up to then
+  SE3::Jacobian all = SE3::Jacobian::Zero();
+  int chain = frames.empty() ? 0 : frames.front().chain;
+  for (const MovedSightings& frame : frames) {
+    if (frame.chain != chain) return {};  // places before and after are not in one frame
+    all += frame.motion_covariance;
+    for (std::size_t k = 0; k < frame.ids.size(); ++k) {
+      if (!frame.ids[k]) continue;
+      const MeasuredPoint& m = frame.sightings.seen[k];
+      SE3::Jacobian& before = driven.try_emplace(*frame.ids[k], all).first->second;
+      places[*frame.ids[k]].add(sighted_place(frame, m.z), place_covariance(frame, m),
+                                kWorseOdometry * kWorseOdometry * drift_of(all - before, m.z[0]));
+      before = all;
+    }
+  }
+  std::vector<SharedId> out;
+  for (const auto& [id, of_id] : places) {
+    if (const auto apart = of_id.apart()) out.push_back({id, *apart});
+  }
+  return 4 * out.size() <= places.size() ? out : std::vector<SharedId>();
+}
 
 IdReturns count_id_returns(const std::vector<MovedSightings>& frames) {
   std::map<std::int64_t, IdLife> lives;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "libhybrid/uncertainty/sensor_noise.h"
@@ -24,5 +25,16 @@ struct IdReturns {
 /// the sensor sees most: well within the ranges and angles at which it detected anything. Odometry
 /// that drifts makes some places due that are not, but then ids that last return all the same.
 IdReturns count_id_returns(const std::vector<MovedSightings>& frames);
+
+/// An id that two things have.
+struct SharedId {
+  std::int64_t id = 0;
+  double apart = 0;  ///< of the two [m]
+};
+
+/// Ids that are seen at one place and soon after at another, several times at each, farther apart
+/// than the noise of detections and five times that of odometry allow. Nothing where more than a
+/// quarter of the ids are such.
+std::vector<SharedId> shared_ids(const std::vector<MovedSightings>& frames);
 
 }  // namespace hybrid

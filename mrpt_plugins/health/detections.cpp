@@ -88,7 +88,11 @@ void check_detections(const RunFacts& facts, Health& health) {
         "directions without a range", directions - used, directions, kNoRangeLimits,
         "directions told no range of their thing, and are not used",
         "way of the robot: things get a place where it passes them, not where it drives straight "
-        "at them; [sensor] sigma_yaw_deg; [BearingRangeAssociation] range_sigma, memory"));
+        "at them; noise of the odometry, if it is better than stated: smaller ([reader] "
+        "odometry_sigma_factor, or --walk-rotation and --walk-translation of hybrid-import); "
+        "[BearingRangeAssociation] range_sigma: larger, as 0.3, and memory: longer, as 20; "
+        "[sensor] "
+        "sigma_yaw_deg: smaller, if it is"));
   }
   if (facts.ranges >= kFewestDetections) {
     health.push_back(share_entry("ranges taken for false", facts.false_ranges, facts.ranges,

@@ -3,25 +3,21 @@
 
 #include "mrpt_plugins/import/carmen.h"
 
-#include <bzlib.h>
 #include <fmt/format.h>
 #include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
-#include <new>
 #include <optional>
 #include <utility>
 
 #include "libhybrid/core/error.h"
-#include "libhybrid/io/regular_file.h"
-#include "libhybrid/io/text_reader.h"
-#include "mrpt_plugins/rawlog/byte_io.h"
-#include "mrpt_plugins/rawlog/decoder.h"
+#include "libhybrid/io/parse_number.h"
+#include "mrpt_plugins/import/detail/carmen_lines.h"
 
 namespace hybrid {
 namespace {
@@ -30,130 +26,93 @@ using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
 
-constexpr double kHalfTurn = 180;                        // deg
-constexpr double kUsualMaxRange = 80;                    // m, of the SICK scanners of these logs
-constexpr std::size_t kMostText = std::size_t{1} << 30;  // bytes of a compressed log in memory
-constexpr std::string_view kBzip2Magic = "BZh";
-const TextFormat kCarmenFormat{TextFormat::Cut::kWords, ""};
-
-/// A compressed file as text; `step` appends some of it and returns whether there is more.
-template <class Step>
-std::string unpacked(const std::string& path, Step step) {
-  std::string text;
-  while (step(text)) {
-    if (text.size() > kMostText) {
-      throw Error(path + ": more than 1 GiB when decompressed: decompress it first");
-    }
-  }
-  return text;
-}
-
-/// The streams of a bzip2 file, one after the other; pbzip2 makes several.
-class Bzip2Streams {
- public:
-  Bzip2Streams(const std::string& path, const std::string& bytes) : path_(path), rest_(bytes) {
-    begin();
-  }
-  ~Bzip2Streams() { BZ2_bzDecompressEnd(&stream_); }
-  Bzip2Streams(const Bzip2Streams&) = delete;
-  Bzip2Streams& operator=(const Bzip2Streams&) = delete;
-
-  /// Appends some of the text; returns whether there is more.
-  bool step(std::string& text) {
-    constexpr std::size_t kPortion = std::size_t{1} << 20;
-    const std::size_t before = text.size(), given = std::min(rest_.size(), kPortion);
-    text.resize(before + kPortion);
-    stream_.next_in = const_cast<char*>(rest_.data());
-    stream_.avail_in = static_cast<unsigned>(given);
-    stream_.next_out = text.data() + before;
-    stream_.avail_out = static_cast<unsigned>(kPortion);
-    const int code = BZ2_bzDecompress(&stream_);
-    rest_.remove_prefix(given - stream_.avail_in);
-    text.resize(text.size() - stream_.avail_out);
-    if (code == BZ_STREAM_END) return enter_next();
-    const bool is_stuck = rest_.empty() && text.size() == before;
-    if (code != BZ_OK || is_stuck) {
-      throw Error(path_ + ": the bzip2 data is damaged or ends early; bzip2 -t tells more");
-    }
-    return true;
-  }
-
- private:
-  void begin() {
-    if (BZ2_bzDecompressInit(&stream_, 0, 0) != BZ_OK) throw std::bad_alloc();
-  }
-
-  bool enter_next() {
-    if (!starts_with(rest_, kBzip2Magic)) return false;
-    BZ2_bzDecompressEnd(&stream_);
-    stream_ = {};
-    begin();
-    return true;
-  }
-
-  const std::string& path_;
-  std::string_view rest_;
-  bz_stream stream_{};
-};
-
-std::string unpacked_by_decoder(const std::string& path, const std::string& bytes) {
-  Decoder decoder(source_of(bytes));
-  std::string text = unpacked(path, [&](std::string& all) {
-    constexpr std::size_t kPortion = std::size_t{1} << 16;
-    const std::size_t before = all.size();
-    all.resize(before + kPortion);
-    const std::size_t got = decoder.read(all.data() + before, kPortion);
-    all.resize(before + got);
-    return got > 0;
-  });
-  if (decoder.end() != DecodeEnd::kSound) throw Error(path + ": " + decoder.message());
-  return text;
-}
-
-/// The lines of a log, compressed or not.
-class CarmenLines {
- public:
-  explicit CarmenLines(const std::string& path) {
-    RegularFile file(path);
-    std::string head(4, '\0');
-    head.resize(file.read(head.data(), head.size()));
-    const bool is_bzip2 = starts_with(head, kBzip2Magic);
-    if (!is_bzip2 && compression_of(head) == Compression::kNone) {
-      reader_ = std::make_unique<TextReader>(path, kCarmenFormat);
-      return;
-    }
-    const std::string bytes = read_file(path, kMostText);
-    if (is_bzip2) {
-      Bzip2Streams streams(path, bytes);
-      text_ = unpacked(path, [&](std::string& text) { return streams.step(text); });
-    } else {
-      text_ = unpacked_by_decoder(path, bytes);
-    }
-    reader_ = std::make_unique<TextReader>(text_, path, kCarmenFormat);
-  }
-
-  bool next(TextRow& row) { return reader_->next(row); }
-  double share() const { return text_.empty() ? reader_->share() : 0; }
-  bool is_compressed() const { return !text_.empty(); }
-
- private:
-  std::string text_;
-  std::unique_ptr<TextReader> reader_;
-};
+constexpr double kHalfTurn = 180;        // deg
+constexpr double kUsualMaxRange = 80;    // m, of the SICK scanners of these logs
+constexpr double kMostReach = 1e6;       // m; who says more has no limit
+constexpr double kRoundedLength = 0.02;  // m, of poses that are written in centimetres
+constexpr double kRoundedAngle = 0.01;   // rad
+constexpr double kMostOffset = 5;        // m, of a laser from the middle of its robot
 
 /// One scan of the log.
 struct CarmenScan {
   double time = 0;
-  CPose2D robot;  // by odometry
+  std::optional<CPose2D> robot;  // by odometry
   CPose3D sensor;
   double first_deg = -90, step_deg = 1;
-  double max_range = kUsualMaxRange;
+  double max_range = kUsualMaxRange;  // 0: no limit
   std::vector<double> ranges;
 };
 
 CPose2D pose_in(const TextRow& row, std::size_t at) {
   return {row.coordinate(at), row.coordinate(at + 1), row.number(at + 2)};
 }
+
+/// A range up to which a laser sees [m], 0 where that has no limit.
+double reach_in(const TextRow& row, std::size_t at) {
+  double value = 0;
+  if (parse_number(row[at], value) && !(value > 0 && value < kMostReach)) return 0;
+  return row.coordinate(at);
+}
+
+/// Ranges, with 0 for those that are not finite, as of rays that come back from nothing.
+std::vector<double> ranges_of(const TextRow& row, std::size_t begin, std::size_t end) {
+  std::vector<double> ranges;
+  for (std::size_t i = begin; i < end; ++i) {
+    double value = 0;
+    const bool is_infinite = parse_number(row[i], value) && !std::isfinite(value);
+    ranges.push_back(is_infinite ? 0 : row.number(i));
+  }
+  return ranges;
+}
+
+/// What all lines of a log tell together, which is asked before they are converted.
+class CarmenSurvey {
+ public:
+  explicit CarmenSurvey(CarmenLines& lines) {
+    TextRow row;
+    while (lines.next(row)) {
+      has_odometry = has_odometry || row[0] == "ODOM";
+      if (row[0] == "FLASER") take_poses(row);
+    }
+    lines.rewind();
+  }
+
+  bool has_odometry = false;  // in lines of its own
+
+  /// Where the laser is on the robot: the first pose of FLASER lines is that of the laser, the
+  /// second one that of the robot. Nothing where they are not fixed to each other, as in logs whose
+  /// first poses were corrected.
+  std::optional<CPose2D> laser() const {
+    if (lines_ < 2 || !is_fixed_ || first_.norm() > kMostOffset) return std::nullopt;
+    const Eigen::Vector3d mean = sum_ / static_cast<double>(lines_);
+    return CPose2D(first_.x() + mean.x(), first_.y() + mean.y(), first_.phi() + mean.z());
+  }
+
+ private:
+  void take_poses(const TextRow& row) {
+    std::uint64_t rays = 0;
+    double p[6];
+    if (row.size() < 2 || !parse_number(row[1], rays) || rays > row.size() ||
+        row.size() < rays + 8) {
+      return;
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (!parse_number(row[2 + rays + i], p[i]) || !std::isfinite(p[i])) return;
+    }
+    const CPose2D laser = CPose2D(p[0], p[1], p[2]) - CPose2D(p[3], p[4], p[5]);
+    if (lines_++ == 0) first_ = laser;
+    const Eigen::Vector3d off(laser.x() - first_.x(), laser.y() - first_.y(),
+                              mrpt::math::wrapToPi(laser.phi() - first_.phi()));
+    sum_ += off;
+    is_fixed_ =
+        is_fixed_ && off.head<2>().norm() <= kRoundedLength && std::abs(off.z()) <= kRoundedAngle;
+  }
+
+  std::size_t lines_ = 0;
+  bool is_fixed_ = true;
+  CPose2D first_;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();  // of differences to the first
+};
 
 class CarmenImport {
  public:
@@ -162,10 +121,13 @@ class CarmenImport {
 
   ImportReport run() {
     CarmenLines lines(options_.file);
+    const CarmenSurvey survey(lines);
+    is_driven_ = survey.has_odometry;
+    laser_ = survey.laser();
     TextRow row;
     while (lines.next(row)) {
       log_.used(lines.share());
-      take(row);
+      if (!take_unless_cut(row, lines)) break;
     }
     if (log_.steps() == 0) {
       throw Error(options_.file +
@@ -175,16 +137,38 @@ class CarmenImport {
     for (const auto& [word, count] : left_out_) {
       log_.note(fmt::format("{} lines {} left out", count, word));
     }
+    if (moves_laser_) {
+      log_.note(
+          fmt::format("the laser is at x {:.3f} m, y {:.3f} m, yaw {:.3f} rad of the robot, as "
+                      "the poses of FLASER lines tell",
+                      laser_->x(), laser_->y(), laser_->phi()));
+    }
+    if (!contradiction_.empty()) log_.note(contradiction_);
     if (assumes_angle_) {
       log_.note(
           "the log does not say what angle the rays of FLASER lines cover: 180 degrees taken; "
           "--fov says another");
     }
-    if (!lines.is_compressed()) log_.note_end(options_.file);
+    if (!lines.is_compressed() && !is_cut_) log_.note_end(options_.file);
     return log_.finish();
   }
 
  private:
+  /// False where the line cannot be read since the file was cut off within it.
+  bool take_unless_cut(const TextRow& row, CarmenLines& lines) {
+    try {
+      take(row);
+      return true;
+    } catch (const Error&) {
+      TextRow other;
+      if (log_.steps() == 0 || !lines.is_cut() || lines.next(other)) throw;
+    }
+    is_cut_ = true;
+    log_.note(fmt::format("{}: its last line, {}, is cut off: what comes before it is used",
+                          options_.file, row.line()));
+    return false;
+  }
+
   void take(const TextRow& row) {
     const std::string_view word = row[0];
     if (word == "PARAM") {
@@ -206,8 +190,12 @@ class CarmenImport {
   void take_parameter(const TextRow& row) {
     if (row.size() < 3) return;
     if (row[1] == "laser_front_laser_resolution") step_deg_ = row.number(2);
+    if (row[1] == "laser_front_laser_fov") {
+      const double fov = row.number(2);  // in degrees, or of other writers in radians
+      fov_deg_ = fov <= 2 * M_PI ? mrpt::RAD2DEG(fov) : fov;
+    }
     if (row[1] == "robot_frontlaser_offset") offset_ = row.coordinate(2);
-    if (row[1] == "robot_front_laser_max") max_range_ = row.coordinate(2);
+    if (row[1] == "robot_front_laser_max") max_range_ = reach_in(row, 2);
   }
 
   /// Ranges behind their number in word `at`, and the words behind them; `more` words must follow.
@@ -220,7 +208,7 @@ class CarmenImport {
                                        "behind their number",
                                        count, more));
     }
-    return row.numbers(at + 1, at + 1 + count);
+    return ranges_of(row, at + 1, at + 1 + count);
   }
 
   CarmenScan front_laser(const TextRow& row) {
@@ -230,20 +218,46 @@ class CarmenImport {
     const std::size_t behind = 2 + scan.ranges.size();
     scan.robot = pose_in(row, behind + 3);
     scan.time = row.time(behind + 6);
-    scan.sensor = CPose3D(offset_, 0, 0, 0, 0, 0);
+    scan.sensor = CPose3D(front_laser_pose());
     scan.max_range = max_range_ > 0 ? max_range_ : kUsualMaxRange;
     const std::size_t rays = scan.ranges.size();
-    assumes_angle_ = assumes_angle_ || (options_.fov_deg == 0 && step_deg_ == 0);
-    if (options_.fov_deg == 0 && step_deg_ > 0) {
-      scan.step_deg = step_deg_;
-    } else {
-      const double angle = options_.fov_deg > 0 ? options_.fov_deg : kHalfTurn;
-      const std::size_t steps = rays % 2 == 0 ? rays : rays - 1;
-      scan.step_deg = steps > 0 ? angle / static_cast<double>(steps) : 0;
-    }
+    scan.step_deg = step_of(rays);
     const std::size_t before_middle = rays / 2;
     scan.first_deg = -scan.step_deg * static_cast<double>(before_middle);
     return scan;
+  }
+
+  /// As PARAM lines tell it, unless the poses of the lines tell another than these round.
+  CPose2D front_laser_pose() {
+    const CPose2D stated(offset_, 0, 0);
+    if (!laser_) return stated;
+    const CPose2D off = *laser_ - stated;
+    const bool is_same = off.norm() <= kRoundedLength && std::abs(off.phi()) <= kRoundedAngle;
+    moves_laser_ = moves_laser_ || !is_same;
+    return is_same ? stated : *laser_;
+  }
+
+  /// The angle between rays of FLASER lines [deg]. With an even number of rays the last is one step
+  /// before the end of the field of view.
+  double step_of(std::size_t rays) {
+    const std::size_t steps = rays % 2 == 0 ? rays : rays - 1;
+    const auto of = [&](double fov) { return steps > 0 ? fov / static_cast<double>(steps) : 0; };
+    if (options_.fov_deg > 0) return of(options_.fov_deg);
+    if (fov_deg_ <= 0 && step_deg_ <= 0) {
+      assumes_angle_ = true;
+      return of(kHalfTurn);
+    }
+    if (fov_deg_ <= 0 || step_deg_ <= 0) return step_deg_ > 0 ? step_deg_ : of(fov_deg_);
+    const double told = step_deg_ * static_cast<double>(steps);
+    if (std::abs(told - fov_deg_) <= 1.5 * step_deg_ || steps == 0) return step_deg_;
+    // Lasers have four, two or one ray a degree: what makes it so is right.
+    const double octaves = -std::log2(of(fov_deg_));
+    const bool is_usual = octaves > -0.5 && std::abs(octaves - std::round(octaves)) < 0.01;
+    contradiction_ = fmt::format(
+        "PARAM lines contradict each other: {} rays {} degrees apart cover {:.4g} degrees, and the "
+        "field of view is {:.4g}; the {} is taken, --fov says another",
+        rays, step_deg_, told, fov_deg_, is_usual ? "latter" : "former");
+    return is_usual ? of(fov_deg_) : step_deg_;
   }
 
   /// Laser type, angles and ranges that ROBOTLASER1 and RAWLASER1 begin with; `behind` becomes the
@@ -254,7 +268,7 @@ class CarmenImport {
     scan.ranges = ranges_in(row, kNumberOfRanges, 1 + more);
     scan.first_deg = mrpt::RAD2DEG(row.number(2));
     scan.step_deg = mrpt::RAD2DEG(row.number(4));
-    scan.max_range = row.coordinate(5);
+    scan.max_range = reach_in(row, 5);
     behind = kNumberOfRanges + 1 + scan.ranges.size();
     const std::size_t remissions = ranges_in(row, behind, more).size();
     behind += 1 + remissions;
@@ -266,7 +280,7 @@ class CarmenImport {
     std::size_t behind = 0;
     CarmenScan scan = described_laser(row, kMore, behind);
     scan.robot = pose_in(row, behind + 3);
-    scan.sensor = CPose3D(pose_in(row, behind) - scan.robot);
+    scan.sensor = CPose3D(pose_in(row, behind) - *scan.robot);
     scan.time = row.time(behind + 11);
     return scan;
   }
@@ -275,11 +289,11 @@ class CarmenImport {
     constexpr std::size_t kMore = 3;  // time, host, time of the logger
     std::size_t behind = 0;
     CarmenScan scan = described_laser(row, kMore, behind);
-    if (!odometry_) {
+    if (!odometry_ && is_driven_) {
       log_.drop("scan dropped: no odometry before it");
       return;
     }
-    scan.robot = *odometry_;
+    scan.robot = odometry_;
     scan.sensor = CPose3D(offset_, 0, 0, 0, 0, 0);
     scan.time = row.time(behind);
     add(std::move(scan));
@@ -296,7 +310,9 @@ class CarmenImport {
       log_.drop("time stamp repaired: it went backwards, that of the scan before taken");
     }
     ImportedStep step{scan.time, {}, {observation_of(scan)}, {}};
-    if (last_) step.motion = motion_between(last_->second, scan.robot);
+    if (last_ && last_->second && scan.robot) {
+      step.motion = motion_between(*last_->second, *scan.robot);
+    }
     last_ = {scan.time, scan.robot};
     log_.add(step);
   }
@@ -323,17 +339,19 @@ class CarmenImport {
     for (std::size_t i = 0; i < rays; ++i) {
       const double range = scan.ranges[i];
       out->setScanRange(i, static_cast<float>(range));
-      out->setScanRangeValidity(i, range > 0 && range < scan.max_range);
+      out->setScanRangeValidity(i, range > 0 && (scan.max_range == 0 || range < scan.max_range));
     }
     return out;
   }
 
   const CarmenOptions& options_;
   LogWriter log_;
-  double step_deg_ = 0, offset_ = 0, max_range_ = 0;  // of PARAM lines; 0: not told
-  bool assumes_angle_ = false;
-  std::optional<CPose2D> odometry_;  // of the last ODOM line
-  std::optional<std::pair<double, CPose2D>> last_;
+  double step_deg_ = 0, fov_deg_ = 0, offset_ = 0, max_range_ = 0;  // of PARAM lines; 0: not told
+  std::optional<CPose2D> laser_;  // on the robot, by the poses of FLASER lines
+  bool is_driven_ = false, assumes_angle_ = false, moves_laser_ = false, is_cut_ = false;
+  std::string contradiction_;                                      // of PARAM lines
+  std::optional<CPose2D> odometry_;                                // of the last ODOM line
+  std::optional<std::pair<double, std::optional<CPose2D>>> last_;  // time and robot
   std::map<std::string, std::size_t> left_out_;
 };
 

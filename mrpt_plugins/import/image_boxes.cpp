@@ -9,148 +9,18 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "libhybrid/core/error.h"
 #include "libhybrid/io/escaped.h"
-#include "libhybrid/io/folders.h"
 #include "mrpt_plugins/import/detail/detection_steps.h"
+#include "mrpt_plugins/import/detail/read_boxes.h"
 
 namespace hybrid {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::int64_t kNoClass = -1;
-constexpr std::int64_t kMostImages = 1'000'000'000;
-constexpr std::uintmax_t kMostJson = std::uintmax_t{1} << 30;  // bytes
-
-struct ImageBox {
-  std::int64_t image = 0;
-  std::int64_t category = kNoClass;
-  double left = 0, top = 0, width = 0, height = 0;  // [pixels]
-  double score = 1;
-};
-
-/// The number that a name ends in.
-std::optional<std::int64_t> image_number(std::string name) {
-  while (!name.empty() && std::isdigit(static_cast<unsigned char>(name.back())) == 0) {
-    name.pop_back();
-  }
-  std::size_t first = name.size();
-  while (first > 0 && std::isdigit(static_cast<unsigned char>(name[first - 1])) != 0) --first;
-  const std::string digits = name.substr(first);
-  constexpr std::size_t kMostDigits = 9;
-  const std::size_t leading = std::min(digits.find_first_not_of('0'), digits.size());
-  if (digits.empty() || digits.size() - leading > kMostDigits) return std::nullopt;
-  return std::stoll(digits);
-}
-
-/// Rows frame, id, left, top, width, height, score; further columns are not used.
-std::vector<ImageBox> read_mot(const std::string& path) {
-  std::vector<ImageBox> boxes;
-  TextReader text(path);
-  TextRow row;
-  while (text.next(row)) {
-    row.expect(7, 64, "frame, id, left, top, width, height and score");
-    const double score = row.number(6);
-    boxes.push_back({row.id(0, kMostImages), kNoClass, row.coordinate(2), row.coordinate(3),
-                     row.coordinate(4), row.coordinate(5), score < 0 ? 1 : score});
-  }
-  return boxes;
-}
-
-/// A file for each image, named by its number, with rows class, middle, size and perhaps the score,
-/// in shares of the image. classes.txt names the classes.
-std::vector<ImageBox> read_yolo(const std::string& folder, const ImageBoxOptions& o,
-                                std::map<std::int64_t, std::string>& names) {
-  if (!(o.image_width > 0 && o.image_height > 0)) {
-    throw Error(folder +
-                ": boxes of YOLO are shares of the image: --image-width and "
-                "--image-height tell its size in pixels");
-  }
-  std::map<std::int64_t, fs::path> files;
-  std::vector<ImageBox> boxes;
-  for (const FolderEntry& entry : entries_of(folder)) {
-    const fs::path path = fs::path(folder) / entry.name;
-    if (path.extension() != ".txt") continue;
-    if (entry.name == "classes.txt") {
-      TextReader text(path.string(), TextFormat{TextFormat::Cut::kWords, ""});
-      std::string_view line;
-      for (std::int64_t i = 0; text.next_line(line); ++i) {
-        names.try_emplace(i, std::string(line.substr(0, line.find_last_not_of(" \t\r") + 1)));
-      }
-      continue;
-    }
-    const auto number = image_number(path.stem().string());
-    if (!number) {
-      throw Error(path.string() + ": the name has no number of an image (1 to 9 digits)");
-    }
-    const auto [other, is_new] = files.emplace(*number, path);
-    if (is_new) continue;
-    throw Error(fmt::format("{} and {} are both of image {}", path.string(), other->second.string(),
-                            *number));
-  }
-  if (files.empty()) throw Error(folder + ": no .txt file of an image is there");
-  for (const auto& [number, path] : files) {
-    if (fs::file_size(path) == 0) continue;  // nothing was seen
-    TextReader text(path.string(), TextFormat{TextFormat::Cut::kWords, ""});
-    TextRow row;
-    while (text.next(row)) {
-      row.expect(5, 7, "class, x, y, width, height and perhaps score and id");
-      const double w = row.coordinate(3) * o.image_width, h = row.coordinate(4) * o.image_height;
-      boxes.push_back({number, row.id(0), row.coordinate(1) * o.image_width - w / 2,
-                       row.coordinate(2) * o.image_height - h / 2, w, h,
-                       row.size() > 5 ? row.number(5) : 1.0});
-    }
-  }
-  return boxes;
-}
-
-/// A list of {image_id, category_id, bbox: [left, top, width, height], score}.
-std::vector<ImageBox> read_coco(const std::string& path) {
-  if (fs::file_size(path) > kMostJson) throw Error(path + ": more than 1 GiB");
-  std::ifstream file(path);
-  const nlohmann::json all = nlohmann::json::parse(file, nullptr, false);
-  if (!all.is_array()) {
-    throw Error(path +
-                ": not the results of COCO, which are a list of objects with image_id, "
-                "category_id, bbox and score");
-  }
-  std::vector<ImageBox> boxes;
-  for (const nlohmann::json& entry : all) {
-    const auto fail = [&](const char* what) {
-      throw Error(fmt::format("{}: entry {}: {}", path, boxes.size() + 1, what));
-    };
-    const auto number = [&](const nlohmann::json& value, const char* what) {
-      const bool good = value.is_number() && std::abs(value.get<double>()) <= kLargestCoordinate;
-      if (!good) fail(what);
-      return value.get<double>();
-    };
-    if (!entry.is_object()) fail("not an object");
-    ImageBox box;
-    const nlohmann::json id = entry.value("image_id", nlohmann::json());
-    const auto image = id.is_string() ? image_number(id.get<std::string>())
-                       : id.is_number_unsigned() && id.get<std::uint64_t>() < kMostImages
-                           ? std::optional<std::int64_t>(id.get<std::int64_t>())
-                           : std::nullopt;
-    if (!image) fail("image_id is no number, or no name that ends in one of at most 9 digits");
-    box.image = *image;
-    const nlohmann::json category = entry.value("category_id", nlohmann::json());
-    if (!category.is_number_unsigned()) fail("category_id is no number");
-    box.category = category.get<std::int64_t>();
-    const nlohmann::json bbox = entry.value("bbox", nlohmann::json());
-    if (!bbox.is_array() || bbox.size() != 4) fail("bbox has not four numbers");
-    double* const parts[] = {&box.left, &box.top, &box.width, &box.height};
-    for (std::size_t i = 0; i < 4; ++i) *parts[i] = number(bbox[i], "bbox has not four numbers");
-    box.score = number(entry.value("score", nlohmann::json()), "score is no number");
-    boxes.push_back(box);
-  }
-  return boxes;
-}
 
 /// NAME=VALUE of an option.
 std::pair<std::string, std::string> halves(const std::string& text, const char* option) {
@@ -164,8 +34,10 @@ std::pair<std::string, std::string> halves(const std::string& text, const char* 
 /// The times of images.
 class ImageClock {
  public:
-  explicit ImageClock(const ImageBoxOptions& o) : options_(o) {
+  ImageClock(const ImageBoxOptions& o, const std::map<std::int64_t, double>& stamps)
+      : options_(o), times_(stamps) {
     if (o.frame_times.empty()) {
+      if (!times_.empty()) return;
       constexpr double kLongest = 1e6;  // s
       if (!(std::abs(o.start) <= kLargestTime) || o.period > kLongest) {
         throw Error(fmt::format("--start is at most {} s, and --period at most {} s", kLargestTime,
@@ -178,13 +50,17 @@ class ImageClock {
     }
     NamedTable table(o.frame_times, {"frame", "time"}, {{"timestamp", "time"}, {"image", "frame"}});
     table.require({"frame", "time"});
+    times_.clear();
     while (table.next()) {
       times_[table.row().id(table.column("frame"), kMostImages)] = table.time();
     }
   }
+  const std::string& table() const { return options_.frame_times; }
+  /// Whether times follow from the numbers of images.
+  bool is_counted() const { return options_.frame_times.empty() && times_.empty(); }
   /// None for an image that the table lacks.
   std::optional<double> at(std::int64_t image) const {
-    if (options_.frame_times.empty()) {
+    if (is_counted()) {
       return options_.start + static_cast<double>(image) * options_.period;
     }
     const auto it = times_.find(image);
@@ -315,8 +191,10 @@ std::vector<std::string> classes_of(const std::vector<ImageBox>& boxes, const Bo
     const std::string name = camera.name_of(box);
     if (!name.empty()) met.insert(name);
     if (!name.empty() && (box.score < 0 || box.score > 1)) {
-      throw Error(fmt::format("{}: a box of image {} has the score {}, which is no probability",
-                              path, box.image, box.score));
+      const bool is_whole = box.score == std::floor(box.score);
+      throw Error(fmt::format(
+          "{}: a box of image {} has the score {}, which is no probability{}", path, box.image,
+          box.score, is_whole ? "; is it the id of a tracker? A score comes before it" : ""));
     }
   }
   camera.check_heights(met);
@@ -329,20 +207,51 @@ std::vector<std::string> classes_of(const std::vector<ImageBox>& boxes, const Bo
   return classes;
 }
 
+/// Adds a frame for each image, also for one without boxes; returns the time of the first.
+double add_images(const ImageBoxes& boxes, const BoxCamera& camera, const ImageClock& clock,
+                  const std::vector<std::string>& classes, DetectionSteps& steps, LogWriter& log) {
+  const bool is_3d = steps.is_3d();
+  double first = 0;
+  auto box = boxes.all.begin();
+  for (const auto& [image, name] : boxes.images) {
+    const auto done = static_cast<double>(box - boxes.all.begin());
+    log.used(done / static_cast<double>(std::max<std::size_t>(1, boxes.all.size())));
+    const std::optional<double> time = clock.at(image);
+    if (time) {
+      if (!std::isfinite(steps.time())) first = *time;
+      if (*time < steps.time()) {
+        throw Error(fmt::format("{}: time goes backwards at image {}", clock.table(), image));
+      }
+      if (!steps.is_of(*time)) {
+        steps.end();
+        steps.begin(*time, camera.has_heights(), is_3d, classes);
+      }
+    }
+    for (; box != boxes.all.end() && box->image == image; ++box) {
+      const char* fault = camera.fault(*box);
+      if (fault == nullptr && !time) fault = "box dropped: --frame-times has not its image";
+      if (fault != nullptr) {
+        log.drop(fault);
+        continue;
+      }
+      auto d = camera.detection(*box, is_3d);
+      d.class_scores = scores_of_box(camera.name_of(*box), box->score, classes);
+      auto& frame = d.range > 0 ? steps.frame() : steps.directions();
+      frame.detections.push_back(std::move(d));
+    }
+  }
+  return first;
+}
+
 }  // namespace
 
 ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter& log) {
   const std::string& path = options.detections;
-  const bool is_folder = fs::is_directory(path), is_json = fs::path(path).extension() == ".json";
-  std::map<std::int64_t, std::string> names;
-  std::vector<ImageBox> boxes = is_folder ? read_yolo(path, options.boxes, names)
-                                : is_json ? read_coco(path)
-                                          : read_mot(path);
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const ImageBox& a, const ImageBox& b) { return a.image < b.image; });
-  const BoxCamera camera(options.boxes, std::move(names));
-  const ImageClock clock(options.boxes);
-  const std::vector<std::string> classes = classes_of(boxes, camera, options);
+  const bool is_json = fs::path(path).extension() == ".json";
+  ImageBoxes boxes = read_image_boxes(options);
+  const BoxCamera camera(options.boxes, std::move(boxes.classes));
+  const ImageClock clock(options.boxes, boxes.stamps);
+  const std::vector<std::string> classes = classes_of(boxes.all, camera, options);
   DetectionTablesOptions seen = options;
   if (seen.fov == 0) seen.fov = camera.fov();
   DetectionSteps steps(seen, log);
@@ -352,40 +261,24 @@ ImportReport import_image_boxes(const DetectionTablesOptions& options, LogWriter
         "the odometry is in space: --center-v, the row that the camera looks along, or "
         "--image-height must be given in pixels");
   }
-  double first = 0;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const ImageBox& box = boxes[i];
-    log.used(static_cast<double>(i) / static_cast<double>(boxes.size()));
-    const char* fault = camera.fault(box);
-    const std::optional<double> time = clock.at(box.image);
-    if (fault == nullptr && !time) fault = "box dropped: --frame-times has not its image";
-    if (fault != nullptr) {
-      log.drop(fault);
-      continue;
-    }
-    if (!std::isfinite(steps.time())) first = *time;
-    if (*time < steps.time()) {
-      throw Error(
-          fmt::format("{}: time goes backwards at image {}", options.boxes.frame_times, box.image));
-    }
-    if (!steps.is_of(*time)) {
-      steps.end();
-      steps.begin(*time, camera.has_heights(), is_3d, classes);
-    }
-    auto d = camera.detection(box, is_3d);
-    d.class_scores = scores_of_box(camera.name_of(box), box.score, classes);
-    auto& frame = d.range > 0 ? steps.frame() : steps.directions();
-    frame.detections.push_back(std::move(d));
-  }
+  const double first = add_images(boxes, camera, clock, classes, steps, log);
   steps.end();
   steps.finish(0);
   log.note_end(options.odometry);
   if (!is_json) log.note_end(path);  // a part of a list is none
+  if (clock.is_counted() && !boxes.images.empty() && boxes.images.begin()->first == 1) {
+    log.note(
+        fmt::format("{}: images are numbered from 1: that one is taken to be of {:.6g} s, since "
+                    "--start is the time of image 0",
+                    path, *clock.at(1)));
+  }
   if (log.steps() == 0) {
-    throw Error(
-        fmt::format("{}: no box has odometry around it: they are of {} to {} s, and the "
-                    "odometry begins at {} s; --start is the time of image 0",
-                    path, first, std::max(first, steps.time()), steps.start_of_odometry()));
+    throw Error(fmt::format(
+        "{}: no box has odometry around it: they are of {} to {} s, and the odometry begins at {} "
+        "s; {}",
+        path, first, std::max(first, steps.time()), steps.start_of_odometry(),
+        boxes.stamps.empty() ? "--start is the time of image 0"
+                             : "the names of the images are taken for their times"));
   }
   return log.finish();
 }

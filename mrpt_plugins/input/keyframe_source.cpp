@@ -38,10 +38,12 @@ std::optional<DetectionFrame> take_robots(DetectionFrame& frame,
   return out;
 }
 
-/// Hides the ids of what is no robot.
-void hide_ids(const std::set<std::int64_t>& robots, DetectionFrame& frame) {
+/// Hides the ids of what is no robot: all, or those of two things.
+void hide_ids(const LogCorrection& correction, const std::set<std::int64_t>& robots,
+              DetectionFrame& frame) {
   for (Detection& d : frame.detections) {
-    if (d.id && robots.count(*d.id) == 0) d.id.reset();
+    if (!d.id || robots.count(*d.id) != 0) continue;
+    if (correction.hides_ids || correction.shared_ids.count(*d.id) != 0) d.id.reset();
   }
 }
 
@@ -352,7 +354,7 @@ std::optional<Keyframe> KeyframeSource::read() {
       if (frame->time == 0) frame->time = step->time;
       drop_if_unplaced(options_.correction, *frame, dropped_);
       options_.correction.correct(frame->time, *frame);
-      if (options_.correction.hides_ids) hide_ids(options_.detections.robots, *frame);
+      hide_ids(options_.correction, options_.detections.robots, *frame);
       auto robots = take_robots(*frame, options_.detections.robots);
       if (robots) keyframe.robots.push_back(std::move(*robots));
       keyframe.detections.push_back(std::move(*frame));

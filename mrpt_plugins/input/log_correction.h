@@ -3,9 +3,11 @@
 
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,7 @@ struct LogCorrection {
   std::map<std::string, SensorCorrection> sensors;  ///< by label
   double translation = 1, rotation = 1;  ///< factors of the standard deviations of odometry
   bool hides_ids = false;                ///< ids are of a tracker
+  std::set<std::int64_t> shared_ids;     ///< ids of two things each, which are hidden
   /// By odometry, where a sensor is delayed.
   std::shared_ptr<const std::vector<OdometryPose>> path;
 

@@ -217,6 +217,8 @@ Attempt attempt(const ReplayRequest& request, const Watchers& watchers,
   made.request = request;
   made.path = result.trajectory;
   made.outcome = {summarize(session, result), out.folder(), signal};
+  made.had_no_ids = std::any_of(settings.robots.begin(), settings.robots.end(),
+                                [](const auto& r) { return r.source.correction.hides_ids; });
   made.may_measure = signal == 0 && may_measure(request, settings);
   Summary& summary = made.outcome.summary;
   summary.chosen_plugins = settings.chosen;

@@ -5,12 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 #include <vector>
 
 #include "libhybrid/core/error.h"
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/job/detail/attempt.h"
 #include "mrpt_plugins/session/remedies.h"
 
@@ -29,6 +31,15 @@ bool take(Attempt next, Attempt& taken) {
     taken.outcome.signal = signal;
   }
   return signal == 0;
+}
+
+/// Adds what is not among them yet.
+void add_once(const std::vector<std::string>& more, std::vector<std::string>& warnings) {
+  for (const std::string& text : more) {
+    if (std::find(warnings.begin(), warnings.end(), text) == warnings.end()) {
+      warnings.push_back(text);
+    }
+  }
 }
 
 /// The requests to coarsen: that of the map which was taken and, if it has settings that a map told
@@ -86,12 +97,16 @@ void map_as_measured(const ReplayRequest& request, const Watchers& watchers,
     const bool again =
         worst(health) == HealthVerdict::kBad ? round == 0 || changed : in_doubt && round == 0;
     if (!again) return;
-    Attempt next = attempt(remedies.apply(request), watchers, start,
-                           {&taken.outcome.summary.health, is_better, !changed, in_doubt});
+    Attempt next =
+        attempt(remedies.apply(request), watchers, start,
+                {&taken.outcome.summary.health, is_better, !changed, in_doubt, taken.had_no_ids});
     const Health made = next.outcome.summary.health;
+    const std::vector<std::string> units = unit_words(next.outcome.summary.calibration);
     const bool calibrated_in_vain =
         remedies.calibrates && (!next.is_written || worst(made) == HealthVerdict::kBad);
+    const bool is_left_out = !next.is_written;
     if (!take(std::move(next), taken)) return;
+    if (is_left_out) add_once(units, taken.outcome.summary.warnings);
     if (calibrated_in_vain) {  // what the map before says holds still
       remedies.calibrates = false;
       remedies.factors = factors;

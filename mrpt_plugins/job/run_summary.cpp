@@ -8,6 +8,7 @@
 #include <map>
 
 #include "mrpt_plugins/bridge/interrupt.h"
+#include "mrpt_plugins/health/unit_words.h"
 #include "mrpt_plugins/mapping/plugin_choice.h"
 
 namespace hybrid {
@@ -69,6 +70,21 @@ void set_status(const LogMerge& source, const Mapper& mapper, const MapResult& r
   summary.message += (summary.message.empty() ? "" : "; ") + refused;
 }
 
+/// Length of the path of one robot, or of the paths of several [m].
+double length_of(const MapResult& result) {
+  const auto length = [](const Trajectory& path) {
+    double sum = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      sum += path[i].pose.distanceTo(path[i - 1].pose);
+    }
+    return sum;
+  };
+  if (result.robots.empty()) return length(result.trajectory);
+  double sum = 0;
+  for (const RobotPath& robot : result.robots) sum += length(part_of(result.trajectory, robot));
+  return sum;
+}
+
 }  // namespace
 
 void tell_findings(const ReplaySettings& settings, Summary& summary) {
@@ -103,6 +119,7 @@ Summary summarize(const Session& session, const MapResult& result) {
   summary.keyframes = result.trajectory.size();
   summary.landmarks = result.landmarks.size();
   summary.movers = result.movers.size();
+  summary.path_m = length_of(result);
   summary.objective = last.objective_after;
   summary.cost = last.cost;
   summary.steps = step_statistics(result.steps);
@@ -121,6 +138,7 @@ Summary summarize(const Session& session, const MapResult& result) {
   warn(summary, mapper.warnings());
   warn(summary, last.warnings);
   summary.calibration = result.calibration;
+  warn(summary, unit_words(result.calibration));
   for (const int mode : result.motion_modes) {
     if (mode >= 0) ++summary.modes[result.mode_names[static_cast<std::size_t>(mode)]];
   }

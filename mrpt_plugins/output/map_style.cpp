@@ -123,19 +123,14 @@ Extent map_extent(const MapResult& result, const GroundTruth& truth) {
   for (const MoverEstimate& mover : result.movers) {
     for (const MoverState& state : mover.states) extent.add(state.position);
   }
-  Extent reckoned;
-  if (result.robots.empty()) reckoned.add(result.dead_reckoning);
-  if (extent.empty()) extent = reckoned;
+  if (extent.empty() && result.robots.empty()) extent.add(result.dead_reckoning);
   if (extent.empty()) extent.add(Eigen::Vector3d::Zero());
-  const double room = 0.5 * (extent.high - extent.low).maxCoeff();
-  const Extent shown = extent;
-  const auto add_up_to_room = [&](const Extent& more) {
-    if (more.empty()) return;
-    extent.low = extent.low.min(more.low.max(shown.low - room));
-    extent.high = extent.high.max(more.high.min(shown.high + room));
-  };
-  add_up_to_room(reckoned);
-  if (result.grid) add_up_to_room(extent_of(*result.grid, shown));
+  if (result.grid) {
+    const double room = 0.5 * (extent.high - extent.low).maxCoeff();
+    const Extent seen = extent_of(*result.grid, extent);
+    extent.low = extent.low.min(seen.low.max(extent.low - room));
+    extent.high = extent.high.max(seen.high.min(extent.high + room));
+  }
   if ((extent.high - extent.low).head<2>().maxCoeff() < 0.5) {
     extent.low.head<2>() -= 0.25;
     extent.high.head<2>() += 0.25;

@@ -68,9 +68,9 @@ struct Extent {
   bool empty() const { return low.x() > high.x(); }
 };
 
-/// Bounds of estimate, truth and landmarks, and of dead reckoning and what scans saw as long as
-/// they do not make the picture more than half as large again on any side; the dead reckoning of
-/// several robots is not drawn. Never empty, at least half a metre wide.
+/// Bounds of estimate, truth and landmarks, and of what scans saw as long as that does not make the
+/// picture more than half as large again on any side. Dead reckoning is cut where it leaves them.
+/// Never empty, at least half a metre wide.
 Extent map_extent(const MapResult& result, const GroundTruth& truth);
 
 /// Extent and scale of a picture of a map, shared by pictures that belong together.

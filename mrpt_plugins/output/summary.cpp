@@ -208,6 +208,7 @@ Json summary_json(const Summary& s) {
   out["keyframes"] = s.keyframes;
   out["landmarks"] = s.landmarks;
   out["movers"] = s.movers;
+  out["path_m"] = s.path_m;
   out["objective"] = s.objective;
   out["cost"] = s.cost;
   out["solver_s"] = s.solver_s;

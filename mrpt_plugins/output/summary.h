@@ -68,6 +68,7 @@ struct Summary {
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;
   std::size_t movers = 0;
+  double path_m = 0;  ///< length of the path, of all robots
   double objective = 0;
   double cost = 0;
   double solver_s = 0;

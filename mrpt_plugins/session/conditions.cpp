@@ -21,9 +21,10 @@ bool is_of_noise(const LogCorrection& correction) {
 }
 
 /// Whether nothing measured is used in place of what the logs state; or nothing but noise.
-bool takes_at_word(const ReplaySettings& settings, bool but_for_noise) {
+bool takes_at_word(const ReplaySettings& settings, bool but_for_noise, bool but_for_ids) {
   return std::all_of(settings.robots.begin(), settings.robots.end(), [&](const auto& robot) {
-    const LogCorrection& correction = robot.source.correction;
+    LogCorrection correction = robot.source.correction;
+    if (but_for_ids) correction.hides_ids = false;
     return but_for_noise ? is_of_noise(correction) : correction.is_none();
   });
 }
@@ -31,7 +32,7 @@ bool takes_at_word(const ReplaySettings& settings, bool but_for_noise) {
 }  // namespace
 
 bool Conditions::allow(const ReplaySettings& settings) const {
-  return !corrected || !takes_at_word(settings, aligned);
+  return !corrected || !takes_at_word(settings, aligned, had_no_ids);
 }
 
 bool Conditions::want(const Health& health, int signal) const {

@@ -14,8 +14,9 @@ namespace HYBRID_API hybrid {
 struct Conditions {
   const Health* other = nullptr;  ///< of a map that this one has to be better than,
   std::function<bool(const Health&, const Health&)> better = is_better;  ///< in this sense
-  bool corrected = false;  ///< it is made only if something of the logs is corrected,
-  bool aligned = false;    ///< which is more than noise
+  bool corrected = false;   ///< it is made only if something of the logs is corrected,
+  bool aligned = false;     ///< which is more than noise
+  bool had_no_ids = false;  ///< ids were hidden already in the map before
 
   /// Whether these settings may give another map at all.
   bool allow(const ReplaySettings& settings) const;

@@ -231,25 +231,27 @@ bool keeps_scans(const std::string& choice, const ReplaySettings& settings) {
 }
 
 /// Reads the logs that are to be measured, or all; sets what was found, and returns what they hold.
-/// Standard input and pipes are read once, so that they are taken at their word.
+/// Ids of a tracker are found in all that are read. Standard input and pipes are read once, so that
+/// they are taken at their word.
 LogContents read_logs(ReplaySettings& settings, bool all) {
   LogContents contents;
   for (RobotSettings& robot : settings.robots) {
     std::error_code unknown;
-    const bool measured = robot.source.noise == NoiseSource::kMeasured &&
+    const bool surveyed = robot.source.noise != NoiseSource::kStated &&
                           !is_standard_input(robot.rawlog) &&
                           std::filesystem::is_regular_file(robot.rawlog, unknown);
+    const bool measured = surveyed && robot.source.noise == NoiseSource::kMeasured;
     if (!all && !measured) continue;
     LogSurvey survey(robot.source, !robot.options.calibration.sensor_pose);
     StepWatcher watcher;
-    if (measured) {
+    if (surveyed) {
       watcher = [&](const LogStep& step, const std::vector<DetectionFrame>& frames) {
         survey.add(step, frames);
       };
     }
     LogContents own = read_contents(robot.rawlog, robot.source, watcher);
     robot.source.steps = own.steps;
-    if (measured) robot.findings = survey.conclude();
+    if (surveyed) robot.findings = measured ? survey.conclude() : survey.conclude_ids();
     const double stated = robot.source.correction.translation;
     robot.source.correction = robot.findings.correction;
     robot.source.correction.translation *= stated;
@@ -330,6 +332,11 @@ ReplayRequest with_chosen_plugins(ReplayRequest request, const ReplaySettings& s
   if (!settings.chosen.empty()) {
     request.settings.push_back(fmt::format("plugins.classes={}", fmt::join(settings.chosen, " ")));
   }
+  const bool hidden =
+      !settings.robots.empty() &&
+      std::all_of(settings.robots.begin(), settings.robots.end(),
+                  [](const auto& robot) { return robot.source.correction.hides_ids; });
+  if (hidden) request.settings.emplace_back("sensor.ids=none");
   return request;
 }
 

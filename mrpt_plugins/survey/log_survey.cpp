@@ -238,7 +238,18 @@ void LogSurvey::check_ids(LogFindings& out) const {
     all.due += returns.due;
     all.returned += returns.returned;
   }
-  if (!all.are_of_a_tracker()) return;
+  if (!all.are_of_a_tracker()) {
+    for (const auto& [label, sensor] : sensors_) {
+      for (const SharedId& shared : shared_ids(sensor.frames)) {
+        out.correction.shared_ids.insert(shared.id);
+        out.remarks.push_back(fmt::format(
+            "id {} is at two places, {:.2g} m apart: two things have it, and its detections are "
+            "taken as without one ([sensor] noise = stated keeps it)",
+            shared.id, shared.apart));
+      }
+    }
+    return;
+  }
   out.correction.hides_ids = true;
   out.remarks.push_back(fmt::format(
       "ids do not return: of {} ids, {} whose places came into view again were not seen "
@@ -271,6 +282,12 @@ LogFindings LogSurvey::conclude() const {
   if (!noise.empty()) use_odometry(noise, out);
   check_ids(out);
   if (delayed) out.correction.path = std::make_shared<const std::vector<OdometryPose>>(path_);
+  return out;
+}
+
+LogFindings LogSurvey::conclude_ids() const {
+  LogFindings out;
+  check_ids(out);
   return out;
 }
 

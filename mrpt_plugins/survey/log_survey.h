@@ -27,6 +27,8 @@ class LogSurvey {
   /// What was found, and what of it is to be used: what the log tells well enough, and the options
   /// do not give.
   LogFindings conclude() const;
+  /// The same of ids alone: all that is used of a log that is taken at its word.
+  LogFindings conclude_ids() const;
 
  private:
   struct Sensor {

@@ -26,8 +26,16 @@ def _reduce_graph(graph):
     return _core.HybridGraph, (list(graph),)
 
 
+def _reduce_ex(thing, protocol):
+    return object.__reduce_ex__(thing, max(protocol, 2))
+
+
 def add_pickling():
-    """Factors are kept by what they are made of, graphs by their factors. Copies of factors, which never change, are the same."""
+    """Factors are kept by what they are made of, graphs by their factors. Copies of factors, which never change, are the same.
+    Protocols 0 and 1, which would make an object of the base of all classes, use the form of 2."""
+    for cls in vars(_core).values():
+        if isinstance(cls, type) and not issubclass(cls, Exception):
+            cls.__reduce_ex__ = _reduce_ex
     for cls in (_core.ContinuousFactor, _core.HybridFactor):
         cls.__reduce__ = _reduce_factor
         cls.__copy__ = lambda factor: factor

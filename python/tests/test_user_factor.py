@@ -4,6 +4,7 @@
 
 import gc
 import threading
+import warnings
 import weakref
 
 import hybrid as h
@@ -213,3 +214,33 @@ def test_a_factor_is_called_from_another_thread_of_python():
     other.start()
     other.join()
     assert found == [solve(Wall("x0", 4.0)).values["x0"].x]
+
+
+class WrongSign(h.Factor):
+    """Its derivative has the other sign."""
+
+    def __init__(self, key="x0"):
+        super().__init__([key], [h.SE2], h.Noise.isotropic(1, 0.1))
+
+    def residual(self, pose):
+        return [pose.x]
+
+    def jacobians(self, pose):
+        return [np.array([[-1.0, 0.0, 0.0]])]
+
+
+class Jump(WrongSign):
+    """Not smooth where it is asked."""
+
+    def residual(self, pose):
+        return [1.0 if pose.x > 1 else 0.0]
+
+
+def test_derivatives_that_are_not_those_of_the_residual_are_told_of_once():
+    values = h.Values({"x0": h.SE2(1, 0, 0)})
+    with pytest.warns(RuntimeWarning, match=r"WrongSign.*jacobians has -1.* in row 0, column 0, where differences of residual give 1"):
+        WrongSign().linearize(values)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        WrongSign().linearize(values)
+        Jump().linearize(values)

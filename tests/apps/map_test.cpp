@@ -35,10 +35,15 @@ TEST_F(MapTest, ARobotFindsItsPlaceWithoutAPose) {
   ASSERT_EQ(run_replay(replay_of("", "", "whole")).code, 0);
   ASSERT_EQ(run_replay(replay_of("first.rawlog", "a.hmap", "first")).code, 0);
   const std::string map = read("a.hmap");
-  ASSERT_EQ(
-      run_replay(replay_of("second.rawlog", "a.hmap", "second") + " --map-mode localize").code, 0);
+  const Ran ran =
+      run_replay(replay_of("second.rawlog", "a.hmap", "second") + " --map-mode localize");
+  ASSERT_EQ(ran.code, 0);
   EXPECT_EQ(read("a.hmap"), map);
   const auto summary = summary_in("second");
+  EXPECT_NE(ran.text.find(", localised at keyframe " + summary["localized_at"].dump()),
+            std::string::npos)
+      << ran.text;
+  EXPECT_NE(ran.text.find(" m, health "), std::string::npos);
   EXPECT_TRUE(summary["localized_at"].is_number());
   EXPECT_LT(summary["localized_at"], 20);
   EXPECT_EQ(summary["landmarks"], info_of("a.hmap")["landmarks"]);

@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from mcap_to_csv_test import ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
+from mcap_to_csv_test import LINE, ODOMETRY, TRANSFORMS, Cdr, bag, odometry  # noqa: E402
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "examples/ros2/mcap_to_carmen.py"
 SCANS = {"sensor_msgs/LaserScan": "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
@@ -23,8 +23,8 @@ TOPICS = [("/odom", ODOMETRY), ("/scan", SCANS), ("/tf_static", TRANSFORMS)]
 ROOM = (-4.0, 6.0, -3.0, 2.0)  # left, right, lower and upper wall [m]
 
 
-def scan(time, first, step, ranges):
-    out = Cdr().header(time, "laser").put("f", first, first + step * (len(ranges) - 1), step, 0, 0, 0.1, 30)
+def scan(time, first, step, ranges, most=30):
+    out = Cdr().header(time, "laser").put("f", first, first + step * (len(ranges) - 1), step, 0, 0, 0.1, most)
     return out.put("I", len(ranges)).put("f", *ranges).put("I", 0).whole()
 
 
@@ -50,9 +50,12 @@ class McapToCarmen(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.at = pathlib.Path(self.folder.name)
 
-    def run_script(self, messages, *options):
-        (self.at / "a.mcap").write_bytes(bag(TOPICS, messages))
-        return subprocess.run([sys.executable, "-B", SCRIPT, self.at / "a.mcap", "-o", self.at / "a.clf", *options], text=True,
+    def run_script(self, messages, *options, topics=TOPICS):
+        (self.at / "a.mcap").write_bytes(bag(topics, messages))
+        return self.convert("a.mcap", *options)
+
+    def convert(self, name, *options):
+        return subprocess.run([sys.executable, "-B", SCRIPT, self.at / name, "-o", self.at / "a.clf", *options], text=True,
                               capture_output=True, check=False)
 
     def lines(self):
@@ -87,9 +90,79 @@ class McapToCarmen(unittest.TestCase):
         still = [(0, odometry(0, 0, 0, 0)), (0, odometry(2, 0, 0, 0)), (1, scan(1, 0, 0.1, [1]))]
         self.assertIn("the laser laser is tilted", self.run_script([*still, (2, mounted(0.3))], "--base", "base").stderr)
         self.assertIn("no transforms lead from base to laser", self.run_script(still, "--base", "base").stderr)
-        self.assertIn("no scan with odometry around it", self.run_script(still[:2]).stderr)
+        self.assertIn("/scan has no message", self.run_script(still[:2]).stderr)
         self.assertIn("/scan (sensor_msgs/msg/LaserScan)".replace("/msg/", "/"),
                       self.run_script(still, "--scans", "/scans").stderr.replace("/msg/", "/"))
+
+    STILL = ((0, odometry(0, 0, 0, 0)), (0, odometry(20, 0, 0, 0)))
+
+    def test_a_failure_leaves_what_was_there(self):
+        (self.at / "a.clf").write_text("of before")
+        for messages, words in (([*self.STILL, (1, scan(50, 0, 0.1, [1]))], "scans are of 50.000 to 50.000 s, odometry of 0.000 to 20.000 s"),
+                                ([*self.STILL, (1, scan(1, 0, 0.1, [1])[:-9])], "ends early"),
+                                ([*self.STILL], "/scan has no message"), ([(1, scan(1, 0, 0.1, [1]))], "odometry has no message"),
+                                ([*self.STILL, (1, scan(1, math.nan, 0.1, [1]))], "no scan whose angles")):
+            ran = self.run_script(messages)
+            self.assertEqual((ran.returncode, ran.stderr.count("\n")), (1, 1))
+            self.assertIn(words, ran.stderr)
+            self.assertEqual((self.at / "a.clf").read_text(), "of before")
+            self.assertEqual(len(list(self.at.iterdir())), 2)
+
+    def test_a_bag_in_many_files_and_in_any_order(self):
+        run = self.at / "run"
+        run.mkdir()
+        order = [*range(11, 5, -1), *range(6)]  # stamps fall, and then rise
+        for k, time in enumerate(order):
+            (run / f"run_{k}.mcap").write_bytes(bag(TOPICS, [(0, odometry(time, time, 0, 0)), (1, scan(time, 0, 0.1, [time + 1]))]))
+        ran = self.convert("run")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertNotIn("dropped", ran.stdout)
+        self.assertEqual([(float(w[9]), float(w[14])) for w in self.lines()], [(k + 1, k) for k in range(12)])
+
+    def test_files_are_read_in_the_order_of_their_numbers(self):
+        run = self.at / "run"
+        run.mkdir()
+        for k in (2, 10):
+            (run / f"run_{k}.mcap").write_bytes(b"")
+        self.assertIn("run_2.mcap: is not an MCAP file", self.convert("run").stderr)
+
+    def test_no_limit_of_the_range(self):
+        for most in (math.inf, 3.4e38, math.nan, 0):
+            ran = self.run_script([*self.STILL, (1, scan(1, 0, 0.1, [1, math.inf, 99], most))])
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            (words,) = self.lines()
+            self.assertEqual([float(w) for w in (words[5], *words[9:12])], [0, 1, 0, 99])
+
+    def test_namespaces_and_frames_with_a_slash(self):
+        topics = [("/robot1/odom", ODOMETRY), ("/robot1/scan", SCANS), ("/robot1/tf_static", TRANSFORMS), ("/robot2/tf_static", TRANSFORMS)]
+        other = Cdr().put("I", 1).header(0, "base").string("laser").put("d", 7, 0, 0, 0, 0, 0, 1).whole()
+        mount = Cdr().put("I", 1).header(0, "/base").string("/laser").put("d", 0.5, 0, 0, 0, 0, 0, 1).whole()
+        ran = self.run_script([*self.STILL, (1, scan(1, 0, 0.1, [1])), (2, mount), (3, other)], "--base", "base", topics=topics)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        (words,) = self.lines()
+        self.assertEqual(float(words[11]), 0.5)
+
+    def test_lines_that_end_as_on_windows(self):
+        topics = [(name, {kind: lines.replace("\n", "\r\n") for kind, lines in definitions.items()}) for name, definitions in TOPICS]
+        whole = bag(topics, [*self.STILL, (1, scan(1, 0, 0.1, [1]))]).replace(LINE.encode(), LINE[:-2].encode() + b"\r\n")
+        (self.at / "a.mcap").write_bytes(whole)
+        ran = self.convert("a.mcap")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+
+    def test_sizes_that_cannot_be(self):
+        whole = bag(TOPICS, [*self.STILL, (1, scan(1, 0, 0.1, [1]))], ("zstd", bytes))
+        for at in (9 + 8, whole.index(b"zstd") - 8):  # of the first record; of what is in the chunk
+            (self.at / "a.mcap").write_bytes(whole[:at - 8] + b"\xff" * 7 + b"\x3f" + whole[at:])
+            ran = self.convert("a.mcap")
+            self.assertEqual(ran.returncode, 1)
+            self.assertNotIn("Traceback", ran.stderr)
+            self.assertIn("a.mcap", ran.stderr + ran.stdout)
+
+    def test_scans_without_odometry(self):
+        ran = self.run_script([(0, scan(k, 0, 0.1, [1, 2])) for k in range(3)], topics=TOPICS[1:2])
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertIn("no odometry: scans alone", ran.stdout)
+        self.assertEqual([(w[0], float(w[-3])) for w in self.lines()], [("RAWLASER1", k) for k in range(3)])
 
     def test_scans_become_a_map(self):
         programs = os.environ.get("HYBRID_BIN")

@@ -150,7 +150,7 @@ def bag(topics, messages, pack=None):
     body = b""
     for number, (name, definitions) in enumerate(topics, 1):
         (first, main), *_ = definitions.items()
-        others = {**dict(list(definitions.items())[1:]), **COMMON}
+        others = {**COMMON, **dict(list(definitions.items())[1:])}
         whole = main + "".join(f"{LINE}MSG: {kind}\n{lines}" for kind, lines in others.items())
         body += record(3, struct.pack("<H", number) + text(first.replace("/", "/msg/")) + text("ros2msg") + text(whole))
         body += record(4, struct.pack("<HH", number, number) + text(name) + text("cdr") + struct.pack("<I", 0))
@@ -286,9 +286,32 @@ class McapToCsv(unittest.TestCase):
         ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "base")
         self.assertEqual(ran.returncode, 0, ran.stderr)
         self.assertEqual([float(r["x"]) for r in self.table("odometry.csv")], [0, 3, 6])
-        self.assertIn("time does not rise: 1", ran.stdout)
+        self.assertIn("its time was there before, or a number is not finite: 1", ran.stdout)
         ran = self.run_script(bag(topics, messages), "--odometry-tf", "odom", "wheel")
         self.assertIn("/tf has no transform from odom to wheel", ran.stderr)
+
+    def test_messages_out_of_order_are_sorted(self):
+        shuffled = drive()
+        shuffled = shuffled[12:] + shuffled[:12]
+        ran = self.run_script(bag(TOPICS, shuffled), "--plane")
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        self.assertNotIn("dropped", ran.stdout)
+        self.check_tables()
+
+    def test_a_failure_leaves_what_was_there(self):
+        self.run_script(bag(TOPICS, drive()), "--plane")
+        ran = self.run_script(bag(TOPICS, drive()), "--plane", "--truth", "/none")
+        self.assertEqual(ran.returncode, 1)
+        self.check_tables()
+        self.assertEqual(sorted(path.name for path in self.at.iterdir()), ["a.mcap", "detections.csv", "odometry.csv"])
+
+    def test_what_a_definition_lacks_is_told_in_a_line(self):
+        renamed = {**ODOMETRY, "std_msgs/Header": "builtin_interfaces/Time time\nstring frame_id\n"}
+        broken = {"nav_msgs/Odometry": "std_msgs/Header header\nnav_msgs/Odometry again\n"}
+        for definitions in (renamed, broken, {"nav_msgs/Odometry": "std_msgs/Header[x] header\n"}):
+            ran = self.run_script(bag([("/odom", definitions), TOPICS[1]], drive()))
+            self.assertEqual(ran.returncode, 1)
+            self.assertRegex(ran.stderr, r"\Amcap_to_csv: .*a\.mcap.*\n\Z")
 
     def test_truth_is_poses_or_fixes(self):
         topics = [("/odom", ODOMETRY), ("/objects", DETECTIONS), ("/fix", FIX), ("/mocap", POSE)]

@@ -198,6 +198,10 @@ export function snapshotOf(data: MapData, index: number): Snapshot {
   return { k: raw.k, path, places };
 }
 
+/** Whether a run had anything to do with landmarks: one of scans alone has not. */
+export const hasLandmarks = (data: MapData) =>
+    data.landmarks.length + data.lives.length + data.sightings.k.length + data.truth.landmarks.length > 0;
+
 /** Of which robot a pose is. */
 export const robotAt = (data: MapData, keyframe: number) => data.robots.of[keyframe] ?? 0;
 

@@ -4,7 +4,7 @@
 import { aboutView } from './about_view';
 import { AssociationView } from './association_view';
 import { CompareView } from './compare_view';
-import { keyframeAt, MapData, Path, placesOf, robotAt, robotsOf } from './data';
+import { hasLandmarks, keyframeAt, MapData, Path, placesOf, robotAt, robotsOf } from './data';
 import { el, show } from './dom';
 import { ErrorView } from './error_view';
 import { isTyping, Tab, Tabs, theme } from './frame';
@@ -41,8 +41,9 @@ export function mapPage(data: MapData): CompareView {
   }, time => state.set({ keyframe: keyframeAt(data, time) }));
   const list: Tab[] = [
     { name: 'Health', root: healthView(data.summary.health, data.summary.noise) },
-    { name: 'Landmark', root: landmark.root }, { name: 'Why', root: associations.root, shown: () => associations.shown() },
-    { name: 'Closures', root: closures(data, state) }, { name: 'Solver', root: solver.root },
+    ...(hasLandmarks(data) ? [{ name: 'Landmark', root: landmark.root },
+      { name: 'Why', root: associations.root, shown: () => associations.shown() }] : []),
+    ...(hasLandmarks(data) || data.scan_closures.i.length ? [{ name: 'Closures', root: closures(data, state) }] : []), { name: 'Solver', root: solver.root },
     { name: 'Errors', root: errors.root }, { name: 'Compare', root: compare.root }, { name: 'About', root: aboutView(data.summary) },
   ];
   const tabs = new Tabs(list);
@@ -86,7 +87,7 @@ function closures(data: MapData, state: State): HTMLElement {
 function headline(data: MapData): string {
   const { summary } = data, truth = summary.truth?.trajectory;
   const robots = data.robots.names.length > 1 ? `${data.robots.names.length} robots, ` : '';
-  return `${robots}${summary.keyframes} keyframes, ${summary.landmarks} landmarks` +
+  return `${robots}${summary.keyframes} keyframes` + (hasLandmarks(data) ? `, ${summary.landmarks} landmarks` : '') +
       (truth ? `, path rmse ${show(truth.rmse_m)} m` : '') + (summary.status === 'ok' ? '' : `, ${summary.status}`);
 }
 
@@ -107,7 +108,8 @@ function marks(data: MapData): Mark[] {
 }
 
 function searchBox(data: MapData, history: History, state: State, tabs: Tabs): HTMLInputElement {
-  const box = el('input', { type: 'search', placeholder: 'landmark, or k120', 'aria-label': 'Search a landmark or a keyframe', id: 'search' });
+  const box = el('input', { type: 'search', placeholder: hasLandmarks(data) ? 'landmark, or k120' : 'k120',
+    'aria-label': 'Search a landmark or a keyframe', id: 'search' });
   const known = new Set([...history.landmarks.keys(), ...data.lives.map(l => l[1])]);
   const seek = () => {
     const text = box.value.trim().toLowerCase();

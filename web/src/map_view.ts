@@ -3,7 +3,7 @@
 
 import { quadtree, Quadtree } from 'd3-quadtree';
 import { boxOf, CanvasMap } from './canvas_map';
-import { Id, Landmark, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
+import { hasLandmarks, Id, Landmark, MapData, placesOf, robotAt, robotsOf, Snapshot } from './data';
 import { el, show } from './dom';
 import { CompareLayer } from './compare_layer';
 import { drawEllipses, drawExtents } from './ellipses';
@@ -68,6 +68,7 @@ export class MapView {
     const bar = el('div', { class: 'bar', role: 'group', 'aria-label': 'Layers of the map' });
     for (const layer of kLayers) {
       if (layer === 'truth' && !this.data.truth.path.x.length && !this.data.truth.landmarks.length) continue;
+      if (['landmarks', 'ellipses', 'rays', 'ids'].includes(layer) && !hasLandmarks(this.data)) continue;
       if (layer === 'extents' && !this.data.landmarks.some(l => l.extent)) continue;
       if ((layer === 'error' && !this.paint.any) || (layer === 'scans' && !this.scans.any) || (layer === 'closures' && !this.scans.closures)) continue;
       const box = el('input', { type: 'checkbox', change: () => {
@@ -97,7 +98,7 @@ export class MapView {
       text.textContent = `${show(Number(this.sigmas.toPrecision(2)))} σ`;
       this.map.redraw();
     });
-    bar.append(el('label', { class: 'slider' }, slider, text));
+    if (hasLandmarks(this.data)) bar.append(el('label', { class: 'slider' }, slider, text));
     const button = (text: string, title: string, press: () => void) =>
         el('button', { type: 'button', class: 'small', title, 'aria-label': title, click: press }, text);
     bar.append(el('span', { class: 'zoom' },

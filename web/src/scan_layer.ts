@@ -43,6 +43,7 @@ export class ScanLayer {
   /** Colours with what they mean. */
   legend(): [string, string][] {
     const out: [string, string][] = this.any ? [['ray', 'scan here']] : [];
+    if (this.any && this.closures) out.push(['select', 'chosen closure, its scan']);
     for (const name of ['accepted', 'undecided', 'rejected']) {
       const count = this.data.scan_closures.decision.filter(d => closureColor(d) === name).length;
       if (count) out.push([name, `closure ${name} (${count})`]);

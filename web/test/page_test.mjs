@@ -80,6 +80,12 @@ await test('scans of the keyframe are shown, and closures by keyframe with their
     const loops = readFileSync(join(rooms, 'loops.csv'), 'utf8').trim().split('\n').slice(1).map(row => row.split(','));
     assert.ok(loops.length > 0);
     for (const layer of ['scans', 'closures']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 1);
+    for (const layer of ['landmarks', 'ellipses', 'rays', 'ids']) assert.equal(await p.locator(`.bar label:text-is("${layer}")`).count(), 0);
+    for (const tab of ['Landmark', 'Why']) assert.equal(await p.locator(`.tabs button:text-is("${tab}")`).count(), 0);
+    assert.ok(!(await p.textContent('header')).includes('landmarks'));
+    const colors = await p.evaluate(() => ['odometry', 'rejected', 'accepted', 'truth', 'estimate'].map(
+        name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()));
+    assert.equal(new Set(colors).size, colors.length);
     const { scans, scan_closures: all } = await p.evaluate(() => window.report.data);
     assert.deepEqual(all.i, loops.map(row => Number(row[0])));
     assert.deepEqual(all.j, loops.map(row => Number(row[1])));

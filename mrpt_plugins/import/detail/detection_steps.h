@@ -58,7 +58,9 @@ class DetectionSteps {
     if (!frame_->has_range) directions_ += frame_->detections.size();
     if (bare_) directions_ += bare_->detections.size();
     const auto pose = odometry_.at(time_);
-    if (!pose) {
+    if (!pose && count() == 0) {
+      // an image without detections
+    } else if (!pose) {
       log_.drop("detection dropped: no odometry before or after it", count());
     } else {
       ImportedStep step{time_, {}, observations(), {}};
@@ -98,7 +100,7 @@ class DetectionSteps {
     if (directions_ == 0 || 2 * identified > directions_) return;
     log_.note(fmt::format(
         "{} directions without ranges and ids: a thing gets its place once the robot has passed it "
-        "for about a fifth of its distance; what is straight ahead gets none (docs/range_only.md)",
+        "for about a tenth of its distance; what is straight ahead gets none (docs/range_only.md)",
         directions_));
   }
 

@@ -64,12 +64,13 @@ struct ColumnHeading {
 using ColumnAliases = std::map<std::string, std::string>;
 
 /// A table with commas whose first row names its columns; `known` with p_NAME has any such. Columns
-/// that number the rows are left aside.
+/// that number the rows are left aside. A time may be in two columns, sec and nsec.
 class NamedTable {
  public:
   NamedTable(const std::string& path, const std::vector<std::string>& known,
              const ColumnAliases& aliases = {})
       : table_(path) {
+    const bool is_timed = std::find(known.begin(), known.end(), "time") != known.end();
     const bool has_probabilities = std::find(known.begin(), known.end(), "p_NAME") != known.end();
     const auto header = table_.next();
     for (std::size_t i = 0; i < header->size(); ++i) {
@@ -85,6 +86,7 @@ class NamedTable {
                                     heading.unit));
       }
       if (const auto alias = aliases.find(name); alias != aliases.end()) name = alias->second;
+      if (is_timed && take_time_part(name, i)) continue;
       if (starts_like_a_number(name)) {
         header->fail(i, fmt::format("{} is no name: the first row names the columns; known are: {}",
                                     in_quotes(name), fmt::join(known, " ")));
@@ -139,7 +141,13 @@ class NamedTable {
   std::string word(const std::string& name) const {
     return std::string((*row_)[columns_.at(name)]);
   }
-  double time() const { return row_->time(columns_.at("time")); }
+  /// Of column time, or of whole seconds and nanoseconds, as ROS has them.
+  double time() const {
+    if (!nanoseconds_) return row_->time(columns_.at("time"));
+    constexpr std::int64_t kSecond = 1'000'000'000;  // ns
+    return row_->time(columns_.at("time")) +
+           static_cast<double>(row_->id(*nanoseconds_, kSecond - 1)) / static_cast<double>(kSecond);
+  }
   double number(const std::string& name) const { return row_->coordinate(columns_.at(name)); }
   /// An angle [rad], which is not in degrees.
   double angle(const std::string& name) const {
@@ -172,6 +180,14 @@ class NamedTable {
   }
 
  private:
+  /// Whether a column is a part of the time.
+  bool take_time_part(const std::string& name, std::size_t i) {
+    if (name == "sec" || name == "secs") return columns_.emplace("time", i).second;
+    if (name != "nsec" && name != "nsecs" && name != "nanosec") return false;
+    nanoseconds_ = i;
+    return true;
+  }
+
   static bool is_row_number(const std::string& name) {
     return name.empty() || name == "num" || name == "index" || name == "row" || name == "seq";
   }
@@ -194,6 +210,7 @@ class NamedTable {
   TextRow header_;
   std::optional<TextRow> row_;
   std::map<std::string, std::size_t> columns_;
+  std::optional<std::size_t> nanoseconds_;  // column of what is added to seconds
 };
 
 }  // namespace hybrid

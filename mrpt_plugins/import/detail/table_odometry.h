@@ -19,12 +19,13 @@ namespace hybrid {
 
 /// Names of columns that others use.
 inline const ColumnAliases kColumnAliases{
-    {"t", "time"},      {"timestamp", "time"},    {"stamp", "time"},  {"distance", "range"},
-    {"dist", "range"},  {"r", "range"},           {"bearing", "yaw"}, {"theta", "yaw"},
-    {"heading", "yaw"}, {"angle", "yaw"},         {"azimuth", "yaw"}, {"elevation", "pitch"},
-    {"label", "class"}, {"category", "class"},    {"name", "class"},  {"confidence", "score"},
-    {"prob", "score"},  {"probability", "score"}, {"beacon", "id"},   {"anchor", "id"},
-    {"tag", "id"},      {"tag_id", "id"},         {"marker", "id"},   {"marker_id", "id"}};
+    {"t", "time"},      {"timestamp", "time"}, {"stamp", "time"},        {"distance", "range"},
+    {"dist", "range"},  {"r", "range"},        {"bearing", "yaw"},       {"theta", "yaw"},
+    {"heading", "yaw"}, {"angle", "yaw"},      {"azimuth", "yaw"},       {"elevation", "pitch"},
+    {"label", "class"}, {"category", "class"}, {"name", "class"},        {"confidence", "score"},
+    {"conf", "score"},  {"prob", "score"},     {"probability", "score"}, {"beacon", "id"},
+    {"anchor", "id"},   {"tag", "id"},         {"tag_id", "id"},         {"marker", "id"},
+    {"marker_id", "id"}};
 
 /// The odometry, interpolated at times that do not fall. Where several poses have one time stamp,
 /// the first ends the motion before it and the last begins that after it.

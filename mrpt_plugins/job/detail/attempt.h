@@ -25,6 +25,7 @@ struct Attempt {
   Trajectory path;
   bool is_written = true;
   bool may_measure = false;  ///< the logs can be measured, and mapped again
+  bool had_no_ids = false;   ///< ids of a log were hidden
 };
 
 /// Maps the logs, and writes the result where the conditions hold.

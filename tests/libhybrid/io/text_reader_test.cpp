@@ -118,7 +118,10 @@ TEST(TextReader, BoundsCoordinatesTimesAndIds) {
   EXPECT_NE(error_in("1e16", [](const TextRow& row) { row.coordinate(0); }).find("beyond 1e15"),
             std::string::npos);
   EXPECT_NE(error_in("1403636579758555392", [](const TextRow& row) { row.time(0); })
-                .find("not a time in seconds"),
+                .find("not a time in seconds: it is beyond 1e11; are these nanoseconds?"),
+            std::string::npos);
+  EXPECT_NE(error_in("1403636579758", [](const TextRow& row) { row.time(0); })
+                .find("beyond 1e11; are these milliseconds?"),
             std::string::npos);
   const auto id = [](const TextRow& row) { return row.id(0); };
   EXPECT_EQ(TextReader("5.0", "f", kWords).next()->id(0), 5);

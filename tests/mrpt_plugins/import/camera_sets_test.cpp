@@ -145,6 +145,25 @@ TEST_F(CameraSets, KittiOracleNumbersWhatTheTruthPutsInOnePlace) {
   EXPECT_EQ(d.at(1).true_landmark_id, mrpt::obs::INVALID_LANDMARK_ID);  // seen there too seldom
 }
 
+TEST_F(CameraSets, KittiTrackingKnowsAllClassesOfItsLabels) {
+  std::string labels;
+  int track = 0;
+  for (const char* type : {"Car", "Van", "Truck", "Pedestrian", "Cyclist", "Tram", "Misc",
+                           "Person_sitting", "Person", "DontCare"}) {
+    labels +=
+        "0 " + std::to_string(track++) + " " + type + " 0 0 0 1 1 2 2 1.5 1.6 4 -1 1.6 20 0\n";
+  }
+  KittiTrackingOptions options;
+  options.labels = write("labels.txt", labels);
+  options.poses = poses(1);
+  options.class_accuracy = 1;
+  import_kitti_tracking(options, log());
+  const auto all = steps();
+  const auto& detections = seen(all.at(0)).detections;
+  ASSERT_EQ(detections.size(), 9U);
+  EXPECT_EQ(detections[8].class_scores, detections[7].class_scores) << "one class of two names";
+}
+
 TEST_F(CameraSets, KittiTrackingKeepsIdsOfWhatStands) {
   std::string labels;
   for (int i = 0; i < 4; ++i) {

@@ -151,5 +151,77 @@ TEST_F(Carmen, ALogThatIsCutOffIsToldOf) {
   EXPECT_FALSE(tells(import(compressed(text + " host 2\n")), "cut off?"));
 }
 
+TEST_F(Carmen, ALastLineThatIsCutOffIsLeftOut) {
+  const std::string whole = front_laser(180, 1, 1) + front_laser(180, 2, 2);
+  const std::string cut = whole + front_laser(180, 3, 3).substr(0, 300);
+  const ImportReport report = import(cut);
+  EXPECT_EQ(report.steps, 2U);
+  EXPECT_TRUE(tells(report, "its last line, 3, is cut off: what comes before it is used"));
+  EXPECT_FALSE(tells(report, "cut off?"));
+  EXPECT_EQ(import(compressed(cut)).steps, 2U);
+  std::filesystem::remove(log());
+  expect_error([&] { import(cut + "\n"); }, "log.clf:3:");
+  expect_error([&] { import(cut + "\n" + whole); }, "log.clf:3:");
+  expect_error([&] { import(front_laser(180, 3, 3).substr(0, 300)); }, "log.clf:1:");
+}
+
+/// A FLASER line whose laser is at `ahead` m of the robot, which looks along y.
+std::string laser_ahead(double y, double ahead, double time) {
+  return "FLASER 3 2 2 2 0 " + std::to_string(y + ahead) + " 1.570796 0 " + std::to_string(y) +
+         " 1.570796 " + std::to_string(time) + " host 0\n";
+}
+
+TEST_F(Carmen, TheFirstPoseOfALineIsThatOfTheLaser) {
+  const std::string param = "PARAM robot_frontlaser_offset 0.3 x 1\n";
+  const ImportReport report = import(laser_ahead(0, 0.3, 1) + laser_ahead(2, 0.3, 2));
+  EXPECT_NEAR(scan_of(0).T_robot_sensor.translation().x(), 0.3, 1e-5);
+  EXPECT_NEAR(scan_of(0).T_robot_sensor.translation().y(), 0, 1e-5);
+  EXPECT_NEAR(steps().at(1).odometry->mean.x(), 2, 1e-5);
+  EXPECT_TRUE(tells(report, "x 0.300 m"));
+  EXPECT_FALSE(tells(import(param + laser_ahead(0, 0.31, 1) + laser_ahead(2, 0.3, 2)), "x 0.3"));
+  EXPECT_EQ(scan_of(0).T_robot_sensor.translation().x(), 0.3) << "what is stated is not rounded";
+  import(laser_ahead(0, 0, 1) + laser_ahead(2, 0.3, 2));  // as of poses that were corrected
+  EXPECT_EQ(scan_of(0).T_robot_sensor.translation().x(), 0);
+}
+
+TEST_F(Carmen, TheFieldOfViewOfParameterLines) {
+  const std::string fov = "PARAM laser_front_laser_fov 4.71239\n";
+  const auto first = [&] { return direction(scan_of(0), 0) / kStepDegree; };
+  import(fov + front_laser(271, 0, 1));
+  EXPECT_NEAR(first(), -135, 0.01);
+  EXPECT_TRUE(
+      tells(import("PARAM laser_front_laser_resolution 0.5\n" + fov + front_laser(271, 0, 1)),
+            "271 rays 0.5 degrees apart cover 135 degrees, and the field of view is 270; the "
+            "latter is taken"));
+  EXPECT_NEAR(first(), -135, 0.01);
+  EXPECT_TRUE(tells(import("PARAM laser_front_laser_resolution 0.5\n"
+                           "PARAM laser_front_laser_fov 180\n" +
+                           front_laser(541, 0, 1)),
+                    "the former is taken"));
+  EXPECT_NEAR(first(), -135, 0.01);
+  EXPECT_FALSE(tells(import("PARAM laser_front_laser_resolution 1.0\n"
+                            "PARAM laser_front_laser_fov 180\n" +
+                            front_laser(180, 0, 1)),
+                     "contradict"));
+  EXPECT_NEAR(first(), -90, 0.01);
+}
+
+TEST_F(Carmen, WhatReachesWithoutALimit) {
+  for (const char* most : {"inf", "3.4028235e+38", "0", "nan"}) {
+    import("ROBOTLASER1 0 -0.785398 1.570796 0.785398 " + std::string(most) +
+           " 0.01 0 3 1 inf 500 0 10.5 20 0 10 20 0 0 0 0 0 0 3 host 0\n");
+    const LaserScan scan = scan_of(0);
+    EXPECT_EQ(scan.ranges[0], 1) << most;
+    EXPECT_TRUE(std::isnan(scan.ranges[1])) << most;
+    EXPECT_EQ(scan.ranges[2], 500) << most;
+  }
+}
+
+TEST_F(Carmen, ScansWithoutAnyOdometry) {
+  const std::string scan = "RAWLASER1 0 -0.785398 1.570796 0.785398 5 0.01 0 3 1 2 5 0 ";
+  EXPECT_EQ(import(scan + "4 host 0\n" + scan + "5 host 0\n").steps, 2U);
+  EXPECT_FALSE(steps().at(1).odometry);
+}
+
 }  // namespace
 }  // namespace hybrid

@@ -40,7 +40,8 @@ TEST_F(TableConventions, ColumnsByOtherNamesAndRowNumbers) {
 
 TEST_F(TableConventions, MoreNamesOfColumns) {
   const char* odometry = "t,x,y,angle\n0,0,0,0\n2,2,0,1.5\n";
-  for (const char* header : {"t,dist,azimuth,category,prob", "t,r,angle,name,probability"}) {
+  for (const char* header :
+       {"t,dist,azimuth,category,prob", "t,r,angle,name,probability", "t,r,angle,name,conf"}) {
     imported(odometry, std::string(header) + "\n0.5,3,0.1,tree,0.8\n1.5,4,-0.2,car,0.6\n");
     const auto tree = seen(steps().at(0)).detections.at(0);
     EXPECT_NEAR(tree.range, 3, 1e-6);
@@ -208,6 +209,16 @@ TEST_F(TableConventions, TimesOfACalendar) {
   ASSERT_EQ(all.size(), 2U);
   EXPECT_NEAR(all[0].time, 1714564800.25, 1e-5);
   EXPECT_NEAR(all[1].odometry->mean.x(), 0.5, 1e-6);
+}
+
+TEST_F(TableConventions, TimesInSecondsAndNanoseconds) {
+  imported("sec,nsec,x,y,yaw\n1714564800,0,0,0,0\n1714564802,0,2,0,0\n",
+           "secs,nanosec,range,yaw\n1714564800,250000000,3,0.1\n1714564801,5,3,0.1\n");
+  EXPECT_NEAR(steps().at(0).time, 1714564800.25, 1e-6);
+  EXPECT_NEAR(steps().at(1).odometry->mean.x(), 0.75, 1e-6);
+  std::filesystem::remove(log());
+  expect_error([&] { imported("sec,nsec,x,y,yaw\n1,1000000000,0,0,0\n", kDetections); },
+               "1000000000' is larger than 999999999");
 }
 
 TEST_F(TableConventions, AStampThatIsRepeatedIsNoFault) {

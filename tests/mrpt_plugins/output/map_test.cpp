@@ -202,7 +202,17 @@ TEST(MapStyle, AFarDeadReckoningDoesNotShrinkTheMap) {
   const Extent before = map_extent(map, {});
   map.dead_reckoning.push_back({99, CPose3D(1e4, 0, 0, 0, 0, 0)});
   const Extent after = map_extent(map, {});
-  EXPECT_LE(after.high.x() - after.low.x(), 2.1 * (before.high.x() - before.low.x()));
+  EXPECT_EQ(after.high.x(), before.high.x());
+  EXPECT_EQ(after.low.x(), before.low.x());
+}
+
+TEST(MapStyle, AThingHasOneColour) {
+  const Color colors[] = {map_style::kEstimate.color, map_style::kDeadReckoning.color,
+                          map_style::kTruth.color, map_style::kRejectedClosure.color,
+                          map_style::kAcceptedClosure.color, map_style::kUndecidedClosure.color};
+  std::set<std::uint32_t> different;
+  for (const Color& c : colors) different.insert(c.red << 16U | c.green << 8U | c.blue);
+  EXPECT_EQ(different.size(), std::size(colors));
 }
 
 }  // namespace

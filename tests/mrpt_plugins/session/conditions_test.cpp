@@ -59,6 +59,8 @@ TEST(Conditions, AllowWhatIsCorrectedAsFarAsAsked) {
   correction.sensors.clear();
   correction.hides_ids = true;
   EXPECT_TRUE(corrected.allow(settings));
+  corrected.had_no_ids = true;
+  EXPECT_FALSE(corrected.allow(settings)) << "as in the map before";
 }
 
 using Measuring = ScratchFolder;

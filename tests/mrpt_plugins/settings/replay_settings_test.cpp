@@ -118,6 +118,9 @@ TEST_F(Settings, PluginsThatWereChosenAreNotChosenAgain) {
   chosen.chosen = {"A", "B"};
   EXPECT_EQ(with_chosen_plugins({}, chosen).settings,
             std::vector<std::string>{"plugins.classes=A B"});
+  chosen.robots.resize(1);
+  chosen.robots[0].source.correction.hides_ids = true;
+  EXPECT_EQ(with_chosen_plugins({}, chosen).settings.back(), "sensor.ids=none");
 }
 
 TEST(GivenStart, HasItsSigmasInThePlaneAndInSpace) {

@@ -29,7 +29,8 @@ DetectionFrame frame_of(const MovedSightings& moved) {
   return out;
 }
 
-LogFindings survey(const DrivenWorld& world, const SourceOptions& options = {}) {
+LogFindings survey(const DrivenWorld& world, const SourceOptions& options = {},
+                   LogFindings (LogSurvey::*conclude)() const = &LogSurvey::conclude) {
   const DrivenLog log = drive(world);
   LogSurvey survey(options);
   for (std::size_t i = 0; i < log.frames.size(); ++i) {
@@ -41,7 +42,7 @@ LogFindings survey(const DrivenWorld& world, const SourceOptions& options = {}) 
     }
     survey.add(step, {frame_of(log.frames[i])});
   }
-  return survey.conclude();
+  return (survey.*conclude)();
 }
 
 const NoiseRecord& record(const LogFindings& findings, const std::string& kind) {
@@ -119,6 +120,9 @@ TEST(LogSurvey, IdsOfATrackerAreHidden) {
   const LogFindings found = survey(world);
   EXPECT_TRUE(found.correction.hides_ids);
   EXPECT_NE(found.remarks.back().find("ids do not return"), std::string::npos);
+  const LogFindings ids = survey(world, {}, &LogSurvey::conclude_ids);
+  EXPECT_TRUE(ids.correction.hides_ids);
+  EXPECT_TRUE(ids.noise.empty());
 }
 
 TEST(LogSurvey, NothingToMeasureIsSaid) {
